@@ -12,7 +12,7 @@
 #
 # Windows, without make:
 #   py -3.11 -m venv .venv
-#   .venv\Scripts\pip install -e .[kernel]
+#   .venv\Scripts\pip install -e .[kernel,closed-form]
 #   .venv\Scripts\virtualrobot demo
 
 # 3.11, since pybullet, whose robot models most pages and tests load, has no wheels for later ones, which will do as well:
@@ -117,7 +117,7 @@ $(VENV)/bin/python:
 
 $(VENV)/installed-kernel: pyproject.toml constraints.txt | $(VENV)/bin/python
 	@echo "setting up the kernel in $(VENV) ... (once, about 1 minute)"
-	@$(INSTALL) -c constraints.txt -e '.[kernel]'
+	@$(INSTALL) -c constraints.txt -e '.[kernel,closed-form]'
 	@touch $@
 
 $(VENV)/installed-dev: pyproject.toml constraints.txt | $(VENV)/bin/python

@@ -20,7 +20,7 @@ RESULTS = Path(__file__).resolve().parent / "RESULTS.md"
 SUITES = (
     *("rpc", "tick", "setpoints", "kinematics", "closed_form", "arm_angle", "dynamics", "planning", "paths"),
     *("components", "loading", "rays", "scans", "cameras", "collision"),
-    *("collision_batch", "collision_motions", "collision_monitor", "collision_guard", "viewer", "startup"),
+    *("collision_batch", "collision_motions", "collision_monitor", "collision_guard", "viewer", "startup", "shell"),
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),

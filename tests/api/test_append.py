@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from virtualrobot.v1 import motion_pb2, robot_pb2, signal_pb2
@@ -216,10 +218,13 @@ def test_what_cannot_be_appended_is_refused_and_changes_nothing(stepped: Stubs) 
         ([], "INVALID_ARGUMENT", "nothing to append"),
         ([dwell(0.1), to(shifted(at, x=5.0))], "UNREACHABLE", "step 3: "),
         ([wait("none")], "UNKNOWN_NAME", "step 2: "),
-        ([Step()], "INVALID_ARGUMENT", "does not say what to do"),
+        ([Step()], "INVALID_ARGUMENT", "steps[2] does not say what to do"),
+        ([turn(0.1), dwell(-1.0)], "INVALID_ARGUMENT", "steps[3].dwell.seconds must be above 0"),
     ):
         refused = refusal(lambda steps=steps: append(stepped, id, *steps))
         assert refused.reason == reason and words in refused.message
+        if number := re.search(r"steps?[ \[](\d)", words):  # that of the program, which has two steps before
+            assert refused.metadata["step"] == number[1]
     refused = refusal(lambda: append(stepped, id, turn(0.3), expected=3))
     assert (refused.reason, refused.metadata["step_count"]) == ("WRONG_STATE", "2")
     assert motion(stepped, id).step_count == 2

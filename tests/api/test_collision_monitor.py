@@ -68,11 +68,10 @@ def words(event: collision_pb2.CollisionEvent) -> str:
 
 
 def mode(stubs: Stubs, name: str = "", **robots: str) -> None:
+    """Set modes, without looking ahead."""
     own = [collision_pb2.RobotCollisionMode(robot=robot, mode=MODES[one]) for robot, one in robots.items()]
-    apply(
-        stubs,
-        scene_pb2.Command(set_collision_settings=collision_pb2.SetCollisionSettings(mode=MODES.get(name), robots=own)),
-    )
+    settings = collision_pb2.SetCollisionSettings(mode=MODES.get(name), robots=own, look_ahead_seconds=0.0)
+    apply(stubs, scene_pb2.Command(set_collision_settings=settings))
 
 
 def update(name: str, field: str, node: nodes_pb2.Node) -> scene_pb2.Command:

@@ -183,7 +183,7 @@ def test_the_revision_that_a_motion_is_meant_for(stepped: Stubs) -> None:
     ):
         refused = refusal(call)
         assert (refused.code, refused.reason) == (grpc.StatusCode.ABORTED, "STALE_REVISION")
-        assert refused.metadata["expected_revision"] == str(told.stamp.structure_revision)
+        assert refused.metadata["expected_structure_revision"] == str(told.stamp.structure_revision)
     meant["expected_structure_revision"] = plan(stepped, move).stamp.structure_revision
     assert stepped.motion.StartMotion(motion_pb2.StartMotionRequest(**meant)).motion.id
 

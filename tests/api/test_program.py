@@ -246,7 +246,8 @@ def test_a_client_that_vanishes_leaves_no_waiting_program(stubs: Stubs) -> None:
     [
         ([motion_pb2.ProgramStep()], "steps[0] does not say what to do; give one of move, set_signal, wait_signal"),
         ([move()], "steps[0].move.moves is empty"),
-        ([dwell(0.0)], "steps[0].dwell.seconds must be above 0, not 0"),
+        ([dwell(0.0)], "steps[0].dwell.seconds must be above 0 and at most 86400, a day, not 0"),
+        ([dwell(1e300)], "steps[0].dwell.seconds must be above 0 and at most 86400, a day, not 1e+300"),
         ([dwell(float("nan"))], "steps[0].dwell.seconds must be a finite number"),
         ([wait("go", -1.0)], "steps[0].wait_signal.timeout_seconds must be 0 (never) or above"),
         ([wait("")], "steps[0].wait_signal.condition.signal is empty"),

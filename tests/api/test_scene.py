@@ -127,7 +127,7 @@ def test_a_stale_revision_is_refused_and_says_which_holds(stepped: Stubs) -> Non
     with unchanged(stepped):
         refused = refusal(lambda: stepped.scene.Apply(request))
     assert (refused.code, refused.reason) == (grpc.StatusCode.ABORTED, "STALE_REVISION")
-    assert (refused.metadata["revision"], refused.metadata["expected_revision"]) == (str(seen + 1), str(seen))
+    assert (refused.metadata["revision"], refused.metadata["expected_structure_revision"]) == (str(seen + 1), str(seen))
     request.expected_structure_revision = seen + 1
     assert stepped.scene.Apply(request).stamp.structure_revision == seen + 2
 

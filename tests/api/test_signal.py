@@ -131,7 +131,7 @@ def test_a_signal_keeps_the_type_of_its_first_value(stepped: Stubs, value: Signa
             continue
         refused = refusal(lambda other=other: set_signals(stepped, {"s": other}))
         assert refused.reason == "INVALID_ARGUMENT"
-        assert refused.message.startswith("the signal 's' is a ")
+        assert refused.message.startswith("the signal 's' is an " if type(value) is int else "the signal 's' is a ")
         assert refused.metadata["signal"] == "s"
     told = value_of(stepped.signal.GetSignals(GET()).signals[0].value)
     assert type(told) is type(value)
@@ -236,11 +236,13 @@ def test_a_program_waits_until_a_number_compares(stepped: Stubs, comparison: str
     [
         (condition("word", "a", "<"), "the signal 'word' is a text, which '<' cannot compare"),
         (condition("word", 5), "the signal 'word' is a text and takes no integer (5)"),
+        (condition("count", "5"), "the signal 'count' is an integer and takes no text ('5')"),
         (condition("wrod", "a"), "did you mean 'word'"),
         (motion_pb2.SignalCondition(signal="word"), "steps[0].wait_signal.condition.value is absent"),
     ],
 )
 def test_conditions_that_cannot_be_are_refused(stepped: Stubs, asked: motion_pb2.SignalCondition, said: str) -> None:
     signals(stepped, "word", value="")
+    signals(stepped, "count", value=0)
     with unchanged(stepped):
         assert said in refusal(lambda: stepped.motion.StartMotion(waiting(asked))).message

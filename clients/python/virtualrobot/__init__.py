@@ -49,8 +49,11 @@ if TYPE_CHECKING:
     from virtualrobot.scene.figures import capsule as capsule
     from virtualrobot.scene.figures import cone as cone
     from virtualrobot.scene.figures import cylinder as cylinder
+    from virtualrobot.scene.figures import frame as frame
     from virtualrobot.scene.figures import sphere as sphere
+    from virtualrobot.scene.figures import table as table
     from virtualrobot.scene.node import NodeInfo as NodeInfo
+    from virtualrobot.scene.target import Target as Target
     from virtualrobot.sensors.cameras import CameraReading as CameraReading
     from virtualrobot.sensors.cameras import camera as camera
     from virtualrobot.sensors.cameras import light as light
@@ -91,8 +94,9 @@ _MODULES = {
         "PluginFailedError", "RobotBusyError", "SingularityError", "StaleRevisionError", "TooLargeError",
         "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
     ),
-    "scene.figures": ("Figure", "box", "capsule", "cone", "cylinder", "sphere"),
+    "scene.figures": ("Figure", "box", "capsule", "cone", "cylinder", "frame", "sphere", "table"),
     "scene.node": ("NodeInfo",),
+    "scene.target": ("Target",),
     "view.ghosts": ("Ghost",),
     "robots.group": ("Group",),
     "leases": ("Lease", "LeaseInfo"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -10,9 +11,14 @@ from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default, whole
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import told
 from virtualrobot._wire.signal_values import SignalValue, value_of
+from virtualrobot.errors import CallTimeoutError
+from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.state import MotionState
 from virtualrobot.robots.values import RobotState
 from virtualrobot.v1 import kernel_pb2
+
+_MOST_TICKS = 25
+"""Most ticks of one step of `run`."""
 
 _MODES = {kernel_pb2.CLOCK_MODE_REALTIME: "realtime", kernel_pb2.CLOCK_MODE_STEPPED: "stepped"}
 
@@ -119,6 +125,46 @@ class Clock:
             {signal.name: value_of(signal.value) for signal in response.signals},
             tuple(map(MotionState.of, response.motions)),
         )
+
+    def run(self, *motions: Motion, timeout: float | None = None) -> ClockState:
+        """Let time go on by steps until these motions have ended; return the clock as it is then.
+
+        It steps by no more ticks than the motions still need, so equal programs end in the same tick; one that is
+        stopped on its way may have ended up to 25 ticks before. Ctrl-C cancels the motions.
+
+        Args:
+            motions: started with `wait=False`.
+            timeout: seconds of simulation time after which it gives up.
+
+        Raises:
+            MotionCancelledError: when one was cancelled; the message says why.
+            MotionAbortedError: when the kernel had to end one before its goal.
+            CallTimeoutError: after `timeout` seconds of simulation time; the motions go on.
+            WrongStateError: when time follows the wall clock.
+
+        Example:
+            >>> client.clock.set_stepped()
+            >>> client.clock.run(robot.move_joints(goal, wait=False)).stamp.simulation_time
+            1.236
+        """
+        tick = self.read().tick_length
+        left = math.inf if timeout is None else round(timeout / tick)
+        try:
+            while going := [state for state in (motion.state for motion in motions) if not state.phase.ended]:
+                if left <= 0:
+                    names = ", ".join(state.id for state in going)
+                    raise CallTimeoutError(f"{names} has not ended after {timeout} s of simulation time; it goes on")
+                needed = min((1.0 - state.progress) * state.planned_duration for state in going)
+                ticks = min(max(int(needed / tick), 1), _MOST_TICKS, left)
+                self.step(int(ticks))
+                left -= ticks
+        except KeyboardInterrupt:
+            for motion in motions:
+                motion.cancel("interrupted from the keyboard")
+            raise
+        for motion in motions:
+            motion.state.raise_early_end()
+        return self.read()
 
     def __repr__(self) -> str:
         """Return a line for people."""

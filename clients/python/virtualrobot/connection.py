@@ -28,6 +28,7 @@ from virtualrobot.robots.models import KnownModel, known_models
 from virtualrobot.robots.robot import Robot
 from virtualrobot.scene.editor import Direct
 from virtualrobot.scene.scene import LoadOptions, Scene
+from virtualrobot.scene.target import Target
 from virtualrobot.sensors.rays import Rays
 from virtualrobot.sensors.sensors import Sensors
 from virtualrobot.session import checked_token, default_address, find_token, split_address, token_path
@@ -129,6 +130,11 @@ class Client:
         """Return all robots."""
         response = self._services.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest())
         return [Robot(self._services, robot.name) for robot in response.robots]
+
+    @property
+    def targets(self) -> dict[str, Target]:
+        """The targets of the scene by name: places that robots were taught; see `Robot.teach`."""
+        return self.scene.targets()
 
     def load_robot(self, file: str | Path, **options: Unpack[LoadOptions]) -> Robot:
         """Load a robot from a model file and return it; as `Scene.load` does.

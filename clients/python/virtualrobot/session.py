@@ -68,9 +68,11 @@ def given_token(file: Path | None) -> tuple[str, str]:
         token = file.read_text(encoding="utf-8").strip()
     except (OSError, UnicodeDecodeError) as error:
         said = error.strerror if isinstance(error, OSError) else "it is no text"
+        # What is no path may be the token itself, which belongs in no log; the error below it would tell it too.
+        name = repr(str(file)) if _is_path(str(file)) else f"of the name that was given, in {os.getcwd()!r}"
         raise ValueError(
-            f"no token can be read from the file {str(file)!r}: {said}; a token itself goes into {TOKEN_VARIABLE}"
-        ) from error
+            f"no token can be read from the file {name}: {said}; a token itself goes into {TOKEN_VARIABLE}"
+        ) from None
     if not token:
         raise ValueError(f"the token file {file} is empty")
     return checked_token(token, f"the file {file}"), f"the file {file}"
@@ -80,15 +82,28 @@ def checked_token(token: str, origin: str) -> str:
     """Return `token`, which is from `origin`.
 
     Raises:
-        ValueError: when it names a file, or is no single word of printable ASCII.
+        ValueError: when it is a path (`_is_path`), or no single word of printable ASCII; the message is without it.
     """
-    if os.path.isfile(os.path.expanduser(token)):
+    if _is_path(token):
         raise ValueError(
-            f"{origin} is the token itself, and {token!r} is a file; --token-file and token_file take files"
+            f"{origin} is the token itself, and what it holds is the path of a file; --token-file and token_file take "
+            "files"
         )
     if not token.isascii() or any(not letter.isprintable() or letter.isspace() for letter in token):
         raise ValueError(f"{origin} holds no token: a token is one word of printable ASCII characters")
     return token
+
+
+def _is_path(text: str) -> bool:
+    """Return whether a text is the path of a file, or begins as one: with `~`, `./`, `../` or a folder that is here.
+
+    A token may have slashes, as base64 has, and a file need not be there to be meant.
+    """
+    if os.path.isfile(os.path.expanduser(text)) or text.startswith(("~", "./", "../", ".\\", "..\\")):
+        return True
+    parts = Path(text).parts
+    first = 2 if Path(text).anchor else 1
+    return len(parts) > first and os.path.isdir(Path(*parts[:first]))
 
 
 def find_token(port: int, file: Path | None = None) -> tuple[str, str]:

@@ -15,7 +15,7 @@ from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.convert.program import NOTE
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.kernel_services import KernelServices
-from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested
+from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested, touching_notes
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.open_programs import OpenPrograms
 from virtualrobot_kernel.api.publications import pause_seconds
@@ -72,8 +72,9 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         snapshot = (done := await asyncio.wrap_future(applied)).snapshot
         motion = find_motion(snapshot, str(done.created[0]))
         self._programs.remember(motion.id, planned.end)
+        notes = (*planned.notes, *touching_notes(self._kernel.monitor.latest, snapshot, motion))
         return motion_pb2.StartMotionResponse(
-            stamp=stamp(snapshot), motion=motion_message(snapshot, motion), notes=map(NOTE.write, planned.notes)
+            stamp=stamp(snapshot), motion=motion_message(snapshot, motion), notes=map(NOTE.write, notes)
         )
 
     async def AppendMotion(

@@ -10,13 +10,18 @@ from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.convert.program import motion_spec
 from virtualrobot_kernel.api.kernel_services import KernelServices
+from virtualrobot_kernel.collision.node_pairs import coordinates_between, movers
+from virtualrobot_kernel.collision.report import Report
+from virtualrobot_kernel.collision.transitions import watched
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import MotionSpec
 from virtualrobot_kernel.planning.together import joints_of, moved_arms, solved_robots
 from virtualrobot_kernel.planning.tracking import arms_joints
 from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.change import moving_motion
 from virtualrobot_kernel.world.clock import Mode
+from virtualrobot_kernel.world.collisions import STOPPING
 from virtualrobot_kernel.world.commands import CancelMotion
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot
 
@@ -31,6 +36,22 @@ def find_motion(snapshot: Snapshot, id: str) -> Motion:
         if motion.id == id:
             return motion
     raise UnknownNameError("motion", id, (motion.id for motion in motions))
+
+
+def touching_notes(report: Report, snapshot: Snapshot, motion: Motion) -> list[Note]:
+    """Return a note on each pair that touches as a motion starts, which moves it and which would else be stopped."""
+    structure, modes, leads = snapshot.structure, watched(snapshot), set(motion.q_index.tolist())
+    notes = []
+    for touch in report.touching:
+        pair = touch.pair.first, touch.pair.second
+        if not all(uid in structure.nodes for uid in pair) or leads.isdisjoint(coordinates_between(pair, structure)):
+            continue
+        robot = next((uid for uid in movers(pair, structure) if modes.get(uid) in STOPPING), None)
+        if robot is not None:
+            first, second = touch.names
+            told = f"{first!r} and {second!r} touch already, so their touch stops nobody until they are apart"
+            notes.append(Note(NoteKind.TOUCHING, 0, structure.nodes[robot].name, 0.0, 0.0, told))
+    return notes
 
 
 async def make_way(

@@ -17,17 +17,17 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.bodies import made_of
 from virtualrobot_kernel.collision.joint_path import JointPath, of_laws, of_program, together
-from virtualrobot_kernel.collision.node_pairs import names_of
+from virtualrobot_kernel.collision.node_pairs import coordinates_between, names_of
 from virtualrobot_kernel.collision.program_sweep import Switch, first_along, program_switches
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import SweptContact
-from virtualrobot_kernel.collision.transitions import STOPPING, RobotStop, watched
+from virtualrobot_kernel.collision.transitions import RobotStop, watched
 from virtualrobot_kernel.motion.prediction import Prediction, predict
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.world.apply_motions import override
+from virtualrobot_kernel.world.collisions import STOPPING
 from virtualrobot_kernel.world.state import Motion, Snapshot, unchanged
-from virtualrobot_kernel.world.structure import JointType, LinkData
 
 IN_ADVANCE = 0.25
 """By which part of the time that is looked ahead more is looked at each time, so that it need not be in every tick."""
@@ -245,12 +245,7 @@ def _stop_for(
     Those that slow down to a pause are stopped when nobody else can be.
     """
     structure, state = snapshot.structure, snapshot.state
-    above = [{node.uid for node in structure.ancestors(uid)} for uid in (contact.first, contact.second)]
-    places = set()
-    for uid in above[0] ^ above[1]:
-        data = structure.nodes[uid].data
-        if isinstance(data, LinkData) and data.joint.type is not JointType.FIXED:
-            places.update(structure.coordinates_at(structure.rows[uid]))
+    places = coordinates_between((contact.first, contact.second), structure)
     found: dict[bool, dict[int, None]] = {False: {}, True: {}}
     for motion in state.motions:
         if motion.id in moving and motion.cancellation is None:

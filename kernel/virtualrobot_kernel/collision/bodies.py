@@ -12,15 +12,15 @@ from virtualrobot_kernel.collision.allowed import AllowedPairs, Pair, allowed_pa
 from virtualrobot_kernel.collision.geometry import CollisionShapes, Solid
 from virtualrobot_kernel.world.figures import Figure
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind, Structure
+from virtualrobot_kernel.world.structure import FOR_PEOPLE, Kind, Structure
 from virtualrobot_kernel.world.visibility import inherited_visibility
 
 Floats = NDArray[np.float64]
 
 BODILESS = frozenset(
     {
-        *(Kind.ANNOTATION, Kind.LIGHT),
-        *(Kind.RANGE_SENSOR, Kind.CAMERA_SENSOR, Kind.CONTACT_SENSOR, Kind.MOTION_SENSOR),
+        *FOR_PEOPLE,
+        *(Kind.RANGE_SENSOR, Kind.CAMERA_SENSOR, Kind.CONTACT_SENSOR, Kind.MOTION_SENSOR, Kind.LIGHT),
     }
 )
 """Kinds of nodes that touch nothing."""

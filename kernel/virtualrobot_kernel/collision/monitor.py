@@ -21,8 +21,9 @@ from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.collision.report import REMEMBERED, Ended, Event, Failed, Report, Stopped, Touch, What, thinned
 from virtualrobot_kernel.collision.scene import Collision, CollisionScene, Detail
-from virtualrobot_kernel.collision.transitions import STOPPING, RobotStop, Scope, stop_of, transitions, watched
+from virtualrobot_kernel.collision.transitions import RobotStop, Scope, stop_of, transitions, watched
 from virtualrobot_kernel.world.clock import Mode
+from virtualrobot_kernel.world.collisions import STOPPING
 from virtualrobot_kernel.world.commands import Command, StopRobots
 from virtualrobot_kernel.world.listeners import Listeners
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot, unchanged

@@ -22,6 +22,12 @@ def movers(pair: Pair, structure: Structure) -> frozenset[int]:
     return frozenset(node.uid for uid in pair for node in structure.ancestors(uid) if node.kind is Kind.ROBOT)
 
 
+def coordinates_between(pair: Pair, structure: Structure) -> frozenset[int]:
+    """Return the coordinates (places in q) of the joints that move two nodes against each other."""
+    first, second = ({node.uid for node in structure.ancestors(uid)} for uid in pair)
+    return frozenset(place for uid in first ^ second for place in structure.coordinates_at(structure.rows[uid]))
+
+
 def moves(before: Snapshot, after: Snapshot, pair: Pair) -> bool:
     """Return whether two nodes are elsewhere, seen from each other, than they were."""
     was, now = (np.linalg.solve(world.world_t(pair[0]), world.world_t(pair[1])) for world in (before, after))

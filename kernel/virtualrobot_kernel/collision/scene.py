@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -146,6 +146,10 @@ class CollisionScene:
         """Return the pairs of nodes (uids) that touch and may not, as `collisions` asks them."""
         return self._touching(False, robots)
 
+    def first_touching(self, robots: Collection[int], counts: Callable[[Pair], bool]) -> Pair | None:
+        """Return one pair of nodes (uids) that touch and may not, of those with these robots that count; or None."""
+        return next(iter(self._touching(True, robots, counts=counts)), None)
+
     def self_collisions(self, robot: int) -> set[Pair]:
         """Return the pairs of nodes of a robot (uid) that touch and may not."""
         return self._touching(False, [robot], itself=True)
@@ -182,12 +186,18 @@ class CollisionScene:
         nearest = sorted(found.values(), key=lambda one: one.distance)
         return nearest if range_meters else nearest[:1]
 
-    def _touching(self, first: bool, robots: Collection[int] | None, itself: bool = False) -> set[Pair]:
+    def _touching(
+        self,
+        first: bool,
+        robots: Collection[int] | None,
+        itself: bool = False,
+        counts: Callable[[Pair], bool] | None = None,
+    ) -> set[Pair]:
         """Return the pairs of nodes that touch and may not; at most the first one that is found."""
         uids, placed, found = self._uids, self._placed, set()
         for one, other, row, to in self._overlaps(robots, itself):
             pair = ordered(uids[one], uids[other])
-            if pair in found:
+            if pair in found or (counts is not None and not counts(pair)):
                 continue
             if touches(placed, one, other, row, to) or is_near(placed, one, other, row, to):
                 found.add(pair)

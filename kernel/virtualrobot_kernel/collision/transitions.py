@@ -7,12 +7,9 @@ from dataclasses import dataclass, field
 
 from virtualrobot_kernel.collision.allowed import AllowedPairs, Pair
 from virtualrobot_kernel.collision.node_pairs import movers, names_of
-from virtualrobot_kernel.world.collisions import CollisionMode
+from virtualrobot_kernel.world.collisions import STOPPING, CollisionMode
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Structure
-
-STOPPING = frozenset({CollisionMode.STOP, CollisionMode.GUARD})
-"""Modes of robots that a collision stops; a guarded one should not come into any."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from virtualrobot_kernel.collision.clearances import Measured
 from virtualrobot_kernel.drawing.alarm import Touching, contact_points
 from virtualrobot_kernel.drawing.extent import node_box
 from virtualrobot_kernel.drawing.ghosts import ghost_figures
-from virtualrobot_kernel.drawing.inventory import joint_axes
+from virtualrobot_kernel.drawing.inventory import figures_of, joint_axes
 from virtualrobot_kernel.drawing.library import AXIS_ARROW
 from virtualrobot_kernel.drawing.library import ShapeLibrary as DrawnShapes
 from virtualrobot_kernel.drawing.overlay import Overlay, Words
@@ -40,7 +40,7 @@ from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.figures import Figure, Frame, Label, Lines, Material, Mesh, Points
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind
+from virtualrobot_kernel.world.structure import FOR_PEOPLE
 from virtualrobot_kernel.world.visibility import inherited_visibility
 
 FRAME = "virtualrobot:frame"
@@ -66,8 +66,8 @@ def shown_figures(snapshot: Snapshot) -> Iterator[tuple[int, Figure]]:
     for uid, node in structure.nodes.items():
         if hidden[uid]:
             continue
-        for figure in node.figures:
-            is_drawn = node.kind is Kind.ANNOTATION or isinstance(figure.geometry, Points | Lines | Frame | Label)
+        for figure in figures_of(node):
+            is_drawn = node.kind in FOR_PEOPLE or isinstance(figure.geometry, Points | Lines | Frame | Label)
             if is_drawn and figure.visual and figure.tool_state in ("", states[uid]):
                 yield uid, figure
 

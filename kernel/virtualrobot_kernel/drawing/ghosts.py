@@ -11,7 +11,7 @@ from virtualrobot_kernel.drawing.view import Ghost
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.world.figures import Figure, Frame, Label, Lines, Material, Points
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import JointType, Kind, LinkData, Structure
+from virtualrobot_kernel.world.structure import FOR_PEOPLE, JointType, Kind, LinkData, Structure
 from virtualrobot_kernel.world.visibility import inherited_visibility
 
 
@@ -35,7 +35,7 @@ def ghost_figures(snapshot: Snapshot, ghosts: tuple[Ghost, ...]) -> Iterator[tup
         parts = [
             (structure.rows[node.uid], figure)
             for node in structure.below(ghost.robot)
-            if not hidden[node.uid] and node.kind is not Kind.ANNOTATION and _is_moved(structure, node.uid, ghost.robot)
+            if not hidden[node.uid] and node.kind not in FOR_PEOPLE and _is_moved(structure, node.uid, ghost.robot)
             for figure in node.figures
             if figure.visual
             and figure.tool_state in ("", states[node.uid])

@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.drawing.alarm import reddened
 from virtualrobot_kernel.drawing.figure_glb import Rgba
 from virtualrobot_kernel.drawing.library import AXIS_ARROW, ShapeKey, ShapeLibrary, Vector, shape_key
-from virtualrobot_kernel.world.figures import Figure, Pose
-from virtualrobot_kernel.world.structure import JointType, LinkData, Node, Structure
+from virtualrobot_kernel.world.figures import Figure, Frame, Label, Pose
+from virtualrobot_kernel.world.structure import JointType, Kind, LinkData, Node, Structure
 from virtualrobot_kernel.world.visibility import inherited_visibility
 
 BatchKey = tuple[ShapeKey, Rgba | None]
@@ -25,6 +25,9 @@ AXIS_COLORS: dict[JointType, Rgba] = {
     JointType.PLANAR: (0.10, 0.62, 0.65, 1.0),
 }
 """Colours of joint axes; a planar joint shows the normal of its plane, a floating one has no axis."""
+
+TARGET_SIZE = 0.06
+"""Length of the arrows of a target, in meters."""
 
 FLOOR = 30.0
 """In meters: what is wider is a floor."""
@@ -110,10 +113,17 @@ def _red(piece: Piece) -> Piece:
     return replace(piece, key=(piece.key[0], reddened(piece.key[1])))
 
 
+def figures_of(node: Node) -> tuple[Figure, ...]:
+    """Return a node's figures; a target that has none is a small frame with its name."""
+    if node.kind is not Kind.TARGET or node.figures:
+        return node.figures
+    return Figure(Frame(TARGET_SIZE)), Figure(Label(node.name))
+
+
 def look_of(node: Node) -> Look:
     """Return what a node's visual figures are made of."""
     pieces, annotations = [], []
-    for figure in node.figures:
+    for figure in figures_of(node):
         if not figure.visual:
             continue
         piece = _piece(figure)

@@ -9,11 +9,8 @@ from virtualrobot.files.resolver import join_uri
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.collada import image_names, material_warnings, parse_collada
 from virtualrobot_kernel.formats.files import File, Files
-from virtualrobot_kernel.formats.references import counted_from, ending, list_references
+from virtualrobot_kernel.formats.references import buffer_names, counted_from, ending, list_references
 from virtualrobot_kernel.formats.xml import FileWarning, place_in
-
-_LOOKS = (".mtl", ".png", ".jpg", ".jpeg", ".webp", ".bmp", ".gif", ".tga", ".tif", ".tiff", ".dds", ".ktx2", ".basis")
-"""Endings of files without which a mesh has its shape and only looks different."""
 
 
 def find_dependents(files: Files, main: File) -> tuple[dict[str, str], list[FileWarning]]:
@@ -37,7 +34,7 @@ def _gather(files: Files, main: File, file: File, found: dict[str, str], warning
         try:
             dependent = _read(files, name, file.key)
         except MissingFileError as error:
-            if ending(name) not in _LOOKS:
+            if name in buffer_names(file.data, file.key):
                 raise
             warnings.append(FileWarning(f"{place_in(file.key, None)}: {error}; drawn without it", file.key))
             continue

@@ -102,12 +102,14 @@ def import_model(
         model = model_table.find(library.importers.models, known)
         if model.scene:
             _refuse_mesh_fields(uri, as_part, scale)
+            _refuse_srdf(uri, srdf_uri)
             return TranslatedScene(model.scene, uri)
         uri, srdf_uri, touching = model.uri, srdf_uri or model.srdf, model.touching
         settings = {**model.settings, **(settings or {})}
     kind = ending(uri)
     if known and kind == ".yaml":
         _refuse_mesh_fields(uri, as_part, scale)
+        _refuse_srdf(uri, srdf_uri)
         file = files.read(uri)
         return TranslatedScene(file.data.decode(), file.key)
     formats = tuple(dict.fromkeys((*MODEL_FORMATS, *library.importers.endings)))
@@ -158,7 +160,7 @@ def import_model(
             raise
         robot = replace(model.nodes[0], parent=parent, parent_t_node=pose)
         if srdf_uri:
-            semantics = read_srdf(files.read(srdf_uri, referrer), model.nodes)
+            semantics = read_srdf(files.read(srdf_uri, referrer), model.nodes, model.own_name)
             robot = with_semantics(robot, semantics)
             warnings.extend(semantics.warnings)
         warnings[:0] = translated.warnings if translated else ()
@@ -201,6 +203,13 @@ def _refuse_mesh_fields(uri: str, as_part: bool, scale: Scale) -> None:
     if as_part or scale != UNSCALED:
         what = f"the scale {', '.join(f'{factor:g}' for factor in scale)}" if scale != UNSCALED else "as_part"
         raise _bad_argument(f"{place_in(uri, None)} is a robot's, and {what} is for meshes", file=uri)
+
+
+def _refuse_srdf(uri: str, srdf_uri: str) -> None:
+    """Raise where an SRDF file comes with a robot that is a scene."""
+    if srdf_uri:
+        told = f"{place_in(uri, None)} is a scene with postures of its own: the SRDF file {srdf_uri!r} is not for it"
+        raise _bad_argument(told, file=srdf_uri)
 
 
 def _bad_argument(message: str, **metadata: object) -> KernelError:

@@ -123,13 +123,21 @@ def _dae(data: bytes, uri: str) -> Iterator[str]:
     return image_names(parse_collada(data, uri))
 
 
-def _gltf(data: bytes, uri: str) -> Iterator[str]:
+def _gltf(data: bytes, uri: str, kinds: tuple[str, ...] = ("buffers", "images")) -> Iterator[str]:
     tree = gltf_json(data, uri)
-    for kind in ("buffers", "images"):
+    for kind in kinds:
         for entry in tree.get(kind, []):
             name = entry.get("uri", "")
             if not name.startswith("data:"):
                 yield unquote(name)
+
+
+def buffer_names(data: bytes, uri: str) -> set[str]:
+    """Return the names, as `list_references` has them, of files without which a mesh has no shape: buffers of glTF.
+
+    All else that a mesh file names costs the look only, whatever it is called.
+    """
+    return set(_gltf(data, uri, ("buffers",))) if ending(uri) in (".gltf", ".glb") else set()
 
 
 def gltf_json(data: bytes, uri: str) -> dict:

@@ -65,14 +65,16 @@ def with_allowed(robot: NodeSpec, pairs: Iterable[LinkPair]) -> NodeSpec:
     return replace(robot, data=replace(data, allowed_collisions=(*data.allowed_collisions, *pairs)))
 
 
-def read_srdf(file: File, nodes: tuple[NodeSpec, ...]) -> Semantics:
+def read_srdf(file: File, nodes: tuple[NodeSpec, ...], own_name: str = "") -> Semantics:
     """Return the content of an SRDF file about the robot whose nodes (the robot first, its links below) are given.
 
     Groups name the joints that can be moved, in the robot's order: those of chains, joints, links and subgroups. A
     `group_state` becomes a posture under its own name, or under `group/state` when another group's state has that
     name. The parent link of the only `end_effector` becomes the flange, and that of each one the end of its parent
     group, where that is given by joints. An element that is wrong, such as one that names what the robot lacks, is
-    left out with a warning: nothing in the file changes how the robot moves.
+    left out with a warning, and so is a group of which nothing else is left: nothing in the file changes how the robot
+    moves. A file about a robot of another name than `own_name`, the robot's in its own file, is read with a warning;
+    warnings come in the order of the file.
 
     Raises:
         MalformedFileError: naming file and line, for what is no SRDF.
@@ -80,7 +82,7 @@ def read_srdf(file: File, nodes: tuple[NodeSpec, ...]) -> Semantics:
     root = parse_xml(file.data, file.key)
     if local_name(root) != "robot":
         raise malformed(file.key, line_of(root), f"the root element is <{local_name(root)}>, expected <robot>")
-    return _Reader(file.key, nodes).read(root)
+    return _Reader(file.key, nodes).read(root, own_name)
 
 
 class _Reader:
@@ -106,7 +108,9 @@ class _Reader:
         self.unknown: set[tuple[str, str]] = set()
         self.warnings: list[FileWarning] = []
 
-    def read(self, root: Element) -> Semantics:
+    def read(self, root: Element, own_name: str) -> Semantics:
+        if own_name and (name := root.get("name", "").strip()) != own_name:
+            self._warn(root, f"the file is about a robot {name!r}, and the model's own name is {own_name!r}")
         # How a robot stands in the world is no joint of ours; groups and states may name it.
         self.virtual = {element.get("name", "") for element in children(root, "virtual_joint")} - self.joints.keys()
         elements: dict[str, Element] = {}
@@ -137,22 +141,33 @@ class _Reader:
         for element in root.iterchildren("*"):
             if local_name(element) not in _READ:
                 self._warn(element, f"<{local_name(element)}> is not read")
-        groups = tuple(self.groups[name] for name in elements)
-        return Semantics(groups, postures, self._pairs(root), flange, tuple(self.warnings))
+        pairs = self._pairs(root)
+        groups = tuple(self.groups[name] for name in elements if name in self.groups)
+        return Semantics(groups, postures, pairs, flange, tuple(sorted(self.warnings, key=lambda told: told.line)))
 
-    def _group(self, name: str, elements: Mapping[str, Element], above: tuple[str, ...]) -> JointGroup:
-        """Return a group, with those below it; `above` are the groups that ask for it."""
-        if name in self.groups:
-            return self.groups[name]
+    def _group(self, name: str, elements: Mapping[str, Element], above: tuple[str, ...]) -> JointGroup | None:
+        """Return a group, with those below it; `above` are the groups that ask for it.
+
+        None for one of which nothing is left, since all its members are wrong: it is left out, and so is what names it.
+        """
+        if name in self.groups or ("group", name) in self.unknown:
+            return self.groups.get(name)
         element = elements[name]
         if name in above:
             raise self._error(element, f"the groups contain each other: {' -> '.join((*above, name))}", name)
         found: set[str] = set()
         ends: list[tuple[str, str]] = []
-        for member in element.iterchildren("*"):
+        members = [*element.iterchildren("*")]
+        wrong = len(members)
+        for member in members:
             with self._or_left_out():
-                found |= self._member(name, member, elements, above, ends)
-        one_chain = len(ends) == 1 and len([*element.iterchildren("*")]) == 1
+                joints = self._member(name, member, elements, above, ends)
+                found |= joints or set()
+                wrong -= joints is not None
+        if members and wrong == len(members):
+            self.unknown.add(("group", name))
+            return None
+        one_chain = len(ends) == 1 and len(members) == 1
         base, tip = ends[0] if one_chain else ("", "")
         joints = tuple(joint for joint in self.movable if joint in found)
         self.groups[name] = JointGroup(name, joints, base, tip)
@@ -165,8 +180,8 @@ class _Reader:
         elements: Mapping[str, Element],
         above: tuple[str, ...],
         ends: list[tuple[str, str]],
-    ) -> set[str]:
-        """Return the joints of a group's member; `ends` gets those of a chain."""
+    ) -> set[str] | None:
+        """Return the joints of a group's member, None of a group that is left out; `ends` gets those of a chain."""
         place = Place(self.uri, f"group {group!r}")
         match local_name(member):
             case "chain":
@@ -180,8 +195,9 @@ class _Reader:
             case "link":
                 return {self.joint_of_link[self._known(member, "link", text_attribute(place, member, "name"))]}
             case "group":
-                below = self._of(elements, member, text_attribute(place, member, "name"))
-                return set(self._group(below, elements, (*above, group)).joint_names)
+                name = self._of(elements, member, text_attribute(place, member, "name"))
+                below = self._group(name, elements, (*above, group))
+                return None if below is None else set(below.joint_names)
             case kind:
                 raise self._error(member, f"unknown member <{kind}>; known: chain, joint, link, group", group)
 

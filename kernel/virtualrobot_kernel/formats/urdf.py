@@ -35,9 +35,13 @@ FindMesh = Callable[[str, str, tuple[float, float, float], bool], Mesh]
 
 @dataclass(frozen=True, slots=True)
 class UrdfModel:
-    """Content of a URDF file: nodes named `robot`, `robot.link` and `robot.sensor`, counts and oddities."""
+    """Content of a URDF file: nodes named `robot`, `robot.link` and `robot.sensor`, counts and oddities.
+
+    `name` is the robot's in the world, `own_name` the one that the file gives it.
+    """
 
     name: str
+    own_name: str
     nodes: tuple[NodeSpec, ...]
     mesh_count: int
     warnings: tuple[FileWarning, ...]
@@ -130,7 +134,8 @@ def read_urdf(
         raise malformed(file.key, line_of(root), "the robot has no link")
     joints = read_joints(file.key, root, warnings)
     order = tree_order(file.key, {name: line_of(element) for name, element in links.items()}, joints)
-    robot = choose_name(root.get("name", "").strip())
+    own_name = root.get("name", "").strip()
+    robot = choose_name(own_name)
     base = Joint(_free_name("base", joints), base_joint, axis=(0.0, 0.0, 1.0))
     actuators = read_transmissions(file.key, root, [joint.joint for joint in joints], warnings)
     nodes = [NodeSpec(robot, Kind.ROBOT, data=RobotData(source=file.key, actuators=actuators))]
@@ -138,7 +143,7 @@ def read_urdf(
         nodes.append(_link_node(reader, robot, name, links[name], joint, base))
     child_of = {joint.joint.name: joint.child for joint in joints}
     nodes += read_sensors(file.key, root, robot, list(links), child_of, warnings)
-    return UrdfModel(robot, tuple(nodes), reader.mesh_count, tuple(warnings))
+    return UrdfModel(robot, own_name, tuple(nodes), reader.mesh_count, tuple(warnings))
 
 
 def _link_node(

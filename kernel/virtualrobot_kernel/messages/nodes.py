@@ -39,6 +39,7 @@ from virtualrobot_kernel.world.structure import (
     NodeData,
     NodeSpec,
     PartData,
+    TargetData,
     ToolData,
 )
 
@@ -119,7 +120,15 @@ TOOL = Table(
     states=named(nodes_pb2.ToolState, "joint_positions", BY_NAME),
     inertial=INERTIAL,
 )
-DATA: dict[str, Codec] = {"part": Pair(_part, PART.write), "robot": ROBOT, "link": LINK, "tool": TOOL, **SENSORS}
+TARGET = Table(TargetData, nodes_pb2.Target)
+DATA: dict[str, Codec] = {
+    "part": Pair(_part, PART.write),
+    "robot": ROBOT,
+    "link": LINK,
+    "tool": TOOL,
+    "target": TARGET,
+    **SENSORS,
+}
 """Codec of what only one kind of node has, by its field in `Node`."""
 
 

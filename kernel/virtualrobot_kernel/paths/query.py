@@ -160,7 +160,8 @@ def _placed(snapshot: Snapshot, arm: Arm, positions: Mapping[str, float]) -> tup
 def _reaching(snapshot: Snapshot, robot: Node, goal: PoseGoal, solver_of: SolverOf, seed: int, group: Group) -> Floats:
     """Return configurations (m, k) that reach a pose, those first that a move from here would take."""
     world_t_tcp = world_t_goal(snapshot, goal)
-    arm, found = reached(snapshot, robot, world_t_tcp, solver_of, goal.configuration, group=group)
+    choice = goal.configuration
+    arm, found = reached(snapshot, robot, world_t_tcp, solver_of, choice, group=group, reference=goal.reference)
     chain, rng = arm.serial(), np.random.default_rng(seed)
     lower = np.maximum(chain.lower, -np.pi)
     upper = np.maximum(np.minimum(chain.upper, np.pi), lower)

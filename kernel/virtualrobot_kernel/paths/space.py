@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.joint_path import JointPath, line
 from virtualrobot_kernel.collision.node_pairs import ROUNDING, moves
-from virtualrobot_kernel.collision.scene import CollisionScene, Detail
+from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import SweptContact, first_contact
 from virtualrobot_kernel.paths.query import PathQuery
 from virtualrobot_kernel.planning.robots import standing_at
@@ -25,7 +26,8 @@ _ELSEWHERE = 0.1
 class PathSpace:
     """Configurations of one arm in a world in which all else stands; used by one thread at a time.
 
-    Pairs count of which the arm moves one node against the other: a base that stands in the floor is no matter.
+    Pairs count of which the arm moves one node against the other: a base that stands in the floor is no matter, nor are
+    fingers that are closed, at whatever posture rounding makes them touch.
     """
 
     def __init__(
@@ -41,17 +43,13 @@ class PathSpace:
         rows = np.abs(moved.world_t_node - snapshot.world_t_node).max(axis=(1, 2)) > ROUNDING
         groups = scene.bodies.allowed.groups
         self._robots = {groups[uid] for uid, row in snapshot.structure.rows.items() if rows[row] and groups.get(uid)}
-        self._standing = {pair for pair in scene.touching(self._robots) if not moves(snapshot, moved, pair)}
+        self._counts = cache(partial(moves, snapshot, moved))
 
     def contact(self, q: Floats) -> Pair | None:
         """Return two nodes (uids) that touch at q (k,) and may not, or None."""
         self.checks += 1
         self._scene.place(standing_at(self._snapshot, self._query.q_index, q))
-        detail = Detail.PAIRS if self._standing else Detail.FIRST
-        for found in self._scene.collisions(detail, self._robots):
-            if (found.first, found.second) not in self._standing:
-                return found.first, found.second
-        return None
+        return self._scene.first_touching(self._robots, self._counts)
 
     def within(self, q: Floats) -> bool:
         """Return whether joints and actuators are within their limits at q (k,)."""
@@ -96,6 +94,5 @@ class PathSpace:
             self._snapshot,
             path,
             robots=self._robots,
-            tolerated=self._standing,
             given_up=self._given_up,
         )

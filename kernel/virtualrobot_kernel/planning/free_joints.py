@@ -34,7 +34,7 @@ from virtualrobot_kernel.planning.robots import (
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Node
+from virtualrobot_kernel.world.structure import Node, TargetData
 
 IMPROVED = 8
 """Number of solutions of a component that are improved: those nearest to the seed."""
@@ -137,13 +137,18 @@ def reached(
     redundancy: Redundancy = FREE,
     group: Group = WHOLE,
     near_of: NearOf | None = None,
+    reference: str = "",
 ) -> tuple[Arm, list[NDArray[np.float64]]]:
     """Return the arm and its solutions (k,), at least one, as `solve_inverse` does from where the joints are.
 
-    Raise KernelError when there is none: LIMIT_EXCEEDED where the component knows that only limits forbid it, else
-    UNREACHABLE.
+    Where `reference`, the node in whose frame the goal is given, is a target that was taught with this robot, it does
+    so from where the joints were then. Raise KernelError when there is none: LIMIT_EXCEEDED where the component knows
+    that only limits forbid it, else UNREACHABLE.
     """
-    arm, result = solve_inverse(snapshot, robot, world_t_tcp, {}, solver_of, configuration, redundancy, group, near_of)
+    seed = taught_positions(snapshot, arm_of(snapshot, robot, group), reference)
+    arm, result = solve_inverse(
+        snapshot, robot, world_t_tcp, seed, solver_of, configuration, redundancy, group, near_of
+    )
     if not len(result.solutions):
         outside = result.status is InverseStatus.OUTSIDE_LIMITS
         raise KernelError(
@@ -154,6 +159,19 @@ def reached(
             rotation_error_radians=result.rotation_error,
         )
     return arm, list(result.solutions)
+
+
+def taught_positions(snapshot: Snapshot, arm: Arm, reference: str) -> dict[str, float]:
+    """Return where the joints of an arm were, by name, when a target was taught with its robot, as far as limits allow.
+
+    Empty where `reference` is no target, or was taught with another robot or other joints.
+    """
+    target = snapshot.structure.node(reference).data
+    if arm.chain is None or not isinstance(target, TargetData) or target.robot != arm.robot.name:
+        return {}
+    limits = zip(arm.joint_names, arm.chain.lower.tolist(), arm.chain.upper.tolist(), strict=True)
+    taught = target.joint_positions
+    return {name: min(max(taught[name], lower), upper) for name, lower, upper in limits if name in taught}
 
 
 def _preferred(

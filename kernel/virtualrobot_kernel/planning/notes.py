@@ -1,4 +1,4 @@
-"""Notes on a plan: deviations from the request that the planner has chosen."""
+"""Notes on a plan: deviations from the request that the planner has chosen, and what its start comes upon."""
 
 from __future__ import annotations
 
@@ -9,18 +9,19 @@ from virtualrobot_kernel.motion.jog import JogEnd
 
 
 class NoteKind(Enum):
-    """Kind of deviation from the request; the names equal those of `PlanNoteKind` in the contract."""
+    """Kind of a note; the names equal those of `PlanNoteKind` in the contract."""
 
     ZONE_SHRUNK = "ZONE_SHRUNK"
     ZONE_DROPPED = "ZONE_DROPPED"
     JOG_ENDS = "JOG_ENDS"
+    TOUCHING = "TOUCHING"
 
 
 @dataclass(frozen=True, slots=True)
 class Note:
     """Deviation of a plan from its request: its step (from 0) and robot, the wanted value and the one kept.
 
-    wanted, kept: meters, radians or percent, both in one unit. message: why, in words.
+    wanted, kept: meters, radians or percent, both in one unit; 0 where no value is meant. message: why, in words.
     """
 
     kind: NoteKind

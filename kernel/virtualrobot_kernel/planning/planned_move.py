@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +17,7 @@ from virtualrobot_kernel.planning.relative_frame import RelativeTcp
 from virtualrobot_kernel.planning.robots import Arm
 from virtualrobot_kernel.world import change
 from virtualrobot_kernel.world.change import joint_places
-from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.figures import Pose, identity
 from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
@@ -40,7 +40,7 @@ class PoseGoal:
     the same step, the goal goes along; otherwise it counts where the reference is at the start.
     """
 
-    reference_t_tcp: Pose
+    reference_t_tcp: Pose = field(default_factory=identity)
     reference: str = ""
     configuration: str = ""
     moving: bool = False

@@ -162,7 +162,8 @@ class Solvers:
         """Return the component that solves an arm, made and tried now when it has to be.
 
         Raises KernelError: WRONG_STATE when no joint moves the arm's tip; PLUGIN_FAILED when the component can't be
-        made, does not fit or has failed; what it says itself when it refuses robot or settings. An arm with locked
+        made, does not fit or has failed, and with how to get one again where its process has ended too often; what it
+        says itself when it refuses robot or settings. An arm with locked
         joints, or one that links choose, gets the component that its geometry allows, whatever the robot has.
         """
         if arm.locked or arm.group.is_ad_hoc:
@@ -170,6 +171,8 @@ class Solvers:
         kept = self._kept_for(snapshot, arm)
         if isinstance(kept, _Refused):
             raise _again(kept.error)
+        if (fault := kept.solver.running.fault) is not None and kept.ends_so_far >= MOST_ENDS:
+            raise _given_up(kept, arm, fault)
         return kept.solver
 
     def _of_passing(self, snapshot: Snapshot, arm: Arm) -> Solver:
@@ -365,6 +368,21 @@ class _Refused:
 def _ended(kept: Tried | _Refused) -> TypeGuard[Tried]:
     """Return whether a component's process has ended, and not so often that it is left at that."""
     return isinstance(kept, Tried) and kept.solver.running.fault is not None and kept.ends_so_far < MOST_ENDS
+
+
+def _given_up(kept: Tried, arm: Arm, fault: ComponentFault) -> KernelError:
+    """Return the error that tells of a component which is not made anew any more, and what brings one back."""
+    group = f"{arm.robot.name!r}{arm.group}"
+    return KernelError(
+        f"the kinematics component {kept.kinematics!r} of {group} is not asked any more, since its process has ended "
+        f"{MOST_ENDS} times, the last time: {fault.reason}; SetKinematics (`set_kinematics`) gives {group} "
+        "another component, or the same one anew",
+        reason=Reason.PLUGIN_FAILED,
+        component=kept.kinematics,
+        robot=arm.robot.name,
+        fault=fault.kind.value,
+        details=fault.details,
+    )
 
 
 def _again(error: KernelError) -> KernelError:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 
 from virtualrobot.v1 import nodes_pb2, scene_pb2
@@ -13,14 +13,22 @@ from virtualrobot_kernel.formats.dh import read_table
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel, TranslatedScene, import_model
-from virtualrobot_kernel.formats.xml import refuse_warnings
+from virtualrobot_kernel.formats.xml import place_in, refuse_warnings
 from virtualrobot_kernel.messages.dh import denavit_hartenberg, refuse_file_fields, row_inertials
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, node_spec
 from virtualrobot_kernel.messages.structs import settings
 from virtualrobot_kernel.messages.values import pose, vector
 from virtualrobot_kernel.scenes.assets import found_figures
 from virtualrobot_kernel.world.figures import Mesh
-from virtualrobot_kernel.world.structure import WORLD_NAME, Kind, NodeSpec, PartData, RobotData
+from virtualrobot_kernel.world.structure import (
+    WORLD_NAME,
+    JointType,
+    Kind,
+    LinkData,
+    NodeSpec,
+    PartData,
+    RobotData,
+)
 
 
 def read_model(
@@ -86,7 +94,8 @@ def _scene_as_model(
 ) -> ImportedModel:
     """Return the nodes of a scene that stands for a model file, below the request's parent, under free names.
 
-    Of its `models` only Denavit-Hartenberg tables are read.
+    Of its `models` only Denavit-Hartenberg tables are read. A base joint that is asked for is that of each robot which
+    stands in the scene's world.
     """
     scene = scene_file.parse(model.text, model.uri)
     specs = [spec_of(node, f"{model.uri}: nodes[{place}]") for place, node in enumerate(scene.nodes)]
@@ -96,6 +105,9 @@ def _scene_as_model(
             specs.extend(read_model(meshes, table, files, (), model.uri).nodes)
     if not specs:
         raise KernelError(f"{model.uri} holds no model", file=model.uri)
+    base_joint = JOINT_TYPES.read(request.base_joint, "base_joint")
+    if base_joint is not JointType.FIXED:
+        specs = _on_base(specs, base_joint, model.uri)
     renamed = _free_names(specs, request.name, taken)
     nodes: list[NodeSpec] = []
     warnings = [*model.warnings]
@@ -114,6 +126,30 @@ def _scene_as_model(
         nodes.append(replace(spec, name=renamed[spec.name], data=data, figures=figures))
     count = sum(isinstance(figure.geometry, Mesh) for node in nodes for figure in node.figures)
     return ImportedModel(tuple(nodes), count, tuple(warnings))
+
+
+def _on_base(specs: Sequence[NodeSpec], base_joint: JointType, uri: str) -> list[NodeSpec]:
+    """Return the nodes with the first link of each robot that stands in the world on a base joint of this type."""
+    robots = {spec.name for spec in specs if spec.kind is Kind.ROBOT and spec.parent == WORLD_NAME}
+    first = [spec.name for spec in specs if spec.parent in robots and spec.kind is Kind.LINK]
+    if not robots or len(first) != len(robots):
+        told = "it has no robot that stands by itself" if not robots else "a robot of it begins with several links"
+        what = f"{place_in(uri, None)} takes no base joint ({base_joint.value[0]}): {told}"
+        raise KernelError(what, file=uri, field="base_joint")
+    result: list[NodeSpec] = []
+    for spec in specs:
+        if spec.name in first and isinstance(spec.data, LinkData):
+            joint = spec.data.joint
+            if joint.type not in (JointType.FIXED, base_joint):
+                raise KernelError(
+                    f"{place_in(uri, None)} takes no base joint ({base_joint.value[0]}): its first link {spec.name!r} "
+                    f"moves by the joint {joint.name!r}",
+                    file=uri,
+                    field="base_joint",
+                )
+            spec = replace(spec, data=replace(spec.data, joint=replace(joint, type=base_joint, axis=(0.0, 0.0, 1.0))))
+        result.append(spec)
+    return result
 
 
 def _free_names(specs: Iterable[NodeSpec], wanted: str, taken: frozenset[str]) -> dict[str, str]:

@@ -28,7 +28,7 @@ from virtualrobot_kernel.world.commands import (
     SetSpeedFactor,
     SetToolState,
 )
-from virtualrobot_kernel.world.structure import WORLD_NAME, NodeSpec
+from virtualrobot_kernel.world.structure import WORLD_NAME, NodeSpec, TargetData
 
 
 def read_scene(
@@ -90,12 +90,15 @@ def read_scene(
 
 
 def _split(specs: Iterable[NodeSpec], taken: Iterable[str]) -> tuple[list[NodeSpec], list[NodeSpec]]:
-    """Return the nodes that hang on nodes named before them, and those that hang on something else."""
+    """Return the nodes that hang on nodes named before them, and those that hang on something else, or name it."""
     known = set(taken)
     first: list[NodeSpec] = []
     rest: list[NodeSpec] = []
     for spec in specs:
-        if spec.parent in known:
+        needed = {spec.parent}
+        if isinstance(spec.data, TargetData):
+            needed.update(name for name in (spec.data.robot, spec.data.tool) if name)
+        if needed <= known:
             known.add(spec.name)
             first.append(spec)
         else:

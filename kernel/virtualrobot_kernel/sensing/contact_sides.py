@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.collision.geometry import CollisionShapes, Solid
 from virtualrobot_kernel.world.figures import Figure
 from virtualrobot_kernel.world.sensing import ContactSensor
-from virtualrobot_kernel.world.structure import Kind, Node, Structure
+from virtualrobot_kernel.world.structure import FOR_PEOPLE, Kind, Node, Structure
 from virtualrobot_kernel.world.visibility import inherited_visibility
 
 Floats = NDArray[np.float64]
@@ -78,7 +78,7 @@ def _felt(
     hidden, states = visibility
     found: list[tuple[Solid, int, Figure]] = []
     for node in nodes:
-        if hidden[node.uid] or node.kind is Kind.ANNOTATION:
+        if hidden[node.uid] or node.kind in FOR_PEOPLE:
             continue
         for figure in node.figures:
             if figure.collision and figure.tool_state in ("", states[node.uid]):

@@ -13,7 +13,7 @@ from virtualrobot_kernel.numeric.scan import composed
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.figures import Figure, Material
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind, Structure
+from virtualrobot_kernel.world.structure import FOR_PEOPLE, Kind, Structure
 from virtualrobot_kernel.world.visibility import inherited_visibility
 
 NO_MATERIAL = Material()
@@ -88,7 +88,7 @@ def elements_of(
     hidden, states = inherited_visibility(structure, tool_states)
     found: list[tuple[Figure, Shape, int]] = []
     for uid, node in structure.nodes.items():
-        if hidden[uid] or uid in unseen or node.kind is Kind.ANNOTATION:
+        if hidden[uid] or uid in unseen or node.kind in FOR_PEOPLE:
             continue
         for figure in node.figures:
             if figure.visual and figure.tool_state in ("", states[uid]):

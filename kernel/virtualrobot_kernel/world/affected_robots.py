@@ -168,6 +168,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetAllowedPairs: _pairs,
     commands.SetCollisionSettings: _collision_settings,
     commands.SetGroups: _robot,
+    commands.SetPostures: _robot,
     commands.SelectTool: _robot,
     commands.SetToolState: _tool,
     commands.CreateSignal: _signal_created,

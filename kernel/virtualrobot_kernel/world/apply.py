@@ -37,6 +37,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.SetAllowedPairs: apply_collisions.set_allowed_pairs,
     commands.SetCollisionSettings: apply_collisions.set_collision_settings,
     commands.SetGroups: apply_robots.set_groups,
+    commands.SetPostures: apply_robots.set_postures,
     commands.SelectTool: apply_robots.select_tool,
     commands.SetToolState: apply_robots.set_tool_state,
     commands.CreateSignal: apply_signals.create_signal,

@@ -6,7 +6,13 @@ from dataclasses import replace
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.world.change import Change, Forward
-from virtualrobot_kernel.world.collisions import LONGEST_LOOK_AHEAD_SECONDS, MOST_PADDING_METERS
+from virtualrobot_kernel.world.collisions import (
+    LONGEST_LOOK_AHEAD_SECONDS,
+    MOST_PADDING_METERS,
+    STOP_AHEAD_SECONDS,
+    STOPPING,
+    CollisionMode,
+)
 from virtualrobot_kernel.world.commands import SetAllowedPairs, SetCollisionSettings
 from virtualrobot_kernel.world.structure import Kind, Structure
 
@@ -72,7 +78,11 @@ def set_collision_settings(change: Change, command: SetCollisionSettings, forwar
         paddings.pop(uid, None)
         if padding:
             paddings[uid] = padding
+    mode = command.mode or before.mode
     ahead = before.look_ahead_seconds if command.look_ahead_seconds is None else command.look_ahead_seconds
+    if command.look_ahead_seconds is None and not STOPPING & {before.mode, *before.modes.values()}:
+        # Nobody was looked ahead for, so it changes nothing for robots that the command does not name.
+        ahead = ahead or (STOP_AHEAD_SECONDS if CollisionMode.STOP in (mode, *modes.values()) else 0.0)
     if not 0.0 <= ahead <= LONGEST_LOOK_AHEAD_SECONDS:
         raise LimitError(
             f"look_ahead_seconds must be 0 to {LONGEST_LOOK_AHEAD_SECONDS:g}, not {ahead:g}",
@@ -82,5 +92,5 @@ def set_collision_settings(change: Change, command: SetCollisionSettings, forwar
         )
     # The same object where nothing of it changes: collision scenes look whether it is.
     kept = paddings if command.paddings else before.paddings
-    settings = replace(before, mode=command.mode or before.mode, modes=modes, look_ahead_seconds=ahead, paddings=kept)
+    settings = replace(before, mode=mode, modes=modes, look_ahead_seconds=ahead, paddings=kept)
     return replace(change, state=replace(change.state, collisions=settings))

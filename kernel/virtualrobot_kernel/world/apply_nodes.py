@@ -36,8 +36,10 @@ from virtualrobot_kernel.world.structure import (
     PartData,
     RobotData,
     Structure,
+    TargetData,
     ToolData,
 )
+from virtualrobot_kernel.world.targets import check_target, without_gone
 
 DATA = {
     Kind.PART: PartData,
@@ -49,6 +51,7 @@ DATA = {
     Kind.CONTACT_SENSOR: ContactSensor,
     Kind.MOTION_SENSOR: MotionSensor,
     Kind.LIGHT: Light,
+    Kind.TARGET: TargetData,
 }
 """Class of the data that a kind of node must have; other kinds have none."""
 
@@ -134,6 +137,8 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
         change = replace(change, structure=with_nodes_renamed(before, change.structure))
     if rejointed and (robot := change.structure.robot_of(node.uid)):
         check_robot(change, robot.uid)
+    if command.data is not None and node.kind is Kind.TARGET:
+        check_target(change.structure, new)
     if rejointed and node.kind is Kind.TOOL:
         check_names(change.structure, new)
         check_tool_in_use(change, new)
@@ -163,7 +168,7 @@ def remove_node(change: Change, command: RemoveNode, forward: Forward) -> Change
     }
     robot = change.structure.robot_of(node.uid)
     change = replace(change, state=replace(change.state, selections=selections))
-    change = rebuilt(change, nodes, change.structure.next_uid, {})
+    change = rebuilt(change, without_gone(nodes, (other.name for other in below)), change.structure.next_uid, {})
     if node.kind is Kind.LINK and robot is not None:
         check_robot(change, robot.uid)
     return change

@@ -26,6 +26,7 @@ from virtualrobot_kernel.world.commands import (
     SetGroups,
     SetJointPositions,
     SetKinematics,
+    SetPostures,
     SetSpeedFactor,
     SetToolState,
 )
@@ -142,6 +143,20 @@ def set_groups(change: Change, command: SetGroups, forward: Forward) -> Change:
     node, _ = change.structure.robot(command.robot)
     assert isinstance(node.data, RobotData)
     node = replace(node, data=replace(node.data, groups=command.groups))
+    structure = index.replaced(change.structure, node)
+    check_names(structure, node)
+    return replace(change, structure=structure)
+
+
+def set_postures(change: Change, command: SetPostures, forward: Forward) -> Change:
+    """Give a robot postures, after others are taken away; refused where they name joints that it has not."""
+    node, _ = change.structure.robot(command.robot)
+    assert isinstance(node.data, RobotData)
+    for name in command.removed:
+        if name not in node.data.postures:
+            raise UnknownNameError(f"posture of {node.name!r}", name, node.data.postures)
+    kept = {name: one for name, one in node.data.postures.items() if name not in command.removed}
+    node = replace(node, data=replace(node.data, postures={**kept, **command.postures}))
     structure = index.replaced(change.structure, node)
     check_names(structure, node)
     return replace(change, structure=structure)

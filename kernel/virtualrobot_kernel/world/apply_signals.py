@@ -68,6 +68,11 @@ def type_of(value: SignalValue) -> str:
     return {bool: "boolean", int: "integer", float: "number", str: "text"}[type(value)]
 
 
+def _a(noun: str) -> str:
+    """Return a noun with its article."""
+    return f"{'an' if noun[0] in 'aeiou' else 'a'} {noun}"
+
+
 def checked(signal: Signal, value: SignalValue) -> SignalValue:
     """Return a value as the signal has it, an integer as a number where that is its type.
 
@@ -79,7 +84,7 @@ def checked(signal: Signal, value: SignalValue) -> SignalValue:
         value = float(value)
     if type_of(value) != type_of(signal.value):
         raise KernelError(
-            f"the signal {signal.name!r} is a {type_of(signal.value)} and takes no {type_of(value)} ({value!r:.40})",
+            f"the signal {signal.name!r} is {_a(type_of(signal.value))} and takes no {type_of(value)} ({value!r:.40})",
             **about,
         )
     if isinstance(value, float) and not math.isfinite(value):
@@ -104,7 +109,7 @@ def check_condition(state: State, condition: Condition) -> None:
     checked(signal, condition.value)
     if condition.comparison in ORDERED and type(signal.value) not in (int, float):
         raise KernelError(
-            f"the signal {signal.name!r} is a {type_of(signal.value)}, which {condition.comparison.value!r} cannot "
+            f"the signal {signal.name!r} is {_a(type_of(signal.value))}, which {condition.comparison.value!r} cannot "
             "compare; ask whether it is equal or not",
             signal=signal.name,
             comparison=condition.comparison.name,

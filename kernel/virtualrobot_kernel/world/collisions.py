@@ -7,6 +7,10 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 LONGEST_LOOK_AHEAD_SECONDS = 60.0
+
+STOP_AHEAD_SECONDS = 1.0
+"""How far ahead is looked from when the first robot is to be stopped, where nothing is said: more than robots take to
+stop whose files tell no accelerations (0.35 s, `formats/limits.py`)."""
 MOST_PADDING_METERS = 1.0
 
 
@@ -17,6 +21,10 @@ class CollisionMode(Enum):
     MONITOR = "monitor"
     STOP = "stop"
     GUARD = "guard"
+
+
+STOPPING = frozenset({CollisionMode.STOP, CollisionMode.GUARD})
+"""Modes of robots that a collision stops; a guarded one should not come into any."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -148,6 +148,15 @@ class SetGroups:
 
 
 @dataclass(frozen=True, slots=True)
+class SetPostures:
+    """Command to take postures of a robot away by name, and then to add others or put them in their places."""
+
+    robot: str
+    postures: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    removed: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class SelectTool:
     """Command to choose a robot's tool (empty: none) and tool centre point (empty: the tool's first)."""
 
@@ -336,6 +345,7 @@ Command = (
     | SetAllowedPairs
     | SetCollisionSettings
     | SetGroups
+    | SetPostures
     | SelectTool
     | SetToolState
     | CreateSignal

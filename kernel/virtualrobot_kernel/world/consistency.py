@@ -18,7 +18,8 @@ from virtualrobot_kernel.world.change import (
 )
 from virtualrobot_kernel.world.figures import Figure
 from virtualrobot_kernel.world.groups import Group, chain_links
-from virtualrobot_kernel.world.structure import Kind, Node, NodeData, RobotData, Structure, ToolData
+from virtualrobot_kernel.world.structure import Kind, Node, NodeData, RobotData, Structure, TargetData, ToolData
+from virtualrobot_kernel.world.targets import check_target, taught_with
 
 MOST_NODES = 20_000
 """Greatest number of nodes of a world: adding them, and each change of the tree, holds up ticks by about 10 µs each."""
@@ -36,12 +37,17 @@ def check_count(nodes: int) -> None:
 
 
 def check_names(structure: Structure, node: Node) -> None:
-    """Raise KernelError unless the joints that a node's postures or tool states name are there, and within limits."""
+    """Raise KernelError unless what a node names is there: the joints of postures, tool states and targets.
+
+    Those of postures and tool states must be within limits, too.
+    """
     if isinstance(node.data, RobotData):
         for name, posture in node.data.postures.items():
             _check_posture(structure, node, posture, f"the posture {name!r} of {node.name!r}")
         _check_groups(structure, node, node.data)
         _check_actuators(structure, node, node.data)
+    if isinstance(node.data, TargetData):
+        check_target(structure, node)
     if isinstance(node.data, ToolData):
         owner = structure.robot_of(node.uid)
         for name, positions in node.data.states.items():
@@ -63,13 +69,16 @@ def check_figures(name: str, data: NodeData, figures: Iterable[Figure]) -> None:
 
 
 def check_robot(change: Change, robot: int) -> None:
-    """Raise KernelError unless a robot's joints are within limits, and those that postures and tools name are there."""
+    """Raise KernelError unless a robot's joints are within limits, and those are there that others name.
+
+    These are its postures, its tools and the targets that were taught with it.
+    """
     structure = change.structure
     node, found = structure.nodes[robot], structure.robots[robot]
     for joint, place in zip(found.joints, found.q_start, strict=True):
         if joint.type.coordinate_count == 1:
             check_joint_value(node.name, joint, float(change.state.q[place]))
-    for named in (node, *structure.tools_of(robot)):
+    for named in (node, *structure.tools_of(robot), *taught_with(structure.nodes.values(), node.name)):
         check_names(structure, named)
     check_actuators(structure, node, change.state.q)
 

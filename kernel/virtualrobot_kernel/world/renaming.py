@@ -16,15 +16,18 @@ from virtualrobot_kernel.world.structure import (
     NodeData,
     RobotData,
     Structure,
+    TargetData,
     ToolData,
 )
+from virtualrobot_kernel.world.targets import taught_with
 
 
 def with_joint_renamed(structure: Structure, link: Node, joint: Joint, nodes: Mapping[int, Node]) -> dict[int, Node]:
     """Return `nodes` with the new name wherever they named the joint of a link that becomes `joint`.
 
-    Joints that mimic it, the robot's postures, groups and actuators, the states of its tools and its encoders name it;
-    the component's settings are its own affair. `structure` and `link` are as they were before.
+    Joints that mimic it, the robot's postures, groups and actuators, the states of its tools, its encoders and the
+    targets that were taught with it name it; the component's settings are its own affair. `structure` and `link` are as
+    they were before.
     """
     assert isinstance(link.data, LinkData)
     old, new = link.data.joint.name, joint.name
@@ -38,7 +41,9 @@ def with_joint_renamed(structure: Structure, link: Node, joint: Joint, nodes: Ma
         for node in structure.below(robot.uid)
         if node.kind is Kind.MOTION_SENSOR and structure.robot_of(node.uid) is robot
     )
-    for uid in (robot.uid, *structure.robots[robot.uid].links, *structure.tools.get(robot.uid, ()), *sensors):
+    targets = (node.uid for node in taught_with(structure.nodes.values(), robot.name))
+    links, tools = structure.robots[robot.uid].links, structure.tools.get(robot.uid, ())
+    for uid in (robot.uid, *links, *tools, *sensors, *targets):
         data = nodes[uid].data
         for before, after in names.items():
             data = _with_other_name(data, before, after)
@@ -48,7 +53,7 @@ def with_joint_renamed(structure: Structure, link: Node, joint: Joint, nodes: Ma
 
 
 def with_nodes_renamed(before: Structure, after: Structure) -> Structure:
-    """Return `after`, where nodes have other names than in `before`; contact sensors that named them follow."""
+    """Return `after`, where nodes have other names than in `before`; sensors and targets that named them follow."""
     names = {
         node.name: after.nodes[uid].name
         for uid, node in before.nodes.items()
@@ -59,6 +64,9 @@ def with_nodes_renamed(before: Structure, after: Structure) -> Structure:
         if isinstance(data, ContactSensor) and not names.keys().isdisjoint((data.watched, *data.ignored)):
             ignored = tuple(names.get(name, name) for name in data.ignored)
             data = replace(data, watched=names.get(data.watched, data.watched), ignored=ignored)
+            after = index.replaced(after, replace(node, data=data))
+        if isinstance(data, TargetData) and not names.keys().isdisjoint((data.robot, data.tool)):
+            data = replace(data, robot=names.get(data.robot, data.robot), tool=names.get(data.tool, data.tool))
             after = index.replaced(after, replace(node, data=data))
     return after
 
@@ -74,6 +82,8 @@ def _with_other_name(data: NodeData, old: str, new: str) -> NodeData:
         return replace(data, kind=replace(data.kind, joints=joints))
     if isinstance(data, ToolData) and _named(old, data.states.values()):
         return replace(data, states=_renamed(data.states, old, new))
+    if isinstance(data, TargetData) and old in data.joint_positions:
+        return replace(data, joint_positions=_renamed({"": data.joint_positions}, old, new)[""])
     if isinstance(data, RobotData) and _named(old, _places_of_names(data)):
         groups = (
             replace(group, joint_names=tuple(new if name == old else name for name in group.joint_names))

@@ -88,7 +88,7 @@ def check_revision(structure: Structure, expected: int | None) -> None:
             f"the structure has revision {structure.revision}, not {expected}; read it again and retry",
             reason=Reason.STALE_REVISION,
             revision=structure.revision,
-            expected_revision=expected,
+            expected_structure_revision=expected,
         )
 
 

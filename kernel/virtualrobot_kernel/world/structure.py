@@ -40,6 +40,11 @@ class Kind(Enum):
     CONTACT_SENSOR = "contact_sensor"
     MOTION_SENSOR = "motion_sensor"
     LIGHT = "light"
+    TARGET = "target"
+
+
+FOR_PEOPLE = frozenset({Kind.ANNOTATION, Kind.TARGET})
+"""Kinds of nodes whose figures people alone see: no sensor does, and nothing collides with them."""
 
 
 class JointType(Enum):
@@ -212,6 +217,19 @@ class ToolData:
     inertial: Inertial | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class TargetData:
+    """Data of a target: the robot that it was taught with and its joint positions then; all empty: by nobody.
+
+    `tool` and `tool_center_point` are what the robot worked with, for people.
+    """
+
+    robot: str = ""
+    tool: str = ""
+    tool_center_point: str = ""
+    joint_positions: Mapping[str, float] = field(default_factory=dict)
+
+
 NodeData = (
     PartData
     | RobotData
@@ -222,6 +240,7 @@ NodeData = (
     | ContactSensor
     | MotionSensor
     | Light
+    | TargetData
     | None
 )
 

@@ -30,6 +30,9 @@ _PROGRESS = 0.8
 _PATIENCE = 3
 _POLISHED = 1e-10
 
+ENDLESS = 100.0
+"""Range (rad, m) from which on a coordinate counts as endless, as of a base: nobody draws from all of it."""
+
 Words = np.ndarray[Any, np.dtype[np.uint64]]
 
 
@@ -39,9 +42,12 @@ class SearchSpace(NamedTuple):
     lower: Floats
     upper: Floats
     draw_lower: Floats
-    """Start of the range that starts are drawn from: the limit, or without one -pi (revolute) or -1 m."""
+    """Start of the range that starts are drawn from: the limit; of what is endless about -pi (revolute) or -1 m."""
     draw_upper: Floats
     """End of that range."""
+    endless: Codes
+    """1 (revolute) or 2 (prismatic) where the limits are so far apart that starts are drawn around the seed: within pi,
+    or as far as the target is from where the seed leads to and at least 1 m. Else 0."""
     turns: Codes
     """1 where adding a full turn changes no pose: all joints of the coordinate are revolute, multipliers are whole."""
     scale: float
@@ -73,12 +79,16 @@ def search_space(chain: SerialChain, respect_limits: bool = True) -> SearchSpace
     opened = revolute & (not respect_limits)
     lower = np.where(opened, -np.inf, chain.lower)
     upper = np.where(opened, np.inf, chain.upper)
+    endless = upper - lower > ENDLESS
     half = np.where(revolute, np.pi, 1.0)
-    draw_lower = np.where(np.isfinite(lower), lower, np.where(np.isfinite(upper), upper - 2 * half, -half))
-    draw_upper = np.where(np.isfinite(upper), upper, np.where(np.isfinite(lower), lower + 2 * half, half))
-    reach = reach_bound(chain)[1]
+    draw_lower = np.where(endless, np.clip(-half, lower, np.maximum(lower, upper - 2.0 * half)), lower)
+    draw_upper = np.where(endless, draw_lower + 2.0 * half, upper)
+    # How far a base may drive says nothing of the arm's size.
+    first, last = (np.where(endless, 0.0, limit) for limit in (chain.lower, chain.upper))
+    reach = reach_bound(chain._replace(lower=first, upper=last))[1]
     scale = 1.0 / reach if 0.0 < reach < np.inf else 1.0
-    return SearchSpace(lower, upper, draw_lower, draw_upper, turns, scale)
+    codes = np.where(endless, np.where(revolute, 1, 2), 0).astype(np.int8)
+    return SearchSpace(lower, upper, draw_lower, draw_upper, codes, turns, scale)
 
 
 @inlined
@@ -118,6 +128,7 @@ def unwind(q: Floats, seed: Floats, lower: Floats, upper: Floats, turns: Codes) 
     array_of(float64, 1),
     array_of(float64, 1),
     array_of(int8, 1),
+    array_of(int8, 1),
     float64,
     array_of(float64, 2),
     array_of(float64, 1),
@@ -139,6 +150,7 @@ def _search(
     upper: Floats,
     draw_lower: Floats,
     draw_upper: Floats,
+    endless: Codes,
     turns: Codes,
     scale: float,
     target: Floats,
@@ -165,9 +177,16 @@ def _search(
     least = np.inf
     least_position = np.inf
     least_rotation = np.inf
+    away = 1.0
     for start in range(starts):
         for i in range(k):
-            value = seed[i] if start == 0 else draw_lower[i] + (draw_upper[i] - draw_lower[i]) * next_random(state)
+            value = seed[i]
+            if start > 0:
+                share = next_random(state)
+                if endless[i] == 0:
+                    value = draw_lower[i] + (draw_upper[i] - draw_lower[i]) * share
+                else:
+                    value += (2.0 * share - 1.0) * (math.pi if endless[i] == 1 else away)
             q[i] = min(max(value, lower[i]), upper[i])
         best = np.inf
         patience = _PATIENCE
@@ -177,6 +196,8 @@ def _search(
             position = math.sqrt(error[0] * error[0] + error[1] * error[1] + error[2] * error[2])
             rotation = math.sqrt(error[3] * error[3] + error[4] * error[4] + error[5] * error[5])
             size = position * position * scale * scale + rotation * rotation
+            if start == 0 and iteration == 0:
+                away = max(away, position)
             if size < least:
                 least = size
                 least_position = position
@@ -220,10 +241,10 @@ def search(
 ) -> tuple[SearchOutcome, Floats]:
     """Return the outcome and the first posture (k,) found that puts the tip at `base_t_tip` (4, 4), a rigid transform.
 
-    The first start is `seed` (k,), moved into limits; the others are drawn by `random_seed` alone, so that equal
-    calls give equal answers to the last bit. A start that is within tolerance (m, rad) is polished to 1e-10 where
-    possible. The posture is inside limits and, by full turns, as near to the seed as it can be; where the outcome is
-    not `solved`, it is the last one tried and of no use.
+    The first start is `seed` (k,), moved into limits; the others are drawn by `random_seed`, around the seed where a
+    coordinate is endless, so that equal calls give equal answers to the last bit. A start that is within tolerance
+    (m, rad) is polished to 1e-10 where possible. The posture is inside limits and, by full turns, as near to the seed
+    as it can be; where the outcome is not `solved`, it is the last one tried and of no use.
     """
     q = np.empty(len(seed))
     # The odd constant spreads neighbouring seeds over the 64 bits (the golden ratio, as in splitmix64).

@@ -81,7 +81,7 @@ def test_a_search_tells_its_progress_and_may_be_ended(cell: Client) -> None:
 
 def test_a_watch_tells_what_touches_stops_and_ends(cell: Client, iiwa: Robot, run: Run) -> None:
     cell.clock.set_stepped()
-    cell.collisions.set("stop")
+    cell.collisions.set("stop", look_ahead=0.0)
     with closing(cell.collisions.watch()) as watch:  # pyright: ignore[reportArgumentType] a generator
         report = first = next(watch)
         assert (first.touching, first.events, first.missed_events, first.fault) == ((), (), 0, "")
@@ -111,7 +111,7 @@ def test_a_watch_tells_what_touches_stops_and_ends(cell: Client, iiwa: Robot, ru
 
 
 def test_a_robots_own_mode_is_set_and_taken_back(cell: Client, run: Run) -> None:
-    assert run("collision", "mode", "stop", "--robot", "iiwa").split() == "mode off look-ahead none iiwa stop".split()
+    assert run("collision", "mode", "stop", "--robot", "iiwa").split() == "mode off look-ahead 1 s iiwa stop".split()
     assert run("collision", "mode", "--look-ahead", "0.5").split() == "mode off look-ahead 0.5 s iiwa stop".split()
     assert "--robot wants a mode" in run("collision", "mode", "--robot", "iiwa", "--look-ahead", "1", code=2, warns=4)
     assert "only a robot can inherit" in run("collision", "mode", "inherit", code=2, warns=4)

@@ -83,6 +83,8 @@ def test_refusals_are_one_line(run: Run, iiwa: Robot) -> None:
     assert "-2.96706 to 2.96706" in run("move", "iiwa", "--joints", "lbr_iiwa_joint_1=9", code=1)
     assert "has no joint 'j1'" in run("move", "iiwa", "--joints", "j1=9", "--degrees", code=1)
     assert "it has 7 joints" in run("move", "iiwa", "--joints", "1,2", code=1)
+    twice = run("move", "iiwa", "--joints", "lbr_iiwa_joint_1=1,lbr_iiwa_joint_1=0.5", code=2, warns=4)
+    assert "the joint 'lbr_iiwa_joint_1' is given twice" in twice
     assert "it has 7 joints" in run("move", "iiwa", "--joints", "1,2", "--degrees", code=1)
     assert "iiwa" in run("state", "arm", code=1)
     assert "is not there; tried" in run("load", "none.urdf", code=1)
@@ -221,5 +223,5 @@ def test_a_child_that_does_not_start_is_told(capfd: pytest.CaptureFixture[str]) 
     ids=lambda arguments: f"{arguments[0]} {arguments[-2]}",
 )
 def test_empty_names_are_refused_with_a_word(run: Run, client: Client, arguments: tuple[str, ...]) -> None:
-    assert f"Invalid value for '{arguments[-2]}': it is empty; give a name" in run(*arguments, code=2, warns=4)
+    assert f"Invalid value for '{arguments[-2]}': is empty; give the name of a" in run(*arguments, code=2, warns=4)
     assert [node.name for node in client.scene.nodes()] == ["world"]

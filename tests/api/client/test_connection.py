@@ -72,13 +72,24 @@ def test_the_kernel_takes_its_token_from_the_environment_as_its_clients_do(
         virtualrobot.connect(kernel.address, "another")
 
 
-def test_a_token_and_a_file_of_one_are_told_apart(guarded: KernelProcess, tmp_path: Path) -> None:
+def test_a_token_and_a_file_of_one_are_told_apart(
+    guarded: KernelProcess, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     (file := tmp_path / "token").write_text(guarded.token)
     virtualrobot.connect(guarded.address, token_file=file).close()
-    with pytest.raises(virtualrobot.InvalidArgumentError, match="is a file; --token-file and token_file take files"):
+    with pytest.raises(
+        virtualrobot.InvalidArgumentError, match="is the path of a file; --token-file and token_file take files"
+    ):
         virtualrobot.connect(guarded.address, str(file))
     with pytest.raises(virtualrobot.InvalidArgumentError, match="a token itself goes into VIRTUALROBOT_TOKEN"):
         virtualrobot.connect(guarded.address, token_file=guarded.token)
+    monkeypatch.setenv("VIRTUALROBOT_TOKEN", str(tmp_path / "elsewhere"))
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="VIRTUALROBOT_TOKEN is the token itself, and what it"):
+        virtualrobot.connect(guarded.address)
+    monkeypatch.delenv("VIRTUALROBOT_TOKEN")
+    with pytest.raises(SystemExit):
+        cli.main(["--address", guarded.address, "ls", "--token-file", guarded.token])
+    assert guarded.token not in capsys.readouterr().err
     with pytest.raises(virtualrobot.InvalidArgumentError, match="and not both"):
         virtualrobot.connect(guarded.address, guarded.token, token_file=file)
 

@@ -24,6 +24,12 @@ def craft(client: Client) -> Robot:
     return client.load_robot(IIWA, name="craft", base="floating")
 
 
+def test_an_arm_of_our_own_drives(client: Client) -> None:
+    arm = client.load_robot("model://ur5e", name="arm", base="planar")
+    arm.move_joints({"base": [0.3, -0.2, 0.4], "joint_1": 0.5})
+    np.testing.assert_array_equal(arm.positions[:4], [0.3, -0.2, 0.4, 0.5])
+
+
 def test_a_base_moves_to_its_coordinates_together_with_other_joints(agv: Robot) -> None:
     agv.move_joints({"base": [0.3, -0.2, 0.4], "lbr_iiwa_joint_1": 0.5})
     np.testing.assert_array_equal(agv.positions[:4], [0.3, -0.2, 0.4, 0.5])
@@ -110,7 +116,10 @@ def test_a_base_on_the_command_line(agv: Robot, craft: Robot, run: Run) -> None:
         ({"base": [1.0, 2.0]}, r"the joint 'base' of 'agv' has 3 values \(base/x, base/y, base/theta\)"),
         ({"lbr_iiwa_joint_1": [1.0, 2.0]}, "the joint 'lbr_iiwa_joint_1' of 'agv' has 1 values"),
         ({"base": 1.0}, "is planar and has several coordinates; name 'base/x', 'base/y', 'base/theta'"),
-        ([1.0, 2.0], "it has 10 joints"),
+        ([1.0, 2.0], r"2 values for the robot 'agv': it has 10 coordinates \(base/x, base/y, base/theta, lbr_"),
+        ({"base": [0.0, 0.0, 0.0], "base/x": 1.0}, "'base/x' of 'agv' is given twice, by itself and in the row of its"),
+        ({"base/theta": 1.0, "base": [0.0, 0.0, 0.0]}, "'base/theta' of 'agv' is given twice"),
+        ({"base/x": 1.0, "base": [0.0, 0.0]}, "has 3 values"),
     ],
 )
 def test_values_that_are_no_coordinates_are_refused(agv: Robot, goal: object, words: str) -> None:

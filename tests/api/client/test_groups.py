@@ -35,6 +35,16 @@ def test_the_whole_robot_has_no_chain_and_says_which_groups_it_has(pandas: Robot
     assert pandas.groups["left"].joint_names == tuple(f"panda_2_joint{i}" for i in range(1, 8))
 
 
+def test_the_tcp_of_the_whole_robot_is_where_it_branches(client: Client, pandas: Robot) -> None:
+    """Without a tool that is its flange, the last link before the arms; never the world."""
+    assert pandas.flange == f"{pandas.name}.base"
+    client.scene.set_pose(pandas.name, pose(1.0, -2.0, 0.5, yaw=0.3))
+    for told in (pandas.tcp, pandas.state.world_t_tcp, pandas.solve_forward().world_t_tcp):
+        np.testing.assert_allclose(told, client.scene.node(pandas.flange).pose, atol=1e-12)
+    assert np.linalg.norm(pandas.tcp[:3, 3]) > 2.0
+    assert not np.allclose(pandas.group("left").tcp, pandas.tcp)
+
+
 def test_each_arm_is_solved_where_it_stands(pandas: Robot, rng: np.random.Generator) -> None:
     """Both arms are alike, 1 m apart along y: so are their poses; what is solved is put back into the forward pass."""
     left, right = pandas.group("left"), pandas.group("right")

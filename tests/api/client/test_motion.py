@@ -97,11 +97,11 @@ def test_a_motion_is_paused_resumed_and_cancelled(client: Client, iiwa: Robot) -
     for message in motion.watch():
         if message.phase is Phase.PAUSED:
             break
-    standing = iiwa.positions
+    standing, done = iiwa.positions, motion.progress
     np.testing.assert_array_equal(iiwa.state.velocities, np.zeros(7))
     motion.resume()
     for message in motion.watch():
-        if message.phase is Phase.RUNNING and message.progress > motion.progress:
+        if message.phase is Phase.RUNNING and message.progress > done:
             break
     motion.cancel("enough")
     with pytest.raises(virtualrobot.MotionCancelledError, match="enough") as cancelled:

@@ -160,9 +160,9 @@ def test_the_command_line_takes_pictures_and_films(run: Run, client: Client, bal
     assert is_red(np.asarray(Image.open(still)), 60, 80)
     assert run("record", str(film), "--seconds", "0.2", "--fps", "50", *view) == f"{film}: 10 pictures, 0.20 s\n"
     assert len(frames_of(film)) == 10
-    first = run("pick", "79.5", "59.5", *view).splitlines()[0]
+    first = run("pixel", "79.5", "59.5", *view).splitlines()[0]
     assert first == "ball, 3.500 m from the eye, of the colour #cc3333"
-    assert run("pick", "0", "0", *view) == "nothing\n"
+    assert run("pixel", "0", "0", *view) == "nothing\n"
     assert run("measure", "ball:0,0,0.5", "world") == "0.5000 m from 0.0000 0.0000 0.5000 to 0.0000 0.0000 0.0000\n"
     assert "nobody" in run("capture", str(still), "--camera", "nobody", code=1)
     assert ".png" in run("capture", str(tmp_path / "a.bmp"), code=1)

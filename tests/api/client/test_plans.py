@@ -98,9 +98,9 @@ steps:
 def test_a_program_file_is_checked(run: Run, bent: Robot, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "program.yaml"
     file.write_text(PROGRAM.replace("GOAL", "0.5"))
-    assert f"{file} keeps all limits and touches nothing: the motion takes " in run("program", str(file), "--check")
+    assert f"{file} keeps all limits and touches nothing: the motion takes " in run("run", str(file), "--check")
     file.write_text(PROGRAM.replace("GOAL", "5"))
-    assert code_of("program", str(file), "--check") == 1
+    assert code_of("run", str(file), "--check") == 1
     assert capsys.readouterr().out.startswith("step 1: the joint 'lbr_iiwa_joint_1' of 'iiwa' leaves its range")
     np.testing.assert_array_equal(bent.positions, BENT)
 

@@ -75,7 +75,7 @@ def test_an_option_that_there_is_not_is_refused_with_those_that_there_are(
         getattr(arm, call)(goals.get(call, arm.tcp), speed=0.5)
     assert not client.motions()
     with pytest.raises(virtualrobot.InvalidArgumentError, match="reference_t_tcp is 'home'; it must be a 4x4 array"):
-        arm.move_linear("home")
+        arm.move_pose("home")
 
 
 def test_a_search_takes_what_a_line_takes(arm: Robot) -> None:
@@ -136,14 +136,14 @@ def test_a_search_tells_where(client: Client, arm: Robot) -> None:
 def test_a_file_is_run(run: Run, client: Client, arm: Robot, tmp_path: Path) -> None:
     file = tmp_path / "cell.yaml"
     file.write_text(FILE)
-    assert "there is no signal named 'there'" in run("program", str(file), code=1)
+    assert "there is no signal named 'there'" in run("run", str(file), code=1)
     client.signals.create("there")
-    assert run("program", str(file)).endswith("is done\n")
+    assert run("run", str(file)).endswith("is done\n")
     assert client.signals["there"]
     assert arm.positions[0] == pytest.approx(0.3, abs=1e-12)
     assert len(client.read_program(file)) == 2
     file.write_text(FILE.replace("boolean: true", "boolean: on"))
-    refused = run("program", str(file), code=1)
+    refused = run("run", str(file), code=1)
     assert "cell.yaml:5: steps[1].set_signal.value.boolean: expected true or false, got 'on'" in refused
     with pytest.raises(virtualrobot.InvalidArgumentError, match="is no program file"):
         client.read_program(tmp_path / "other.yaml")
@@ -158,11 +158,11 @@ def test_a_file_that_searches_and_one_that_goes_on(run: Run, client: Client, arm
     line = f"linear: {{goal: {{reference_t_tcp: {goal}}}, until: {until}}}"
     file = tmp_path / "touch.yaml"
     file.write_text(f"schema_version: 1\nmoves:\n  - robot: iiwa\n    {line}\n")
-    assert run("program", str(file)).endswith("found nothing\n")
+    assert run("run", str(file)).endswith("found nothing\n")
     client.signals["touch"] = True
-    assert "found at" in run("program", str(file))
+    assert "found at" in run("run", str(file))
     file.write_text("schema_version: 1\nsteps:\n  - wait_signal: {condition: {signal: part, value: {boolean: true}}}\n")
-    assert "started" in run("program", str(file), "--no-wait")
+    assert "started" in run("run", str(file), "--no-wait")
     assert re.search(r"motion motion-\d+: (waiting|running), \d+%, step 0 of 1", run("state"))
     client.stop()
 
@@ -172,7 +172,7 @@ def test_a_file_that_searches_and_one_that_goes_on(run: Run, client: Client, arm
 def test_ctrl_c_cancels_a_program(client: Client, environment: None, arm: Robot, tmp_path: Path) -> None:
     file = tmp_path / "waits.yaml"
     file.write_text("schema_version: 1\nsteps:\n  - wait_signal: {condition: {signal: part, value: {boolean: true}}}\n")
-    command = [sys.executable, "-m", "virtualrobot", "program", str(file)]
+    command = [sys.executable, "-m", "virtualrobot", "run", str(file)]
     for _ in range(5):  # at whatever place inside the start of its calls it is struck
         with subprocess.Popen(command, stderr=subprocess.PIPE, text=True) as process:
             assert process.stderr is not None

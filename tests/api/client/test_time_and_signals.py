@@ -37,6 +37,57 @@ def test_time_goes_on_by_steps(client: Client, iiwa: Robot) -> None:
     np.testing.assert_allclose(iiwa.positions, np.full(7, 0.01), atol=1e-9)
 
 
+def test_a_motion_is_as_far_as_the_step_that_was_made(client: Client, iiwa: Robot) -> None:
+    """Whoever steps until the motion has ended makes as many steps in each run."""
+    client.clock.set_stepped()
+    for _ in range(3):
+        iiwa.set_positions(np.zeros(7))
+        motion = iiwa.move_joints(np.full(7, 0.05), wait=False)
+        steps = 0
+        while not motion.phase.ended:
+            told = {one.id: one for one in client.clock.step(2).motions}[motion.id]
+            assert (motion.phase, motion.progress) == (told.phase, told.progress)
+            steps += 1
+        assert steps == np.ceil(round(motion.planned_duration / 0.004, 6) / 2)
+
+
+def test_who_would_wait_for_ever_is_told_how_to_step(client: Client, iiwa: Robot) -> None:
+    client.clock.set_stepped()
+    with pytest.raises(virtualrobot.WrongStateError, match=r"wait=False .* client\.clock\.run\(motion\)"):
+        iiwa.move_joints(np.full(7, 0.1))
+    assert client.motions() == [] and not iiwa.positions.any()
+    motion = iiwa.move_joints(np.full(7, 0.1), wait=False)
+    with pytest.raises(virtualrobot.WrongStateError, match="wait with a timeout"):
+        motion.wait()
+    before = client.clock.read().stamp.tick
+    with pytest.raises(virtualrobot.CallTimeoutError, match=r"has not ended after 0.1 s of simulation time"):
+        client.clock.run(motion, timeout=0.1)
+    assert client.clock.read().stamp.tick == before + 25
+    ended = client.clock.run(motion)
+    assert ended.stamp.tick - before == np.ceil(round(motion.planned_duration / 0.004, 6))
+    assert motion.wait().phase.name == "SUCCEEDED"
+    np.testing.assert_allclose(iiwa.positions, np.full(7, 0.1), atol=1e-9)
+    cancelled = iiwa.move_joints(np.zeros(7), wait=False)
+    cancelled.cancel("enough")
+    with pytest.raises(virtualrobot.MotionCancelledError, match="enough"):
+        client.clock.run(cancelled)
+
+
+def test_who_waits_while_another_steps_is_done_when_it_is(client: Client, iiwa: Robot, kernel: KernelProcess) -> None:
+    client.clock.set_stepped()
+    motion = iiwa.move_joints(np.full(7, 0.05), wait=False)
+
+    def step() -> None:
+        with virtualrobot.connect(kernel.address) as other:
+            other.clock.run(*other.motions())
+
+    thread = threading.Thread(target=step)
+    thread.start()
+    motion.wait(timeout=60)
+    thread.join()
+    np.testing.assert_allclose(iiwa.positions, np.full(7, 0.05), atol=1e-9)
+
+
 def test_the_clock_is_watched_and_set(client: Client) -> None:
     watch = client.clock.watch(max_rate=50)
     assert next(watch).mode == "realtime"

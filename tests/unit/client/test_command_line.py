@@ -67,7 +67,7 @@ def test_every_command_has_help(run: Callable[..., tuple[int, str, str]], comman
         (("rays", "a", "b", "--from", "0,0,1", "--along", "0,0,1"), "one ray is cast by one ray caster"),
         (("move", "arm"), "say where to, in one way"),
         (("move", "arm", "--to", "home", "--pose", "0,0,0"), "say where to, in one way"),
-        (("move", "arm", "--to", "home", "--linear"), "--linear goes with --pose"),
+        (("move", "arm", "joint=1", "--linear"), "--linear goes with --pose"),
         (("move", "arm", "--to", "home", "--via", "0,0,1"), "--via goes with --pose"),
         (("move", "arm", "--pose", "1,0,0", "--linear", "--via", "0,0,1"), "and without --linear"),
         (("move", "arm", "--pose", "1,0,0", "--via", "0,1"), "has 2 numbers; 3 are wanted"),

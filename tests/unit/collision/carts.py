@@ -52,9 +52,9 @@ def drive(start: float, goal: float, robot: str = "cart") -> StartMotion:
 
 
 def mode(name: str = "", **robots: str) -> SetCollisionSettings:
-    """Return what sets modes: of all, and of robots; an empty one takes a robot's own away."""
+    """Return what sets modes, without looking ahead: of all, and of robots; an empty one takes a robot's own away."""
     own = tuple((robot, CollisionMode(one) if one else None) for robot, one in robots.items())
-    return SetCollisionSettings(CollisionMode(name) if name else None, own)
+    return SetCollisionSettings(CollisionMode(name) if name else None, own, look_ahead_seconds=0.0)
 
 
 def first_tick(world: World, touches: Callable[[Snapshot], bool], *commands: Command, ticks: int = 2000) -> int:

@@ -32,7 +32,7 @@ from virtualrobot_sdk.denavit_hartenberg import Row, Table, frames, pose
 from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.settings import make_settings
 
-from tests.unit.formats.models import XacroOnly, disk, forward, structure_of
+from tests.unit.formats.models import MODELS, XacroOnly, disk, forward, structure_of
 
 CONVENTIONS = ["standard", "modified"]
 KINDS = ("revolute", "prismatic", "revolute", "revolute", "prismatic", "revolute")
@@ -270,6 +270,35 @@ def test_bad_tables_are_refused_by_row_and_field(fields: dict[str, Any], message
         parsed(**fields)
     assert f"denavit_hartenberg.{message}" in str(refused.value)
     assert refused.value.reason is (Reason.NAME_TAKEN if ".name:" in message else Reason.INVALID_ARGUMENT)
+
+
+@pytest.mark.parametrize("base", [nodes_pb2.JOINT_TYPE_PLANAR, nodes_pb2.JOINT_TYPE_FLOATING])
+def test_a_known_arm_that_is_a_scene_stands_on_any_base(base: int) -> None:
+    """The arms of our tables are scenes of links, which carry a base joint of their own."""
+    files = disk()
+    library = MeshLibrary(files.store, XacroOnly(MODELS))
+    for name in ("ur5e", "palletizer", "ar_manipulator"):
+        request = scene_pb2.ModelSource(uri=f"model://{name}", name="agv", base_joint=base)
+        model = read_model(library, request, files, ())
+        (first,) = [node for node in model.nodes if node.kind is Kind.LINK and node.parent == "agv"]
+        assert isinstance(first.data, LinkData)
+        assert (first.data.joint.type.name, first.data.joint.axis) == (
+            nodes_pb2.JointType.Name(base).removeprefix("JOINT_TYPE_"),
+            (0.0, 0.0, 1.0),
+        )
+        structure, _ = structure_of(model.nodes)
+        names = list(structure.robots[structure.uid_by_name["agv"]].coordinates)
+        assert names[:2] == [f"{first.data.joint.name}/{axis}" for axis in "xy"]
+
+
+def test_what_has_no_base_of_its_own_takes_no_base_joint() -> None:
+    files = disk()
+    library = MeshLibrary(files.store, XacroOnly(MODELS))
+    planar = nodes_pb2.JOINT_TYPE_PLANAR
+    with pytest.raises(KernelError, match=r"takes no base joint \(planar\): it has no robot that stands by itself"):
+        read_model(library, scene_pb2.ModelSource(uri="model://vacuum_gripper", base_joint=planar), files, ())
+    with pytest.raises(KernelError, match=r"is a scene .* the SRDF file 'a\.srdf' is not for it"):
+        read_model(library, scene_pb2.ModelSource(uri="model://ur5e", srdf_uri="a.srdf"), files, ())
 
 
 @pytest.mark.parametrize("name", ["", "left"])

@@ -1,11 +1,13 @@
 """Meshes with what they name, parsed once; and the folders in which they travel."""
 
+import hashlib
 import json
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import numpy as np
 import pytest
+from virtualrobot.files.resolver import Resolver
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.bundle import bundle
@@ -123,6 +125,26 @@ def test_a_look_that_nobody_sees_may_be_missing(element: str, color: str, count:
     urdf = f'<robot name="r"><link name="a"><{element}>{shape}{color}</{element}></link></robot>'
     files = uploaded({**contents, "r.urdf": urdf.encode()})
     assert len(imported("r.urdf", files, MeshLibrary(files.store)).warnings) == count
+
+
+@pytest.mark.parametrize(
+    "name", ["../../x.png", "../../secret", "../../../../../../../../etc/hostname", "/etc/hostname", "secret?v=1"]
+)
+def test_a_texture_above_its_folder_is_missing_whatever_it_is_called_and_never_read(tmp_path: Path, name: str) -> None:
+    folder = tmp_path / "a" / "b"
+    folder.mkdir(parents=True)
+    for secret in (tmp_path / "x.png", tmp_path / "secret"):
+        secret.write_bytes(PNG)
+    (folder / "t.obj").write_bytes(TEXTURED.replace(b"../looks/", b""))
+    (folder / "t.mtl").write_bytes(f"newmtl wood\nmap_Kd {name}\n".encode())
+    (folder / "t.gltf").write_text(json.dumps({**gltf_tree({"uri": "t.bin"}), "images": [{"uri": name}]}))
+    (folder / "t.bin").write_bytes(BUFFER)
+    for file, named_by in (("t.obj", "t.mtl"), ("t.gltf", "t.gltf")):
+        store = AssetStore()
+        mesh, (warning,) = find(Files(store, resolver=Resolver()), str(folder / file))
+        assert f"{named_by}: '{name}', named by" in warning and warning.endswith("drawn without it")
+        assert not store.has(hashlib.sha256(PNG).hexdigest())
+        assert MeshLibrary(store).load(mesh)
 
 
 def test_a_texture_with_a_path_of_another_machine_is_found_beside_the_file() -> None:

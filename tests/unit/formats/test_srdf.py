@@ -161,6 +161,35 @@ def test_only_what_is_wrong_is_left_out() -> None:
     assert panda(srdf('<group name="a"><joint name="panda_jont3"/></group>')).warnings[-1][13:] in docs.read_text()
 
 
+def test_a_group_of_which_nothing_is_left_is_left_out_with_what_names_it() -> None:
+    wrong = '<group name="{}"><chain base_link="panda_hand" tip_link="panda_link3"/></group>'
+    state = '<group_state name="s" group="whole"><joint name="panda_joint1" value="1"/></group_state>'
+    half = '<group name="half"><group name="wrong"/><joint name="panda_joint2"/></group>'
+    circle = ('<group name="a"><group name="b"/></group>', '<group name="b"><group name="a"/></group>')
+    whole = '<group name="whole"><group name="wrong"/></group>'
+    model = panda(srdf(whole, wrong.format("wrong"), half, state, '<group name="empty"/>', *circle))
+    data = robot_data(model)
+    assert data.groups == (JointGroup("half", ("panda_joint2",)), JointGroup("empty", ()))
+    assert data.postures == {}
+    told = [warning for warning in model.warnings if warning.startswith("panda.srdf")]
+    assert [warning.line for warning in told] == [3, 7]
+    assert "no chain leads" in told[0] and "contain each other: a -> b -> a" in told[1]
+
+
+def test_warnings_come_in_the_order_of_the_file_and_tell_of_another_robot() -> None:
+    lines = (
+        '<disable_collisions link1="panda_link0" link2="head"/>',
+        '<group_state name="s" group="x"/>',
+        "<odd/>",
+        '<group name="a"><joint name="arm"/></group>',
+    )
+    model = panda(srdf(*lines).replace('name="panda"', 'name="fr3"'), name="my arm")
+    told = [warning for warning in model.warnings if warning.startswith("panda.srdf")]
+    assert [warning.line for warning in told] == [1, 2, 3, 4, 5]
+    assert told[0] == "panda.srdf:1: the file is about a robot 'fr3', and the model's own name is 'panda'"
+    assert not [warning for warning in panda(srdf(), name="my arm").warnings if warning.startswith("panda.srdf")]
+
+
 def test_what_is_not_kept_is_a_warning() -> None:
     model = panda(
         srdf(

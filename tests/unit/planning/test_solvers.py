@@ -165,8 +165,13 @@ def test_a_component_that_ended_is_made_anew_three_times_in_a_row(solvers: Solve
         with pytest.raises(KernelError, match="SIGSEGV"):
             solve(solvers, cell)
         assert "SIGSEGV" in solvers.fault_of(cell.structure.node("arm"))
-    with pytest.raises(KernelError, match="SIGSEGV"):
+    told = (
+        r"of 'arm' is not asked any more, since its process has ended 3 times, the last time: .*SIGSEGV.*; "
+        r"SetKinematics \(`set_kinematics`\) gives 'arm' another component, or the same one anew"
+    )
+    with pytest.raises(KernelError, match=told) as refused:
         solve(solvers, cell)
+    assert refused.value.metadata["fault"] == "DIED"
     assert len(instances) == MOST_ENDS
 
 

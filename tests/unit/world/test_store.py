@@ -73,7 +73,7 @@ def test_a_stale_revision_is_refused(world: World) -> None:
     refused = world.submit([RemoveNode("p")], expected_revision=revision).exception(GUARD)
     assert isinstance(refused, KernelError)
     assert refused.reason is Reason.STALE_REVISION
-    assert refused.metadata == {"revision": str(revision + 1), "expected_revision": str(revision)}
+    assert refused.metadata == {"revision": str(revision + 1), "expected_structure_revision": str(revision)}
     assert world.snapshot.structure.node("p")
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import ssl
 import threading
 import time
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
@@ -29,6 +31,9 @@ from virtualrobot.errors import (
 from virtualrobot.session import is_loopback
 
 Message = TypeVar("Message")
+Listener = Callable[[str, Any], None]
+"""Function that is told the method and each answer of a channel's calls."""
+
 MAX_MESSAGE_BYTES = 256 * 1024 * 1024
 LEASE_KEY = "virtualrobot-lease"
 _CLOSE_SECONDS = 1.0
@@ -44,11 +49,11 @@ _NO_ERROR_INFO: dict[grpc.StatusCode, type[VirtualRobotError]] = {
 class Stream(Generic[Message]):
     """Messages of a watch or download as they come; ends when the kernel ends it or `cancel` is called."""
 
-    def __init__(self, call: Any, address: str, descriptions: Descriptions) -> None:  # noqa: ANN401 grpcio has no type for a running call
-        """Read from a running call to the kernel at `address`; `descriptions` hear of each message."""
+    def __init__(self, call: Any, address: str, saw: Callable[[Message], None]) -> None:  # noqa: ANN401 grpcio has no type for a running call
+        """Read from a running call to the kernel at `address`; `saw` is told each message."""
         self._call = call
         self._address = address
-        self._descriptions = descriptions
+        self._saw = saw
         self._cancelled = False
 
     def __iter__(self) -> Iterator[Message]:
@@ -63,8 +68,7 @@ class Stream(Generic[Message]):
             if self._cancelled:
                 raise StopIteration from None
             raise translated(error, self._address) from None
-        if (stamp := getattr(message, "stamp", None)) is not None:
-            self._descriptions.saw(stamp)
+        self._saw(message)
         return message
 
     def cancel(self) -> None:
@@ -100,6 +104,7 @@ class Channel:
         self._metadata: tuple[tuple[str, str], ...] = (("authorization", f"Bearer {token}"),) if token else ()
         self._timeout_seconds = timeout_seconds
         self.descriptions = Descriptions()
+        self.listener: Listener | None = None
         self._closed = self._answered = False
         self._carrying = threading.Lock()
 
@@ -115,28 +120,36 @@ class Channel:
 
     def unary_unary(self, method: str, **options: Any) -> Callable[..., Any]:  # noqa: ANN401 as the generated stubs call it
         """Return the function that makes a call with one answer."""
-        return self._whole(self._channel.unary_unary(method, **options))
+        return self._whole(method, self._channel.unary_unary(method, **options))
 
     def stream_unary(self, method: str, **options: Any) -> Callable[..., Any]:  # noqa: ANN401
         """Return the function that makes a call with many requests and one answer."""
-        return self._whole(self._channel.stream_unary(method, **options))
+        return self._whole(method, self._channel.stream_unary(method, **options))
 
     def unary_stream(self, method: str, **options: Any) -> Callable[..., Stream[Any]]:  # noqa: ANN401
         """Return the function that makes a call with many answers; it has no time limit unless one is given."""
-        return self._streaming(self._channel.unary_stream(method, **options))
+        return self._streaming(method, self._channel.unary_stream(method, **options))
 
     def stream_stream(self, method: str, **options: Any) -> Callable[..., Stream[Any]]:  # noqa: ANN401
         """Return the function that makes a call with many requests and many answers, without a time limit."""
-        return self._streaming(self._channel.stream_stream(method, **options))
+        return self._streaming(method, self._channel.stream_stream(method, **options))
 
-    def _streaming(self, call: Callable[..., Any]) -> Callable[..., Stream[Any]]:
+    def _saw(self, method: str, message: Any, asked_at: float = -math.inf) -> None:  # noqa: ANN401 any answer
+        if (stamp := getattr(message, "stamp", None)) is not None:
+            self.descriptions.saw(stamp, asked_at)
+        if self.listener is not None:
+            self.listener(method, message)
+
+    def _streaming(self, method: str, call: Callable[..., Any]) -> Callable[..., Stream[Any]]:
+        saw = partial(self._saw, method)
+
         def start(request: object, timeout: float | None = None) -> Stream[Any]:
             self._check_open()
-            return Stream(call(request, timeout=timeout, metadata=self._metadata), self._address, self.descriptions)
+            return Stream(call(request, timeout=timeout, metadata=self._metadata), self._address, saw)
 
         return start
 
-    def _whole(self, call: Callable[..., Any]) -> Callable[..., Any]:
+    def _whole(self, method: str, call: Callable[..., Any]) -> Callable[..., Any]:
         def make(request: object, timeout: float | None = None) -> Any:  # noqa: ANN401 the answer
             limit = self._timeout_seconds if timeout is None else timeout
             self._check_open()
@@ -154,8 +167,7 @@ class Channel:
                 # The cause would tell the same once more, in 20 lines of grpc's.
                 raise translated(error, self._address) from None
             self._answered = True
-            if (stamp := getattr(answer, "stamp", None)) is not None:
-                self.descriptions.saw(stamp, asked_at)
+            self._saw(method, answer, asked_at)
             return answer
 
         return make

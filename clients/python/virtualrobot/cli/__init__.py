@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import importlib
+import json
 import sys
 from collections.abc import Sequence
+from difflib import get_close_matches
 
 import click
 
@@ -13,27 +15,41 @@ from virtualrobot.cli.options import Target, target_options
 
 _COMMANDS = {
     "serve": ("virtualrobot.cli.serve", "Start a kernel and keep it running."),
+    "shell": ("virtualrobot.cli.shell", "Take commands one after the other, with completion and history."),
     "load": ("virtualrobot.cli.scene", "Load a model or a scene file."),
     "models": ("virtualrobot.cli.scene", "Show the robots and grippers that the kernel knows by name."),
     "save": ("virtualrobot.cli.scene", "Save the world to a scene file."),
     "export": ("virtualrobot.cli.scene", "Write a robot as URDF, or anything as glTF."),
     "ls": ("virtualrobot.cli.scene", "Draw the scene tree."),
+    "add": ("virtualrobot.cli.build", "Add a box, a mesh, a table, a frame, a part, a sensor or a light."),
+    "rename": ("virtualrobot.cli.build", "Give a node another name."),
+    "attach": ("virtualrobot.cli.build", "Fix a node to another one."),
+    "remove": ("virtualrobot.cli.build", "Take nodes out of the world."),
     "state": ("virtualrobot.cli.state", "Show clock, robots, signals and motions."),
     "move": ("virtualrobot.cli.move", "Move a robot."),
     "plan": ("virtualrobot.cli.plan", "Show what a move would do."),
     "check": ("virtualrobot.cli.plan", "Tell whether a move keeps all limits."),
     "path": ("virtualrobot.cli.path", "Find a way round what stands in between."),
     "jog": ("virtualrobot.cli.jog", "Move a robot by hand: a joint, or the tool centre point in one direction."),
-    "program": ("virtualrobot.cli.program", "Run a program from a file."),
+    "teach": ("virtualrobot.cli.teach", "Save where a robot stands as a target or a posture."),
+    "run": ("virtualrobot.cli.program", "Run a program from a file."),
     "stop": ("virtualrobot.cli.move", "Stop all robots, or some."),
+    "pause": ("virtualrobot.cli.work", "Slow motions to standstill on their paths."),
+    "resume": ("virtualrobot.cli.work", "Let motions go on after a pause."),
+    "speed": ("virtualrobot.cli.work", "Show or set the factor by which motions are slowed."),
+    "grasp": ("virtualrobot.cli.work", "Fix a part to a robot's tool."),
+    "release": ("virtualrobot.cli.work", "Let parts go."),
+    "tool": ("virtualrobot.cli.work", "Show a robot's tools, choose one, or move it into a state."),
+    "lease": ("virtualrobot.cli.work", "Lease robots, so that nobody else moves them."),
     "leases": ("virtualrobot.cli.state", "Show who has leased which robots."),
     "signal": ("virtualrobot.cli.signals", "Show, set, create or wait for signals."),
+    "clock": ("virtualrobot.cli.work", "Show or set how time runs."),
     "step": ("virtualrobot.cli.state", "Let time go on by some ticks."),
     "plugins": ("virtualrobot.cli.plugins", "Show plugins and their components."),
     "kinematics": ("virtualrobot.cli.plugins", "Show or swap what solves a robot's kinematics."),
     "capture": ("virtualrobot.cli.pictures", "Take a picture, without a browser."),
     "record": ("virtualrobot.cli.pictures", "Film the world, without a browser."),
-    "pick": ("virtualrobot.cli.pictures", "Tell what is under a pixel."),
+    "pixel": ("virtualrobot.cli.pictures", "Tell what is under a pixel."),
     "measure": ("virtualrobot.cli.pictures", "Tell how far two points are apart."),
     "collision": ("virtualrobot.cli.collision", "Show what touches, what may, and how far things are apart."),
     "rays": ("virtualrobot.cli.rays", "Compare ray casters, or cast a ray."),
@@ -73,6 +89,16 @@ class _Commands(click.Group):
         entry = find_applications(_COMMANDS).get(cmd_name)
         return None if entry is None else load(entry)
 
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command that the first word names; raise UsageError, with the nearest one, for none."""
+        if args and not args[0].startswith("-") and self.get_command(ctx, args[0]) is None:
+            near = get_close_matches(args[0], self.list_commands(ctx))
+            meant = f"; did you mean {' or '.join(map(repr, near))}?" if near else ""
+            ctx.fail(f"there is no command {args[0]!r}{meant}")
+        return super().resolve_command(ctx, args)
+
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         """Write the commands of the table, which need no import, and those of applications."""
         with formatter.section("Commands"):
@@ -107,10 +133,14 @@ def cli(ctx: click.Context, target: Target) -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line and exit: 0 when all went well, 1 for refusals, 2 for wrong usage, 130 for Ctrl-C."""
-    arguments = sys.argv[1:] if arguments is None else list(arguments)
-    debug = "--debug" in arguments
+    sys.exit(run(sys.argv[1:] if arguments is None else arguments))
+
+
+def run(arguments: Sequence[str], target: Target | None = None) -> int:
+    """Run a command and return its exit code; `target` is the kernel of a shell."""
+    debug = "--debug" in arguments or (target is not None and target.debug)
     try:
-        code = cli.main(arguments, prog_name="virtualrobot", standalone_mode=False)
+        code = cli.main(list(arguments), prog_name="virtualrobot", standalone_mode=False, obj=target)
     except click.exceptions.Abort:
         code = 130  # Ctrl-C
     except click.ClickException as error:
@@ -119,16 +149,20 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except (Exception, KeyboardInterrupt) as error:
         if debug:
             raise
-        code = _refused(error)
-    sys.exit(code if isinstance(code, int) else 0)
+        code = _refused(error, "--json" in arguments)
+    return code if isinstance(code, int) else 0
 
 
-def _refused(error: BaseException) -> int:
+def _refused(error: BaseException, as_json: bool) -> int:
     """Print what went wrong in one line and return the exit code."""
     if isinstance(error, KeyboardInterrupt):
         return 130
     from virtualrobot.errors import VirtualRobotError
 
+    if as_json and isinstance(error, VirtualRobotError):
+        said = {"reason": error.reason, "message": str(error), "metadata": error.metadata}
+        click.echo(json.dumps({"error": said}), err=True)
+        return 1
     text = " ".join(str(error).split())
     if not isinstance(error, VirtualRobotError | OSError):
         text = f"{type(error).__name__}: {text} (--debug shows where)"

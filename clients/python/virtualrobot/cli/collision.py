@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from virtualrobot.cli.names import NODE
 from virtualrobot.cli.options import FiniteRange, Target, target_options
 
 if TYPE_CHECKING:
@@ -48,7 +49,7 @@ def collision(ctx: click.Context, target: Target) -> None:
 
 
 @collision.command()
-@click.argument("nodes", nargs=-1)
+@click.argument("nodes", nargs=-1, type=NODE)
 @target_options
 def allowed(target: Target, nodes: tuple[str, ...]) -> None:
     """Show the pairs that may touch, all or those with NODES and what hangs below them, and why."""
@@ -58,8 +59,8 @@ def allowed(target: Target, nodes: tuple[str, ...]) -> None:
 
 
 @collision.command()
-@click.argument("robot")
-@click.argument("nodes", nargs=-1)
+@click.argument("robot", type=NODE)
+@click.argument("nodes", nargs=-1, type=NODE)
 @click.option(
     "--range",
     "range_meters",
@@ -127,7 +128,7 @@ def mode(target: Target, mode: str | None, robots: tuple[str, ...], look_ahead: 
 
 
 @collision.command()
-@click.argument("node")
+@click.argument("node", type=NODE)
 @click.argument("meters", type=FiniteRange(0.0, 1.0))
 @target_options
 def pad(target: Target, node: str, meters: float) -> None:
@@ -138,7 +139,7 @@ def pad(target: Target, node: str, meters: float) -> None:
 
 
 @collision.command()
-@click.argument("nodes", nargs=-1)
+@click.argument("nodes", nargs=-1, type=NODE)
 @click.option("--hull-vertices", type=click.IntRange(0, 256), metavar="N", help="Have them collide as hulls; 0: not.")
 @target_options
 def meshes(target: Target, nodes: tuple[str, ...], hull_vertices: int | None) -> None:
@@ -177,7 +178,7 @@ def watch(target: Target, count: int | None) -> None:
 
 
 @collision.command()
-@click.argument("robot")
+@click.argument("robot", type=NODE)
 @click.option("--samples", type=click.IntRange(min=1), default=1000, metavar="N", help="Configurations [1000].")
 @click.option("--seed", type=click.IntRange(min=0), default=0, metavar="N", help="What they are drawn from [0].")
 @target_options

@@ -7,7 +7,8 @@ import math
 import click
 
 from virtualrobot.cli.move import start_and_follow
-from virtualrobot.cli.options import GO_ON, NAME, Numbers, Target, degrees_option, target_options
+from virtualrobot.cli.names import NODE, ROBOT
+from virtualrobot.cli.options import GO_ON, Numbers, Target, degrees_option, target_options
 from virtualrobot.cli.orders import Part, angles, group_options, part_of
 
 _EXAMPLES = """
@@ -20,16 +21,17 @@ Examples:
 
 
 @click.command(epilog=_EXAMPLES)
-@click.argument("robot")
+@click.argument("robot", type=ROBOT)
 @click.argument("joint", required=False)
 @click.option("--along", type=Numbers(3), metavar="X,Y,Z", help="The tool centre point moves in this direction.")
 @click.option("--about", type=Numbers(3), metavar="X,Y,Z", help="The tool centre point turns about this axis.")
 @click.option(
     "--frame", type=click.Choice(["base", "tool", "world"]), help="In whose axes the direction is given [base]."
 )
-@click.option("--node", type=NAME, help="In the axes of this node instead.")
+@click.option("--node", type=NODE, help="In the axes of this node instead.")
 @click.option("--velocity", type=float, help="m/s or rad/s [0.1 or 0.25]; a joint needs one, with the sign of its way.")
 @click.option("--distance", type=float, help="m or rad [as far as it goes].")
+@click.option("--keys", is_flag=True, help="Jog by the keys of this terminal until q; it tells which do what.")
 @click.option("--preempt", is_flag=True, help="Stop what the robot does and take over.")
 @group_options
 @degrees_option
@@ -44,6 +46,7 @@ def jog(
     node: str | None,
     velocity: float | None,
     distance: float | None,
+    keys: bool,
     preempt: bool,
     degrees: bool,
     group: Part,
@@ -52,8 +55,18 @@ def jog(
 
     Ctrl-C, like a key that is released, stops it on its path.
     """
+    if keys:
+        if joint is not None or along or about or frame or node or velocity is not None or distance is not None:
+            raise click.UsageError("with --keys the keys say what moves, and how far")
+        from virtualrobot.cli.key_jog import jog_by_keys
+
+        with target.connect() as client:
+            if client.clock.mode == "stepped":
+                raise click.UsageError(f"time stands still, and keys would move nothing; {GO_ON}")
+            jog_by_keys(part_of(client.robot(robot), group))
+        return
     if (joint is not None) + (along is not None) + (about is not None) != 1:
-        raise click.UsageError("say what moves, in one way: a JOINT, --along or --about")
+        raise click.UsageError("say what moves, in one way: a JOINT, --along, --about, or --keys")
     if joint is not None and (frame or node):
         raise click.UsageError("--frame and --node go with --along or --about")
     if joint is not None and velocity is None:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from virtualrobot.cli.names import ROBOT
 from virtualrobot.cli.options import GO_ON, Target, target_options
 from virtualrobot.cli.orders import Order, order_options
 
@@ -45,7 +46,7 @@ def move(target: Target, robot: str, order: Order, preempt: bool, no_wait: bool)
 
 
 @click.command()
-@click.argument("robots", nargs=-1)
+@click.argument("robots", nargs=-1, type=ROBOT)
 @target_options
 def stop(target: Target, robots: tuple[str, ...]) -> None:
     """Stop every motion, or every motion of the ROBOTS named; they slow down on their paths."""
@@ -65,13 +66,15 @@ def start_and_follow(robot: Robot | Group, wish: Move, preempt: bool, no_wait: b
         click.echo(f"started {motion.id}: {motion.planned_duration:.2f} s")
         return
     follow(motion)
-    click.echo(f"{motion.id} reached its {'end' if motion.notes else 'goal'}")
+    ends_early = any(note.kind == "JOG_ENDS" for note in motion.notes)
+    click.echo(f"{motion.id} reached its {'end' if ends_early else 'goal'}")
 
 
 def show_notes(motion: Motion) -> None:
     """Tell what the planner made other than it was asked to."""
     for note in motion.notes:
-        click.echo(f"note: {note.message}", err=True)
+        if note.kind != "TOUCHING":  # that the library has logged
+            click.echo(f"note: {note.message}", err=True)
 
 
 def follow(motion: Motion) -> None:

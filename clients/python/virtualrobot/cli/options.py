@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import functools
+import io
+import json
 import math
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, redirect_stdout
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
@@ -17,39 +21,69 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from virtualrobot.connection import Client
+    from virtualrobot.leases import Lease
 
 GO_ON = "'virtualrobot step --realtime' lets it go on by itself again"
 
 
+@dataclass(slots=True)
+class Session:
+    """Connection that the commands of a shell share, and the leases that it holds."""
+
+    client: Client
+    leases: list[Lease] = field(default_factory=list)
+
+    def release(self) -> None:
+        """Give all leased robots back."""
+        while self.leases:
+            self.leases.pop().release()
+
+
 @dataclass(frozen=True, slots=True)
 class Target:
-    """Kernel that a command talks to: address, and files of token and certificate."""
+    """Kernel that a command talks to: address, and files of token and certificate; in a shell its session.
+
+    answers: where the kernel's answers are written as JSON, in place of the command's own words.
+    """
 
     address: str | None = None
     token_file: Path | None = None
     certificate: Path | None = None
     debug: bool = False
+    json: bool = False
+    session: Session | None = None
+    answers: TextIO | None = None
 
-    def connect(self) -> Client:
-        """Connect to it."""
+    @contextmanager
+    def connect(self) -> Iterator[Client]:
+        """Connect to it for the length of a block; a session stays connected."""
         from virtualrobot.connection import connect
 
-        return connect(self.address, token_file=self.token_file, root_certificate=self.certificate)
+        if self.session is not None:
+            with self._heard(self.session.client) as client:
+                yield client
+            return
+        client = connect(self.address, token_file=self.token_file, root_certificate=self.certificate)
+        with client, self._heard(client):
+            yield client
+
+    @contextmanager
+    def _heard(self, client: Client) -> Iterator[Client]:
+        channel = client.services.channel
+        channel.listener = None if self.answers is None else functools.partial(_write_answer, self.answers)
+        try:
+            yield client
+        finally:
+            channel.listener = None
 
 
-class Name(click.ParamType):
-    """A name; an empty one, as of a variable that is not set, names nothing."""
+def _write_answer(out: TextIO, method: str, message: Any) -> None:  # noqa: ANN401 a message of the contract
+    """Write an answer of the kernel as a line of JSON, with the contract's names."""
+    from google.protobuf.json_format import MessageToDict
 
-    name = "text"
-
-    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> str:
-        """Return the name."""
-        if not value:
-            self.fail("it is empty; give a name, or leave the option out", param, ctx)
-        return str(value)
-
-
-NAME = Name()
+    said = MessageToDict(message, preserving_proto_field_name=True, always_print_fields_with_no_presence=True)
+    out.write(json.dumps({"rpc": method.rpartition("/")[2], "answer": said}) + "\n")
+    out.flush()
 
 
 class FiniteRange(click.FloatRange):
@@ -78,6 +112,7 @@ def target_options(function: Callable[..., Any]) -> Callable[..., Any]:
         type=click.Path(exists=True, dir_okay=False, path_type=Path),
         help="A root certificate (PEM) for TLS.",
     )
+    @click.option("--json", "as_json", is_flag=True, help="Print the kernel's answers, a line of JSON each.")
     @click.option("--debug", is_flag=True, help="Show tracebacks.")
     @functools.wraps(function)
     def command(
@@ -85,17 +120,25 @@ def target_options(function: Callable[..., Any]) -> Callable[..., Any]:
         address: str | None,
         token_file: Path | None,
         certificate: Path | None,
+        as_json: bool,
         debug: bool,
         **options: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
         before = click.get_current_context().find_object(Target) or Target()
+        other = address or token_file or certificate
         target = Target(
             address or before.address,
             token_file or before.token_file,
             certificate or before.certificate,
             debug or before.debug,
+            as_json or before.json,
+            None if other else before.session,
+            sys.stdout if as_json or before.json else None,
         )
-        return function(*arguments, target=target, **options)
+        if target.answers is None:
+            return function(*arguments, target=target, **options)
+        with redirect_stdout(io.StringIO()):
+            return function(*arguments, target=target, **options)
 
     return command
 

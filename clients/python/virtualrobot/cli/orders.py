@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from virtualrobot.cli.options import NAME, Numbers, degrees_option, pose_of_numbers
+from virtualrobot.cli.names import GROUP, LINK, NODE, ROBOT, TARGET
+from virtualrobot.cli.options import Numbers, degrees_option, pose_of_numbers
 
 if TYPE_CHECKING:
     from virtualrobot.motions.moves import Move
@@ -25,11 +26,12 @@ Part = tuple[str, str, str]
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """Goal as the command line gives it; one of joints, pose and posture is given."""
+    """Goal as the command line gives it; one of joints, pose and place, a posture or target, is given."""
 
     joints: tuple[str, ...]
     pose: tuple[float, ...] | None
-    posture: str
+    place: str
+    above: float | None
     reference: str | None
     linear: bool
     via: tuple[float, ...] | None
@@ -41,9 +43,12 @@ class Order:
     def move(self, whole: Robot) -> Move:
         """Return the move that these words mean for a robot, or its group."""
         robot = part_of(whole, self.group)
+        if self.place and self.linear:
+            return robot.linear(self.place, above=self.above, velocity=self.velocity, speed_factor=self.speed)
+        if self.place:
+            return robot.ptp(self.place, above=self.above, speed_factor=self.speed)
         if self.pose is None:
-            goal = self.posture or joint_goal(robot, self.joints, self.degrees)
-            return robot.ptp(goal, speed_factor=self.speed)
+            return robot.ptp(joint_goal(robot, self.joints, self.degrees), speed_factor=self.speed)
         where = pose_of_numbers(self.pose, self.degrees, robot.tcp if not self.reference else None)
         if self.via is None and not self.linear:
             return robot.ptp(where, reference=self.reference, speed_factor=self.speed)
@@ -63,9 +68,9 @@ def part_of(robot: Robot, group: Part) -> Robot | Group:
 def group_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the options that choose a part of a robot, as `group`."""
 
-    @click.option("--group", "name", type=NAME, metavar="NAME", help="The robot's group that moves, such as left_arm.")
-    @click.option("--base", type=NAME, metavar="LINK", help="Instead: the chain that begins at this link [the base].")
-    @click.option("--tip", type=NAME, metavar="LINK", help="And ends at this one [the flange].")
+    @click.option("--group", "name", type=GROUP, metavar="NAME", help="The robot's group that moves, such as left_arm.")
+    @click.option("--base", type=LINK, metavar="LINK", help="Instead: the chain that begins at this link [the base].")
+    @click.option("--tip", type=LINK, metavar="LINK", help="And ends at this one [the flange].")
     @functools.wraps(function)
     def command(*arguments: Any, name: str | None, base: str | None, tip: str | None, **options: Any) -> Any:  # noqa: ANN401
         if name and (base or tip):
@@ -78,13 +83,14 @@ def group_options(function: Callable[..., Any]) -> Callable[..., Any]:
 def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the arguments that say where a robot shall go, as `robot` and `order`."""
 
-    @click.argument("robot")
+    @click.argument("robot", type=ROBOT)
     @click.argument("more", nargs=-1, metavar="[JOINT=VALUE]...")
     @click.option("--joints", metavar="VALUES", help="JOINT=VALUE,... or all values in order: 0,0.5,0,-1.2,0,0.8,0")
     @click.option("--pose", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where the tool centre point goes.")
-    @click.option("--to", "posture", type=NAME, metavar="POSTURE", help="A posture with a name, such as home.")
-    @click.option("--reference", type=NAME, help="The node in whose frame the pose is given [world].")
-    @click.option("--linear", is_flag=True, help="Along a straight line; with --pose.")
+    @click.option("--to", "place", type=TARGET, metavar="NAME", help="A posture, such as home, or a target.")
+    @click.option("--above", type=float, metavar="METERS", help="With --to a target: back from it, along its own z.")
+    @click.option("--reference", type=NODE, help="The node in whose frame the pose is given [world].")
+    @click.option("--linear", is_flag=True, help="Along a straight line; with --pose or a target.")
     @click.option("--via", type=Numbers(3), metavar="X,Y,Z", help="Along an arc through this point; with --pose.")
     @click.option("--speed", type=float, default=1.0, help="The part of the greatest joint speed, in (0, 1] [1].")
     @click.option("--velocity", type=float, metavar="M/S", help="With --linear or --via: along the path [0.25].")
@@ -96,7 +102,8 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
         more: tuple[str, ...],
         joints: str | None,
         pose: tuple[float, ...] | None,
-        posture: str | None,
+        place: str | None,
+        above: float | None,
         reference: str | None,
         linear: bool,
         via: tuple[float, ...] | None,
@@ -107,10 +114,12 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
         **options: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
         words = tuple(word for word in (joints, *more) if word)
-        if bool(words) + (pose is not None) + bool(posture) != 1:
+        if bool(words) + (pose is not None) + bool(place) != 1:
             raise click.UsageError("say where to, in one way: --joints, --pose or --to")
-        if linear and pose is None:
-            raise click.UsageError("--linear goes with --pose")
+        if linear and pose is None and not place:
+            raise click.UsageError("--linear goes with --pose, or with --to a target")
+        if above is not None and not place:
+            raise click.UsageError("--above goes with --to a target")
         if via is not None and (pose is None or linear):
             raise click.UsageError("--via goes with --pose and without --linear")
         if not 0 < speed <= 1:
@@ -119,7 +128,7 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
             raise click.UsageError("--velocity goes with --linear or --via; other moves take --speed")
         if velocity is not None and not velocity > 0:
             raise click.UsageError(f"--velocity is above 0, not {velocity:g}")
-        order = Order(words, pose, posture or "", reference, linear, via, speed, velocity, degrees, group)
+        order = Order(words, pose, place or "", above or None, reference, linear, via, speed, velocity, degrees, group)
         return function(*arguments, order=order, **options)
 
     return command
@@ -141,11 +150,13 @@ def joint_goal(robot: Robot | Group, words: Sequence[str], degrees: bool) -> dic
         values = [float(entry.rpartition("=")[2]) for entry in entries]
     except ValueError:
         raise click.UsageError(f"{' '.join(words)!r} are no joint values: name=value,... or numbers") from None
+    names = [entry.rpartition("=")[0] for entry in entries]
+    if all(named) and (twice := next((name for name in names if names.count(name) > 1), None)):
+        raise click.UsageError(f"the joint {twice!r} is given twice")
     if not degrees:
-        return dict(zip((e.rpartition("=")[0] for e in entries), values, strict=True)) if all(named) else values
+        return dict(zip(names, values, strict=True)) if all(named) else values
     turning, every = angles(robot), list(robot.coordinates)
     if all(named):
-        names = [entry.rpartition("=")[0] for entry in entries]
         if unknown := sorted(set(names) - set(every)):
             raise UnknownNameError(f"the robot {robot.name!r} has no joint {unknown[0]!r}; it has {', '.join(every)}")
     else:

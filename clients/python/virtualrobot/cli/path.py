@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.move import follow
-from virtualrobot.cli.options import NAME, FiniteRange, Numbers, Target, degrees_option, pose_of_numbers, target_options
+from virtualrobot.cli.names import NODE, PLANNER, ROBOT, TARGET
+from virtualrobot.cli.options import FiniteRange, Numbers, Target, degrees_option, pose_of_numbers, target_options
 from virtualrobot.cli.orders import Part, group_options, joint_goal, part_of
 
 if TYPE_CHECKING:
@@ -23,13 +24,13 @@ Examples:
 
 
 @click.command(epilog=_EXAMPLES)
-@click.argument("robot")
+@click.argument("robot", type=ROBOT)
 @click.argument("more", nargs=-1, metavar="[JOINT=VALUE]...")
 @click.option("--joints", metavar="VALUES", help="JOINT=VALUE,... or all values in order.")
 @click.option("--pose", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where the tool centre point goes.")
-@click.option("--to", "posture", type=NAME, metavar="POSTURE", help="A posture with a name, such as home.")
-@click.option("--reference", type=NAME, help="The node in whose frame the pose is given [world].")
-@click.option("--planner", type=NAME, metavar="NAME", help="The algorithm of OMPL [RRTConnect].")
+@click.option("--to", "place", type=TARGET, metavar="NAME", help="A posture, such as home, or a target.")
+@click.option("--reference", type=NODE, help="The node in whose frame the pose is given [world].")
+@click.option("--planner", type=PLANNER, metavar="NAME", help="The algorithm of OMPL [RRTConnect].")
 @click.option("--seed", type=click.IntRange(min=0), default=0, metavar="N", help="What the search draws from [0].")
 @click.option(
     "--time-limit", type=FiniteRange(min=0.0), default=10.0, metavar="SECONDS", help="How long it may take [10]."
@@ -45,7 +46,7 @@ def path(
     more: tuple[str, ...],
     joints: str | None,
     pose: tuple[float, ...] | None,
-    posture: str | None,
+    place: str | None,
     reference: str | None,
     planner: str | None,
     seed: int,
@@ -57,14 +58,14 @@ def path(
 ) -> None:
     """Find a way on which a robot touches nothing that it may not; with --go it goes along. Ctrl-C stops either."""
     words = tuple(word for word in (joints, *more) if word)
-    if bool(words) + (pose is not None) + bool(posture) != 1:
+    if bool(words) + (pose is not None) + bool(place) != 1:
         raise click.UsageError("say where to, in one way: --joints, --pose or --to")
     with target.connect() as client:
         handle = part_of(client.robot(robot), group)
         if pose is not None:
             goal = pose_of_numbers(pose, degrees, handle.tcp if not reference else None)
         else:
-            given = posture or joint_goal(handle, words, degrees)
+            given = place or joint_goal(handle, words, degrees)
             goal = dict(zip(handle.chain_joint_names, given, strict=True)) if isinstance(given, list) else given
         found = client.paths.find(
             robot,

@@ -1,4 +1,4 @@
-"""`virtualrobot capture`, `record`, `pick` and `measure`: pictures, films, what is under a pixel, and distances."""
+"""`virtualrobot capture`, `record`, `pixel` and `measure`: pictures, films, what is under a pixel, and distances."""
 
 from __future__ import annotations
 
@@ -126,7 +126,7 @@ def record(
 @click.argument("row", type=float)
 @camera_options
 @target_options
-def pick(
+def pixel(
     target: Target,
     column: float,
     row: float,

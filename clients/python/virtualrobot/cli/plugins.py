@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from virtualrobot.cli.names import ROBOT
 from virtualrobot.cli.options import Target, target_options
 from virtualrobot.cli.settings import settings_from, settings_lines, settings_option
 
@@ -35,7 +36,7 @@ def plugins(target: Target, reload: bool, settings: bool) -> None:
 
 
 @click.command(epilog=_EXAMPLES)
-@click.argument("robot")
+@click.argument("robot", type=ROBOT)
 @click.argument("component", required=False)
 @settings_option
 @target_options

@@ -1,4 +1,4 @@
-"""`virtualrobot program`."""
+"""`virtualrobot run`."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ Example of a FILE; names are those of MotionSpec in the contract:
 )
 @limits_only
 @target_options
-def program(target: Target, file: str, preempt: bool, no_wait: bool, check: bool, limits_only: bool) -> int:
+def run(target: Target, file: str, preempt: bool, no_wait: bool, check: bool, limits_only: bool) -> int:
     """Run the program in FILE (YAML) and show how far it is; Ctrl-C stops it on its path.
 
     All steps are planned before anything moves. What the planner makes other than it was asked to is told.

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from virtualrobot.cli.options import NAME, Numbers, Target, target_options
+from virtualrobot.cli.names import NODE
+from virtualrobot.cli.options import Numbers, Target, target_options
 
 if TYPE_CHECKING:
     from virtualrobot.sensors.rays import RayCasterComparison, RayHits
@@ -30,7 +31,7 @@ Examples; 'virtualrobot plugins' shows the ray casters that are installed:
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="What they are drawn from [0].")
 @click.option("--from", "origin", type=Numbers(3), metavar="X,Y,Z", help="Cast one ray instead: from here, in meters,")
 @click.option("--along", type=Numbers(3), metavar="X,Y,Z", help="and in this direction.")
-@click.option("--frame", type=NAME, metavar="NODE", help="The node whose frame they are in [the world's].")
+@click.option("--frame", type=NODE, metavar="NODE", help="The node whose frame they are in [the world's].")
 @target_options
 def rays(
     target: Target,

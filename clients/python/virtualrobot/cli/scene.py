@@ -10,15 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from virtualrobot.cli.options import (
-    NAME,
-    Numbers,
-    Target,
-    degrees_option,
-    named_folders,
-    pose_of_numbers,
-    target_options,
-)
+from virtualrobot.cli.names import FILE, NODE, SOURCE
+from virtualrobot.cli.options import Numbers, Target, degrees_option, named_folders, pose_of_numbers, target_options
 from virtualrobot.cli.settings import settings_from, settings_option
 
 if TYPE_CHECKING:
@@ -28,10 +21,10 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 
 
 @click.command()
-@click.argument("file")
-@click.option("--name", type=NAME, help="Its name in the scene [what the file says].")
+@click.argument("file", type=SOURCE)
+@click.option("--name", type=NODE, help="Its name in the scene [what the file says].")
 @click.option("--at", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where it goes in its parent's frame.")
-@click.option("--parent", type=NAME, help="The node that it is fixed to [world].")
+@click.option("--parent", type=NODE, help="The node that it is fixed to [world].")
 @click.option("--as", "kind", type=click.Choice(["object", "part"]), default="object", help="For meshes: what it is.")
 @click.option("--scale", type=Numbers(1, 3), default="1", help="For meshes: one factor or three.")
 @click.option(
@@ -43,7 +36,7 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 @click.option(
     "--package", "packages", multiple=True, callback=named_folders, metavar="NAME=FOLDER", help="Where a package is."
 )
-@click.option("--srdf", type=NAME, metavar="FILE", help="For robots: groups, postures and links that may touch.")
+@click.option("--srdf", type=FILE, metavar="FILE", help="For robots: groups, postures and links that may touch.")
 @settings_option
 @click.option("--strict", is_flag=True, help="Refuse a file that there is a warning about.")
 @click.option("--add", is_flag=True, help="For scene files: add to the world instead of replacing it.")
@@ -87,7 +80,7 @@ def load(
             file,
             name=name,
             pose=None if at is None else pose_of_numbers(at, degrees),
-            parent=parent,
+            parent=parent or "world",
             packages=packages,
             base=base,
             as_part=kind == "part",
@@ -114,7 +107,7 @@ def save(target: Target, file: Path, bundle: bool) -> None:
 
 
 @click.command()
-@click.argument("node")
+@click.argument("node", type=NODE)
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
 @target_options
 def export(target: Target, node: str, file: Path) -> None:

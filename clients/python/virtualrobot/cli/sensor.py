@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.camera_files import KINDS, write_pictures
+from virtualrobot.cli.names import SENSOR
 from virtualrobot.cli.options import Target, target_options
 from virtualrobot.cli.sensor_view import hide, show
 from virtualrobot.cli.sensor_words import contact_lines, said
@@ -50,7 +51,7 @@ sensor.add_command(hide)
 
 
 @sensor.command()
-@click.argument("names", nargs=-1)
+@click.argument("names", nargs=-1, type=SENSOR)
 @target_options
 def start(target: Target, names: tuple[str, ...]) -> None:
     """Let the sensors NAMES (or all) read at their rates; those with a fault are tried anew."""
@@ -59,7 +60,7 @@ def start(target: Target, names: tuple[str, ...]) -> None:
 
 
 @sensor.command()
-@click.argument("names", nargs=-1)
+@click.argument("names", nargs=-1, type=SENSOR)
 @target_options
 def stop(target: Target, names: tuple[str, ...]) -> None:
     """Let the sensors NAMES (or all) read no more."""
@@ -68,7 +69,7 @@ def stop(target: Target, names: tuple[str, ...]) -> None:
 
 
 @sensor.command()
-@click.argument("name")
+@click.argument("name", type=SENSOR)
 @click.option("--out", type=click.Path(dir_okay=False, path_type=Path), help="Write it too: .npz, .ply, .csv.")
 @click.option("--frame", type=FRAMES, help="Of the points of a range sensor [sensor].")
 @click.option("--kind", "kinds", type=click.Choice(KINDS), multiple=True, help="Of a camera; several may be given.")
@@ -87,7 +88,7 @@ def read(target: Target, name: str, out: Path | None, frame: str | None, kinds: 
 
 
 @sensor.command()
-@click.argument("names", nargs=-1)
+@click.argument("names", nargs=-1, type=SENSOR)
 @click.option("--count", type=click.IntRange(min=1), help="End after so many readings.")
 @target_options
 def watch(target: Target, names: tuple[str, ...], count: int | None) -> None:
@@ -100,7 +101,7 @@ def watch(target: Target, names: tuple[str, ...], count: int | None) -> None:
 
 
 @sensor.command("set")
-@click.argument("name")
+@click.argument("name", type=SENSOR)
 @click.option("--ray-caster", metavar="COMPONENT", help="What finds the hits of its rays.")
 @click.option("--model", metavar="COMPONENT", help="What makes readings of them.")
 @settings_option

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from virtualrobot.cli.names import SENSOR
 from virtualrobot.cli.options import Target, target_options
 
 _EXAMPLES = """
@@ -21,7 +22,7 @@ SHOWN = {"range_sensor": ("--points", "--rays"), "camera_sensor": ("--frustum", 
 
 
 @click.command(epilog=_EXAMPLES)
-@click.argument("name")
+@click.argument("name", type=SENSOR)
 @click.option("--points", is_flag=True, help="The echoes of a range sensor as points.")
 @click.option("--rays", is_flag=True, help="Its beams as lines.")
 @click.option("--by", type=click.Choice(["distance", "intensity"]), default="distance", help="What gives the colour.")
@@ -44,7 +45,7 @@ def show(target: Target, name: str, points: bool, rays: bool, by: str, frustum: 
 
 
 @click.command()
-@click.argument("names", nargs=-1)
+@click.argument("names", nargs=-1, type=SENSOR)
 @target_options
 def hide(target: Target, names: tuple[str, ...]) -> None:
     """Show the sensors NAMES (or all) no longer."""

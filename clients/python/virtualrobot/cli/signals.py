@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from virtualrobot.cli.options import NAME, Target, target_options
+from virtualrobot.cli.names import NODE, SIGNAL
+from virtualrobot.cli.options import Target, target_options
 
 if TYPE_CHECKING:
     from virtualrobot._wire.signal_values import SignalValue
@@ -26,7 +27,7 @@ _DEFAULTS = {"boolean": "off", "integer": "0", "number": "0", "text": "", "group
 
 
 @click.command(epilog=_EXAMPLES)
-@click.argument("name", required=False)
+@click.argument("name", required=False, type=SIGNAL)
 @click.argument("value", required=False)
 @click.option("--create", is_flag=True, help="Add the signal.")
 @click.option("--type", "kind", type=click.Choice(list(_DEFAULTS)), help="With --create: its type, else boolean.")
@@ -34,7 +35,7 @@ _DEFAULTS = {"boolean": "off", "integer": "0", "number": "0", "text": "", "group
 @click.option(
     "--direction", type=click.Choice(["input", "output", "internal"]), help="With --create: which way it goes."
 )
-@click.option("--owner", type=NAME, help="With --create: the node that it belongs to.")
+@click.option("--owner", type=NODE, help="With --create: the node that it belongs to.")
 @click.option("--remove", is_flag=True, help="Take the signal out of the world.")
 @click.option("--wait", is_flag=True, help="Wait until the signal is on, or has VALUE, instead of setting it.")
 @click.option(

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from virtualrobot.cli.names import ROBOT
 from virtualrobot.cli.options import GO_ON, Target, degrees_option, target_options
 from virtualrobot.cli.signals import signal_text
 
@@ -20,7 +21,7 @@ _WATCH_SECONDS = 0.2
 
 
 @click.command()
-@click.argument("robots", nargs=-1)
+@click.argument("robots", nargs=-1, type=ROBOT)
 @click.option("--watch", is_flag=True, help="Go on until Ctrl-C.")
 @degrees_option
 @target_options

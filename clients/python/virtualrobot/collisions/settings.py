@@ -57,7 +57,8 @@ class CollisionOptions(TypedDict, total=False):
 
     Attributes:
         robots: robots that get a mode of their own; None takes it away.
-        look_ahead: time (s) by which running motions are checked ahead, 0 to 60; 0 means not at all.
+        look_ahead: time (s) by which running motions are checked ahead, 0 to 60; 0 means not at all. Where it is 0 and
+            not given, and the first robot is set to `stop`, it becomes 1 s.
         paddings: by how much the figures of nodes count as thicker, 0 to 1 m: two nodes touch where they are nearer
             than the paddings of both together.
     """

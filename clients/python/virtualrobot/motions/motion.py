@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections.abc import Iterable, Iterator
@@ -17,13 +18,16 @@ from virtualrobot.errors import (
     CallTimeoutError,
     InvalidArgumentError,
     VirtualRobotError,
+    WrongStateError,
 )
 from virtualrobot.motions.moves import Move, messages_of
 from virtualrobot.motions.state import MotionState, Phase, PlanNote, Search
-from virtualrobot.v1 import motion_pb2
+from virtualrobot.v1 import kernel_pb2, motion_pb2
 
 if TYPE_CHECKING:
     from virtualrobot.motions.program import Program
+
+log = logging.getLogger(__name__)
 
 
 @checked
@@ -57,12 +61,10 @@ class Motion:
 
     @property
     def state(self) -> MotionState:
-        """State of the motion now."""
-        if self._stream is None and not self._state.phase.ended:
-            response = self._services.motion.GetMotion(motion_pb2.GetMotionRequest(id=self.id))
-            with self._changed:
-                self._state = MotionState.of(response.motion)
-        return self._state
+        """State of the motion now, as the kernel tells it: after `clock.step` that of the last tick, or a later one."""
+        if self._state.phase.ended:
+            return self._state
+        return self._told(self._services.motion.GetMotion(motion_pb2.GetMotionRequest(id=self.id)).motion)
 
     @property
     def id(self) -> str:
@@ -107,16 +109,24 @@ class Motion:
     def wait(self, timeout: float | None = None) -> Motion:
         """Wait until it has reached its goal; return itself. Ctrl-C cancels it.
 
-        In STEPPED mode time must go on meanwhile: another program, or another thread of this one, calls `clock.step`.
+        In STEPPED mode nothing moves while this program waits: `clock.run` lets time go on until the motion has ended.
+        Where another program, or another thread of this one, steps the clock, wait with a `timeout`.
 
         Raises:
             MotionCancelledError: when somebody ended it; the message says why.
             MotionAbortedError: when the kernel had to end it before its goal; both are a MotionEndedError.
             CallTimeoutError: after `timeout` seconds of the wall clock; the motion goes on.
+            WrongStateError: without a `timeout`, where the clock is stepped and the motion has not ended; it goes on.
             KernelGoneError: when the kernel ended.
         """
+        return self._wait(timeout, checked=timeout is not None)
+
+    def _wait(self, timeout: float | None, *, checked: bool) -> Motion:
+        """Wait as `wait` does; `checked`: something lets time go on meanwhile."""
         end = None if timeout is None else time.monotonic() + timeout
         try:
+            if not checked and not self.state.phase.ended:
+                check_time_follows_the_wall(self._services)
             self.keep_watching()
             with self._changed:
                 while self._error is None and not self._state.phase.ended:
@@ -174,9 +184,7 @@ class Motion:
             request_id=request_id,
         )
         response = self._services.motion.AppendMotion(request, timeout=LONG_TIMEOUT_SECONDS)
-        with self._changed:
-            if not self._state.phase.ended:
-                self._state = MotionState.of(response.motion)
+        self._told(response.motion)
         return tuple(map(PlanNote.of, response.notes))
 
     def pause(self) -> None:
@@ -206,13 +214,19 @@ class Motion:
             stream = self._stream = self._services.motion.WatchMotion(motion_pb2.WatchMotionRequest(id=self.id))
         threading.Thread(target=self._follow, args=(stream,), name=f"motion {self.id}", daemon=True).start()
 
+    def _told(self, message: motion_pb2.Motion) -> MotionState:
+        """Take what the kernel told, and return it; the end that is known already is its last state."""
+        with self._changed:
+            if not self._state.phase.ended:
+                self._state = MotionState.of(message)
+                self._changed.notify_all()
+            return self._state
+
     def _follow(self, stream: Stream[motion_pb2.WatchMotionResponse]) -> None:
         error = None
         try:
             for response in stream:
-                with self._changed:
-                    self._state = MotionState.of(response.motion)
-                    self._changed.notify_all()
+                self._told(response.motion)
         except VirtualRobotError as stopped:
             error = stopped
         with self._changed:
@@ -265,7 +279,8 @@ class StartOptions(TypedDict, total=False):
     """Options of a start; None leaves each at its default.
 
     Attributes:
-        wait: whether to return only at the motion's end; True by default, but for jogs.
+        wait: whether to return only at the motion's end; True by default, but for jogs. In STEPPED mode, where nothing
+            would move meanwhile, a start that waits is refused with `WrongStateError`.
         preempt: cancel motions in the way instead of being refused with `RobotBusyError` (the default).
         on_disconnect: what the kernel does when this program vanishes: `stop` (the default) or `continue`.
         expected_structure_revision: refuse to start when the scene's structure has another one (`StaleRevisionError`).
@@ -307,12 +322,28 @@ def start_spec(
         asked.expected_structure_revision = revision
     if tracking is not None:
         asked.spec.tracking.CopyFrom(tracking._message)
+    waits = options.get("wait", True) and not open
+    if waits:
+        check_time_follows_the_wall(services)
     # A program of thousands of steps takes its time to plan.
     response = services.motion.StartMotion(asked, timeout=LONG_TIMEOUT_SECONDS)
     motion = Motion(services, response.motion, response.notes)
+    for note in motion.notes:
+        if note.kind == "TOUCHING":
+            log.warning("%s", note.message)  # where nobody sets up logging, Python prints it
     if asked.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
         motion.keep_watching()
-    return motion.wait() if options.get("wait", True) and not open else motion
+    return motion._wait(None, checked=True) if waits else motion
+
+
+def check_time_follows_the_wall(services: Services) -> None:
+    """Raise WrongStateError where the clock is stepped: who waits then waits for ever, but for others that step."""
+    if services.kernel.GetClock(kernel_pb2.GetClockRequest()).clock.mode == kernel_pb2.CLOCK_MODE_STEPPED:
+        raise WrongStateError(
+            "the clock is stepped, so nothing moves while this program waits; start with wait=False and let time go on "
+            "by client.clock.run(motion) or client.clock.step(ticks); where somebody else steps, wait with a timeout: "
+            "motion.wait(timeout=60)"
+        )
 
 
 def check_not_empty(spec: motion_pb2.MotionSpec) -> None:

@@ -18,6 +18,7 @@ from virtualrobot._wire.messages import (
 )
 from virtualrobot._wire.signal_values import GivenValue, condition
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.geometry import checked_pose, pose
 from virtualrobot.robots.redundancy import Lock, Prefer
 from virtualrobot.v1 import motion_pb2
 
@@ -71,6 +72,7 @@ class PointToPointOptions(GoalOptions, total=False):
     """Options of point-to-point moves.
 
     Attributes:
+        above: meters that a pose or target is stopped short of, back along its own z: before a tool that works along z.
         configuration: the only configuration that will do for a pose, such as `right up noflip`; see
             `InverseSolution.configurations`.
         arm_angle: angle of the elbow about the line from shoulder to wrist (rad), for arms such as the iiwa.
@@ -78,6 +80,7 @@ class PointToPointOptions(GoalOptions, total=False):
 
     configuration: str | None
     arm_angle: float | None
+    above: float | None
 
 
 class CartesianOptions(GoalOptions, total=False):
@@ -90,6 +93,16 @@ class CartesianOptions(GoalOptions, total=False):
 
     velocity: float | None
     acceleration: float | None
+
+
+class LinearOptions(CartesianOptions, total=False):
+    """Options of lines.
+
+    Attributes:
+        above: as of `PointToPointOptions`.
+    """
+
+    above: float | None
 
 
 class CircularOptions(CartesianOptions, total=False):
@@ -188,6 +201,8 @@ def until_condition(until: Until) -> motion_pb2.SignalCondition:
 
 def pose_goal(reference_t_tcp: PoseLike | None, options: Mapping[str, Any]) -> motion_pb2.PoseGoal:
     """Return a goal for the tool centre point: a 4x4 pose in the frame that `GoalOptions` say."""
+    if reference_t_tcp is not None and (above := options.get("above")):
+        reference_t_tcp = checked_pose(reference_t_tcp) @ pose(z=-above)
     return motion_pb2.PoseGoal(
         reference_t_tcp=None if reference_t_tcp is None else pose_message(reference_t_tcp),
         reference=options.get("reference") or "world",
@@ -196,13 +211,30 @@ def pose_goal(reference_t_tcp: PoseLike | None, options: Mapping[str, Any]) -> m
     )
 
 
+def goal_at(place: ArrayLike | str, options: Mapping[str, Any]) -> motion_pb2.PoseGoal:
+    """Return a goal for the tool centre point: a target by its name, or a 4x4 pose."""
+    return target_goal(place, options) if isinstance(place, str) else pose_goal(place, options)
+
+
+def target_goal(name: str, options: Mapping[str, Any]) -> motion_pb2.PoseGoal:
+    """Return a goal for the tool centre point: a target."""
+    if "reference" in options:
+        raise InvalidArgumentError(
+            f"the target {name!r} says itself where it is; leave out the reference {options['reference']!r}"
+        )
+    goal = pose_goal(np.eye(4), {**options, "reference": name})
+    if not options.get("above"):
+        goal.ClearField("reference_t_tcp")
+    return goal
+
+
 def point_to_point(
     goal: Mapping[str, float] | str | ArrayLike, options: PointToPointOptions
 ) -> motion_pb2.PointToPoint:
     """Return a path straight in joint space: to joints by name, to a posture by its name, or to a 4x4 pose."""
-    configuration = options.get("configuration")
-    if configuration and isinstance(goal, str | Mapping):
-        raise InvalidArgumentError(f"the configuration {configuration!r} is for a goal that is a pose, not {goal!r}")
+    for option in ("configuration", "above"):
+        if (given := options.get(option)) and isinstance(goal, str | Mapping):
+            raise InvalidArgumentError(f"the {option} {given!r} is for a goal that is a pose or target, not {goal!r}")
     if isinstance(goal, str):
         return motion_pb2.PointToPoint(posture=goal)
     if isinstance(goal, Mapping):
@@ -210,10 +242,10 @@ def point_to_point(
     return motion_pb2.PointToPoint(pose=pose_goal(goal, options))
 
 
-def linear(reference_t_tcp: PoseLike, until: Until | None, options: CartesianOptions) -> motion_pb2.Linear:
-    """Return a straight line of the tool centre point; with `until` a search."""
+def linear(place: PoseLike | str, until: Until | None, options: LinearOptions) -> motion_pb2.Linear:
+    """Return a straight line of the tool centre point to a 4x4 pose or a target; with `until` a search."""
     condition = None if until is None else until_condition(until)
-    return motion_pb2.Linear(goal=pose_goal(reference_t_tcp, options), until=condition, **_rates(options))
+    return motion_pb2.Linear(goal=goal_at(place, options), until=condition, **_rates(options))
 
 
 def circular(via: ArrayLike | None, goal: ArrayLike | None, options: CircularOptions) -> motion_pb2.Circular:
@@ -238,14 +270,14 @@ def circular(via: ArrayLike | None, goal: ArrayLike | None, options: CircularOpt
 
 
 def spline(
-    goals: Iterable[ArrayLike], references: Sequence[str] | None, options: CartesianOptions
+    goals: Iterable[ArrayLike | str], references: Sequence[str] | None, options: CartesianOptions
 ) -> motion_pb2.Spline:
-    """Return a smooth curve of the tool centre point through poses."""
-    poses = list(goals)
-    names = [options.get("reference") or "world"] * len(poses) if references is None else list(references)
-    if len(names) != len(poses):
-        raise InvalidArgumentError(f"{len(poses)} poses need as many references, not {len(names)}")
-    wanted = [pose_goal(pose, {**options, "reference": name}) for pose, name in zip(poses, names, strict=True)]
+    """Return a smooth curve of the tool centre point through poses and targets, which are names."""
+    places = list(goals)
+    if references is not None and len(references) != len(places):
+        raise InvalidArgumentError(f"{len(places)} poses need as many references, not {len(references)}")
+    own = [options if references is None else {**options, "reference": name} for name in references or places]
+    wanted = [goal_at(place, chosen) for place, chosen in zip(places, own, strict=True)]
     return motion_pb2.Spline(goals=wanted, **_rates(options))
 
 

@@ -17,6 +17,7 @@ from virtualrobot.motions import moves
 from virtualrobot.motions.motion import Motion, StartOptions
 from virtualrobot.motions.program import Program
 from virtualrobot.robots.description import joints_now
+from virtualrobot.robots.named_goals import is_target
 from virtualrobot.v1 import motion_pb2, path_pb2
 
 PLANNERS = {
@@ -134,7 +135,7 @@ class Paths:
 
         Args:
             robot: the robot.
-            goal: joint values by name, the name of a posture, or a 4x4 pose of the tool centre point.
+            goal: joint values by name, the name of a posture or a target, or a 4x4 pose of the tool centre point.
             start: joints that are elsewhere at the start of the path; without it, it begins where the robot stands.
             reference: the node in whose frame the pose is.
             configuration: the only configuration that will do for a pose; by default all are tried.
@@ -151,13 +152,16 @@ class Paths:
         Raises:
             CollisionError: when the robot touches something at the start or at every goal.
             UnreachableError: when a pose is out of reach, or no path was found in time.
-            UnknownNameError: for a robot, joint, posture or planner that there is not.
+            UnknownNameError: for a robot, joint, posture, target or planner that there is not.
             LimitError: when a joint cannot be there.
             WrongStateError: when the kernel does not have the library ompl.
         """
         if planner not in PLANNERS:
             raise UnknownNameError(f"there is no planner {planner!r}; give one of {', '.join(PLANNERS)}")
-        to = moves.point_to_point(goal, {"reference": reference, "configuration": configuration})
+        if isinstance(goal, str) and is_target(self._services, robot, goal):
+            to = motion_pb2.PointToPoint(pose=moves.target_goal(goal, {"configuration": configuration}))
+        else:
+            to = moves.point_to_point(goal, {"reference": reference, "configuration": configuration})
         request = path_pb2.FindPathRequest(
             robot=robot,
             start=motion_pb2.JointGoal(joint_positions=joint_map(start or {})),

@@ -75,7 +75,7 @@ class Program:
         return self
 
     def dwell(self, duration: float) -> Program:
-        """Add a step that stands still for `duration` seconds of simulation time."""
+        """Add a step that stands still for `duration` seconds of simulation time, at most 86,400 (a day)."""
         self._steps.add(dwell=motion_pb2.DwellStep(seconds=duration))
         return self
 

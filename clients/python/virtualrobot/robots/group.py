@@ -10,14 +10,14 @@ from virtualrobot._wire.services import Services
 from virtualrobot.geometry import Matrix
 from virtualrobot.robots.mechanism import JointPositions
 from virtualrobot.robots.mover import Mover
-from virtualrobot.robots.solver import Solver
+from virtualrobot.robots.teacher import Teacher
 from virtualrobot.robots.values import JointLimits
 from virtualrobot.scene.editor import Direct
 from virtualrobot.v1 import nodes_pb2
 
 
 @checked
-class Group(Mover, Solver):
+class Group(Mover, Teacher):
     """Group of a robot: one of its named groups, or the chain from one link to another.
 
     It is solved and moved as an arm is, by the methods of `Mover` and `Solver`; positions in order are those

@@ -72,18 +72,24 @@ class Mechanism:
         """Return positions by name with the coordinates of a joint that has several each by its own name."""
         named: dict[str, float] = {}
         for joint, value in positions.items():
-            if np.ndim(value) == 0:  # pyright: ignore[reportArgumentType]
-                named[joint] = value  # pyright: ignore[reportArgumentType]
-                continue
-            values = np.asarray(value, dtype=float)
-            names = next((list(one.coordinate_names) for one in self._description.joints if one.name == joint), [joint])
-            if values.shape != (len(names),):
+            own = self._row(joint, value) if np.ndim(value) else {joint: value}  # pyright: ignore[reportArgumentType]
+            if twice := [name for name in own if name in named]:
                 raise InvalidArgumentError(
-                    f"the joint {joint!r} of {self.name!r} has {len(names)} values ({', '.join(names)}), not an array "
-                    f"of shape {values.shape}"
+                    f"{twice[0]!r} of {self.name!r} is given twice, by itself and in the row of its joint"
                 )
-            named |= zip(names, values.tolist(), strict=True)
+            named |= own  # pyright: ignore[reportAssignmentType] what has no dimension is a number
         return named
+
+    def _row(self, joint: str, row: ArrayLike) -> dict[str, float]:
+        """Return the values of a joint's coordinates by their names."""
+        values = np.asarray(row, dtype=float)
+        names = next((list(one.coordinate_names) for one in self._description.joints if one.name == joint), [joint])
+        if values.shape != (len(names),):
+            raise InvalidArgumentError(
+                f"the joint {joint!r} of {self.name!r} has {len(names)} values ({', '.join(names)}), not an array "
+                f"of shape {values.shape}"
+            )
+        return dict(zip(names, values.tolist(), strict=True))
 
     def _joints_for(self, count: int) -> list[str]:
         """Return the joints that `count` values in order belong to."""
@@ -94,8 +100,9 @@ class Mechanism:
         if self._group is not None:
             said = f"a group of the robot {self.name!r}: it has {len(chain)} joints ({', '.join(chain)})"
         else:
+            what = "joints" if len(every) == len(self._description.joints) else "coordinates"
             said = (
-                f"the robot {self.name!r}: it has {len(every)} joints ({', '.join(every)}), {len(chain)} of them in "
+                f"the robot {self.name!r}: it has {len(every)} {what} ({', '.join(every)}), {len(chain)} of them in "
                 "its chain; give values by name for others"
             )
         raise InvalidArgumentError(f"{count} values for {said}")

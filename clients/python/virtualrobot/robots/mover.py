@@ -19,12 +19,14 @@ from virtualrobot.motions.moves import (
     CartesianOptions,
     CircularOptions,
     JogOptions,
+    LinearOptions,
     Move,
     MoveOptions,
     PointToPointOptions,
 )
 from virtualrobot.robots.description import coordinate_names
 from virtualrobot.robots.mechanism import JointPositions, Mechanism
+from virtualrobot.robots.named_goals import check_target, is_target
 from virtualrobot.robots.redundancy import redundancy
 from virtualrobot.v1 import motion_pb2
 
@@ -36,6 +38,9 @@ class _PointToPointStart(PointToPointOptions, StartOptions, total=False): ...
 
 
 class _CartesianStart(CartesianOptions, StartOptions, total=False): ...
+
+
+class _LinearStart(LinearOptions, StartOptions, total=False): ...
 
 
 class _CircularStart(CircularOptions, StartOptions, total=False): ...
@@ -60,8 +65,12 @@ class Mover(Mechanism):
         """Return a point-to-point move: all joints start and end together, straight in joint space.
 
         `goal` is joint values by name, joint values in order (all joints, or those of the chain), the name of a
-        posture, or a 4x4 pose of the tool centre point; of a pose the posture nearest to the present one is taken.
+        posture or of a target, or a 4x4 pose of the tool centre point. Of a pose the posture nearest to the present one
+        is taken; of a target that was taught with this robot the one nearest to that in which it was.
         """
+        if isinstance(goal, str) and is_target(self._services, self.name, goal):
+            path = motion_pb2.PointToPoint(pose=moves.target_goal(goal, options))
+            return self._move(options, PointToPointOptions, point_to_point=path)
         if isinstance(goal, Mapping) or (not isinstance(goal, str) and np.shape(goal) != (4, 4)):
             goal = self._named(goal)
         return self._move(options, PointToPointOptions, point_to_point=moves.point_to_point(goal, options))
@@ -72,10 +81,12 @@ class Mover(Mechanism):
         return self._move(options, MoveOptions, point_to_point=motion_pb2.PointToPoint(actuators=goal))
 
     def linear(
-        self, reference_t_tcp: PoseLike, *, until: moves.Until | None = None, **options: Unpack[CartesianOptions]
+        self, reference_t_tcp: PoseLike | str, *, until: moves.Until | None = None, **options: Unpack[LinearOptions]
     ) -> Move:
-        """Return a straight move of the tool centre point to a 4x4 pose; with `until` a search, see `search`."""
-        return self._move(options, CartesianOptions, linear=moves.linear(reference_t_tcp, until, options))
+        """Return a straight move of the tool centre point to a 4x4 pose or a target; with `until` a `search`."""
+        if isinstance(reference_t_tcp, str):
+            check_target(self._services, self.name, reference_t_tcp)
+        return self._move(options, LinearOptions, linear=moves.linear(reference_t_tcp, until, options))
 
     def circular(
         self, via: ArrayLike | None = None, goal: ArrayLike | None = None, **options: Unpack[CircularOptions]
@@ -88,15 +99,18 @@ class Mover(Mechanism):
 
     def spline(
         self,
-        goals: Iterable[ArrayLike],
+        goals: Iterable[ArrayLike | str],
         *,
         references: Sequence[str] | None = None,
         **options: Unpack[CartesianOptions],
     ) -> Move:
-        """Return a move of the tool centre point along a smooth curve through 4x4 poses, up to 1,000.
+        """Return a move of the tool centre point along a smooth curve through 4x4 poses or targets, up to 1,000.
 
         `references` names the node in whose frame each pose is given; without them it is the option `reference`.
         """
+        goals = list(goals)
+        for name in (goal for goal in goals if isinstance(goal, str)):
+            check_target(self._services, self.name, name)
         return self._move(options, CartesianOptions, spline=moves.spline(goals, references, options))
 
     def trajectory(
@@ -153,9 +167,18 @@ class Mover(Mechanism):
         """
         return self._started(self.ptp, checked_pose(reference_t_tcp), options=options, kind=_PointToPointStart)
 
-    def move_to(self, posture: str, **options: Unpack[_MoveStart]) -> Motion:
-        """Move to a posture with a name, such as `home`."""
-        return self._started(self.ptp, posture, options=options, kind=_MoveStart)
+    def move_to(self, name: str, **options: Unpack[_PointToPointStart]) -> Motion:
+        """Move, point to point, to a posture with a name, such as `home`, or to a target.
+
+        Raises:
+            UnknownNameError: when neither has this name; it lists both.
+            InvalidArgumentError: when both have it, or for an option that a posture has no use for.
+
+        Example:
+            >>> arm.move_to("home")
+            >>> arm.move_to("pick 1", above=0.1)
+        """
+        return self._started(self.ptp, name, options=options, kind=_PointToPointStart)
 
     def move_actuators(self, positions: Mapping[str, float], **options: Unpack[_MoveStart]) -> Motion:
         """Move to where actuators, by name and in their own units, have the joints; see `Robot.actuators`.
@@ -165,16 +188,17 @@ class Mover(Mechanism):
         """
         return self._started(self.actuated, positions, options=options, kind=_MoveStart)
 
-    def move_linear(self, reference_t_tcp: PoseLike, **options: Unpack[_CartesianStart]) -> Motion:
-        """Move the tool centre point straight to a 4x4 pose.
+    def move_linear(self, reference_t_tcp: PoseLike | str, **options: Unpack[_LinearStart]) -> Motion:
+        """Move the tool centre point straight to a 4x4 pose or a target.
 
         Example:
             >>> robot.move_linear(robot.tcp @ virtualrobot.pose(z=0.1), velocity=0.1)     # 10 cm along the tool
+            >>> robot.move_linear("pick 1")
         """
-        return self._started(self.linear, reference_t_tcp, options=options, kind=_CartesianStart)
+        return self._started(self.linear, reference_t_tcp, options=options, kind=_LinearStart)
 
-    def search(self, reference_t_tcp: PoseLike, until: moves.Until, **options: Unpack[_CartesianStart]) -> Motion:
-        """Move straight to a 4x4 pose, or until a signal is on; `Motion.search` tells where that was.
+    def search(self, reference_t_tcp: PoseLike | str, until: moves.Until, **options: Unpack[_LinearStart]) -> Motion:
+        """Move straight to a 4x4 pose or a target, or until a signal is on; `Motion.search` tells where that was.
 
         `until` is the signal, signal and value, or signal, comparison and value. The line brakes smoothly, so the robot
         stands a little beyond the place that it has found.
@@ -185,7 +209,7 @@ class Mover(Mechanism):
             ...     surface = motion.search.world_t_tcp
         """
         line = partial(self.linear, reference_t_tcp, until=until)
-        return self._started(line, options=options, kind=_CartesianStart)
+        return self._started(line, options=options, kind=_LinearStart)
 
     def move_circular(
         self, via: ArrayLike | None = None, goal: ArrayLike | None = None, **options: Unpack[_CircularStart]
@@ -198,8 +222,8 @@ class Mover(Mechanism):
         """
         return self._started(self.circular, via, goal, options=options, kind=_CircularStart)
 
-    def move_spline(self, goals: Iterable[ArrayLike], **options: Unpack[_CartesianStart]) -> Motion:
-        """Move the tool centre point along a smooth curve through 4x4 poses; see `spline`.
+    def move_spline(self, goals: Iterable[ArrayLike | str], **options: Unpack[_CartesianStart]) -> Motion:
+        """Move the tool centre point along a smooth curve through 4x4 poses or targets; see `spline`.
 
         Example:
             >>> here = robot.tcp

@@ -19,7 +19,8 @@ from virtualrobot.robots.description import coordinate_names
 from virtualrobot.robots.group import Group
 from virtualrobot.robots.mechanism import JointPositions
 from virtualrobot.robots.mover import Mover
-from virtualrobot.robots.solver import Solver
+from virtualrobot.robots.postures import Postures
+from virtualrobot.robots.teacher import Teacher
 from virtualrobot.robots.tool import Tool
 from virtualrobot.robots.values import (
     Actuator,
@@ -33,11 +34,11 @@ from virtualrobot.v1 import motion_pb2, robot_pb2
 
 
 @checked
-class Robot(Mover, Solver):
+class Robot(Mover, Teacher):
     """A robot by its name: an arm, a conveyor, a turntable, a vehicle, whatever has joints.
 
-    Positions are radians or meters, poses 4x4 arrays. Its motions are those of `Mover`, what is computed
-    of it is in `Solver`.
+    Positions are radians or meters, poses 4x4 arrays. Its motions are those of `Mover`, its targets those of `Teacher`,
+    what is computed of it is in `Solver`.
     """
 
     @property
@@ -61,9 +62,9 @@ class Robot(Mover, Solver):
         return self._description.flange
 
     @property
-    def postures(self) -> dict[str, dict[str, float]]:
-        """Postures with a name, for `move_to`."""
-        return {posture.name: dict(posture.joint_positions) for posture in self._description.robot.postures}
+    def postures(self) -> Postures:
+        """Postures with a name, for `move_to`: joint values by name, like a dictionary, with `add` and `remove`."""
+        return Postures(self)
 
     @property
     def groups(self) -> dict[str, JointGroup]:
@@ -124,7 +125,10 @@ class Robot(Mover, Solver):
 
     @property
     def tcp(self) -> Matrix:
-        """`world_t_tcp`, 4x4: where the chosen tool centre point is (without a tool: the flange)."""
+        """`world_t_tcp`, 4x4: where the chosen tool centre point is (without a tool: the flange).
+
+        The flange of a robot of several arms is the last link before it branches; `group` has the tcp of an arm.
+        """
         return self.state.world_t_tcp
 
     def watch(self, max_rate: float | None = None) -> Iterator[RobotState]:

@@ -27,7 +27,7 @@ from virtualrobot.collisions.settings import CollisionOptions, collision_command
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.robots.dynamics import Inertial
 from virtualrobot.robots.values import JointGroup
-from virtualrobot.scene.figures import Figures, figure_list
+from virtualrobot.scene.figures import Figures, figure_list, frame
 from virtualrobot.sensors.cameras import CameraSettings, LightSettings
 from virtualrobot.sensors.contact_sensors import ContactSensorSettings
 from virtualrobot.sensors.motion_sensors import MotionSensorSettings
@@ -234,6 +234,35 @@ class Editor(ABC, Generic[Created]):
         """Add something that is drawn for people only."""
         return self._add(name, parent, pose, figures, annotation=nodes_pb2.Annotation())
 
+    def add_frame(
+        self, name: str, *, pose: PoseLike | None = None, parent: str = "world", size: float | None = None
+    ) -> Created:
+        """Add a frame of reference, drawn as arrows of `size` meters (0.1 by default): x red, y green, z blue.
+
+        Goals are given in it by `reference`, targets are taught below it, and all that hangs on it moves with it.
+
+        Example:
+            >>> scene.add_frame("fixture", pose=virtualrobot.pose(0.5, 0.2, 0.1), parent="table")
+        """
+        return self.add_object(name, frame(size), pose=pose, parent=parent)
+
+    def add_target(
+        self,
+        name: str,
+        *,
+        pose: PoseLike | None = None,
+        parent: str = "world",
+        robot: str = "",
+        joint_positions: Mapping[str, float] | None = None,
+    ) -> Created:
+        """Add a target, a place where tools work, at a pose (`parent_t_target`); `Robot.teach` saves one.
+
+        With `robot` and its `joint_positions` (radians or meters by joint name), point-to-point moves of this robot
+        take the posture nearest to them.
+        """
+        target = nodes_pb2.Target(robot=robot, joint_positions=joint_map(joint_positions or {}))
+        return self._add(name, parent, pose, (), target=target)
+
     def _update(self, name: str, node: nodes_pb2.Node, field: str) -> None:
         """Change a field of a node to that of `node`."""
         mask = FieldMask(paths=[field])
@@ -289,6 +318,22 @@ class Editor(ABC, Generic[Created]):
         """Give a robot these groups of joints, in place of those that it has."""
         command = scene_pb2.SetGroups(robot=robot, groups=[group._message for group in groups])
         self._submit(scene_pb2.Command(set_groups=command))
+
+    def set_postures(
+        self,
+        robot: str,
+        postures: Mapping[str, Mapping[str, float]] | None = None,
+        *,
+        removed: Iterable[str] = (),
+    ) -> None:
+        """Take postures of a robot away by name, then add others (rad or m by joint name); see `Robot.postures`."""
+        added = [
+            nodes_pb2.NamedPosture(name=name, joint_positions=joint_map(positions))
+            for name, positions in (postures or {}).items()
+        ]
+        self._submit(
+            scene_pb2.Command(set_postures=scene_pb2.SetPostures(robot=robot, postures=added, removed=removed))
+        )
 
     def select_tool(self, robot: str, tool: str | None = None, tool_center_point: str | None = None) -> None:
         """Choose what a robot works with; no tool means the flange, no point the tool's first."""

@@ -123,6 +123,35 @@ def capsule(
     return styled(nodes_pb2.Figure(capsule=shape), color, pose, roles)
 
 
+@checked
+def table(
+    x: float,
+    y: float,
+    height: float,
+    *,
+    thickness: float = 0.04,
+    leg: float = 0.06,
+    color: str | ArrayLike | None = None,
+) -> tuple[Figure, ...]:
+    """Return a table that stands about its origin: a top of `x` by `y` meters on four legs, its top at `height`.
+
+    thickness: of the top. leg: the edge of a leg; a table that has no room for legs is a block.
+    """
+    if not min(x, y) > 2.0 * leg or not height > thickness:
+        return (box(x, y, height, color=color, pose=_at(0.0, 0.0, height / 2.0)),)
+    below = height - thickness
+    places = ((a * (x - leg) / 2.0, b * (y - leg) / 2.0) for a in (-1.0, 1.0) for b in (-1.0, 1.0))
+    legs = (box(leg, leg, below, color=color, pose=_at(*place, below / 2.0)) for place in places)
+    return (box(x, y, thickness, color=color, pose=_at(0.0, 0.0, height - thickness / 2.0)), *legs)
+
+
+def _at(x: float, y: float, z: float) -> np.ndarray:
+    pose = np.eye(4)
+    pose[:3, 3] = x, y, z
+    return pose
+
+
+@checked
 def points(
     positions: ArrayLike,
     *,
@@ -143,6 +172,7 @@ def points(
     return styled(nodes_pb2.Figure(points=shape), color, None)
 
 
+@checked
 def lines(segments: ArrayLike, *, color: str | ArrayLike | None = None, width: float | None = None) -> Figure:
     """Return line segments of shape (n, 2, 3), or a line through points (n, 3), `width` pixels wide, 2 by default."""
     array = np.asarray(segments, dtype=float)
@@ -154,11 +184,13 @@ def lines(segments: ArrayLike, *, color: str | ArrayLike | None = None, width: f
     return styled(nodes_pb2.Figure(lines=shape), color, None)
 
 
+@checked
 def frame(length: float | None = None) -> Figure:
     """Return three arrows, x red, y green, z blue, of `length` meters, 0.1 by default."""
     return Figure(nodes_pb2.Figure(frame=nodes_pb2.Frame(length_meters=value_or_default(length, "length"))))
 
 
+@checked
 def label(text: Text) -> Figure:
     """Return words."""
     return Figure(nodes_pb2.Figure(label=nodes_pb2.Label(text=text)))

@@ -13,6 +13,7 @@ from google.protobuf.field_mask_pb2 import FieldMask
 
 from virtualrobot._wire.arguments import PoseLike, Text, checked
 from virtualrobot._wire.messages import Stamp, array_of, stamp_of, value_or_default, vector_message
+from virtualrobot._wire.names import unknown_name
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import Services
 from virtualrobot.files import scene_files
@@ -21,6 +22,7 @@ from virtualrobot.files.scene_files import Export
 from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.scene.editor import Batch, Editor
 from virtualrobot.scene.node import Node, NodeInfo
+from virtualrobot.scene.target import Target
 from virtualrobot.tables import scene_tree
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
@@ -103,6 +105,18 @@ class Scene(Editor[Node]):
     def node(self, name: str) -> Node:
         """Return the node of this name; raises UnknownNameError when there is none."""
         return Node(self, self._read([name])[0][0])
+
+    def targets(self) -> dict[str, Target]:
+        """Return all targets by name: places that were taught, or added by `add_target`."""
+        messages, _ = self._read(fields=("uid", "name", *_KINDS))
+        return {message.name: Target(self, message) for message in messages if message.WhichOneof("kind") == "target"}
+
+    def target(self, name: str) -> Target:
+        """Return the target of this name; raises UnknownNameError when there is none."""
+        targets = self.targets()
+        if name not in targets:
+            raise unknown_name("no target", name, targets)
+        return targets[name]
 
     def pose(self, name: str) -> Matrix:
         """Return `world_t_node`, 4x4: where a node is in the world now."""

@@ -90,6 +90,7 @@ class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     PLAN_NOTE_KIND_ZONE_SHRUNK: _ClassVar[PlanNoteKind]
     PLAN_NOTE_KIND_ZONE_DROPPED: _ClassVar[PlanNoteKind]
     PLAN_NOTE_KIND_JOG_ENDS: _ClassVar[PlanNoteKind]
+    PLAN_NOTE_KIND_TOUCHING: _ClassVar[PlanNoteKind]
 
 class ViolationKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -160,6 +161,7 @@ PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind
 PLAN_NOTE_KIND_JOG_ENDS: PlanNoteKind
+PLAN_NOTE_KIND_TOUCHING: PlanNoteKind
 VIOLATION_KIND_UNSPECIFIED: ViolationKind
 VIOLATION_KIND_JOINT_POSITION: ViolationKind
 VIOLATION_KIND_JOINT_VELOCITY: ViolationKind

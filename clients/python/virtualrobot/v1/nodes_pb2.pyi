@@ -37,7 +37,7 @@ FIGURE_ROLE_VISUAL: FigureRole
 FIGURE_ROLE_COLLISION: FigureRole
 
 class Node(_message.Message):
-    __slots__ = ("uid", "name", "parent", "parent_t_node", "hidden", "figures", "world", "object", "part", "robot", "link", "adapter", "tool", "annotation", "range_sensor", "camera_sensor", "contact_sensor", "motion_sensor", "light")
+    __slots__ = ("uid", "name", "parent", "parent_t_node", "hidden", "figures", "world", "object", "part", "robot", "link", "adapter", "tool", "annotation", "range_sensor", "camera_sensor", "contact_sensor", "motion_sensor", "light", "target")
     UID_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     PARENT_FIELD_NUMBER: _ClassVar[int]
@@ -57,6 +57,7 @@ class Node(_message.Message):
     CONTACT_SENSOR_FIELD_NUMBER: _ClassVar[int]
     MOTION_SENSOR_FIELD_NUMBER: _ClassVar[int]
     LIGHT_FIELD_NUMBER: _ClassVar[int]
+    TARGET_FIELD_NUMBER: _ClassVar[int]
     uid: int
     name: str
     parent: str
@@ -76,7 +77,8 @@ class Node(_message.Message):
     contact_sensor: _sensing_pb2.ContactSensor
     motion_sensor: _sensing_pb2.MotionSensor
     light: _sensing_pb2.Light
-    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., hidden: bool = ..., figures: _Optional[_Iterable[_Union[Figure, _Mapping]]] = ..., world: _Optional[_Union[World, _Mapping]] = ..., object: _Optional[_Union[SceneObject, _Mapping]] = ..., part: _Optional[_Union[Part, _Mapping]] = ..., robot: _Optional[_Union[Robot, _Mapping]] = ..., link: _Optional[_Union[Link, _Mapping]] = ..., adapter: _Optional[_Union[Adapter, _Mapping]] = ..., tool: _Optional[_Union[Tool, _Mapping]] = ..., annotation: _Optional[_Union[Annotation, _Mapping]] = ..., range_sensor: _Optional[_Union[_sensing_pb2.RangeSensor, _Mapping]] = ..., camera_sensor: _Optional[_Union[_sensing_pb2.CameraSensor, _Mapping]] = ..., contact_sensor: _Optional[_Union[_sensing_pb2.ContactSensor, _Mapping]] = ..., motion_sensor: _Optional[_Union[_sensing_pb2.MotionSensor, _Mapping]] = ..., light: _Optional[_Union[_sensing_pb2.Light, _Mapping]] = ...) -> None: ...
+    target: Target
+    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., hidden: bool = ..., figures: _Optional[_Iterable[_Union[Figure, _Mapping]]] = ..., world: _Optional[_Union[World, _Mapping]] = ..., object: _Optional[_Union[SceneObject, _Mapping]] = ..., part: _Optional[_Union[Part, _Mapping]] = ..., robot: _Optional[_Union[Robot, _Mapping]] = ..., link: _Optional[_Union[Link, _Mapping]] = ..., adapter: _Optional[_Union[Adapter, _Mapping]] = ..., tool: _Optional[_Union[Tool, _Mapping]] = ..., annotation: _Optional[_Union[Annotation, _Mapping]] = ..., range_sensor: _Optional[_Union[_sensing_pb2.RangeSensor, _Mapping]] = ..., camera_sensor: _Optional[_Union[_sensing_pb2.CameraSensor, _Mapping]] = ..., contact_sensor: _Optional[_Union[_sensing_pb2.ContactSensor, _Mapping]] = ..., motion_sensor: _Optional[_Union[_sensing_pb2.MotionSensor, _Mapping]] = ..., light: _Optional[_Union[_sensing_pb2.Light, _Mapping]] = ..., target: _Optional[_Union[Target, _Mapping]] = ...) -> None: ...
 
 class World(_message.Message):
     __slots__ = ()
@@ -85,6 +87,25 @@ class World(_message.Message):
 class SceneObject(_message.Message):
     __slots__ = ()
     def __init__(self) -> None: ...
+
+class Target(_message.Message):
+    __slots__ = ("robot", "tool", "tool_center_point", "joint_positions")
+    class JointPositionsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    TOOL_FIELD_NUMBER: _ClassVar[int]
+    TOOL_CENTER_POINT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    tool: str
+    tool_center_point: str
+    joint_positions: _containers.ScalarMap[str, float]
+    def __init__(self, robot: _Optional[str] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
 
 class Part(_message.Message):
     __slots__ = ("mass_kilograms", "inertial")

@@ -10,7 +10,7 @@ from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.collision_settings import pairs_command, settings_command
 from virtualrobot_kernel.messages.nodes import figures, node_data, node_spec, runs
-from virtualrobot_kernel.messages.robots import GROUPS
+from virtualrobot_kernel.messages.robots import GROUPS, POSTURES
 from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.messages.signals import created_signal, value_of
 from virtualrobot_kernel.messages.structs import settings
@@ -18,7 +18,7 @@ from virtualrobot_kernel.messages.values import array, by_name, finite, mask_fie
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.structure import NodeSpec
 
-KINDS = frozenset({"part", "robot", "link", "adapter", "tool"}) | SENSORS.keys()
+KINDS = frozenset({"part", "robot", "link", "adapter", "tool", "target"}) | SENSORS.keys()
 """Kinds of nodes whose own fields can be changed."""
 UPDATABLE = frozenset({"name", "parent_t_node", "hidden", "figures"}) | KINDS
 
@@ -105,6 +105,9 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     "place_part": lambda message: commands.PlacePart(message.robot, message.part, message.parent),
     "set_joint_positions": _joints,
     "set_groups": lambda message: commands.SetGroups(message.robot, GROUPS.read(message.groups, "groups")),
+    "set_postures": lambda message: commands.SetPostures(
+        message.robot, POSTURES.read(message.postures, "postures"), tuple(message.removed)
+    ),
     "select_tool": lambda message: commands.SelectTool(message.robot, message.tool, message.tool_center_point),
     "set_tool_state": lambda message: commands.SetToolState(message.tool, message.state),
     "create_signal": lambda message: created_signal(message.signal),

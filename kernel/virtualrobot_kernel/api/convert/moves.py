@@ -35,6 +35,7 @@ from virtualrobot_kernel.planning.moves import (
 )
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.redundancy import FREE
+from virtualrobot_kernel.world.structure import WORLD_NAME
 
 
 def requested_move(message: motion_pb2.Move, what: str) -> Move:
@@ -127,6 +128,18 @@ def _point(message: geometry_pb2.Vector3, what: str) -> NDArray[np.float64]:
     return np.array(vector(message, what))
 
 
+def _goals(table: Table[PoseGoal, motion_pb2.PoseGoal]) -> Pair:
+    """Return the codec of goals that say a pose, or name their reference, which then is the place itself."""
+
+    def read(message: motion_pb2.PoseGoal, what: str) -> PoseGoal:
+        if not message.HasField("reference_t_tcp") and message.reference in ("", WORLD_NAME):
+            field = f"{what}.reference_t_tcp"
+            raise KernelError(f"{field} is missing; give it, or a target as the goal's reference", field=field)
+        return table.read(message, what)
+
+    return Pair(read, table.write)
+
+
 def _check_path_goal(goal: PoseGoal, what: str) -> None:
     if goal.configuration:
         raise KernelError(
@@ -151,8 +164,8 @@ COMMON = ("robot", "group", "speed_factor", "redundancy", "time_law")
 RATES = ("max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared")
 TIME_LAWS = EnumTable(TimeLaw, motion_pb2.TimeLaw)
 POINT = Pair(_point, vector_message)
-POSE_GOAL = Table(PoseGoal, motion_pb2.PoseGoal)
-PATH_GOAL = Table(PoseGoal, motion_pb2.PoseGoal, check=_check_path_goal)
+POSE_GOAL = _goals(Table(PoseGoal, motion_pb2.PoseGoal))
+PATH_GOAL = _goals(Table(PoseGoal, motion_pb2.PoseGoal, check=_check_path_goal))
 CENTER = Table(Center, motion_pb2.ArcCenter, names={"point": "position"}, point=POINT, axis=POINT)
 LINEAR = Table(
     Linear, motion_pb2.Linear, goal=PATH_GOAL, until=Pair(condition_of, same), without=COMMON, numbers=NOT_NEGATIVE

@@ -26,6 +26,8 @@ from virtualrobot_kernel.planning.program import (
 
 NOTE = Table(Note, motion_pb2.PlanNote, kind=EnumTable(NoteKind, motion_pb2.PlanNoteKind))
 MOST_PERCENT = 50.0
+LONGEST_DWELL = 86_400.0
+"""Longest time (s) that a step may do nothing: a day. What waits longer waits for a signal."""
 
 
 def motion_spec(message: motion_pb2.MotionSpec) -> MotionSpec:
@@ -36,13 +38,16 @@ def motion_spec(message: motion_pb2.MotionSpec) -> MotionSpec:
 
 
 def program_steps(messages: Iterable[motion_pb2.ProgramStep], first: int = 0) -> tuple[Step, ...]:
-    """Return the steps of a program, whose numbers begin with `first`; raise KernelError that names the wrong one."""
+    """Return the steps of a program, whose numbers begin with `first`; raise KernelError that names the wrong one.
+
+    Message and metadata count it as the program does, not as the request that brings it.
+    """
     steps = []
-    for place, step in enumerate(messages):
+    for number, step in enumerate(messages, first):
         try:
-            steps.append(_step(step, f"steps[{place}]"))
+            steps.append(_step(step, f"steps[{number}]"))
         except KernelError as error:
-            error.metadata["step"] = str(place + first)
+            error.metadata["step"] = str(number)
             raise
     return tuple(steps)
 
@@ -65,8 +70,12 @@ def _step(message: motion_pb2.ProgramStep, what: str) -> Step:
         return WaitSignalStep(condition, timeout)
     if kind == "dwell":
         seconds = finite(message.dwell.seconds, f"{what}.dwell.seconds")
-        if seconds <= 0.0:
-            raise KernelError(f"{what}.dwell.seconds must be above 0, not {seconds:g}", seconds=seconds)
+        if not 0.0 < seconds <= LONGEST_DWELL:
+            raise KernelError(
+                f"{what}.dwell.seconds must be above 0 and at most {LONGEST_DWELL:g}, a day, not {seconds:g}",
+                seconds=seconds,
+                upper=LONGEST_DWELL,
+            )
         return DwellStep(seconds)
     names = ", ".join(field.name for field in message.DESCRIPTOR.oneofs_by_name["step"].fields)
     raise KernelError(f"{what} does not say what to do; give one of {names}", field=what)

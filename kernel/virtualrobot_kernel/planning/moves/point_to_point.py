@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +21,7 @@ from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Redundancy
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of
 from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.change import coordinate_of
+from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, joints_of
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node, RobotData
@@ -70,15 +71,22 @@ class PointToPoint(Move):
         return tuple(self._positions(snapshot, node))
 
     def plan(self, snapshot: Snapshot, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
-        """Return its plan; a pose is reached by the posture that is nearest to the present one."""
+        """Return its plan; a pose is reached by the posture nearest to the present one, or to that of a target."""
         node = self.node(snapshot)
         if not isinstance(self.goal, PoseGoal):
             return move_to_joints(snapshot, node, self._positions(snapshot, node), self.speed_factor, self.time_law)
-        world_t_tcp, wanted = world_t_goal(snapshot, self.goal), self.goal.configuration
-        arm, solutions = reached(snapshot, node, world_t_tcp, solver_of, wanted, self.redundancy, self.group, near_of)
+        return self._plan_to(snapshot, self.goal, world_t_goal(snapshot, self.goal), solver_of, near_of)
+
+    def _plan_to(
+        self, snapshot: Snapshot, goal: PoseGoal, world_t_tcp: Pose, solver_of: SolverOf, near_of: NearOf | None
+    ) -> PlannedMove:
+        """Return the plan to a goal that is, or will be, at `world_t_tcp` (4, 4)."""
+        node = self.node(snapshot)
+        choice = (goal.configuration, self.redundancy, self.group)
+        arm, solutions = reached(snapshot, node, world_t_tcp, solver_of, *choice, near_of, goal.reference)
         limits, start = joint_limits(snapshot, node, arm.joint_names)
-        goal = dict(zip(arm.joint_names, _nearest_turn(solutions[0], start, limits).tolist(), strict=True))
-        return move_to_joints(snapshot, node, goal, self.speed_factor, self.time_law)
+        joints = dict(zip(arm.joint_names, _nearest_turn(solutions[0], start, limits).tolist(), strict=True))
+        return move_to_joints(snapshot, node, joints, self.speed_factor, self.time_law)
 
     def plan_on(self, base: MovingBase, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
         """Return the plan to a pose where base and reference will be when all have arrived."""
@@ -86,8 +94,7 @@ class PointToPoint(Move):
             return Move.plan_on(self, base, solver_of, near_of)
         there = base.arrived()
         world_t_tcp = world_t_goal(there if self.goal.moving else base.snapshot, self.goal)
-        goal = replace(self.goal, reference_t_tcp=world_t_tcp, reference="")
-        return replace(self, goal=goal).plan(there, solver_of, near_of)
+        return self._plan_to(there, self.goal, world_t_tcp, solver_of, near_of)
 
     def _positions(self, snapshot: Snapshot, node: Node) -> Mapping[str, float]:
         """Return the joint values of a goal that is no pose; of a posture those of the group's joints."""

@@ -1,0 +1,48 @@
+"""What a path search counts as contact: pairs that the arm moves against each other, whatever else touches."""
+
+from __future__ import annotations
+
+import numpy as np
+from virtualrobot_kernel.paths.find import find_path
+from virtualrobot_kernel.paths.space import PathSpace
+from virtualrobot_kernel.planning.robots import standing_at
+from virtualrobot_kernel.world.commands import CreateNodes
+from virtualrobot_kernel.world.figures import Box, Figure
+from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, NodeSpec, RobotData
+
+from tests.tiers import Draws
+from tests.unit.collision.worlds import after, scene_of, with_robots
+from tests.unit.paths.cells import LEFT, HereSite, query
+from tests.unit.world.builders import link, shifted
+
+
+def gripper() -> CreateNodes:
+    """Return a gripper on an iiwa whose two fingers, 2 cm thick, are just closed: rounding says whether they touch."""
+    limits = JointLimits(0.0, 0.05, 0.1, 1.0, 10.0)
+    finger = (Figure(Box((0.02, 0.02, 0.05))),)
+    specs = [NodeSpec("gripper", Kind.ROBOT, "iiwa.lbr_iiwa_link_7", shifted(z=0.1), data=RobotData())]
+    for name, side in (("left", 1.0), ("right", -1.0)):
+        joint = Joint(f"{name}_joint", JointType.PRISMATIC, (0.0, side, 0.0), limits)
+        made = link(f"gripper.{name}", "gripper", joint, shifted(y=0.01 * side))
+        specs.append(NodeSpec(made.name, made.kind, made.parent, made.parent_t_node, data=made.data, figures=finger))
+    return CreateNodes(tuple(specs))
+
+
+def test_fingers_that_the_arm_does_not_move_are_no_matter_at_any_posture(
+    rng: np.random.Generator, draws: Draws
+) -> None:
+    snapshot = after(with_robots("iiwa"), gripper())
+    fingers = {snapshot.structure.node(f"gripper.{name}").uid for name in ("left", "right")}
+    question, scene = query(snapshot, "iiwa", LEFT), scene_of(snapshot)
+    touching, apart = [], []
+    while len(touching) < draws(50) or len(apart) < draws(50):
+        q = rng.uniform(question.lower, question.upper)
+        scene.place(standing_at(snapshot, question.q_index, q))
+        found = [set(pair) for pair in scene.touching()]
+        if found in ([], [fingers]):
+            (touching if found else apart).append(q)
+    begins = standing_at(snapshot, question.q_index, apart[0])
+    space = PathSpace(scene, begins, query(begins, "iiwa", LEFT), lambda: False)
+    assert [space.contact(q) for q in (*touching, *apart)] == [None] * (len(touching) + len(apart))
+    names = dict(zip(question.joint_names, (apart[0] + 0.01 * np.sign(touching[0] - apart[0])).tolist(), strict=True))
+    assert find_path(HereSite(begins), query(begins, "iiwa", names))["straight"]
