@@ -23,7 +23,7 @@ PLUGINS = "plugins/virtualrobot_plugins"
 # Files beside the rooms, and poses, which plugins need, too.
 ANYONE = (
     *("numpy", "virtualrobot_sdk.poses", "virtualrobot_kernel.errors", "virtualrobot_kernel.background"),
-    "virtualrobot_kernel.version",
+    *("virtualrobot_kernel.units", "virtualrobot_kernel.version"),
 )
 CONTRACT = ("google.protobuf", "virtualrobot.v1")
 
@@ -61,7 +61,7 @@ MOTION = (*ANYONE, "virtualrobot_kernel.motion", "virtualrobot_sdk.kinematics")
 
 MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The client knows nothing of the kernel; an application knows only the client library.
-    CLIENT: ("virtualrobot", "numpy", "grpc", "grpc_status", "google", "click", "platformdirs"),
+    CLIENT: ("virtualrobot", "numpy", "grpc", "grpc_status", "google", "click", "platformdirs", "prompt_toolkit"),
     APPS: ("virtualrobot_apps", "virtualrobot", "numpy", "click"),
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),

@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from virtualrobot.motions.state import MotionState as MotionState
     from virtualrobot.motions.state import Phase as Phase
     from virtualrobot.motions.state import Search as Search
+    from virtualrobot.motions.steps import Pattern as Pattern
     from virtualrobot.robots.dynamics import inertial as inertial
     from virtualrobot.robots.group import Group as Group
     from virtualrobot.robots.robot import Robot as Robot
@@ -102,6 +103,7 @@ _MODULES = {
     "leases": ("Lease", "LeaseInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
     "motions.motion": ("Motion", "Tracking"),
+    "motions.steps": ("Pattern",),
     "sensors.motion_sensors": (
         "EncoderReading", "ImuReading", "PoseReading", "WrenchReading", "encoders", "force_torque_sensor", "imu",
         "noise", "pose_sensor",

@@ -16,6 +16,9 @@ from virtualrobot.errors import InvalidArgumentError
 
 Matrix: TypeAlias = NDArray[np.float64]
 
+MOST_ANGLE = 4.0 * np.pi
+"""Greatest angle (rad) that is taken for meant, and not for one in degrees."""
+
 
 @checked
 def pose(
@@ -25,12 +28,20 @@ def pose(
 
     As in URDF the angles turn about the fixed axes x (roll), then y (pitch), then z (yaw).
 
+    Raises:
+        InvalidArgumentError: for what is not finite, and for an angle of more than two turns, which is one in degrees.
+
     Example:
         >>> pose(0.5, 0.0, 0.3, roll=np.pi)     # half a meter ahead, the tool pointing down
     """
     values = np.array([x, y, z, roll, pitch, yaw], dtype=float)
     if not np.isfinite(values).all():
         raise InvalidArgumentError(f"a pose needs finite numbers, not {values.tolist()}")
+    for name, angle in zip(("roll", "pitch", "yaw"), values[3:].tolist(), strict=True):
+        if abs(angle) > MOST_ANGLE:
+            raise InvalidArgumentError(
+                f"{name}={angle:g} is {abs(angle) / (2.0 * np.pi):.3g} turns: degrees? use math.radians({angle:g})"
+            )
     (cr, cp, cy), (sr, sp, sy) = np.cos(values[3:]), np.sin(values[3:])
     return np.array(
         [

@@ -42,8 +42,11 @@ def split_address(address: str) -> tuple[str, int]:
     """Return host and port of `host:port`, `host` (the usual port), `:port` (this machine) or `[::1]:port`.
 
     Raises:
-        ValueError: when the port is not a number from 1 to 65535.
+        ValueError: when the port is not a number from 1 to 65535, or the address is a URL.
     """
+    if "://" in address:
+        scheme, _, rest = address.partition("://")
+        raise ValueError(f"{address!r} is no address: leave {scheme}:// away, as in {rest.rstrip('/')!r}")
     host, separator, port = address.rpartition(":")
     if not separator or (":" in host and not host.startswith("[")) or address.endswith("]"):
         host, port = address, ""  # no port at all, or a bare IPv6 address

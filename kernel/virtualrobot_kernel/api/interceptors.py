@@ -15,6 +15,7 @@ from google.protobuf.descriptor import ServiceDescriptor
 from google.protobuf.message import DecodeError, Message
 from virtualrobot.v1 import lease_pb2, motion_pb2, robot_pb2
 
+from virtualrobot_kernel.api.convert.expansion import named_robots
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import CARRIED
 from virtualrobot_kernel.api.publications import Publications, ending
@@ -32,13 +33,11 @@ DEEPEST_MESSAGE = 100
 """Greatest depth of nested messages that protobuf decodes."""
 
 
-def _moved(steps: Iterable[motion_pb2.ProgramStep], moves: Iterable[motion_pb2.Move] = ()) -> set[str]:
-    return {move.robot for some in (moves, *(step.move.moves for step in steps)) for move in some}
-
-
 NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
-    motion_pb2.StartMotionRequest: lambda request: _moved(request.spec.steps, request.spec.moves),
-    motion_pb2.AppendMotionRequest: lambda request: _moved(request.steps),
+    motion_pb2.StartMotionRequest: lambda request: (
+        named_robots(request.spec.steps, request.spec.programs) | {move.robot for move in request.spec.moves}
+    ),
+    motion_pb2.AppendMotionRequest: lambda request: named_robots(request.steps, request.programs),
     robot_pb2.SetKinematicsRequest: lambda request: (request.choice.robot,),
 }
 """Robots of requests whose commands come late, after planning or trying: refused before that work is done.

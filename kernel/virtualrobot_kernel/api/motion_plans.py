@@ -15,6 +15,7 @@ from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import expected_revision, not_negative, stamp
 from virtualrobot_kernel.planning.check import check_motion
+from virtualrobot_kernel.planning.foreseen import after
 from virtualrobot_kernel.planning.plan_motion import GivenUp, plan_motion
 from virtualrobot_kernel.planning.sampling import check_size, sample_times, sampled
 from virtualrobot_kernel.planning.together import moved_arms
@@ -89,7 +90,8 @@ def contact_of(
     joints = tuple((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in command.joints)
     q_index = joint_places(structure, joints)[0]
     tool_states = [(step, structure.node(tool).uid, state) for step, tool, state in command.tool_states]
-    found = first_of_program(scene, snapshot, command.program, q_index, tool_states, until, resolution, given_up)
+    worlds = after(snapshot, command.joints, command.program)
+    found = first_of_program(scene, worlds, command.program, q_index, tool_states, until, resolution, given_up)
     if found is None:
         return None
     return Contact(found.time, found.first, found.second, found.distance, resolution, found.points)

@@ -50,7 +50,8 @@ class OpenPrograms:
         """Plan steps and append them; planned again where the motion has meanwhile gone too far."""
         check_revision(self._kernel.world.snapshot.structure, expected_revision(request))
         async with self._turns.setdefault(request.id, asyncio.Lock()):
-            count = open_program(running_motion(self._kernel.world.snapshot.state, request.id)).program.step_count
+            program = open_program(running_motion(self._kernel.world.snapshot.state, request.id)).program
+            count = program.step_count
             if request.HasField("expected_step_count") and request.expected_step_count != count:
                 raise KernelError(
                     f"{request.id!r} has {count} steps, not {request.expected_step_count}",
@@ -58,7 +59,7 @@ class OpenPrograms:
                     motion=request.id,
                     step_count=count,
                 )
-            steps = program_steps(request.steps, count)
+            steps = program_steps(request.steps, request.programs, count, program.outer_count)
             clock = self._kernel.world.clock
             margins = (0.0,) if clock.mode is Mode.STEPPED else tuple(one * clock.speed_factor for one in MARGINS)
             for margin in margins:
@@ -88,6 +89,7 @@ class OpenPrograms:
                 given_up,
                 near_of,
                 last=last,
+                outer_count=len(request.steps),
             ),
         )
         submitted = kernel.submit([planned.command], context, expected_revision(request))

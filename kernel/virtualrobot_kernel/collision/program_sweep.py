@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.joint_path import Indices, JointPath, of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact, first_contact
 from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.world.state import Snapshot
 
 Switch = tuple[float, int, str]
@@ -58,7 +62,7 @@ def program_switches(program: Program, tool_states: Sequence[tuple[int, int, str
 
 def first_of_program(
     scene: CollisionScene,
-    snapshot: Snapshot,
+    worlds: Sequence[tuple[float, Snapshot]],
     program: Program,
     q_index: Indices,
     tool_states: Sequence[tuple[int, int, str]],
@@ -66,11 +70,15 @@ def first_of_program(
     resolution: float = RESOLUTION,
     given_up: Callable[[], bool] | None = None,
 ) -> SweptContact | None:
-    """Return the first contact of a program that starts in a snapshot, up to a nominal time; None: there is none.
+    """Return the first contact of a program that starts in a world, up to a nominal time; None: there is none.
+
+    What touches when the program changes the world, such as the table and the part that is picked from it, may touch
+    until the end of the stage after that.
 
     Args:
         scene: is used for it.
-        snapshot: the world in which it starts; other robots stand as they do there.
+        worlds: the world in which it starts, from 0 on, and those that its own steps make of it, from their times (s)
+            on; other robots stand as they do there.
         program: the program, for coordinates `q_index` (n,) of the world.
         q_index: where its columns are in all coordinates.
         tool_states: (step, tool (a uid), state): the state that a tool has when the step is done.
@@ -78,12 +86,34 @@ def first_of_program(
         resolution: what comes nearer than this (m) may be told as a contact.
         given_up: whether nobody waits for it any more.
     """
-    path = of_program(snapshot.state.q, q_index, program)
-    return first_along(
-        scene,
-        snapshot,
-        replace(path, end=min(path.end, until)),
-        program_switches(program, tool_states),
-        resolution=resolution,
-        given_up=given_up,
-    )
+    path = of_program(worlds[0][1].state.q, q_index, program)
+    switches = program_switches(program, tool_states)
+    ends = [*(begin for begin, _ in worlds[1:]), path.end]
+    for place, ((begin, world), end) in enumerate(zip(worlds, ends, strict=True)):
+        parts: list[tuple[float, float, Collection[Pair]]] = [(begin, end, ())]
+        if place:
+            apart = min(end, next((one for one in program.begins if one > begin), end))
+            scene.place(_standing(world, path.at(begin), switches, begin))
+            parts = [(begin, apart, scene.touching()), (apart, end, ())]
+        for first, last, tolerated in parts:
+            if first > until or (first == last and len(worlds) > 1):
+                continue
+            found = first_along(
+                scene,
+                world,
+                replace(path, begin=first, end=min(last, until)),
+                switches,
+                tolerated=tolerated,
+                resolution=resolution,
+                given_up=given_up,
+            )
+            if found is not None:
+                return found
+    return None
+
+
+def _standing(world: Snapshot, q: NDArray[np.float64], switches: Sequence[Switch], time: float) -> Snapshot:
+    """Return a world with all joints at q (nq,), and tools as switches have made them by a time (s)."""
+    states = {**world.state.tool_states, **{tool: name for when, tool, name in switches if when <= time}}
+    standing = standing_at(world, ..., q)
+    return replace(standing, state=replace(standing.state, tool_states=states))

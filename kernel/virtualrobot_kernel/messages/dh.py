@@ -11,6 +11,7 @@ from virtualrobot_sdk.poses import quaternion
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.nodes import INERTIAL, JOINT_TYPES, LIMITS
 from virtualrobot_kernel.messages.values import pose
+from virtualrobot_kernel.units import degrees_question
 from virtualrobot_kernel.world.structure import Inertial, Joint, JointType
 
 FIELD = "denavit_hartenberg"
@@ -97,6 +98,9 @@ def _row(row: scene_pb2.DenavitHartenbergRow, joint: Joint, place: int) -> Row:
         if not abs(value) <= GREATEST:
             field = f"{FIELD}.rows[{place}].{name}"
             raise KernelError(f"{field} is {value:g}; it must be a finite number of at most {GREATEST:g}", field=field)
+        if name.endswith("_radians") and (question := degrees_question(value)):
+            field = f"{FIELD}.rows[{place}].{name}"
+            raise KernelError(f"{field} is {value:g}{question}", field=field, value=value)
     kind = "prismatic" if joint.type is JointType.PRISMATIC else "revolute"
     return Row(kind, *(getattr(row, name) for name in NUMBERS))
 

@@ -23,6 +23,7 @@ from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.motion.rates import Rate, cartesian_rate, joint_rates
 from virtualrobot_kernel.motion.resolved_rate import TcpKinematics, joint_path
 from virtualrobot_kernel.motion.spline import spline
+from virtualrobot_kernel.units import millimetres_question
 
 #: A motion that has to be slowed down for a joint is slowed down by this much more.
 _MARGIN = 1.001
@@ -204,7 +205,9 @@ def checked_joint_path(
         if out is None:
             raise
         place, off = out
-        message = f"the {place} of the {name} motion is out of reach; on the way there {error}"
+        message = (
+            f"the {place} of the {name} motion is out of reach{millimetres_question(off)}; on the way there {error}"
+        )
         metadata = {**error.metadata, "position_error_meters": off}
         if isinstance(error, LimitError):
             raise LimitError(message, **metadata) from error

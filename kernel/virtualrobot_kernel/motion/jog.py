@@ -21,6 +21,7 @@ from virtualrobot_kernel.motion.planned import Plan, planned
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.motion.resolved_rate import farthest_joint_path
+from virtualrobot_kernel.units import speed_question
 
 #: A jog that could only go less than this is refused, in m or rad; so near to what ends it one of the TCP ends.
 SMALLEST_JOG = 1e-5
@@ -54,7 +55,7 @@ def plan_joint_jog(
     if not 0.0 < abs(velocity) <= greatest:
         raise LimitError(
             f"a jog of joint {name!r} has a velocity other than 0, of at most its limit {greatest:.6g} per second, "
-            f"not {velocity:.6g}",
+            f"not {velocity:.6g}{speed_question(velocity, float(greatest))}",
             joint=name,
             value=velocity,
             limit=greatest,

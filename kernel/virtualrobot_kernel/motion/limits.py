@@ -10,6 +10,7 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion.orientation import unit
 from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.units import degrees_question, millimetres_question
 
 #: Tolerance (radians or metres) of a joint outside its limits by rounding, and of a start from the current joints.
 TOLERANCE = 1e-6
@@ -22,6 +23,7 @@ class JointLimits:
     `lower` and `upper` are infinite for continuous joints; the other three are finite and above 0. vectors: columns of
     which the limits are those of a vector's length, such as x and y of a planar joint. quaternions: the columns of the
     components x, y, z, w; the limits are those of the angular velocity about x, y, z, and those of w don't count.
+    sliding: the names of prismatic joints, whose values are in m.
     """
 
     names: tuple[str, ...]
@@ -33,6 +35,7 @@ class JointLimits:
     _: KW_ONLY
     vectors: tuple[tuple[int, ...], ...] = ()
     quaternions: tuple[tuple[int, ...], ...] = ()
+    sliding: frozenset[str] = frozenset()
 
     def __post_init__(self) -> None:
         """Freeze the arrays; raise KernelError naming the joint whose limits are impossible."""
@@ -86,10 +89,12 @@ class JointLimits:
 
     def error(self, index: int, value: float, what: str, **metadata: object) -> LimitError:
         """Return the LimitError for joint `index` at `value`; the message starts with `what`."""
-        lower, upper = float(self.lower[index]), float(self.upper[index])
+        name, lower, upper = self.names[index], float(self.lower[index]), float(self.upper[index])
+        short, question = ("m", millimetres_question) if name in self.sliding else ("rad", degrees_question)
         return LimitError(
-            f"{what}: joint {self.names[index]!r} would be at {value:.6g}, its limits are {lower:.6g} to {upper:.6g}",
-            joint=self.names[index],
+            f"{what}: joint {name!r} would be at {value:.6g} {short}, its limits are {lower:.6g} to {upper:.6g} {short}"
+            f"{question(value)}",
+            joint=name,
             value=value,
             lower=lower,
             upper=upper,

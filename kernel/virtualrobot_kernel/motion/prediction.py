@@ -122,9 +122,14 @@ def _rest(run: ProgramRun, last: int) -> Program:
 
 
 def _lasts(stage: Stage, gone: float, override: float, signals: Mapping[str, SignalValue]) -> float | None:
-    """Return the remaining time of a stage, s; None for a wait whose signal has not its value."""
+    """Return the remaining time of a stage, s; None for a wait whose signal has not its value, and for orders.
+
+    What comes after orders happens in another world.
+    """
     if stage.plan is not None:
         return stage.plan.duration / override
+    if stage.orders:
+        return None
     if stage.wait is None:
         return 0.0
     if condition := stage.wait.condition:

@@ -33,9 +33,10 @@ class Stage:
     """Stage of a program: all joints are at rest before and after it.
 
     plan: what moves; without one all joints stand still. columns (k,): which of the program's joints the plan's are.
-    steps: nominal times (s) at which steps of the program begin, with their indexes. marks: nominal times at which
-    signals are set on the way; without a plan they are set at once. wait: what a stage without a plan waits for, after
-    its marks. until: what ends the plan early (a search).
+    steps: nominal times (s) at which steps of the program begin, with their indexes; paths: what they are called in its
+    text. marks: nominal times at which signals are set on the way; without a plan they are set at once. wait: what a
+    stage without a plan waits for, after its marks. until: what ends the plan early (a search). orders: what the world
+    shall do for a stage without a plan, which is over when it is done; what they are is the world's matter alone.
     """
 
     plan: Plan | None
@@ -44,12 +45,16 @@ class Stage:
     marks: tuple[tuple[float, str, SignalValue], ...] = ()
     wait: Wait | None = None
     until: Condition | None = None
+    orders: tuple[object, ...] = ()
+    paths: tuple[str, ...] = ()
 
     @property
     def duration(self) -> float:
-        """Duration at full rate, in s; waiting for a signal takes no time."""
+        """Duration at full rate, in s; waiting for a signal or for the world takes no time."""
         if self.plan is not None:
             return self.plan.duration
+        if self.orders:
+            return 0.0
         return self.wait.duration if self.wait else 0.0
 
 
@@ -58,7 +63,9 @@ class Program:
     """Stages one after the other for n joints; at least one stage, unless it was open.
 
     start (n,): where the joints are when it starts. step_count: 0 for moves that are no program. open: more may be
-    appended. done: how long the stages were (s) that it had before its first one and has no more. Derived: begins, when
+    appended. done: how long the stages were (s) that it had before its first one and has no more. speeds: factors, by
+    robot (empty: all others), by which moves that are appended are slowed. outer_count: how many steps its text has
+    outside of others. Derived: begins, when
     each stage begins, in s at full rate, and when the last one ends; goal (n,): where the joints are then; lowest,
     highest (n,): the least and greatest value that each joint stands at between stages; places: the columns of each
     stage, None for all joints in their order; signals: those that it sets, waits for or searches by.
@@ -69,6 +76,8 @@ class Program:
     step_count: int = 0
     open: bool = False
     done: float = 0.0
+    speeds: tuple[tuple[str, float], ...] = ()
+    outer_count: int = 0
     begins: tuple[float, ...] = field(init=False)
     goal: Array = field(init=False)
     lowest: Array = field(init=False)
@@ -103,6 +112,11 @@ class Program:
     def duration(self) -> float:
         """Duration of all stages at full rate, in s; waiting for signals takes no time."""
         return self.begins[-1]
+
+    def path_of(self, step: int) -> str:
+        """Return what its text calls a step that it has not done."""
+        named = (zip(stage.steps, stage.paths, strict=False) for stage in self.stages)
+        return next((path for pairs in named for (_, number), path in pairs if number == step), str(step))
 
     def done_at(self, step: int) -> float:
         """Return the nominal time (s) at which a step is done: when a later one begins, or the end."""

@@ -35,7 +35,8 @@ class ProgramRun:
 
     at: the stage; all are done when it is their number. running: how far the stage's plan is; None where it has none
     or has not begun. waited: how long the stage has waited (s). held (n,): where the joints are that the stage does not
-    move. marked: how many of the stage's marks have been passed. due: signals to set that no tick has told yet.
+    move. marked: how many of the stage's marks have been passed. due: signals to set that no tick has told yet. asks:
+    whether it has come to the stage's orders.
     """
 
     program: Program
@@ -49,6 +50,7 @@ class ProgramRun:
     signals: Mapping[str, SignalValue]
     found: bool | None = None
     fault: tuple[str, str] | None = None
+    asks: bool = False
 
     @property
     def ended(self) -> bool:
@@ -76,7 +78,27 @@ class ProgramRun:
         if self.at == len(self.program.stages):
             return self.program.step_count
         steps = self.program.stages[self.at].steps
-        return steps[max(0, bisect_right(steps, self._gone, key=_time) - 1)][1]
+        return steps[self._place][1]
+
+    @property
+    def step_path(self) -> str:
+        """Step that it is at, or was at last, as the program's text calls it; empty where it has no name."""
+        stages = self.program.stages
+        if self.at == len(stages):
+            return stages[-1].paths[-1] if stages and stages[-1].paths else ""
+        paths = stages[self.at].paths
+        return paths[self._place] if paths else ""
+
+    @property
+    def orders(self) -> tuple[object, ...]:
+        """Orders of the stage that it has come to; none while it is paused, or ends."""
+        going = self.asks and self.phase in (Phase.RUNNING, Phase.WAITING)
+        return self.program.stages[self.at].orders if going else ()
+
+    @property
+    def _place(self) -> int:
+        """Place of the step that it is at among those of its stage."""
+        return max(0, bisect_right(self.program.stages[self.at].steps, self._gone, key=_time) - 1)
 
     @property
     def _stands(self) -> bool:
@@ -171,6 +193,10 @@ class ProgramRun:
         phase = Phase.RUNNING if self.phase is Phase.STARVED else self.phase
         return replace(self, program=program, phase=phase, at=0, running=running, held=held)
 
+    def obeyed(self) -> ProgramRun:
+        """Return the program after the world has done the orders of its stage: it goes on with the next tick."""
+        return replace(self, phase=Phase.RUNNING, at=self.at + 1, waited=0.0, marked=0, asks=False)
+
     def abort(self) -> ProgramRun:
         """Return the program ended where it is: what it moved is gone."""
         return replace(self, phase=Phase.CANCELLED)
@@ -212,7 +238,7 @@ def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext)
     program, stages = run.program, run.program.stages
     phase, at, moving, waited, held, marked = run.phase, run.at, run.running, run.waited, run.held, run.marked
     due, told = list(run.due), dict[str, SignalValue]()
-    found, fault = run.found, None
+    found, fault, asks = run.found, None, False
     left = dt
     for _ in range(MOST_STAGES):
         over = False
@@ -230,7 +256,8 @@ def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext)
                     phase = phase if moving.ended else moving.phase
             elif phase is not Phase.STOPPING:
                 marked = _mark(stage, 0.0, marked, due)
-                over = stage.wait is None
+                asks = bool(stage.orders)
+                over = stage.wait is None and not asks
                 if stage.wait is not None:
                     over, waited, left, fault = _waited(stage, stage.wait, waited, left, told, context)
                     phase = Phase.WAITING
@@ -256,7 +283,7 @@ def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext)
             phase = end if program.open else Phase.SUCCEEDED
         elif phase is Phase.STOPPING and (moving is None or moving.ended):
             phase = Phase.SUCCEEDED if found else Phase.CANCELLED
-    return ProgramRun(program, phase, at, moving, waited, held, marked, tuple(due), told, found, fault)
+    return ProgramRun(program, phase, at, moving, waited, held, marked, tuple(due), told, found, fault, asks)
 
 
 def _mark(stage: Stage, tau: float, marked: int, due: list[tuple[str, SignalValue]]) -> int:
@@ -284,9 +311,12 @@ def _waited(
     waited += left
     if wait.seconds == 0.0 or waited < wait.seconds - _TOLERANCE:
         return False, waited, 0.0, None
-    if condition is None:
+    if condition is None and not stage.orders:
         return True, waited, max(0.0, waited - wait.seconds), None
-    step = stage.steps[0][1]
+    step = stage.paths[0] if stage.paths else stage.steps[0][1]
+    if condition is None:
+        what = ", ".join(map(str, stage.orders))
+        return False, waited, 0.0, ("PART_TIMEOUT", f"step {step}: {what} for {wait.seconds:g} s")
     words = f"step {step}: the signal {condition.signal!r} was not {condition} within {wait.seconds:g} s"
     return False, waited, 0.0, ("SIGNAL_TIMEOUT", words)
 

@@ -276,7 +276,8 @@ def _check_singularity(tcp_path: CartesianPath, sample: _Sample, smallest: float
         where, metadata = tcp_path.place(sample.u)
         raise KernelError(
             f"the {tcp_path.noun} meets a singularity {where}: the smallest singular value of the Jacobian is "
-            f"{sample.singular_value:.3g}, it must be at least {SMALLEST_SINGULAR_VALUE}",
+            f"{sample.singular_value:.3g}, it must be at least {SMALLEST_SINGULAR_VALUE}; move there by joints "
+            "(point to point), or begin in another posture",
             reason=Reason.SINGULARITY,
             singular_value=sample.singular_value,
             **metadata,

@@ -85,8 +85,18 @@ class RunningMotion(Protocol):
         ...
 
     @property
+    def step_path(self) -> str:
+        """Step that it is at as the text of its program calls it; empty where it has no name."""
+        ...
+
+    @property
     def found(self) -> bool | None:
         """Result of a search: True if it has met its signal; None before its end, and without a search."""
+        ...
+
+    @property
+    def orders(self) -> tuple[object, ...]:
+        """Orders that the world shall do, or wait for, before the motion goes on (`obeyed`); none where it does."""
         ...
 
     def sample(self) -> tuple[Array, Array, Array]:
@@ -107,6 +117,10 @@ class RunningMotion(Protocol):
 
     def cancel(self) -> Self:
         """Return the motion braking to its end; one that stops or has ended stays as it is."""
+        ...
+
+    def obeyed(self) -> Self:
+        """Return the motion after its orders were done."""
         ...
 
     def abort(self) -> Self:

@@ -101,9 +101,19 @@ class SetpointMotion:
         return int(self.phase is Phase.SUCCEEDED)
 
     @property
+    def step_path(self) -> str:
+        """Nothing: it has no steps."""
+        return ""
+
+    @property
     def found(self) -> bool | None:
         """Result of a search; always None."""
         return None
+
+    @property
+    def orders(self) -> tuple[object, ...]:
+        """Nothing: it changes nothing but joints."""
+        return ()
 
     def sample(self) -> tuple[Array, Array, Array]:
         """Return joint positions, velocities and accelerations (k,): rad or m, per s, per s²."""
@@ -211,6 +221,10 @@ class SetpointMotion:
         if self.phase in (*ENDED, Phase.STOPPING):
             return self
         return replace(self, phase=Phase.CANCELLED if self.phase is Phase.PAUSED else Phase.STOPPING)
+
+    def obeyed(self) -> SetpointMotion:
+        """Return itself, as it has no orders."""
+        return self
 
     def abort(self) -> SetpointMotion:
         """Return the motion ended where it is: what it moved is gone."""

@@ -85,6 +85,11 @@ class TrackingMotion:
         return self.inner.steps_done
 
     @property
+    def step_path(self) -> str:
+        """Step of the motion in the frame as its program's text calls it."""
+        return self.inner.step_path
+
+    @property
     def found(self) -> bool | None:
         """Result of the search of the motion in the frame; None as there."""
         return self.inner.found
@@ -93,6 +98,11 @@ class TrackingMotion:
     def in_step(self) -> bool:
         """True while the arms have caught up with the frame and have not begun to leave it."""
         return self.catching is not None and self.leaving is None and self.elapsed >= self.catching.length
+
+    @property
+    def orders(self) -> tuple[object, ...]:
+        """Orders of the motion in the frame."""
+        return self.inner.orders if self.in_step else ()
 
     def sample(self) -> tuple[Array, Array, Array]:
         """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
@@ -125,6 +135,11 @@ class TrackingMotion:
         if self.leaving or self.ended:
             return self
         return _stopping(self)
+
+    def obeyed(self) -> TrackingMotion:
+        """Return the motion after the orders of the motion in the frame were done."""
+        inner = self.inner.obeyed()
+        return replace(self, inner=inner, phase=inner.phase)
 
     def abort(self) -> TrackingMotion:
         """Return the motion ended where it is: what it moved is gone."""

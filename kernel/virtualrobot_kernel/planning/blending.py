@@ -76,7 +76,12 @@ def join_steps(steps: Sequence[PlannedStep], go_on: GoOn = lambda: None) -> tupl
     Steps that are joined by zones become one plan; where two can't be joined, or would be slower so than with a stop in
     between, the corner is reached exactly and at rest, which a note tells.
     """
-    notes = [replace(note, step=step.number) for step in steps for one in step.moves for note in one.notes]
+    notes = [
+        replace(note, step=step.number, step_path=step.name)
+        for step in steps
+        for one in step.moves
+        for note in one.notes
+    ]
     runs: list[PlannedRun] = []
     group: list[PlannedStep] = []
     for place, step in enumerate(steps):
@@ -96,24 +101,24 @@ def obstacle(pair: Sequence[PlannedStep]) -> str:
         return "no moves follow"
     for step in pair:
         if step.obstacle:
-            return f"step {step.number} can't be joined: {step.obstacle}"
+            return f"step {step.name} can't be joined: {step.obstacle}"
     if pair[0].law is not pair[1].law:
-        return f"steps {pair[0].number} and {pair[1].number} have different time laws"
+        return f"steps {pair[0].name} and {pair[1].name} have different time laws"
     return ""
 
 
 def dropped(step: PlannedStep, why: str) -> Note:
     """Return the note that the corner after a step is reached at rest."""
-    message = f"the corner after step {step.number} is reached exactly and at rest: {why}"
-    return Note(NoteKind.ZONE_DROPPED, step.number, step.moves[0].robot.name, size(step), 0.0, message)
+    message = f"the corner after step {step.name} is reached exactly and at rest: {why}"
+    return Note(NoteKind.ZONE_DROPPED, step.number, step.moves[0].robot.name, size(step), 0.0, message, step.name)
 
 
 def shrunk(step: PlannedStep, room: Room) -> Note:
     """Return the note that the zone after a step is smaller than it was asked for."""
     assert step.zone is not None
     wanted, unit = size(step), "%" if step.zone.percent else " m"
-    message = f"the zone after step {step.number} is {room.kept:.6g}{unit} instead of {wanted:g}{unit}: {room.why}"
-    return Note(NoteKind.ZONE_SHRUNK, step.number, step.moves[0].robot.name, wanted, room.kept, message)
+    message = f"the zone after step {step.name} is {room.kept:.6g}{unit} instead of {wanted:g}{unit}: {room.why}"
+    return Note(NoteKind.ZONE_SHRUNK, step.number, step.moves[0].robot.name, wanted, room.kept, message, step.name)
 
 
 def size(step: PlannedStep) -> float:

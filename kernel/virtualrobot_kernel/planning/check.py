@@ -188,6 +188,7 @@ def _told_by(snapshot: Snapshot, error: KernelError) -> Violation:
         value=float(value or 0.0),
         limit=limit,
         message=str(error),
+        step_path=told.get("step_path", told.get("step", "0")),
     )
 
 

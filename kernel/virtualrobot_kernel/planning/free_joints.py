@@ -31,6 +31,7 @@ from virtualrobot_kernel.planning.robots import (
     locked_arm,
     tip_t_tcp,
 )
+from virtualrobot_kernel.units import millimetres_question
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot
@@ -151,8 +152,10 @@ def reached(
     )
     if not len(result.solutions):
         outside = result.status is InverseStatus.OUTSIDE_LIMITS
+        base = snapshot.world_t_node[snapshot.structure.rows[robot.uid]]
+        far = float(np.linalg.norm(world_t_tcp[:3, 3] - base[:3, 3]))
         raise KernelError(
-            f"{robot.name!r}{group} cannot reach the pose: {result.reason}",
+            f"{robot.name!r}{group} cannot reach the pose: {result.reason}{millimetres_question(far)}",
             reason=Reason.LIMIT_EXCEEDED if outside else Reason.UNREACHABLE,
             robot=robot.name,
             position_error_meters=result.position_error,

@@ -14,6 +14,7 @@ class NoteKind(Enum):
     ZONE_SHRUNK = "ZONE_SHRUNK"
     ZONE_DROPPED = "ZONE_DROPPED"
     JOG_ENDS = "JOG_ENDS"
+    UNFORESEEN = "UNFORESEEN"
     TOUCHING = "TOUCHING"
 
 
@@ -22,6 +23,7 @@ class Note:
     """Deviation of a plan from its request: its step (from 0) and robot, the wanted value and the one kept.
 
     wanted, kept: meters, radians or percent, both in one unit; 0 where no value is meant. message: why, in words.
+    step_path: what the step is called in the program's text.
     """
 
     kind: NoteKind
@@ -30,6 +32,7 @@ class Note:
     wanted: float
     kept: float
     message: str
+    step_path: str = ""
 
 
 def jog_notes(robot: str, end: JogEnd | None) -> tuple[Note, ...]:

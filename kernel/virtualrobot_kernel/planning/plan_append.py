@@ -6,17 +6,29 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import inf
 
+import numpy as np
+
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.program import Stage
+from virtualrobot_kernel.motion.program import Program, Stage
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.planning.blending import PlannedRun, dropped
 from virtualrobot_kernel.planning.extend_run import extended
+from virtualrobot_kernel.planning.foreseen import after
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.plan_motion import GivenUp, planned_command, waited_for
-from virtualrobot_kernel.planning.program import MAX_STEPS, MoveStep, SetSignalStep, Step
+from virtualrobot_kernel.planning.program import MAX_STEPS, PASSED, MoveStep, Step, slowed
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import SolverOf, world_poses
-from virtualrobot_kernel.planning.stages import Part, Tools, check_steps, joined_places, move_step, plan_parts, settings
+from virtualrobot_kernel.planning.stages import (
+    Part,
+    Tools,
+    check_steps,
+    joined_places,
+    move_step,
+    obstacle_of,
+    plan_parts,
+    settings,
+)
 from virtualrobot_kernel.planning.steps import Column, arrived, plan_steps
 from virtualrobot_kernel.world.apply_motions import open_program
 from virtualrobot_kernel.world.commands import AppendMotion
@@ -54,11 +66,13 @@ def plan_append(
     near_of: NearOf | None = None,
     *,
     last: bool = False,
+    outer_count: int | None = None,
 ) -> PlannedAppend:
     """Return the command that appends steps to a program that is open; raise KernelError that names the step.
 
     end: the run at its end, None where nothing may be joined to it. margin: how much nominal time (s) passes until the
-    command is applied. last: whether it closes the program. Notes tell where a zone before a step has become a stop.
+    command is applied. last: whether it closes the program. outer_count: the number of steps of its text outside of
+    others; None: as many as steps. Notes tell where a zone before a step has become a stop.
     """
     run = open_program(motion)
     first = run.program.step_count
@@ -67,10 +81,11 @@ def plan_append(
     if first + len(steps) - run.steps_done > MAX_STEPS:
         raise KernelError(f"a program has at most {MAX_STEPS} steps that are not done", steps=first + len(steps))
     snapshot = as_commanded(snapshot, world_poses)
+    steps, speeds = slowed(steps, run.program.speeds)
     check_steps(snapshot, steps, first, open=not last)
     nodes = snapshot.structure.nodes
     own = [(nodes[robot].name, joint) for robot, joint in motion.joints]
-    there = arrived(snapshot, own, run.program.goal)
+    there = arrived(after(snapshot, own, run.program, run.at)[-1][1], own, run.program.goal)
     tools = Tools(solver_of, waited_for(given_up), near_of)
     join, notes = _joined(there, run, own, steps, first, end, margin, tools)
     count = join.count if join else 0
@@ -86,7 +101,9 @@ def plan_append(
     if last and final is not None and final.tail is not None:
         before = final.tail.steps[-1]
         notes += [dropped(before, "no moves follow")] if before.zone is not None else []
-    command = planned_command(there, parts, steps, first + len(steps), own, open=not last, now=snapshot)
+    outer = run.program.outer_count + (len(steps) if outer_count is None else outer_count)
+    frame = Program((), np.zeros(0), first + len(steps), not last, speeds=speeds, outer_count=outer)
+    command = planned_command(there, parts, steps, frame, own, run.program, snapshot)
     append = AppendMotion(motion.id, first, command, join.cut if join else None)
     return PlannedAppend(append, tuple(sorted([*notes, *told], key=lambda note: note.step)), following)
 
@@ -102,13 +119,12 @@ def _joined(
     tools: Tools,
 ) -> tuple[_Join | None, list[Note]]:
     """Return what of the first steps was joined to the last stage, and notes on the zones between them."""
-    place = next((at for at, step in enumerate(steps) if not isinstance(step, SetSignalStep)), len(steps))
+    place = next((at for at, step in enumerate(steps) if not isinstance(step, PASSED)), len(steps))
     if end is None or end.tail is None or place == len(steps):
         return None, []
     before, following = end.tail.steps[-1], steps[place]
     if not isinstance(following, MoveStep) or following.searches:
-        does = "searches" if isinstance(following, MoveStep) else "waits"
-        return None, [dropped(before, f"step {place + first} {does}")]
+        return None, [dropped(before, obstacle_of(following, place + first))]
     stage, now, reached = _last_stage(run, margin)
     if stage is None:
         return None, [dropped(before, "the motion stands there already")]
@@ -130,7 +146,7 @@ def _joined(
             assert whole.tail is not None
             notes.append(dropped(whole.tail.steps[-1], found))
             break
-        notes += [replace(note, step=step.number) for one in step.moves for note in one.notes]
+        notes += [replace(note, step=step.number, step_path=step.name) for one in step.moves for note in one.notes]
         notes += found.notes
         values[step.number] = settings(steps[count:member])
         whole, cut, count = found.run, min(cut, found.cut), member + 1

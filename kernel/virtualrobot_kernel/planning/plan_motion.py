@@ -14,9 +14,18 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.program import Program, of_plan
 from virtualrobot_kernel.planning.blending import PlannedRun, alone_run
+from virtualrobot_kernel.planning.foreseen import World, after
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.notes import Note
-from virtualrobot_kernel.planning.program import MotionSpec, MoveStep, Step
+from virtualrobot_kernel.planning.program import (
+    MotionSpec,
+    MoveStep,
+    OrderStep,
+    Step,
+    WaitPartStep,
+    slowed,
+    step_name,
+)
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import SolverOf, world_poses
 from virtualrobot_kernel.planning.stages import Part, Tools, check_steps, plan_parts
@@ -26,6 +35,7 @@ from virtualrobot_kernel.planning.tracking import tracked
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.measured import as_commanded
+from virtualrobot_kernel.world.preconditions import Precondition, Preconditions, holds
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 
@@ -64,9 +74,11 @@ def plan_motion(
         raise KernelError("only a program of steps that goes along with no frame can be open", field="open")
     go_on = waited_for(given_up)
     if spec.steps:
-        check_steps(snapshot, spec.steps, open=open)
-        parts, notes, end = plan_parts(snapshot, spec.steps, Tools(solver_of, go_on, near_of), open=open)
-        command = planned_command(snapshot, parts, spec.steps, len(spec.steps), open=open)
+        steps, speeds = slowed(spec.steps)
+        check_steps(snapshot, steps, open=open)
+        parts, notes, end = plan_parts(snapshot, steps, Tools(solver_of, go_on, near_of), open=open)
+        frame = Program((), np.zeros(0), len(steps), open, speeds=speeds, outer_count=spec.outer_count or len(steps))
+        command = planned_command(snapshot, parts, steps, frame)
         motion = PlannedMotion(command, tuple(notes), end)
     else:
         step = plan_step(snapshot, 0, MoveStep(spec.moves), solver_of, near_of)
@@ -100,33 +112,70 @@ def planned_command(
     there: Snapshot,
     parts: Sequence[Part],
     steps: Sequence[Step],
-    step_count: int,
+    frame: Program,
     own: Sequence[Column] = (),
-    *,
-    open: bool,
+    before: Program | None = None,
     now: Snapshot | None = None,
 ) -> StartMotion:
     """Return the command that starts the parts of these steps in a world, where `own` joints are its first columns.
 
-    now: the world in which it will be given, where that is another one.
+    frame: all else that the program says. before: the program that they are appended to, and `now` the world in which
+    the command will be given, where these are.
     """
     joints = tuple(dict.fromkeys([*own, *(joint for part in parts for joint in part.joints)]))
     columns = {joint: place for place, joint in enumerate(joints)}
     last = steps[-1] if steps else None
     search = search_of(there, last.moves) if isinstance(last, MoveStep) else None
-    stages = [part.stage(columns) for part in parts]
+    paths = _paths(parts, steps, frame.step_count - len(steps), before)
+    stages = [part.stage(columns, paths) for part in parts]
     if search is not None:
         stages[-1] = replace(stages[-1], until=search.search)
     structure = there.structure
     start = [
         there.state.q[single_joint(structure, structure.node(robot, Kind.ROBOT), joint)[1]] for robot, joint in joints
     ]
-    moves = [move for step in steps if isinstance(step, MoveStep) for move in step.moves]
-    moved = dict.fromkeys(joint for part in parts for joint in part.joints)
+    program = replace(frame, stages=tuple(stages), start=np.array(start, dtype=np.float64))
     return StartMotion(
         joints,
-        Program(tuple(stages), np.array(start, dtype=np.float64), step_count, open),
+        program,
         tuple((part.steps[-1][1], *pair) for part in parts for pair in part.tool_states),
         search.robot if search else "",
-        preconditions_by(now or there, moves, moved),
+        _assumed(now or there, after(there, joints, program), parts, steps),
     )
+
+
+def _paths(parts: Sequence[Part], steps: Sequence[Step], first: int, before: Program | None) -> dict[int, str]:
+    """Return what the program's text calls the steps of parts, by number; nothing where it has no names for them."""
+    if not any(step.path for step in steps):
+        return {}
+    numbers = [number for part in parts for _, number in part.steps]
+    return {
+        number: step_name(steps[number - first], number)
+        if number >= first
+        else before.path_of(number)
+        if before
+        else ""
+        for number in numbers
+    }
+
+
+def _assumed(now: Snapshot, worlds: Sequence[World], parts: Sequence[Part], steps: Sequence[Step]) -> Preconditions:
+    """Return what steps assume of the world as it is, where their own orders make `worlds` of it.
+
+    What the orders themselves change is no assumption.
+    """
+    moved = dict.fromkeys(joint for part in parts for joint in part.joints)
+    found: dict[tuple[object, ...], Precondition] = {}
+    moves: list[Move] = []
+    place = 0
+    for step in [*steps, None]:
+        if isinstance(step, MoveStep):
+            moves += step.moves
+        if step is not None and not isinstance(step, (OrderStep, WaitPartStep)):
+            continue
+        world = worlds[place][1] if place else now
+        for fact in preconditions_by(world, moves, moved):
+            if not place or holds(fact, now.structure, now.state):
+                found.setdefault((fact.node.uid, fact.aspect, fact.key), fact)
+        moves, place = [], place + 1
+    return tuple(found.values())

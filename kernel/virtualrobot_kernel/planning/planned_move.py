@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.errors import LimitError
 from virtualrobot_kernel.motion.bounds import TcpBound
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.plan import Plan
@@ -15,6 +16,7 @@ from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.relative_frame import RelativeTcp
 from virtualrobot_kernel.planning.robots import Arm
+from virtualrobot_kernel.units import MOST_TCP_SPEED
 from virtualrobot_kernel.world import change
 from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.figures import Pose, identity
@@ -78,7 +80,17 @@ def led_move(
 
 
 def cartesian_limits(max_velocity: float, max_acceleration: float) -> CartesianLimits:
-    """Return the limits of a TCP that is led, in m/s and m/s^2; 0 stands for the defaults."""
+    """Return the limits of a TCP that is led, in m/s and m/s^2; 0 stands for the defaults.
+
+    Raises LimitError for a speed that nobody means.
+    """
+    if max_velocity > MOST_TCP_SPEED:
+        raise LimitError(
+            f"the speed of a tool centre point is at most {MOST_TCP_SPEED:g} m/s, not {max_velocity:g}: millimetres? "
+            "speeds are in m/s",
+            value=max_velocity,
+            limit=MOST_TCP_SPEED,
+        )
     acceleration = max_acceleration or LINE_ACCELERATION
     return CartesianLimits(
         velocity=max_velocity or LINE_VELOCITY, acceleration=acceleration, jerk=JERK_RATIO * acceleration

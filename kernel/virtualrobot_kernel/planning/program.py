@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 from virtualrobot_kernel.motion.signals import Condition, SignalValue
 from virtualrobot_kernel.planning.moves import Move
+from virtualrobot_kernel.world.awaited_part import AwaitedPart
+from virtualrobot_kernel.world.commands import AttachNode, PickPart, PlacePart, SelectTool, SetAllowedPairs
 
 MAX_STEPS = 10_000
 """Greatest number of steps of a program."""
@@ -29,6 +32,7 @@ class MoveStep:
 
     moves: tuple[Move, ...]
     zone: Zone | None = None
+    path: str = ""
 
     @property
     def searches(self) -> bool:
@@ -42,6 +46,7 @@ class SetSignalStep:
 
     signal: str
     value: SignalValue
+    path: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +55,7 @@ class WaitSignalStep:
 
     condition: Condition
     timeout: float = 0.0
+    path: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,9 +63,70 @@ class DwellStep:
     """Step that stands still for some seconds."""
 
     seconds: float
+    path: str = ""
 
 
-Step = MoveStep | SetSignalStep | WaitSignalStep | DwellStep
+@dataclass(frozen=True, slots=True, eq=False)
+class OrderStep:
+    """Step that changes the world by a command, while the robots stand."""
+
+    order: PickPart | PlacePart | AttachNode | SelectTool | SetAllowedPairs
+    path: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SpeedStep:
+    """Step that slows the moves of a robot (empty: all) that come after it."""
+
+    robot: str
+    factor: float
+    path: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class WaitPartStep:
+    """Step that waits until a part is at a place; after `timeout` s (0: never) the program is aborted."""
+
+    awaited: AwaitedPart
+    timeout: float = 0.0
+    path: str = ""
+
+
+Step = MoveStep | SetSignalStep | WaitSignalStep | DwellStep | OrderStep | SpeedStep | WaitPartStep
+"""Step of a program. `path`: what it is called in the program's text, where it is within other steps or after such."""
+
+PASSED = (SetSignalStep, SpeedStep)
+"""Steps that may stand between moves with a zone."""
+
+
+Speeds = tuple[tuple[str, float], ...]
+"""Factors by which the moves of robots are slowed; the one of no robot counts for all that are not named."""
+
+
+def slowed(steps: Sequence[Step], speeds: Speeds = ()) -> tuple[tuple[Step, ...], Speeds]:
+    """Return steps whose moves have the factors that steps before them set, and the factors after the last one.
+
+    speeds: the factors before the first one. A trajectory has times of its own and keeps them.
+    """
+    factors, found = dict(speeds), list[Step]()
+    for step in steps:
+        if isinstance(step, SpeedStep):
+            factors = {**factors, step.robot: step.factor} if step.robot else {"": step.factor}
+        elif factors and isinstance(step, MoveStep):
+            step = replace(step, moves=tuple(_slower(move, factors) for move in step.moves))
+        found.append(step)
+    return tuple(found), tuple(factors.items())
+
+
+def _slower(move: Move, factors: Mapping[str, float]) -> Move:
+    factor = factors.get(move.robot, factors.get("", 1.0))
+    given = getattr(move, "speed_factor", None)
+    return move if given is None else replace(move, **{"speed_factor": given * factor})
+
+
+def step_name(step: Step, number: int) -> str:
+    """Return what a step is called in words for people."""
+    return step.path or str(number)
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,11 +140,15 @@ class TrackingSpec:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionSpec:
-    """Motion that is asked for: moves that go together, or the steps of a program; and the frame it goes along with."""
+    """Motion that is asked for: moves that go together, or the steps of a program; and the frame it goes along with.
+
+    outer_count: the number of steps that its text has outside of others; 0: as many as steps.
+    """
 
     moves: tuple[Move, ...] = ()
     steps: tuple[Step, ...] = ()
     tracking: TrackingSpec | None = None
+    outer_count: int = 0
 
     @property
     def every_move(self) -> tuple[Move, ...]:

@@ -12,6 +12,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.motion.resolved_rate import lever_arm
 from virtualrobot_kernel.planning.dynamics import solve_inverse_dynamics
+from virtualrobot_kernel.planning.foreseen import after
 from virtualrobot_kernel.planning.plan_motion import GivenUp
 from virtualrobot_kernel.planning.robots import Arm
 from virtualrobot_kernel.planning.tool_path import singular_values, tool_chain, tool_states
@@ -110,12 +111,20 @@ def sampled(
 ) -> Samples:
     """Return the samples of a motion planned on `snapshot` at `times` (n,), growing from 0, at full speed factors.
 
-    `joints` names the program's columns as (robot, joint). All else stands as it is in the snapshot; gravity, tools and
-    held parts count as in `solve_inverse_dynamics`; for efforts a base that the motion moves stands still. `arms` are
+    `joints` names the program's columns as (robot, joint). All else stands as it is in the snapshot, but for what steps
+    of the program change, such as what is held; gravity, tools and held parts count as in `solve_inverse_dynamics`; for
+    efforts a base that the motion moves stands still. `arms` are
     those that it is for: of their groups the tool centre points are told too.
     """
     states = joint_states(program, times)
     steps = steps_at(program, times)
+    worlds = after(snapshot, joints, program)
+    ends = [*np.searchsorted(times, [begin for begin, _ in worlds[1:]]), len(times)]
+    parts_of = [
+        (world, slice(first, min(first + CHUNK, end)))
+        for begin, end, (_, world) in zip([0, *ends[:-1]], ends, worlds, strict=True)
+        for first in range(begin, end, CHUNK)
+    ]
     nodes = [snapshot.structure.node(robot, Kind.ROBOT) for robot, _ in joints]
     places = [single_joint(snapshot.structure, node, name)[1] for node, (_, name) in zip(nodes, joints, strict=True)]
     robots = []
@@ -124,18 +133,16 @@ def sampled(
         names = tuple(joints[column][1] for column in columns)
         q, v, a = (values[:, columns] for values in states)
         groups = tuple(dict.fromkeys((WHOLE, *(arm.group for arm in arms if arm.robot.uid == node.uid))))
-        chains = [(tool_chain(snapshot, node, group), _Lever()) for group in groups]
-        efforts, tools = [], [[] for _ in groups]
-        for first in range(0, len(times), CHUNK):
+        levers, efforts, tools = [_Lever() for _ in groups], [], [[] for _ in groups]
+        for world, rows in parts_of:
             if given_up():
                 raise KernelError("nobody waits for these samples any more")
-            rows = slice(first, first + CHUNK)
-            efforts.append(_efforts(snapshot, node, names, q[rows], v[rows], a[rows]))
-            everything = np.tile(snapshot.state.q, (len(efforts[-1]), 1))
+            efforts.append(_efforts(world, node, names, q[rows], v[rows], a[rows]))
+            everything = np.tile(world.state.q, (len(efforts[-1]), 1))
             rates = np.zeros_like(everything)
             everything[:, places], rates[:, places] = states[0][rows], states[1][rows]
-            for (chain, lever), parts in zip(chains, tools, strict=True):
-                tool = tool_states(chain, everything, rates)
+            for group, lever, parts in zip(groups, levers, tools, strict=True):
+                tool = tool_states(tool_chain(world, node, group), everything, rates)
                 speeds = np.linalg.norm(tool.velocities, axis=1)
                 parts.append((tool.world_t_tcp, speeds, lever.values(tool.jacobians, steps[rows])))
         told = tuple(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bisect import bisect_left
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
@@ -12,22 +12,29 @@ from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program import Stage, Wait
 from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.planning.blending import PlannedRun, join_steps, open_run
+from virtualrobot_kernel.planning.foreseen import obeyed
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
     MAX_STEPS,
+    PASSED,
     DwellStep,
     MoveStep,
+    OrderStep,
     SetSignalStep,
+    SpeedStep,
     Step,
+    WaitPartStep,
     WaitSignalStep,
+    step_name,
 )
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import SolverOf
-from virtualrobot_kernel.planning.steps import Column, GoOn, plan_steps
+from virtualrobot_kernel.planning.steps import Column, GoOn, named_error, plan_steps
 from virtualrobot_kernel.planning.together import search_of
 from virtualrobot_kernel.world.apply_signals import check_condition, checked, named
 from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind
 
 Marks = tuple[tuple[float, str, SignalValue], ...]
 
@@ -42,10 +49,13 @@ class Part:
     tool_states: tuple[tuple[str, str], ...] = ()
     marks: Marks = ()
     wait: Wait | None = None
+    orders: tuple[object, ...] = ()
 
-    def stage(self, columns: dict[Column, int]) -> Stage:
-        """Return the stage in a program with these columns."""
-        return Stage(self.plan, tuple(columns[joint] for joint in self.joints), self.steps, self.marks, self.wait)
+    def stage(self, columns: Mapping[Column, int], paths: Mapping[int, str]) -> Stage:
+        """Return the stage in a program with these columns, and steps (by number) that are called so."""
+        named = tuple(paths[number] for _, number in self.steps) if paths else ()
+        places = tuple(columns[joint] for joint in self.joints)
+        return Stage(self.plan, places, self.steps, self.marks, self.wait, orders=self.orders, paths=named)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +97,12 @@ def plan_parts(
             parts += [_moving(run, steps, members, first) for run in runs]
             notes += [*told, *lonely]
         else:
-            parts.append(_standing(step, place + first))
+            part = _standing(step, place + first)
+            parts.append(part)
+            with _at(place + first, step):
+                there, amiss = obeyed(there, part.orders)
+            if amiss:
+                notes.append(_unforeseen(step, place + first, amiss))
         place += 1
     notes.sort(key=lambda note: note.step)
     return parts, notes, end
@@ -106,14 +121,22 @@ def check_steps(snapshot: Snapshot, steps: Sequence[Step], first: int = 0, *, op
     if len(steps) > MAX_STEPS:
         raise KernelError(f"a program has at most {MAX_STEPS} steps, not {len(steps)}", steps=len(steps))
     for place, step in enumerate(steps):
-        with _at(place + first):
+        with _at(place + first, step):
             if isinstance(step, SetSignalStep):
                 checked(named(snapshot.state, step.signal), step.value)
             if isinstance(step, WaitSignalStep):
                 check_condition(snapshot.state, step.condition)
+            if isinstance(step, WaitPartStep):
+                step.awaited.check(snapshot.structure)
+            if isinstance(step, SpeedStep) and step.robot:
+                snapshot.structure.node(step.robot, Kind.ROBOT)
             if isinstance(step, MoveStep):
                 if step.searches and (open or place < len(steps) - 1):
-                    last = "the one that closes it" if open else f"which is step {len(steps) - 1 + first}"
+                    last = (
+                        "the one that closes it"
+                        if open
+                        else f"which is step {step_name(steps[-1], len(steps) - 1 + first)}"
+                    )
                     raise KernelError(f"a program may search in its last step only, {last}")
                 search_of(snapshot, step.moves)
 
@@ -126,21 +149,26 @@ def joined_places(steps: Sequence[Step], begin: int, first: int) -> tuple[list[i
     members = [begin]
     while (step := move_step(steps, members[-1])).zone is not None:
         place = members[-1] + 1
-        while place < len(steps) and isinstance(steps[place], SetSignalStep):
+        while place < len(steps) and isinstance(steps[place], PASSED):
             place += 1
         following = steps[place] if place < len(steps) else None
         if isinstance(following, MoveStep) and not following.searches:
             members.append(place)
             continue
-        why = "no moves follow" if following is None else f"step {place + first} waits"
-        if isinstance(following, MoveStep):
-            why = f"step {place + first} searches"
+        why = "no moves follow" if following is None else obstacle_of(following, place + first)
         number = members[-1] + first
-        message = f"the corner after step {number} is reached exactly and at rest: {why}"
+        message = f"the corner after step {step_name(step, number)} is reached exactly and at rest: {why}"
         wanted = step.zone.percent or step.zone.meters
         robot = step.moves[0].robot if step.moves else ""
-        return members, [Note(NoteKind.ZONE_DROPPED, number, robot, wanted, 0.0, message)]
+        note = Note(NoteKind.ZONE_DROPPED, number, robot, wanted, 0.0, message, step_name(step, number))
+        return members, [note]
     return members, []
+
+
+def obstacle_of(step: Step, number: int) -> str:
+    """Return why no zone leads to a step, in words."""
+    what = "searches" if isinstance(step, MoveStep) else "changes the world" if isinstance(step, OrderStep) else "waits"
+    return f"step {step_name(step, number)} {what}"
 
 
 def move_step(steps: Sequence[Step], place: int) -> MoveStep:
@@ -172,16 +200,29 @@ def _standing(step: Step, number: int) -> Part:
         return Part(here, marks=((0.0, step.signal, step.value),))
     if isinstance(step, WaitSignalStep):
         return Part(here, wait=Wait(step.timeout, step.condition))
+    if isinstance(step, WaitPartStep):
+        return Part(here, wait=Wait(step.timeout), orders=(step.awaited,))
+    if isinstance(step, OrderStep):
+        return Part(here, orders=(step.order,))
+    if isinstance(step, SpeedStep):
+        return Part(here)
     assert isinstance(step, DwellStep)
     return Part(here, wait=Wait(step.seconds))
 
 
+def _unforeseen(step: Step, number: int, why: str) -> Note:
+    """Return the note that a step can't be done in the world as it is foreseen."""
+    assert isinstance(step, OrderStep)
+    words = f"step {step_name(step, number)} can't be done in the world as it is foreseen there: {why}"
+    robot = getattr(step.order, "robot", "")
+    return Note(NoteKind.UNFORESEEN, number, robot, 0.0, 0.0, words, step_name(step, number))
+
+
 @contextmanager
-def _at(number: int) -> Iterator[None]:
+def _at(number: int, step: Step) -> Iterator[None]:
     """Name the step in errors."""
     try:
         yield
     except KernelError as error:
-        error.metadata["step"] = str(number)
-        error.args = (f"step {number}: {error}",)
+        named_error(error, number, step)
         raise

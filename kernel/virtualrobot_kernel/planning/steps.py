@@ -12,7 +12,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.planned import Plan, plan_together
 from virtualrobot_kernel.planning.planned_move import PlannedMove
-from virtualrobot_kernel.planning.program import MoveStep, Zone
+from virtualrobot_kernel.planning.program import MoveStep, Step, Zone, step_name
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import SolverOf, standing_at
 from virtualrobot_kernel.planning.together import plan_moves
@@ -32,6 +32,7 @@ class PlannedStep:
     """Step that is planned for itself, the world where it begins, and the obstacle to joining it with others."""
 
     number: int
+    name: str
     zone: Zone | None
     moves: list[PlannedMove]
     plan: Plan
@@ -58,7 +59,7 @@ def plan_step(
     plan = moves[0].plan if len(moves) == 1 else plan_together([one.plan for one in moves])
     laws = {getattr(move, "time_law", TimeLaw.JERK_LIMITED) for move in step.moves}
     law = TimeLaw.TIME_OPTIMAL if laws == {TimeLaw.TIME_OPTIMAL} else TimeLaw.JERK_LIMITED
-    return PlannedStep(number, step.zone, moves, plan, snapshot, _obstacle(step, moves), law)
+    return PlannedStep(number, step_name(step, number), step.zone, moves, plan, snapshot, _obstacle(step, moves), law)
 
 
 def plan_steps(
@@ -79,12 +80,18 @@ def plan_steps(
         try:
             planned = plan_step(snapshot, number, step, solver_of, near_of)
         except KernelError as error:
-            error.metadata["step"] = str(number)
-            error.args = (f"step {number}: {error}",)
+            named_error(error, number, step)
             raise
         snapshot = planned.arrived()
         result.append(planned)
     return result
+
+
+def named_error(error: KernelError, number: int, step: Step) -> KernelError:
+    """Return an error that names the step, in words and in its metadata."""
+    error.metadata["step"], error.metadata["step_path"] = str(number), step_name(step, number)
+    error.args = (f"step {step_name(step, number)}: {error}",)
+    return error
 
 
 def arrived(snapshot: Snapshot, joints: Sequence[Column], q: NDArray[np.float64]) -> Snapshot:

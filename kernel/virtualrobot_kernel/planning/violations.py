@@ -15,6 +15,7 @@ from virtualrobot_kernel.motion.planned import Plan, Track
 from virtualrobot_kernel.motion.polynomial import Excursion, PiecewisePolynomial
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.planning.dynamics import first_violation
+from virtualrobot_kernel.planning.foreseen import after, at
 from virtualrobot_kernel.planning.robots import Arm
 from virtualrobot_kernel.planning.sampling import RobotSamples, Samples, joint_states, steps_at
 from virtualrobot_kernel.planning.tool_path import tool_chain, tool_states
@@ -46,6 +47,7 @@ class Violation:
     """Violation of a limit by a motion, with time and place: see the message of this name in the contract.
 
     contact: the nodes (names) that touch, and the nearest point (3,) of each; None where it is another violation.
+    step_path: what the step is called in the program's text.
     """
 
     kind: ViolationKind
@@ -59,6 +61,7 @@ class Violation:
     limit: float
     message: str
     contact: tuple[tuple[str, NDArray[np.float64]], ...] | None = None
+    step_path: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -215,6 +218,7 @@ def _placed(
     snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], found: _Found, arms: Sequence[Arm]
 ) -> Violation:
     """Return a violation with its place, in words too."""
+    snapshot = at(after(snapshot, joints, program), found.time)
     joint = joints[found.column][1] if found.column >= 0 else ""
     group = found.group
     if joint:
@@ -237,7 +241,8 @@ def _placed(
     step = int(steps_at(program, np.array([found.time]))[0])
     fraction = _fraction(program, joints, found)
     return Violation(
-        found.kind, step, found.robot, joint, found.time, fraction, pose, found.value, found.limit, message
+        *(found.kind, step, found.robot, joint, found.time, fraction, pose, found.value, found.limit, message),
+        step_path=program.path_of(step),
     )
 
 
@@ -250,6 +255,7 @@ def touching(
     snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], contact: Contact, arms: Sequence[Arm] = ()
 ) -> Violation:
     """Return the violation that a contact on the way of a motion is, with its place, in words too."""
+    snapshot = at(after(snapshot, joints, program), contact.time)
     structure = snapshot.structure
     first, second = (structure.nodes[uid] for uid in (contact.first, contact.second))
     stage = program.stages[_stage_at(program, contact.time)]
@@ -262,9 +268,10 @@ def touching(
     group = next((one for place in places if (one := _group_moved(arms, robot, place)) != WHOLE), WHOLE)
     pose = tool_pose(snapshot, program, joints, robot, contact.time, group)
     when = f"after {contact.time:.4g} s" if contact.time > 0.0 else "where the motion starts"
+    step = int(steps_at(program, np.array([contact.time]))[0])
     return Violation(
         kind=found.kind,
-        step=int(steps_at(program, np.array([contact.time]))[0]),
+        step=step,
         robot=robot,
         joint="",
         time=contact.time,
@@ -274,6 +281,7 @@ def touching(
         limit=contact.resolution,
         message=f"{first.name!r} touches {second.name!r} {when}, {_at(pose)}",
         contact=((first.name, contact.points[0]), (second.name, contact.points[1])),
+        step_path=program.path_of(step),
     )
 
 

@@ -86,8 +86,11 @@ def _started(snapshot: Snapshot, command: commands.StartMotion) -> Iterable[int]
     yield from named_nodes(structure, (robot for robot, _ in command.joints))
     for tool in named_nodes(structure, (tool for _, tool, _ in command.tool_states)):
         yield from _owner(structure, Kind.TOOL, tool)
-    marks = {name for stage in command.program.stages for _, name, _ in stage.marks}
+    stages = command.program.stages
+    marks = {name for stage in stages for _, name, _ in stage.marks}
     yield from _signal_owners(snapshot, marks, SET_BY_OWNER)
+    for order in (order for stage in stages for order in stage.orders):
+        yield from AFFECTED.get(type(order), _nothing)(snapshot, order)
 
 
 def _appended(snapshot: Snapshot, command: commands.AppendMotion) -> Iterable[int]:
@@ -177,6 +180,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetSpeedFactor: _speed,
     commands.StartMotion: _started,
     commands.AppendMotion: _appended,
+    commands.GoOn: _motion,
     commands.StartSetpointMotion: _robot,
     commands.SetSetpoint: _motion,
     commands.EndSetpoints: _motion,

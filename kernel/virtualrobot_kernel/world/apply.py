@@ -46,6 +46,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.SetSpeedFactor: apply_robots.set_speed_factor,
     commands.StartMotion: apply_motions.start_motion,
     commands.AppendMotion: apply_motions.append_motion,
+    commands.GoOn: apply_motions.go_on,
     commands.StartSetpointMotion: apply_setpoints.start_setpoint_motion,
     commands.SetSetpoint: apply_setpoints.set_setpoint,
     commands.EndSetpoints: apply_setpoints.end_setpoints,

@@ -8,6 +8,7 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.motion import program_run, tracking_motion
+from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.world import preconditions
@@ -26,8 +27,12 @@ from virtualrobot_kernel.world.change import (
 from virtualrobot_kernel.world.commands import (
     AppendMotion,
     CancelMotion,
+    GoOn,
     PauseMotion,
+    PickPart,
+    PlacePart,
     ResumeMotion,
+    SelectTool,
     StartMotion,
     StopMotions,
     StopRobots,
@@ -86,6 +91,12 @@ def append_motion(change: Change, command: AppendMotion, forward: Forward) -> Ch
     return replaced(change, replace(_taken_on(change, motion, command.more), running=later))
 
 
+def go_on(change: Change, command: GoOn, forward: Forward) -> Change:
+    """Let a motion go on whose orders were done; the world thread alone gives this command."""
+    motion = running_motion(change.state, command.id)
+    return replaced(change, replace(motion, running=motion.running.obeyed()))
+
+
 def open_program(motion: Motion) -> ProgramRun:
     """Return the state of a motion to which steps may be appended; raise KernelError (WRONG_STATE) for another one."""
     run = motion.running
@@ -131,7 +142,8 @@ def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
         )
     preconditions.check(command.preconditions, structure, state)
     tool_states = tuple((at, tool_state(structure, tool, name)[0].uid, name) for at, tool, name in command.tool_states)
-    owners = (robot.uid for _, tool, _ in tool_states if (robot := structure.robot_of(tool)))
+    owners = [robot.uid for _, tool, _ in tool_states if (robot := structure.robot_of(tool))]
+    owners += [structure.robot(name)[0].uid for name in ordered_robots(program)]
     return replace(
         motion,
         robots=tuple(dict.fromkeys([*motion.robots, *(uid for uid, _ in joints), *owners])),
@@ -144,6 +156,12 @@ def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
         signals=motion.signals | program.signals,
         searcher=structure.robot(command.searcher)[0].uid if command.searcher else 0,
     )
+
+
+def ordered_robots(program: Program) -> list[str]:
+    """Return the robots (names) that the orders of a program are for."""
+    orders = (order for stage in program.stages for order in stage.orders)
+    return list(dict.fromkeys(order.robot for order in orders if isinstance(order, (PickPart, PlacePart, SelectTool))))
 
 
 def override(state: State, motion: Motion) -> float:

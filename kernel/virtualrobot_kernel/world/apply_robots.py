@@ -37,6 +37,8 @@ from virtualrobot_kernel.world.structure import Kind, Node, RobotData, Structure
 
 REACH_OF_A_PICK = 0.2
 """Greatest distance (m) of a part's origin from the tool centre point where the part to pick is not named."""
+REACH_OF_A_NAMED_PICK = 1.0
+"""The same where it is named, and no distance is given."""
 
 
 def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:
@@ -62,7 +64,7 @@ def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:
                 part=part.name,
                 tool=held.name,
             )
-        limit = command.max_distance or np.inf
+        limit = command.max_distance or REACH_OF_A_NAMED_PICK
     else:
         free = [
             node
@@ -78,7 +80,7 @@ def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:
     if distance > limit:
         raise KernelError(
             f"the part {part.name!r} is {distance:.4f} m from the tool centre point of {command.robot!r}, "
-            f"farther than {limit:g} m",
+            f"farther than {limit:g} m; move there, or give the distance that will do",
             reason=Reason.WRONG_STATE,
             part=part.name,
             distance_meters=distance,

@@ -28,7 +28,7 @@ LONGEST_BRAKE_TICKS = 15_000
 HARMLESS: frozenset[type] = frozenset(
     {
         *(commands.StartMotion, commands.StartSetpointMotion, commands.SetSetpoint, commands.EndSetpoints),
-        commands.SetMeasuredJoints,
+        *(commands.SetMeasuredJoints, commands.GoOn),
         *(commands.CancelMotion, commands.StopMotions, commands.StopRobots),
         *(commands.CreateSignal, commands.RemoveSignal, commands.SetSignal),
         *(commands.RunSensors, commands.SetRangeComponents, commands.SetKinematics, commands.SelectTool),

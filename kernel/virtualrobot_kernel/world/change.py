@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason, UnknownNameError
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
 from virtualrobot_kernel.motion.orientation import unit
+from virtualrobot_kernel.units import degrees_question, millimetres_question
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import JointValues, Motion, Rated, Signal, State
@@ -206,7 +207,8 @@ def joint_limits(structure: Structure, robot: Node, names: Sequence[str]) -> Joi
     vectors = (*map(tuple, shifts.values()), *(columns[:3] for columns in quaternions))
     fields = ("lower", "upper", "velocity", "acceleration", "jerk")
     values = {field: np.array([getattr(one.joint.limits, field) for one in found]) for field in fields}
-    return JointLimits(tuple(names), **values, vectors=vectors, quaternions=quaternions)
+    sliding = frozenset(name for name, one in zip(names, found, strict=True) if one.joint.type is JointType.PRISMATIC)
+    return JointLimits(tuple(names), **values, vectors=vectors, quaternions=quaternions, sliding=sliding)
 
 
 def check_joint_value(robot: str, joint: Joint, value: float) -> None:
@@ -219,7 +221,8 @@ def check_joint_value(robot: str, joint: Joint, value: float) -> None:
     if not lower - LIMIT_TOLERANCE <= value <= upper + LIMIT_TOLERANCE:
         raise LimitError(
             f"the joint {joint.name!r} of {robot!r} cannot be at {value:g} {unit}; "
-            f"its limits are {lower:g} to {upper:g} {unit}",
+            f"its limits are {lower:g} to {upper:g} {unit}"
+            f"{degrees_question(value) if unit == 'rad' else millimetres_question(value)}",
             lower=lower,
             upper=upper,
             **about,

@@ -246,6 +246,13 @@ class AppendMotion:
 
 
 @dataclass(frozen=True, slots=True)
+class GoOn:
+    """Command to let a motion go on whose orders were done: the last one of their batch."""
+
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
 class StartSetpointMotion:
     """Command to start a motion of some joints of a robot that follows setpoints, from its present positions.
 
@@ -354,6 +361,7 @@ Command = (
     | SetSpeedFactor
     | StartMotion
     | AppendMotion
+    | GoOn
     | StartSetpointMotion
     | SetSetpoint
     | EndSetpoints

@@ -121,14 +121,19 @@ def preconditions_of(
     )
 
 
+def holds(fact: Precondition, structure: Structure, state: State) -> bool:
+    """Return whether a node is what a fact says of it."""
+    node = structure.nodes.get(fact.node.uid)
+    return node is not None and _same(fact.aspect, READERS[fact.aspect](structure, state, node, fact.key), fact.value)
+
+
 def check(preconditions: Preconditions, structure: Structure, state: State) -> None:
     """Raise KernelError (PLAN_OUTDATED) that names the first node that is no more what the plan assumes."""
     for fact in preconditions:
         node = structure.nodes.get(fact.node.uid)
         if node is None:
             raise _outdated(fact, fact.node.name, "it was removed")
-        now = READERS[fact.aspect](structure, state, node, fact.key)
-        if not _same(fact.aspect, now, fact.value):
+        if not holds(fact, structure, state):
             what = f"{fact.aspect.value} {fact.key!r}" if fact.key and isinstance(fact.key, str) else fact.aspect.value
             raise _outdated(fact, node.name, f"{what} has changed")
 

@@ -61,6 +61,8 @@ class EndCause(Enum):
     TRACKING_LOST = "tracking lost"
     FAILED = "failed"
     COLLISION = "collision"
+    STEP_REFUSED = "step refused"
+    PART_TIMEOUT = "part timeout"
 
     @property
     def aborts(self) -> bool:
@@ -126,6 +128,13 @@ class Motion:
     rated: Rated = ...
     cancellation: Cancellation | None = None
     end_tick: int = 0
+
+    @property
+    def step_path(self) -> str:
+        """Step of the program that it is at, as its text calls it."""
+        if not self.step_count:
+            return ""
+        return self.running.step_path or str(min(self.running.steps_done, max(0, self.step_count - 1)))
 
     @property
     def phase(self) -> Phase:

@@ -12,19 +12,20 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import TypeVar
+from typing import TypeVar, cast
 
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
+from virtualrobot_kernel.world.awaited_part import AwaitedPart
 from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.clock import Clock, Mode, Pacer
-from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.commands import CancelMotion, Command, GoOn
 from virtualrobot_kernel.world.journal import Entry, Journal
 from virtualrobot_kernel.world.listeners import Listeners
-from virtualrobot_kernel.world.state import Snapshot, State
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot, State
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.supervisor import Supervisor
 from virtualrobot_kernel.world.tick import advance
@@ -272,9 +273,14 @@ class World:
                 continue
             state = self._with_inputs(state)
             before, state = state, self._ticked(state)
+            ordered = any(motion.running.orders for motion in state.motions)
             # Whoever watches signals is told every change, and whoever listens to ticks each of them.
-            if state.tick == last or state.signals is not before.signals or self._tick_listeners:
+            if ordered or state.tick == last or state.signals is not before.signals or self._tick_listeners:
                 self._publish(self._later(self.snapshot.structure, state))
+            if ordered:
+                self._obey()
+                state = self.snapshot.state
+            if self._tick_listeners:
                 self._tick_listeners.tell(self.snapshot)
         return self.snapshot
 
@@ -292,7 +298,29 @@ class World:
             later = self._later(self.snapshot.structure, self._ticked(self.snapshot.state))
         self._publish(later)
         self._supervise_change()
+        self._obey()
         self._tick_listeners.tell(self.snapshot)
+
+    def _obey(self) -> None:
+        """Do what motions want done in the world, as commands of theirs; end those whose orders are refused."""
+        for motion in self.snapshot.state.motions:
+            if orders := motion.running.orders:
+                try:
+                    self._do(motion, orders)
+                except Exception as error:
+                    if not isinstance(error, KernelError):
+                        log.exception("an order of %r failed inside the kernel", motion.id)
+                    reason = Cancellation(EndCause.STEP_REFUSED, f"step {motion.step_path}: {error}")
+                    self._applied((CancelMotion(motion.id, reason),), motion.id)
+                    self._supervise_change()
+
+    def _do(self, motion: Motion, orders: Sequence[object]) -> None:
+        """Do the orders of a motion all or none, if the parts are there that it waits for."""
+        awaited = [one for one in orders if isinstance(one, AwaitedPart)]
+        if all(one.is_there(self.snapshot) for one in awaited):
+            commands = [one for one in orders if not isinstance(one, AwaitedPart)]
+            self._applied((*cast("list[Command]", commands), GoOn(motion.id)), motion.id, self._supervisors)
+            self._supervise_change()
 
     def _supervise_change(self) -> None:
         for supervisor in self._supervisors:

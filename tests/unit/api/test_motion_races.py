@@ -67,6 +67,7 @@ def served(world: World) -> api.MotionServicer:
         limiter=KeyedLimiter(),
         solvers=solvers,
         collisions=None,
+        monitor=SimpleNamespace(latest=SimpleNamespace(touching=())),
         in_worker=asyncio.to_thread,
     )
     kernel.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)

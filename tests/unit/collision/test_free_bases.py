@@ -114,7 +114,9 @@ def test_a_check_tells_the_time_at_which_a_base_touches(world: World, kind: Join
     command = going(now, {"base/x": 2.0, "base/y": 0.01})
     joints = [(now.structure.node(robot).uid, name) for robot, name in command.joints]
     scene = CollisionScene(SHAPES)
-    found = first_of_program(scene, now, command.program, joint_places(now.structure, joints)[0], [], np.inf, 1e-4)
+    found = first_of_program(
+        scene, [(0.0, now)], command.program, joint_places(now.structure, joints)[0], [], np.inf, 1e-4
+    )
     assert found is not None
     x = float(command.program.stages[0].plan.derivatives(np.array([found.time]))[0, 0, 0])  # pyright: ignore[reportOptionalMemberAccess]
     assert x == pytest.approx(FACE - 0.2, abs=1.1e-4)

@@ -276,7 +276,7 @@ def test_setpoints_that_are_no_numbers_or_too_many_are_refused(mode: SetpointMod
 
 
 def test_setpoints_beyond_limits_are_refused_with_joint_value_and_limit() -> None:
-    with pytest.raises(LimitError, match=r"'j' would be at 3\.01, its limits are -3 to 3"):
+    with pytest.raises(LimitError, match=r"'j' would be at 3\.01 rad, its limits are -3 to 3 rad"):
         start(POSITION, one(), [2.99], timeout=1.0).set([3.01])
     with pytest.raises(LimitError, match=r"'j' would move at -2\.01, its limit is 2") as refused:
         start(VELOCITY, one(), [0.0], timeout=1.0).set([-2.01])

@@ -10,14 +10,18 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.plan import plan_ptp
 from virtualrobot_kernel.motion.program import Program, Stage, Wait
+from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.motion.signals import Condition, SignalValue
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import (
     CancelMotion,
     Command,
+    CreateNodes,
     CreateSignal,
     PauseMotion,
+    PickPart,
+    PlacePart,
     RemoveSignal,
     ResumeMotion,
     SetSignal,
@@ -25,10 +29,10 @@ from virtualrobot_kernel.world.commands import (
     StartMotion,
 )
 from virtualrobot_kernel.world.journal import MemoryJournal, replay
-from virtualrobot_kernel.world.state import Signal, State
+from virtualrobot_kernel.world.state import EndCause, Signal, State
 from virtualrobot_kernel.world.store import World
 
-from tests.unit.world.builders import TICK, arm
+from tests.unit.world.builders import TICK, arm, part, shifted
 
 GUARD = 30.0
 NAMES = ("a", "b", "c")
@@ -143,3 +147,34 @@ def test_limits_that_have_shrunk_since_the_planning_refuse_every_stop(world: Wor
     refused = world.submit([StartMotion((("arm", "a"),), Program(stages, np.zeros(1), 2))]).exception(GUARD)
     assert isinstance(refused, KernelError)
     assert (refused.metadata["joint"], refused.metadata["value"]) == ("a", "2.5")
+
+
+def test_orders_are_journalled_and_replayed_bit_for_bit(world: World) -> None:
+    """A program picks, carries and places between two ticks each; one that finds nothing is aborted."""
+    first = world.snapshot
+    world.submit([arm(), CreateNodes((part("box", shifted(x=1.0)),))]).result(GUARD)
+    one = (-2.0, 2.0, 1.0, 4.0, 40.0)
+    there = plan_ptp([0.0], [0.3], JointLimits(("a",), *(np.array([value]) for value in one)))
+    stages = [
+        Stage(None, (), ((0.0, 0),), orders=(PickPart("arm", "box"),)),
+        Stage(there, (0,), ((0.0, 1),)),
+        Stage(None, (), ((0.0, 2),), orders=(PlacePart("arm"),)),
+        Stage(None, (), ((0.0, 3),), orders=(PlacePart("arm"),)),
+    ]
+    world.submit([StartMotion((("arm", "a"),), Program(tuple(stages), np.zeros(1), 4))]).result(GUARD)
+    world.step(1000).result(GUARD)
+    last = world.snapshot
+    (motion,) = last.state.ended
+    assert motion.cancellation is not None
+    assert (motion.phase, motion.cancellation.cause) == (Phase.ABORTED, EndCause.STEP_REFUSED)
+    assert motion.cancellation.reason.startswith("step 3: the tool 'arm_gripper' holds")
+    assert [entry.author for entry in world.journal.entries()[2:]] == ["motion-1"] * 3
+    # It was carried: as far about the arm's axis as the arm has gone.
+    np.testing.assert_allclose(
+        last.world_t(last.structure.node("box").uid)[:2, 3], [np.cos(0.3), np.sin(0.3)], atol=1e-9
+    )
+    again = replay(first.structure, first.state, world.journal.entries(), last.state.tick, TICK, world_poses)
+    np.testing.assert_array_equal(again.state.q, last.state.q)
+    np.testing.assert_array_equal(again.state.parent_t_node, last.state.parent_t_node)
+    assert again.structure.node("box").parent == last.structure.node("box").parent
+    assert ends(again.state) == ends(last.state)

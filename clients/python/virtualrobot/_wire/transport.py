@@ -256,7 +256,11 @@ def _cause(text: str) -> str:
     for sign, cause in (
         ("Connection refused", "nothing listens there"),
         ("WRONG_VERSION_NUMBER", "it does not speak TLS"),
-        ("CERTIFICATE_VERIFY_FAILED", "its certificate is not signed by the given root certificate"),
+        (
+            "CERTIFICATE_VERIFY_FAILED",
+            "its certificate is signed by nobody that this program trusts: give the root certificate of who has signed "
+            "it (`root_certificate`, `--certificate`)",
+        ),
         ("DNS resolution failed", "the host name is unknown"),
         ("Socket closed", "the connection was closed"),
     ):

@@ -102,6 +102,11 @@ class Motion:
         return self.state.step
 
     @property
+    def step_path(self) -> str:
+        """Step that it is at as the program's text has it: `4[2].0` is the first step of step 4 in its third round."""
+        return self.state.step_path
+
+    @property
     def search(self) -> Search | None:
         """Result of its search; None before, and for motions that don't search."""
         return self.state.search
@@ -178,6 +183,7 @@ class Motion:
         request = motion_pb2.AppendMotionRequest(
             id=self.id,
             steps=() if program is None else program._steps,
+            programs=() if program is None else program._spec.programs,
             last=last,
             expected_step_count=count_or_none(expected_step_count, "expected_step_count"),
             expected_structure_revision=expected_structure_revision,

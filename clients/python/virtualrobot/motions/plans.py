@@ -145,6 +145,7 @@ class Violation:
         first: a node that touches another one; empty for limits.
         second: the other node.
         points: (2, 3) the nearest points of both then, in the world's frame; None for limits.
+        step_path: the step as the program's text has it, such as `4[2].0`.
     """
 
     kind: ViolationKind
@@ -160,6 +161,7 @@ class Violation:
     first: str
     second: str
     points: Floats | None
+    step_path: str = ""
 
     @staticmethod
     def of(message: motion_pb2.Violation) -> Violation:
@@ -180,6 +182,7 @@ class Violation:
             np.array([[point.x, point.y, point.z] for point in (message.first_point, message.second_point)])
             if message.HasField("first_point")
             else None,
+            message.step_path,
         )
 
     def __str__(self) -> str:

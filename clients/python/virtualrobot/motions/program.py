@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Unpack
 
 from google.protobuf.internal.containers import RepeatedCompositeFieldContainer
 
-from virtualrobot._wire.arguments import checked
-from virtualrobot._wire.messages import value_or_default
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
+from virtualrobot._wire.messages import pose_message, value_or_default, vector_message
+from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.signal_values import GivenValue, condition, value_message
+from virtualrobot.collisions.allowed_pairs import pairs_command
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.motions import motion, plans
 from virtualrobot.motions.moves import Move, messages_of
-from virtualrobot.v1 import motion_pb2
+from virtualrobot.motions.steps import Named, Pattern, PickAtOptions, PlaceAtOptions, handled, name_of
+from virtualrobot.scene.editor import pick_command
+from virtualrobot.v1 import motion_pb2, scene_pb2
 
 
 @checked
@@ -78,6 +83,148 @@ class Program:
         """Add a step that stands still for `duration` seconds of simulation time, at most 86,400 (a day)."""
         self._steps.add(dwell=motion_pb2.DwellStep(seconds=duration))
         return self
+
+    def tool_state(self, robot: Named, state: str, tool: str | None = None, *, speed: float | None = None) -> Program:
+        """Add a step that brings a tool, the robot's chosen one by default, into a state."""
+        move = motion_pb2.Move(robot=name_of(robot), speed_factor=value_or_default(speed, "speed"))
+        move.tool_state.CopyFrom(motion_pb2.ToolStateMove(tool=tool, state=state))
+        self._steps.add().move.moves.append(move)
+        return self
+
+    def pick(self, robot: Named, part: str | None = None, max_distance: float | None = None) -> Program:
+        """Add a step that fixes a part to the robot's chosen tool, as `Robot.pick` does; what follows carries it.
+
+        Without a name it is the part nearest to the tool centre point. Where nothing can be picked as the step is
+        reached the motion is aborted.
+        """
+        self._steps.add(pick=pick_command(name_of(robot), part, max_distance).pick_part)
+        return self
+
+    def place(self, robot: Named, part: str | None = None, parent: str = "world") -> Program:
+        """Add a step that lets a part of the robot's chosen tool go, or all parts, as `Robot.place` does."""
+        self._steps.add(place=scene_pb2.PlacePart(robot=name_of(robot), part=part, parent=parent))
+        return self
+
+    def attach(self, name: str, parent: str = "world", pose: PoseLike | None = None) -> Program:
+        """Add a step that gives a node another parent; without `pose` (`parent_t_node`) it stays where it is."""
+        where = None if pose is None else pose_message(pose)
+        self._steps.add(attach=scene_pb2.AttachNode(name=name, parent=parent, parent_t_node=where))
+        return self
+
+    def select_tool(self, robot: Named, tool: str | None = None, tool_center_point: str | None = None) -> Program:
+        """Add a step that chooses the tool and tool centre point that a robot works with from then on."""
+        chosen = scene_pb2.SelectTool(robot=name_of(robot), tool=tool, tool_center_point=tool_center_point)
+        self._steps.add(select_tool=chosen)
+        return self
+
+    def allow(self, allow: Iterable[tuple[str, str, str]] = (), forbid: Iterable[tuple[str, str]] = ()) -> Program:
+        """Add a step that lets pairs touch no more, then lets others (name, name, why) touch."""
+        self._steps.add(set_allowed_pairs=pairs_command(tuple(allow), tuple(forbid)).set_allowed_pairs)
+        return self
+
+    def speed(self, factor: float, robot: Named | None = None) -> Program:
+        """Add a step that multiplies the speed factors of all moves after it, or of one robot's, in this program."""
+        name = "" if robot is None else name_of(robot)
+        self._steps.add(set_speed=motion_pb2.SetSpeedStep(robot=name, factor=factor))
+        return self
+
+    def wait_part(
+        self,
+        part: str | None = None,
+        *,
+        position: ArrayLike = (0.0, 0.0, 0.0),
+        reference: str = "world",
+        max_distance: float | None = None,
+        timeout: float | None = None,
+    ) -> Program:
+        """Add a step that stands still until a part, or any, is within `max_distance` (m, 0.2) of a place.
+
+        `position` (3,) is the place in the frame of `reference`, in meters. After `timeout` seconds of simulation time,
+        if given, the motion is aborted as PART_TIMEOUT.
+        """
+        wait = motion_pb2.WaitPartStep(
+            part=part,
+            reference=reference,
+            position=vector_message(position, "the position"),
+            max_distance_meters=value_or_default(max_distance, "max_distance"),
+            timeout_seconds=value_or_default(timeout, "timeout"),
+        )
+        self._steps.add(wait_part=wait)
+        return self
+
+    def pick_at(
+        self, robot: Named, goal: PoseLike, part: str | None = None, **options: Unpack[PickAtOptions]
+    ) -> Program:
+        """Add a step that goes to before a part, along a line to it, closes the tool, picks it and goes back.
+
+        `goal` is the 4x4 pose of the tool centre point when it picks.
+
+        Example:
+            >>> program.pick_at(robot, belt_t_tcp, reference="belt", approach=0.1, state="closed")
+        """
+        check_options(options, PickAtOptions, "besides its goal a pick")
+        distance = value_or_default(options.pop("max_distance", None), "max_distance")
+        step = motion_pb2.PickAtStep(part=part, max_distance_meters=distance)
+        self._steps.add(pick_at=handled(step, robot, goal, options))
+        return self
+
+    def place_at(
+        self, robot: Named, goal: PoseLike, part: str | None = None, **options: Unpack[PlaceAtOptions]
+    ) -> Program:
+        """Add a step that goes to before a place, along a line to it, lets go, opens the tool and goes back.
+
+        Example:
+            >>> program.place_at(robot, place_t_tcp, reference="place", approach=0.1, state="open", parent="pallet")
+        """
+        check_options(options, PlaceAtOptions, "besides its goal a place")
+        step = motion_pb2.PlaceAtStep(part=part, parent=options.pop("parent", None))
+        self._steps.add(place_at=handled(step, robot, goal, options))
+        return self
+
+    def repeat(self, count: int, steps: Program) -> Program:
+        """Add a step that makes the steps of a program `count` times.
+
+        Example:
+            >>> program.repeat(3, client.program().move(robot.linear(there)).move(robot.linear(back)))
+        """
+        repeat = motion_pb2.RepeatStep(count=count, steps=steps._steps)
+        self._take_programs(steps)
+        self._steps.add(repeat=repeat)
+        return self
+
+    def call(self, steps: Program, name: str | None = None) -> Program:
+        """Add a step that makes the steps of another program, which is told once however often it is called."""
+        known = self._spec.programs
+        wanted = motion_pb2.SubProgram(steps=steps._steps)
+        name = name or next((one for one, program in known.items() if program == wanted), f"program-{len(known)}")
+        self._take_programs(steps, {name: wanted})
+        self._steps.add(call=motion_pb2.CallStep(program=name))
+        return self
+
+    def pattern(self, name: str, pattern: Pattern, steps: Program, *, reference: str = "world") -> Program:
+        """Add a step that makes the steps of a program at each place of a pattern, in the frame of `reference`.
+
+        In goals of these steps the reference `name` means the place.
+
+        Example:
+            >>> one = client.program().place_at(robot, place_t_tcp, reference="place", approach=0.1, state="open")
+            >>> pallet = virtualrobot.Pattern(columns=2, rows=3, column_pitch=0.2, row_pitch=0.15)
+            >>> program.pattern("place", pallet, one, reference="pallet")
+        """
+        self._take_programs(steps)
+        step = motion_pb2.PatternStep(name=name, reference=reference, pattern=pattern._message, steps=steps._steps)
+        self._steps.add(pattern=step)
+        return self
+
+    def _take_programs(self, steps: Program, more: Mapping[str, motion_pb2.SubProgram] | None = None) -> None:
+        """Know the programs that steps call, too; two of one name must be the same."""
+        known = self._spec.programs
+        for name, program in {**steps._spec.programs, **(more or {})}.items():
+            if name in known and known[name] != program:
+                raise InvalidArgumentError(
+                    f"two programs are called {name!r}; give `call` another name for one of them"
+                )
+            known[name].CopyFrom(program)
 
     def start(self, *, open: bool = False, **options: Unpack[motion.StartOptions]) -> motion.Motion:
         """Plan all steps and start; the options are those of `Robot`.

@@ -61,6 +61,8 @@ class MotionState:
         end_cause: cause of its end before its goal, such as `call`, `stop` or `collision`; empty without one.
         end_reason: the same in words.
         search: result of its search; None before, and for motions that don't search.
+        step_path: the step as the program's text has it, such as `4[2].0`, the first step within step 4 in its third
+            round; empty for moves that are no program.
     """
 
     id: str
@@ -74,6 +76,7 @@ class MotionState:
     end_cause: str
     end_reason: str
     search: Search | None
+    step_path: str = ""
 
     @staticmethod
     def of(message: motion_pb2.Motion) -> MotionState:
@@ -94,6 +97,7 @@ class MotionState:
             Search(found.found, dict(found.joint_positions), pose_of(found.world_t_tcp), found.time_seconds)
             if message.HasField("search")
             else None,
+            message.step_path,
         )
 
     @property
@@ -118,6 +122,7 @@ class PlanNote:
     """Something that the planner made other than asked; `kind` is as in `PlanNoteKind` of the contract.
 
     wanted, kept: the value that was asked for and the one that became of it, in meters, radians or percent.
+    step_path: the step as the program's text has it.
     """
 
     kind: str
@@ -126,9 +131,12 @@ class PlanNote:
     wanted: float
     kept: float
     message: str
+    step_path: str = ""
 
     @staticmethod
     def of(message: motion_pb2.PlanNote) -> PlanNote:
         """Return what a message tells."""
         kind = motion_pb2.PlanNoteKind.Name(message.kind).removeprefix("PLAN_NOTE_KIND_")
-        return PlanNote(kind, message.step, message.robot, message.wanted, message.kept, message.message)
+        return PlanNote(
+            *(kind, message.step, message.robot, message.wanted, message.kept, message.message, message.step_path)
+        )

@@ -222,7 +222,8 @@ class Robot(Mover, Teacher):
     def pick(self, part: str | None = None, max_distance: float | None = None) -> str:
         """Fix a part to the chosen tool and return its name.
 
-        Without a name it is the one nearest to the tool centre point, within 0.2 m unless `max_distance` says another.
+        Without a name it is the one nearest to the tool centre point. Its origin is at most `max_distance` (m) from
+        there, by default 0.2 without a name and 1 with one.
         """
         return self._services.apply([pick_command(self.name, part, max_distance)]).picked_parts[0]
 

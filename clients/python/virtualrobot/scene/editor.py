@@ -297,7 +297,7 @@ class Editor(ABC, Generic[Created]):
     def pick(self, robot: str, part: str | None = None, max_distance: float | None = None) -> None:
         """Fix a part to the robot's chosen tool; without a name the one nearest to the tool centre point.
 
-        `max_distance` (m) is 0.2 by default when no part is named, and without limit when one is.
+        `max_distance` (m) is 0.2 by default when no part is named, and 1 when one is.
         """
         self._submit(pick_command(robot, part, max_distance))
 

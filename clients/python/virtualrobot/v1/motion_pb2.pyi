@@ -1,7 +1,9 @@
+from virtualrobot.v1 import collision_pb2 as _collision_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from virtualrobot.v1 import robot_pb2 as _robot_pb2
+from virtualrobot.v1 import scene_pb2 as _scene_pb2
 from virtualrobot.v1 import signal_pb2 as _signal_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
@@ -23,6 +25,14 @@ class DisconnectPolicy(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     DISCONNECT_POLICY_UNSPECIFIED: _ClassVar[DisconnectPolicy]
     DISCONNECT_POLICY_STOP: _ClassVar[DisconnectPolicy]
     DISCONNECT_POLICY_CONTINUE: _ClassVar[DisconnectPolicy]
+
+class PatternOrder(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    PATTERN_ORDER_UNSPECIFIED: _ClassVar[PatternOrder]
+    PATTERN_ORDER_COLUMN_BY_COLUMN: _ClassVar[PatternOrder]
+    PATTERN_ORDER_ROW_BY_ROW: _ClassVar[PatternOrder]
+    PATTERN_ORDER_COLUMNS_TO_AND_FRO: _ClassVar[PatternOrder]
+    PATTERN_ORDER_ROWS_TO_AND_FRO: _ClassVar[PatternOrder]
 
 class Comparison(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -83,6 +93,8 @@ class EndCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     END_CAUSE_TRACKING_LOST: _ClassVar[EndCause]
     END_CAUSE_FAILED: _ClassVar[EndCause]
     END_CAUSE_COLLISION: _ClassVar[EndCause]
+    END_CAUSE_STEP_REFUSED: _ClassVar[EndCause]
+    END_CAUSE_PART_TIMEOUT: _ClassVar[EndCause]
 
 class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -90,6 +102,7 @@ class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     PLAN_NOTE_KIND_ZONE_SHRUNK: _ClassVar[PlanNoteKind]
     PLAN_NOTE_KIND_ZONE_DROPPED: _ClassVar[PlanNoteKind]
     PLAN_NOTE_KIND_JOG_ENDS: _ClassVar[PlanNoteKind]
+    PLAN_NOTE_KIND_UNFORESEEN: _ClassVar[PlanNoteKind]
     PLAN_NOTE_KIND_TOUCHING: _ClassVar[PlanNoteKind]
 
 class ViolationKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
@@ -115,6 +128,11 @@ BUSY_POLICY_PREEMPT: BusyPolicy
 DISCONNECT_POLICY_UNSPECIFIED: DisconnectPolicy
 DISCONNECT_POLICY_STOP: DisconnectPolicy
 DISCONNECT_POLICY_CONTINUE: DisconnectPolicy
+PATTERN_ORDER_UNSPECIFIED: PatternOrder
+PATTERN_ORDER_COLUMN_BY_COLUMN: PatternOrder
+PATTERN_ORDER_ROW_BY_ROW: PatternOrder
+PATTERN_ORDER_COLUMNS_TO_AND_FRO: PatternOrder
+PATTERN_ORDER_ROWS_TO_AND_FRO: PatternOrder
 COMPARISON_UNSPECIFIED: Comparison
 COMPARISON_EQUAL: Comparison
 COMPARISON_NOT_EQUAL: Comparison
@@ -157,10 +175,13 @@ END_CAUSE_WINDOW_LEFT: EndCause
 END_CAUSE_TRACKING_LOST: EndCause
 END_CAUSE_FAILED: EndCause
 END_CAUSE_COLLISION: EndCause
+END_CAUSE_STEP_REFUSED: EndCause
+END_CAUSE_PART_TIMEOUT: EndCause
 PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind
 PLAN_NOTE_KIND_JOG_ENDS: PlanNoteKind
+PLAN_NOTE_KIND_UNFORESEEN: PlanNoteKind
 PLAN_NOTE_KIND_TOUCHING: PlanNoteKind
 VIOLATION_KIND_UNSPECIFIED: ViolationKind
 VIOLATION_KIND_JOINT_POSITION: ViolationKind
@@ -176,14 +197,29 @@ SETPOINT_MODE_POSITION: SetpointMode
 SETPOINT_MODE_VELOCITY: SetpointMode
 
 class MotionSpec(_message.Message):
-    __slots__ = ("moves", "steps", "tracking")
+    __slots__ = ("moves", "steps", "tracking", "programs")
+    class ProgramsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: SubProgram
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[_Union[SubProgram, _Mapping]] = ...) -> None: ...
     MOVES_FIELD_NUMBER: _ClassVar[int]
     STEPS_FIELD_NUMBER: _ClassVar[int]
     TRACKING_FIELD_NUMBER: _ClassVar[int]
+    PROGRAMS_FIELD_NUMBER: _ClassVar[int]
     moves: _containers.RepeatedCompositeFieldContainer[Move]
     steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
     tracking: Tracking
-    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ...) -> None: ...
+    programs: _containers.MessageMap[str, SubProgram]
+    def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., tracking: _Optional[_Union[Tracking, _Mapping]] = ..., programs: _Optional[_Mapping[str, SubProgram]] = ...) -> None: ...
+
+class SubProgram(_message.Message):
+    __slots__ = ("steps",)
+    STEPS_FIELD_NUMBER: _ClassVar[int]
+    steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
+    def __init__(self, steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ...) -> None: ...
 
 class StartMotionRequest(_message.Message):
     __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id", "open")
@@ -202,20 +238,29 @@ class StartMotionRequest(_message.Message):
     def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., open: bool = ...) -> None: ...
 
 class AppendMotionRequest(_message.Message):
-    __slots__ = ("id", "steps", "last", "expected_step_count", "expected_structure_revision", "request_id")
+    __slots__ = ("id", "steps", "last", "expected_step_count", "expected_structure_revision", "request_id", "programs")
+    class ProgramsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: SubProgram
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[_Union[SubProgram, _Mapping]] = ...) -> None: ...
     ID_FIELD_NUMBER: _ClassVar[int]
     STEPS_FIELD_NUMBER: _ClassVar[int]
     LAST_FIELD_NUMBER: _ClassVar[int]
     EXPECTED_STEP_COUNT_FIELD_NUMBER: _ClassVar[int]
     EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
     REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
+    PROGRAMS_FIELD_NUMBER: _ClassVar[int]
     id: str
     steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
     last: bool
     expected_step_count: int
     expected_structure_revision: int
     request_id: str
-    def __init__(self, id: _Optional[str] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., last: bool = ..., expected_step_count: _Optional[int] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ...) -> None: ...
+    programs: _containers.MessageMap[str, SubProgram]
+    def __init__(self, id: _Optional[str] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., last: bool = ..., expected_step_count: _Optional[int] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., programs: _Optional[_Mapping[str, SubProgram]] = ...) -> None: ...
 
 class AppendMotionResponse(_message.Message):
     __slots__ = ("stamp", "motion", "notes")
@@ -228,16 +273,168 @@ class AppendMotionResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ...) -> None: ...
 
 class ProgramStep(_message.Message):
-    __slots__ = ("move", "set_signal", "wait_signal", "dwell")
+    __slots__ = ("move", "set_signal", "wait_signal", "dwell", "pick", "place", "attach", "select_tool", "set_allowed_pairs", "set_speed", "wait_part", "repeat", "call", "pattern", "pick_at", "place_at")
     MOVE_FIELD_NUMBER: _ClassVar[int]
     SET_SIGNAL_FIELD_NUMBER: _ClassVar[int]
     WAIT_SIGNAL_FIELD_NUMBER: _ClassVar[int]
     DWELL_FIELD_NUMBER: _ClassVar[int]
+    PICK_FIELD_NUMBER: _ClassVar[int]
+    PLACE_FIELD_NUMBER: _ClassVar[int]
+    ATTACH_FIELD_NUMBER: _ClassVar[int]
+    SELECT_TOOL_FIELD_NUMBER: _ClassVar[int]
+    SET_ALLOWED_PAIRS_FIELD_NUMBER: _ClassVar[int]
+    SET_SPEED_FIELD_NUMBER: _ClassVar[int]
+    WAIT_PART_FIELD_NUMBER: _ClassVar[int]
+    REPEAT_FIELD_NUMBER: _ClassVar[int]
+    CALL_FIELD_NUMBER: _ClassVar[int]
+    PATTERN_FIELD_NUMBER: _ClassVar[int]
+    PICK_AT_FIELD_NUMBER: _ClassVar[int]
+    PLACE_AT_FIELD_NUMBER: _ClassVar[int]
     move: MoveStep
     set_signal: SetSignalStep
     wait_signal: WaitSignalStep
     dwell: DwellStep
-    def __init__(self, move: _Optional[_Union[MoveStep, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignalStep, _Mapping]] = ..., wait_signal: _Optional[_Union[WaitSignalStep, _Mapping]] = ..., dwell: _Optional[_Union[DwellStep, _Mapping]] = ...) -> None: ...
+    pick: _scene_pb2.PickPart
+    place: _scene_pb2.PlacePart
+    attach: _scene_pb2.AttachNode
+    select_tool: _scene_pb2.SelectTool
+    set_allowed_pairs: _collision_pb2.SetAllowedPairs
+    set_speed: SetSpeedStep
+    wait_part: WaitPartStep
+    repeat: RepeatStep
+    call: CallStep
+    pattern: PatternStep
+    pick_at: PickAtStep
+    place_at: PlaceAtStep
+    def __init__(self, move: _Optional[_Union[MoveStep, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignalStep, _Mapping]] = ..., wait_signal: _Optional[_Union[WaitSignalStep, _Mapping]] = ..., dwell: _Optional[_Union[DwellStep, _Mapping]] = ..., pick: _Optional[_Union[_scene_pb2.PickPart, _Mapping]] = ..., place: _Optional[_Union[_scene_pb2.PlacePart, _Mapping]] = ..., attach: _Optional[_Union[_scene_pb2.AttachNode, _Mapping]] = ..., select_tool: _Optional[_Union[_scene_pb2.SelectTool, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_speed: _Optional[_Union[SetSpeedStep, _Mapping]] = ..., wait_part: _Optional[_Union[WaitPartStep, _Mapping]] = ..., repeat: _Optional[_Union[RepeatStep, _Mapping]] = ..., call: _Optional[_Union[CallStep, _Mapping]] = ..., pattern: _Optional[_Union[PatternStep, _Mapping]] = ..., pick_at: _Optional[_Union[PickAtStep, _Mapping]] = ..., place_at: _Optional[_Union[PlaceAtStep, _Mapping]] = ...) -> None: ...
+
+class SetSpeedStep(_message.Message):
+    __slots__ = ("robot", "factor")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    FACTOR_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    factor: float
+    def __init__(self, robot: _Optional[str] = ..., factor: _Optional[float] = ...) -> None: ...
+
+class WaitPartStep(_message.Message):
+    __slots__ = ("part", "reference", "position", "max_distance_meters", "timeout_seconds")
+    PART_FIELD_NUMBER: _ClassVar[int]
+    REFERENCE_FIELD_NUMBER: _ClassVar[int]
+    POSITION_FIELD_NUMBER: _ClassVar[int]
+    MAX_DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
+    TIMEOUT_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    part: str
+    reference: str
+    position: _geometry_pb2.Vector3
+    max_distance_meters: float
+    timeout_seconds: float
+    def __init__(self, part: _Optional[str] = ..., reference: _Optional[str] = ..., position: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., max_distance_meters: _Optional[float] = ..., timeout_seconds: _Optional[float] = ...) -> None: ...
+
+class RepeatStep(_message.Message):
+    __slots__ = ("count", "steps")
+    COUNT_FIELD_NUMBER: _ClassVar[int]
+    STEPS_FIELD_NUMBER: _ClassVar[int]
+    count: int
+    steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
+    def __init__(self, count: _Optional[int] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ...) -> None: ...
+
+class CallStep(_message.Message):
+    __slots__ = ("program",)
+    PROGRAM_FIELD_NUMBER: _ClassVar[int]
+    program: str
+    def __init__(self, program: _Optional[str] = ...) -> None: ...
+
+class PatternStep(_message.Message):
+    __slots__ = ("name", "reference", "pattern", "steps")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    REFERENCE_FIELD_NUMBER: _ClassVar[int]
+    PATTERN_FIELD_NUMBER: _ClassVar[int]
+    STEPS_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    reference: str
+    pattern: Pattern
+    steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
+    def __init__(self, name: _Optional[str] = ..., reference: _Optional[str] = ..., pattern: _Optional[_Union[Pattern, _Mapping]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ...) -> None: ...
+
+class Pattern(_message.Message):
+    __slots__ = ("columns", "rows", "layers", "column_pitch_meters", "row_pitch_meters", "layer_pitch_meters", "reference_t_pattern", "layer_turn_radians", "layer_offset", "order")
+    COLUMNS_FIELD_NUMBER: _ClassVar[int]
+    ROWS_FIELD_NUMBER: _ClassVar[int]
+    LAYERS_FIELD_NUMBER: _ClassVar[int]
+    COLUMN_PITCH_METERS_FIELD_NUMBER: _ClassVar[int]
+    ROW_PITCH_METERS_FIELD_NUMBER: _ClassVar[int]
+    LAYER_PITCH_METERS_FIELD_NUMBER: _ClassVar[int]
+    REFERENCE_T_PATTERN_FIELD_NUMBER: _ClassVar[int]
+    LAYER_TURN_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    LAYER_OFFSET_FIELD_NUMBER: _ClassVar[int]
+    ORDER_FIELD_NUMBER: _ClassVar[int]
+    columns: int
+    rows: int
+    layers: int
+    column_pitch_meters: float
+    row_pitch_meters: float
+    layer_pitch_meters: float
+    reference_t_pattern: _geometry_pb2.Pose
+    layer_turn_radians: float
+    layer_offset: _geometry_pb2.Vector3
+    order: PatternOrder
+    def __init__(self, columns: _Optional[int] = ..., rows: _Optional[int] = ..., layers: _Optional[int] = ..., column_pitch_meters: _Optional[float] = ..., row_pitch_meters: _Optional[float] = ..., layer_pitch_meters: _Optional[float] = ..., reference_t_pattern: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., layer_turn_radians: _Optional[float] = ..., layer_offset: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., order: _Optional[_Union[PatternOrder, str]] = ...) -> None: ...
+
+class PickAtStep(_message.Message):
+    __slots__ = ("robot", "goal", "approach_meters", "retreat_meters", "state_before", "state", "part", "max_distance_meters", "speed_factor", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "redundancy")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    GOAL_FIELD_NUMBER: _ClassVar[int]
+    APPROACH_METERS_FIELD_NUMBER: _ClassVar[int]
+    RETREAT_METERS_FIELD_NUMBER: _ClassVar[int]
+    STATE_BEFORE_FIELD_NUMBER: _ClassVar[int]
+    STATE_FIELD_NUMBER: _ClassVar[int]
+    PART_FIELD_NUMBER: _ClassVar[int]
+    MAX_DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
+    SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
+    MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
+    REDUNDANCY_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    goal: PoseGoal
+    approach_meters: float
+    retreat_meters: float
+    state_before: str
+    state: str
+    part: str
+    max_distance_meters: float
+    speed_factor: float
+    max_velocity_meters_per_second: float
+    max_acceleration_meters_per_second_squared: float
+    redundancy: _robot_pb2.Redundancy
+    def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., max_distance_meters: _Optional[float] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ...) -> None: ...
+
+class PlaceAtStep(_message.Message):
+    __slots__ = ("robot", "goal", "approach_meters", "retreat_meters", "state_before", "state", "part", "parent", "speed_factor", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "redundancy")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    GOAL_FIELD_NUMBER: _ClassVar[int]
+    APPROACH_METERS_FIELD_NUMBER: _ClassVar[int]
+    RETREAT_METERS_FIELD_NUMBER: _ClassVar[int]
+    STATE_BEFORE_FIELD_NUMBER: _ClassVar[int]
+    STATE_FIELD_NUMBER: _ClassVar[int]
+    PART_FIELD_NUMBER: _ClassVar[int]
+    PARENT_FIELD_NUMBER: _ClassVar[int]
+    SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
+    MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
+    REDUNDANCY_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    goal: PoseGoal
+    approach_meters: float
+    retreat_meters: float
+    state_before: str
+    state: str
+    part: str
+    parent: str
+    speed_factor: float
+    max_velocity_meters_per_second: float
+    max_acceleration_meters_per_second_squared: float
+    redundancy: _robot_pb2.Redundancy
+    def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., parent: _Optional[str] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ...) -> None: ...
 
 class MoveStep(_message.Message):
     __slots__ = ("moves", "blend_distance_meters", "blend_percent")
@@ -466,7 +663,7 @@ class ToolStateMove(_message.Message):
     def __init__(self, tool: _Optional[str] = ..., state: _Optional[str] = ...) -> None: ...
 
 class Motion(_message.Message):
-    __slots__ = ("id", "robots", "phase", "progress", "planned_duration_seconds", "start_time_seconds", "end_reason", "end_cause", "step", "step_count", "search")
+    __slots__ = ("id", "robots", "phase", "progress", "planned_duration_seconds", "start_time_seconds", "end_reason", "end_cause", "step", "step_count", "search", "step_path")
     ID_FIELD_NUMBER: _ClassVar[int]
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
     PHASE_FIELD_NUMBER: _ClassVar[int]
@@ -478,6 +675,7 @@ class Motion(_message.Message):
     STEP_FIELD_NUMBER: _ClassVar[int]
     STEP_COUNT_FIELD_NUMBER: _ClassVar[int]
     SEARCH_FIELD_NUMBER: _ClassVar[int]
+    STEP_PATH_FIELD_NUMBER: _ClassVar[int]
     id: str
     robots: _containers.RepeatedScalarFieldContainer[str]
     phase: MotionPhase
@@ -489,7 +687,8 @@ class Motion(_message.Message):
     step: int
     step_count: int
     search: SearchResult
-    def __init__(self, id: _Optional[str] = ..., robots: _Optional[_Iterable[str]] = ..., phase: _Optional[_Union[MotionPhase, str]] = ..., progress: _Optional[float] = ..., planned_duration_seconds: _Optional[float] = ..., start_time_seconds: _Optional[float] = ..., end_reason: _Optional[str] = ..., end_cause: _Optional[_Union[EndCause, str]] = ..., step: _Optional[int] = ..., step_count: _Optional[int] = ..., search: _Optional[_Union[SearchResult, _Mapping]] = ...) -> None: ...
+    step_path: str
+    def __init__(self, id: _Optional[str] = ..., robots: _Optional[_Iterable[str]] = ..., phase: _Optional[_Union[MotionPhase, str]] = ..., progress: _Optional[float] = ..., planned_duration_seconds: _Optional[float] = ..., start_time_seconds: _Optional[float] = ..., end_reason: _Optional[str] = ..., end_cause: _Optional[_Union[EndCause, str]] = ..., step: _Optional[int] = ..., step_count: _Optional[int] = ..., search: _Optional[_Union[SearchResult, _Mapping]] = ..., step_path: _Optional[str] = ...) -> None: ...
 
 class SearchResult(_message.Message):
     __slots__ = ("found", "joint_positions", "world_t_tcp", "time_seconds")
@@ -511,20 +710,22 @@ class SearchResult(_message.Message):
     def __init__(self, found: bool = ..., joint_positions: _Optional[_Mapping[str, float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., time_seconds: _Optional[float] = ...) -> None: ...
 
 class PlanNote(_message.Message):
-    __slots__ = ("kind", "step", "robot", "wanted", "kept", "message")
+    __slots__ = ("kind", "step", "robot", "wanted", "kept", "message", "step_path")
     KIND_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     WANTED_FIELD_NUMBER: _ClassVar[int]
     KEPT_FIELD_NUMBER: _ClassVar[int]
     MESSAGE_FIELD_NUMBER: _ClassVar[int]
+    STEP_PATH_FIELD_NUMBER: _ClassVar[int]
     kind: PlanNoteKind
     step: int
     robot: str
     wanted: float
     kept: float
     message: str
-    def __init__(self, kind: _Optional[_Union[PlanNoteKind, str]] = ..., step: _Optional[int] = ..., robot: _Optional[str] = ..., wanted: _Optional[float] = ..., kept: _Optional[float] = ..., message: _Optional[str] = ...) -> None: ...
+    step_path: str
+    def __init__(self, kind: _Optional[_Union[PlanNoteKind, str]] = ..., step: _Optional[int] = ..., robot: _Optional[str] = ..., wanted: _Optional[float] = ..., kept: _Optional[float] = ..., message: _Optional[str] = ..., step_path: _Optional[str] = ...) -> None: ...
 
 class StartMotionResponse(_message.Message):
     __slots__ = ("stamp", "motion", "notes")
@@ -623,7 +824,7 @@ class CheckMotionRequest(_message.Message):
     def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., min_singular_value: _Optional[float] = ..., ignore_collisions: bool = ..., resolution_meters: _Optional[float] = ..., expected_structure_revision: _Optional[int] = ...) -> None: ...
 
 class Violation(_message.Message):
-    __slots__ = ("kind", "step", "robot", "joint", "time_seconds", "path_fraction", "world_t_tcp", "value", "limit", "message", "first", "second", "first_point", "second_point")
+    __slots__ = ("kind", "step", "robot", "joint", "time_seconds", "path_fraction", "world_t_tcp", "value", "limit", "message", "first", "second", "first_point", "second_point", "step_path")
     KIND_FIELD_NUMBER: _ClassVar[int]
     STEP_FIELD_NUMBER: _ClassVar[int]
     ROBOT_FIELD_NUMBER: _ClassVar[int]
@@ -638,6 +839,7 @@ class Violation(_message.Message):
     SECOND_FIELD_NUMBER: _ClassVar[int]
     FIRST_POINT_FIELD_NUMBER: _ClassVar[int]
     SECOND_POINT_FIELD_NUMBER: _ClassVar[int]
+    STEP_PATH_FIELD_NUMBER: _ClassVar[int]
     kind: ViolationKind
     step: int
     robot: str
@@ -652,7 +854,8 @@ class Violation(_message.Message):
     second: str
     first_point: _geometry_pb2.Vector3
     second_point: _geometry_pb2.Vector3
-    def __init__(self, kind: _Optional[_Union[ViolationKind, str]] = ..., step: _Optional[int] = ..., robot: _Optional[str] = ..., joint: _Optional[str] = ..., time_seconds: _Optional[float] = ..., path_fraction: _Optional[float] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., value: _Optional[float] = ..., limit: _Optional[float] = ..., message: _Optional[str] = ..., first: _Optional[str] = ..., second: _Optional[str] = ..., first_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., second_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
+    step_path: str
+    def __init__(self, kind: _Optional[_Union[ViolationKind, str]] = ..., step: _Optional[int] = ..., robot: _Optional[str] = ..., joint: _Optional[str] = ..., time_seconds: _Optional[float] = ..., path_fraction: _Optional[float] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., value: _Optional[float] = ..., limit: _Optional[float] = ..., message: _Optional[str] = ..., first: _Optional[str] = ..., second: _Optional[str] = ..., first_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., second_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., step_path: _Optional[str] = ...) -> None: ...
 
 class CheckMotionResponse(_message.Message):
     __slots__ = ("stamp", "first_violation", "duration_seconds", "min_singular_value", "notes")

@@ -80,5 +80,6 @@ def violation_message(violation: Violation) -> motion_pb2.Violation:
         first=first,
         second=second,
         first_point=None if first_point is None else vector_message(first_point),
+        step_path=violation.step_path,
         second_point=None if second_point is None else vector_message(second_point),
     )

@@ -75,6 +75,7 @@ def motion_message(snapshot: Snapshot, motion: Motion) -> motion_pb2.Motion:
         # After the last step it is still at that one.
         step=min(motion.running.steps_done, max(0, motion.step_count - 1)),
         step_count=motion.step_count,
+        step_path=motion.step_path,
         search=_search_message(snapshot, motion.search) if motion.search else None,
     )
 

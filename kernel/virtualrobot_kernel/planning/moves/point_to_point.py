@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.errors import KernelError, LimitError, UnknownNameError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.orientation import unit
@@ -19,6 +19,7 @@ from virtualrobot_kernel.planning.moving_base import MovingBase
 from virtualrobot_kernel.planning.planned_move import PlannedMove, PoseGoal, joint_limits, world_t_goal
 from virtualrobot_kernel.planning.redundancy import FREE, NearOf, Redundancy
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of
+from virtualrobot_kernel.units import MOST_ANGLE, degrees_question
 from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.change import coordinate_of
 from virtualrobot_kernel.world.figures import Pose
@@ -137,8 +138,25 @@ def move_to_joints(
     goal = np.array([positions[name] for name in names])
     for columns in map(list, limits.quaternions):
         goal[columns] = unit(goal[columns], f"the goal of {node.name!r}")
+    _check_turns(node, limits, start, goal)
     speed_factor = speed_factor or 1.0
     return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor, time_law), speed_factor=speed_factor)
+
+
+def _check_turns(node: Node, limits: JointLimits, start: NDArray[np.float64], goal: NDArray[np.float64]) -> None:
+    """Raise LimitError where a joint without limits would turn farther than anybody means to."""
+    for column, name in enumerate(limits.names):
+        turn = float(goal[column] - start[column])
+        endless = np.isinf(limits.lower[column]) and np.isinf(limits.upper[column]) and name not in limits.sliding
+        if endless and (question := degrees_question(turn)):
+            raise LimitError(
+                f"the joint {name!r} of {node.name!r} would turn by {turn:g} rad at once, more than {MOST_ANGLE:.4g}"
+                f"{question}; a jog or a trajectory turns it on",
+                robot=node.name,
+                joint=name,
+                value=turn,
+                limit=MOST_ANGLE,
+            )
 
 
 def _nearest_turn(goal: NDArray[np.float64], start: NDArray[np.float64], limits: JointLimits) -> NDArray[np.float64]:
