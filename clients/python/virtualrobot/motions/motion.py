@@ -183,7 +183,7 @@ class Motion:
         request = motion_pb2.AppendMotionRequest(
             id=self.id,
             steps=() if program is None else program._steps,
-            programs=() if program is None else program._spec.programs,
+            programs=None if program is None else program._spec.programs,
             last=last,
             expected_step_count=count_or_none(expected_step_count, "expected_step_count"),
             expected_structure_revision=expected_structure_revision,
