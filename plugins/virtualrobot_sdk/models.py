@@ -24,6 +24,23 @@ Number = Annotated[float, msgspec.Meta(ge=0.0)]
 
 
 @dataclass(frozen=True, slots=True)
+class ModelTool:
+    """Tool of a gripper whose file tells none: what an arm works with that the gripper is mounted on.
+
+    Attributes:
+        link: the gripper's link that it is fixed to; no joint may move that link.
+        tool_center_point: x, y, z in the frame of the link, in meters; the point's axes are those of the link.
+        states: joint positions (rad or m) by state; the first is the state at the start.
+        widths: rising distances between the fingers (m), each with the joint positions there; at least two, or none.
+    """
+
+    link: Annotated[str, msgspec.Meta(min_length=1)]
+    tool_center_point: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    states: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    widths: tuple[tuple[Number, Mapping[str, float]], ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
 class Model:
     """Model that is known by name.
 
@@ -34,6 +51,7 @@ class Model:
         scene: the text of a scene file that has the model, in place of a file.
         srdf: an SRDF file, named like `uri`, with postures, groups and all pairs of links that may touch.
         touching: pairs of links that may touch besides those that the file says, each with the reason.
+        tool: of a gripper whose file tells none, the tool that it is; None without.
         maker: of the real one; empty where the model stands for no product.
         kind: the kind of machine.
         axes: number of joints of the arm; of what has no arm, of joints that can be moved by themselves.
@@ -51,6 +69,7 @@ class Model:
     scene: str = ""
     srdf: str = ""
     touching: tuple[tuple[str, str, str], ...] = ()
+    tool: ModelTool | None = None
     maker: str = ""
     kind: Kind = "arm"
     axes: Annotated[int, msgspec.Meta(ge=0)] = 0

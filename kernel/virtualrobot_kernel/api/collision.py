@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import time
-from collections.abc import AsyncIterator
+from collections.abc import AsyncIterator, Iterable
 from itertools import islice
 
 import numpy as np
@@ -29,7 +29,7 @@ from virtualrobot_kernel.collision.sampling import Touched, sample_touches
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.messages.collision_settings import settings_message
 from virtualrobot_kernel.messages.values import not_negative, stamp
-from virtualrobot_kernel.world.structure import Kind
+from virtualrobot_kernel.world.structure import Kind, Structure
 
 TURN = "collision"
 """Key of the calls in the limiter: a few at a time have a thread."""
@@ -56,7 +56,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         """Tell what touches, in a worker thread."""
         snapshot, detail = self._kernel.world.snapshot, DETAILS.read(request.detail, "detail")
         structure = snapshot.structure
-        robots = {structure.node(name, Kind.ROBOT).uid for name in request.robots}
+        robots = _with_grippers(structure, request.robots)
 
         def work() -> collision_pb2.CheckCollisionResponse:
             placed = configured(snapshot, request.configurations)
@@ -79,7 +79,7 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
         """Check blocks of rows in collision processes, some at a time; a caller that goes ends it."""
         snapshot, processes = self._kernel.world.snapshot, self._kernel.processes
         structure = snapshot.structure
-        robots = {structure.node(name, Kind.ROBOT).uid for name in request.robots} or None
+        robots = _with_grippers(structure, request.robots) or None
         q_index, rows = await self._kernel.limiter.run(
             (), lambda: configuration_rows(structure, request.configurations)
         )
@@ -231,3 +231,9 @@ class CollisionServicer(collision_pb2_grpc.CollisionServiceServicer):
                 for pair, count in sorted(found.counts.items(), key=lambda one: -one[1])
             ],
         )
+
+
+def _with_grippers(structure: Structure, names: Iterable[str]) -> set[int]:
+    """Return robots by name, and their grippers (uids); raise UnknownNameError."""
+    robots = [structure.node(name, Kind.ROBOT).uid for name in names]
+    return {*robots, *(gripper for robot in robots for gripper in structure.grippers_of(robot))}

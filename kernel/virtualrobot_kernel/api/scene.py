@@ -21,7 +21,7 @@ from virtualrobot_kernel.messages.nodes import node_message
 from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import expected_revision, mask_fields, masked, poses_array, stamp
 from virtualrobot_kernel.scenes.assets import files_of, with_assets
-from virtualrobot_kernel.scenes.models import read_model
+from virtualrobot_kernel.scenes.models import mounting, read_model
 from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.sensing.choices import check_choices
@@ -30,7 +30,7 @@ from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
-MODEL = Table(Model, scene_pb2.KnownModel, without=("scene", "srdf", "touching", "settings", "installed"))
+MODEL = Table(Model, scene_pb2.KnownModel, without=("scene", "srdf", "touching", "tool", "settings", "installed"))
 
 MOST_COMMANDS = 20_000
 """Greatest number of commands of a batch: they are applied between two ticks."""
@@ -113,7 +113,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             structure = self._kernel.world.snapshot.structure
             model = await self._kernel.in_worker(read_model, meshes, source, files, structure.uid_by_name)
             try:
-                applied = await self._submit([CreateNodes(model.nodes)], context)
+                applied = await self._submit([CreateNodes(model.nodes), *mounting(source, model)], context)
                 break
             except KernelError as error:
                 # Another client took the free name that was found; only a name that was asked for is refused.

@@ -8,7 +8,6 @@ from enum import Enum
 
 from virtualrobot_kernel.world.structure import (
     WORLD_UID,
-    JointType,
     Kind,
     LinkData,
     Node,
@@ -41,7 +40,7 @@ class AllowedPairs:
         groups: of each node (uid) the robot that it belongs to (uid; 0: none): its links, adapters and tools, and what
             hangs below them.
         bodies: of each node (uid) the node that its rigid body begins with: no joint is between these two.
-        pairs: the pairs that may touch and are not of one group and one body, and why in words.
+        pairs: the pairs that may touch and are not of one body that a joint moves or one group, and why in words.
     """
 
     groups: Mapping[int, int]
@@ -50,12 +49,12 @@ class AllowedPairs:
 
     def why(self, one: int, other: int) -> tuple[Cause, str] | None:
         """Return why two nodes may touch, None when they may not."""
-        if one == other or (self.groups[one] and self.groups[one] == self.groups[other] and self._rigid(one, other)):
+        group, body = self.groups[one], self.bodies[one]
+        if one == other or (group and group == self.groups[other] and body == self.bodies[other]):
             return Cause.RIGID, ""
+        if body == self.bodies[other] != WORLD_UID:
+            return Cause.MOUNTED, ""
         return self.pairs.get(ordered(one, other))
-
-    def _rigid(self, one: int, other: int) -> bool:
-        return self.bodies[one] == self.bodies[other]
 
 
 def ordered(one: int, other: int) -> Pair:
@@ -67,9 +66,9 @@ def allowed_pairs(structure: Structure, by_clients: Mapping[Pair, str]) -> Allow
     """Return which nodes of a structure may touch.
 
     Nodes of a robot that no joint moves against each other may (RIGID), and so may links on both sides of a joint, over
-    links without figures too (ADJACENT); what a robot begins with and what it stands on (MOUNTED); a part and
-    what holds it: the tool, what the tool's states move, and what hangs on these (HELD); links that the robot's files
-    name (FILE); and pairs that clients have set (CLIENT).
+    links without figures too (ADJACENT); what a robot begins with and what it stands on, and all that is fixed to one
+    link that a joint moves (MOUNTED); a part and what holds it: the tool, what the tool's states move, and what hangs
+    on these (HELD); links that the robot's files name (FILE); and pairs that clients have set (CLIENT).
 
     Args:
         structure: the world's nodes.
@@ -77,7 +76,8 @@ def allowed_pairs(structure: Structure, by_clients: Mapping[Pair, str]) -> Allow
     """
     groups, bodies = _groups_and_bodies(structure)
     pairs: dict[Pair, tuple[Cause, str]] = {}
-    fingers = {uid: _fingers(structure, uid) for tools in structure.tools.values() for uid in tools}
+    tools = {uid for mounted in structure.tools.values() for uid in mounted}
+    fingers = {uid: _fingers(structure, uid) for uid in tools}
     for node in structure.nodes.values():
         if node.kind is Kind.ROBOT:
             pairs.update((ordered(*pair), (Cause.MOUNTED, "")) for pair in _mounted(structure, node, groups, bodies))
@@ -100,13 +100,8 @@ def _groups_and_bodies(structure: Structure) -> tuple[dict[int, int], dict[int, 
     for row in structure.forest.order.tolist():
         node = structure.nodes[uids[row]]
         groups[node.uid] = node.uid if node.kind is Kind.ROBOT else groups[node.parent]
-        moves = _moves(node)
-        bodies[node.uid] = node.uid if moves or not node.parent else bodies[node.parent]
+        bodies[node.uid] = node.uid if node.is_moved or not node.parent else bodies[node.parent]
     return groups, bodies
-
-
-def _moves(node: Node) -> bool:
-    return isinstance(node.data, LinkData) and node.data.joint.type is not JointType.FIXED
 
 
 def _adjacent(structure: Structure, link: Node) -> int | None:
@@ -114,7 +109,7 @@ def _adjacent(structure: Structure, link: Node) -> int | None:
     crossed = False
     below = link
     while True:
-        if _moves(below):
+        if below.is_moved:
             if crossed:
                 return None
             crossed = True

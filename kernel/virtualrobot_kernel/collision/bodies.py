@@ -12,7 +12,7 @@ from virtualrobot_kernel.collision.allowed import AllowedPairs, Pair, allowed_pa
 from virtualrobot_kernel.collision.geometry import CollisionShapes, Solid
 from virtualrobot_kernel.world.figures import Figure
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import FOR_PEOPLE, Kind, Structure
+from virtualrobot_kernel.world.structure import FOR_PEOPLE, WORLD_UID, Kind, Structure
 from virtualrobot_kernel.world.visibility import inherited_visibility
 
 Floats = NDArray[np.float64]
@@ -116,7 +116,8 @@ def _groups(
         own = np.flatnonzero(group == robot)
         # A pair of two robots is asked by the one whose element comes first.
         asked = (group == 0)[None] | (place[None] > own[:, None])
-        asked &= ~((group == robot)[None] & (body[None] == body[own, None])) & (node[None] != node[own, None])
+        rigid = (body[None] == body[own, None]) & ((group == robot)[None] | (body[None] != WORLD_UID))
+        asked &= ~rigid & (node[None] != node[own, None])
         found.append((robot, own, asked))
     row_of = {element: (at, row) for at, (_, own, _) in enumerate(found) for row, element in enumerate(own.tolist())}
     for one, other in allowed.pairs:

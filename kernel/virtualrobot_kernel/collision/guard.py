@@ -267,8 +267,8 @@ class CollisionGuard:
 
 def _guarded(snapshot: Snapshot) -> frozenset[int]:
     """Return the guarded robots (uids)."""
-    mode_of = snapshot.state.collisions.mode_of
-    return frozenset(uid for uid in snapshot.structure.robots if mode_of(uid) is CollisionMode.GUARD)
+    modes = snapshot.state.collisions.modes_of(snapshot.structure)
+    return frozenset(uid for uid, mode in modes.items() if mode is CollisionMode.GUARD)
 
 
 def _stop_for(robots: frozenset[int], threat: _Threat) -> StopRobots:

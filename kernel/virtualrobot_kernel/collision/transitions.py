@@ -64,7 +64,7 @@ def watched(snapshot: Snapshot) -> dict[int, CollisionMode]:
     settings = snapshot.state.collisions
     if settings.mode is CollisionMode.OFF and not settings.modes:
         return {}
-    modes = {uid: settings.mode_of(uid) for uid in snapshot.structure.robots}
+    modes = settings.modes_of(snapshot.structure)
     return {uid: mode for uid, mode in modes.items() if mode is not CollisionMode.OFF}
 
 

@@ -11,7 +11,7 @@ from virtualrobot_kernel.drawing.view import Ghost
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.world.figures import Figure, Frame, Label, Lines, Material, Points
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import FOR_PEOPLE, JointType, Kind, LinkData, Structure
+from virtualrobot_kernel.world.structure import FOR_PEOPLE, Kind, Structure
 from virtualrobot_kernel.world.visibility import inherited_visibility
 
 
@@ -24,8 +24,9 @@ def is_there(structure: Structure, ghost: Ghost) -> bool:
 def ghost_figures(snapshot: Snapshot, ghosts: tuple[Ghost, ...]) -> Iterator[tuple[int, Figure]]:
     """Yield (uid of the robot, figure in the robot's frame) of ghosts; one whose robot is gone is passed over.
 
-    What hangs below the robot counts, in the tools' states and where it hangs in this snapshot, but not robots there.
-    What its joints do not move is left out, and what is at one place in several configurations comes once.
+    What hangs below the robot counts, in the tools' states and where it hangs in this snapshot, with its grippers, but
+    not other robots there. What its joints do not move is left out, and what is at one place in several configurations
+    comes once.
     """
     structure = snapshot.structure
     hidden, states = inherited_visibility(structure, snapshot.state.tool_states)
@@ -59,10 +60,14 @@ def ghost_figures(snapshot: Snapshot, ghosts: tuple[Ghost, ...]) -> Iterator[tup
 
 
 def _is_moved(structure: Structure, uid: int, robot: int) -> bool:
-    """Return whether a node belongs to the robot, and not to another one on it, and goes with a joint of it."""
-    moved = False
+    """Return whether a node belongs to the robot or one of its grippers, and goes with a joint of the robot."""
+    moved, grippers = False, structure.grippers_of(robot)
     for node in structure.ancestors(uid):
+        if node.uid == robot:
+            return moved
         if node.kind is Kind.ROBOT:
-            return moved and node.uid == robot
-        moved = moved or (isinstance(node.data, LinkData) and node.data.joint.type is not JointType.FIXED)
+            if node.uid not in grippers:
+                return False
+            moved = False  # by a joint of the gripper, which stands as it is
+        moved = moved or node.is_moved
     return False

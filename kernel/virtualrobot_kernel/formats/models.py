@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Container
 from dataclasses import dataclass, replace
 
+import numpy as np
+from virtualrobot_sdk.models import ModelTool
+
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats import model_table
 from virtualrobot_kernel.formats.files import Files
@@ -16,7 +19,16 @@ from virtualrobot_kernel.formats.translate import Settings, Translated, translat
 from virtualrobot_kernel.formats.urdf import BASE_JOINTS, read_urdf
 from virtualrobot_kernel.formats.xml import FileWarning, malformed, place_in
 from virtualrobot_kernel.world.figures import Figure, Mesh, Pose, identity
-from virtualrobot_kernel.world.structure import WORLD_NAME, JointType, Kind, LinkPair, NodeSpec, PartData
+from virtualrobot_kernel.world.structure import (
+    WORLD_NAME,
+    JointType,
+    Kind,
+    LinkPair,
+    NodeSpec,
+    PartData,
+    ToolData,
+    ToolWidth,
+)
 
 MODEL_FORMATS = (".urdf", *MESH_FORMATS)
 """Endings of the files that `import_model` reads without an importer."""
@@ -97,14 +109,14 @@ def import_model(
         raise _bad_argument(f"the base joint cannot be {base_joint.value[0]}; valid: {valid}", valid=valid)
     if 0.0 in scale:
         raise _bad_argument(f"the scale {scale} has a factor of 0", scale=scale)
-    known, touching = model_table.named_by(uri), ()
+    known, touching, tool = model_table.named_by(uri), (), None
     if known and uri not in files.uploaded:
         model = model_table.find(library.importers.models, known)
         if model.scene:
             _refuse_mesh_fields(uri, as_part, scale)
             _refuse_srdf(uri, srdf_uri)
             return TranslatedScene(model.scene, uri)
-        uri, srdf_uri, touching = model.uri, srdf_uri or model.srdf, model.touching
+        uri, srdf_uri, touching, tool = model.uri, srdf_uri or model.srdf, model.touching, model.tool
         settings = {**model.settings, **(settings or {})}
     kind = ending(uri)
     if known and kind == ".yaml":
@@ -165,7 +177,8 @@ def import_model(
             warnings.extend(semantics.warnings)
         warnings[:0] = translated.warnings if translated else ()
         robot = with_allowed(robot, (LinkPair(*pair) for pair in touching))
-        return ImportedModel((robot, *model.nodes[1:]), model.mesh_count, (*warnings, *model.warnings))
+        nodes = (robot, *model.nodes[1:], *([tool_of(tool, robot.name)] if tool else []))
+        return ImportedModel(nodes, model.mesh_count, (*warnings, *model.warnings))
     if srdf_uri:
         raise _bad_argument(f"{uri} is no robot: the SRDF file {srdf_uri!r} has nothing to describe", file=srdf_uri)
     if translated is None:
@@ -183,6 +196,14 @@ def import_model(
         data=PartData() if as_part else None,
     )
     return ImportedModel((node,), 1, tuple(warnings))
+
+
+def tool_of(tool: ModelTool, robot: str) -> NodeSpec:
+    """Return the node of a tool that a table of models tells of a robot."""
+    place = np.eye(4)
+    place[:3, 3] = tool.tool_center_point
+    data = ToolData({"tcp": place}, tool.states, widths=tuple(ToolWidth(*one) for one in tool.widths))
+    return NodeSpec(f"{robot}.tool", Kind.TOOL, f"{robot}.{tool.link}", data=data)
 
 
 def _translated(library: MeshLibrary, files: Files, uri: str, referrer: str, settings: Settings) -> Translated | None:

@@ -41,7 +41,9 @@ from virtualrobot_kernel.world.structure import (
     PartData,
     TargetData,
     ToolData,
+    ToolWidth,
 )
+from virtualrobot_kernel.world.widths import check_widths
 
 
 def _axis(message: geometry_pb2.Vector3, what: str) -> tuple[float, float, float]:
@@ -119,6 +121,8 @@ TOOL = Table(
     tool_center_points=named(nodes_pb2.ToolCenterPoint, "tool_t_tcp", POSE),
     states=named(nodes_pb2.ToolState, "joint_positions", BY_NAME),
     inertial=INERTIAL,
+    widths=Table(ToolWidth, nodes_pb2.ToolWidth),
+    check=lambda tool, what: check_widths(tool.widths, what),
 )
 TARGET = Table(TargetData, nodes_pb2.Target)
 DATA: dict[str, Codec] = {

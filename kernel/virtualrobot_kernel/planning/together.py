@@ -36,7 +36,7 @@ def search_of(snapshot: Snapshot, moves: Sequence[Move]) -> Move | None:
 
 def joints_of(snapshot: Snapshot, moves: Iterable[Move]) -> set[tuple[int, str]]:
     """Return the joints that moves need, as (robot uid, joint name)."""
-    return {(move.node(snapshot).uid, name) for move in moves for name in move.joint_names(snapshot)}
+    return {(move.owner(snapshot).uid, name) for move in moves for name in move.joint_names(snapshot)}
 
 
 def moved_arms(snapshot: Snapshot, moves: Iterable[Move]) -> list[Arm]:
@@ -79,7 +79,11 @@ def plan_moves(
     check_plans(snapshot, planned)
     for move, one in zip(moves, planned, strict=True):
         _check_group(snapshot, move, one)
-    return [replace(one, group=move.group) for move, one in zip(moves, planned, strict=True)]
+    # The joints of a gripper are of no group of its arm.
+    return [
+        replace(one, group=move.group) if one.robot.name == move.robot else one
+        for move, one in zip(moves, planned, strict=True)
+    ]
 
 
 def _check_group(snapshot: Snapshot, move: Move, planned: PlannedMove) -> None:

@@ -19,6 +19,7 @@ from virtualrobot_kernel.messages.nodes import JOINT_TYPES, node_spec
 from virtualrobot_kernel.messages.structs import settings
 from virtualrobot_kernel.messages.values import pose, vector
 from virtualrobot_kernel.scenes.assets import found_figures
+from virtualrobot_kernel.world.commands import Command, MountTool
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.structure import (
     WORLD_NAME,
@@ -35,6 +36,22 @@ def read_model(
     meshes: MeshLibrary, request: scene_pb2.ModelSource, files: Files, taken: Iterable[str], referrer: str = ""
 ) -> ImportedModel:
     """Return the nodes of a model; names in `taken` are not used, and `referrer` is the file that asks for it."""
+    if request.mount_on:
+        free = scene_pb2.ModelSource()
+        free.CopyFrom(request)
+        for field in ("mount_on", "tool_center_point", "parent", "parent_t_node"):
+            free.ClearField(field)
+        model = read_model(meshes, free, files, taken, referrer)
+        roots = [spec.name for spec in model.nodes if spec.parent == WORLD_NAME]
+        if len(roots) > 1:
+            raise KernelError(
+                f"{request.uri} is several things ({', '.join(map(repr, roots))}), and one can be mounted on "
+                f"{request.mount_on!r}; load it, and mount the one that is meant",
+                field="mount_on",
+            )
+        return model
+    if request.tool_center_point:
+        raise KernelError("tool_center_point goes with mount_on: name the robot, too", field="tool_center_point")
     base_joint = JOINT_TYPES.read(request.base_joint, "base_joint")
     names = frozenset(taken)
     parent = request.parent or WORLD_NAME
@@ -75,6 +92,14 @@ def read_model(
     if request.strict:
         refuse_warnings(model.warnings)
     return model
+
+
+def mounting(request: scene_pb2.ModelSource, model: ImportedModel) -> list[Command]:
+    """Return the command that mounts a model on the robot that its request names; none where it names none."""
+    if not request.mount_on:
+        return []
+    place = pose(request.parent_t_node, "parent_t_node") if request.HasField("parent_t_node") else None
+    return [MountTool(request.mount_on, model.nodes[0].name, request.parent, place, request.tool_center_point)]
 
 
 def spec_of(message: nodes_pb2.Node, place: str) -> NodeSpec:

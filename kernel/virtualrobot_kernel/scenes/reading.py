@@ -17,7 +17,7 @@ from virtualrobot_kernel.messages.collision_settings import settings_command
 from virtualrobot_kernel.messages.signals import created_signal
 from virtualrobot_kernel.messages.values import finite
 from virtualrobot_kernel.scenes.assets import with_assets
-from virtualrobot_kernel.scenes.models import read_model, spec_of
+from virtualrobot_kernel.scenes.models import mounting, read_model, spec_of
 from virtualrobot_kernel.world.commands import (
     ClearWorld,
     Command,
@@ -62,6 +62,7 @@ def read_scene(
     warnings: list[FileWarning] = []
     commands.extend(with_assets(meshes, [CreateNodes(tuple(first))], files, referrer, warnings) if first else [])
     names = {*taken, *(spec.name for spec in specs)}
+    mounts: list[Command] = []
     for place, wanted in enumerate(scene.models):
         try:
             model = read_model(meshes, wanted, files, names, referrer)
@@ -73,10 +74,12 @@ def read_scene(
         names.update(node.name for node in model.nodes)
         warnings.extend(model.warnings)
         commands.append(CreateNodes(model.nodes))
+        mounts.extend(mounting(wanted, model))
     for place, spec in enumerate(specs):
         if spec.parent not in names:
             raise UnknownNameError(f"parent for {spec.name!r}", spec.parent, names).at(f"{uri}: nodes[{place}]")
     commands.extend(with_assets(meshes, [CreateNodes(tuple(mounted))], files, referrer, warnings) if mounted else [])
+    commands.extend(mounts)
     commands.extend(created_signal(signal) for signal in scene.signals)
     for robot in scene.robot_states:
         commands.extend(_state_commands(robot))

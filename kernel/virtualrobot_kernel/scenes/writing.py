@@ -77,6 +77,6 @@ def _robot_state(snapshot: Snapshot, robot: Node) -> robot_pb2.RobotState:
         positions=state.q[structure.robots[robot.uid].q_slice].tolist(),
         tool=chosen if tools else None,
         tool_center_point=selection.tool_center_point,
-        tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in tools},
+        tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in structure.own_tools_of(robot.uid)},
         speed_factor=state.speed_factors.get(robot.uid, 1.0),
     )

@@ -1,8 +1,8 @@
 """Robots that a command moves or changes: what a lease of a robot keeps others from.
 
-A robot is its joints, links, adapters and tools, its place, its settings and the parts that its tools hold. What it
-stands on is not: a rail or a pedestal may be moved with all that it carries. Nor are parts that only lie on it, such as
-those on a conveyor. Stopping affects nothing, since anyone may always stop.
+A robot is its joints, links, adapters, tools and grippers, its place, its settings and the parts that its tools hold.
+What it stands on is not: a rail or a pedestal may be moved with all that it carries. Nor are parts that only lie on it,
+such as those on a conveyor. Stopping affects nothing, since anyone may always stop.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ SET_BY_OWNER = (SignalDirection.OUTPUT, SignalDirection.INTERNAL)
 
 def affected_robots(snapshot: Snapshot, batch: Sequence[commands.Command]) -> set[int]:
     """Return the uids of the robots that commands would move or change; unknown names affect nothing."""
-    return {uid for command in batch for uid in AFFECTED[type(command)](snapshot, command)}
+    found = (uid for command in batch for uid in AFFECTED[type(command)](snapshot, command))
+    return set(snapshot.structure.with_holders(found))
 
 
 def named_nodes(structure: Structure, names: Iterable[str]) -> list[int]:
@@ -68,6 +69,15 @@ def _attached(snapshot: Snapshot, command: commands.AttachNode) -> Iterable[int]
         yield from _owner(structure, kind, uid)
         for parent in named_nodes(structure, [command.parent]):
             yield from _owner(structure, kind, parent)
+
+
+def _mounted(snapshot: Snapshot, command: commands.MountTool | commands.UnmountTool) -> Iterable[int]:
+    structure = snapshot.structure
+    yield from _robot(snapshot, command)
+    for uid in named_nodes(structure, [command.node, command.parent]):
+        yield from _owner(structure, structure.nodes[uid].kind, uid)
+    for uid in named_nodes(structure, [command.robot]) if isinstance(command, commands.UnmountTool) else ():
+        yield from structure.grippers_of(uid)
 
 
 def _tool(snapshot: Snapshot, command: commands.SetToolState) -> Iterable[int]:
@@ -173,6 +183,8 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetGroups: _robot,
     commands.SetPostures: _robot,
     commands.SelectTool: _robot,
+    commands.MountTool: _mounted,
+    commands.UnmountTool: _mounted,
     commands.SetToolState: _tool,
     commands.CreateSignal: _signal_created,
     commands.RemoveSignal: _signal_removed,

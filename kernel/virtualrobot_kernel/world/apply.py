@@ -15,6 +15,7 @@ from virtualrobot_kernel.world import (
     apply_sensors,
     apply_setpoints,
     apply_signals,
+    apply_tools,
     commands,
     measured,
 )
@@ -39,6 +40,8 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.SetGroups: apply_robots.set_groups,
     commands.SetPostures: apply_robots.set_postures,
     commands.SelectTool: apply_robots.select_tool,
+    commands.MountTool: apply_tools.mount_tool,
+    commands.UnmountTool: apply_tools.unmount_tool,
     commands.SetToolState: apply_robots.set_tool_state,
     commands.CreateSignal: apply_signals.create_signal,
     commands.RemoveSignal: apply_signals.remove_signal,

@@ -146,7 +146,7 @@ def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
     owners += [structure.robot(name)[0].uid for name in ordered_robots(program)]
     return replace(
         motion,
-        robots=tuple(dict.fromkeys([*motion.robots, *(uid for uid, _ in joints), *owners])),
+        robots=structure.with_holders([*motion.robots, *(uid for uid, _ in joints), *owners]),
         joints=joints,
         q_index=q_index,
         v_index=v_index,

@@ -38,6 +38,7 @@ from virtualrobot_kernel.world.structure import (
     Structure,
     TargetData,
     ToolData,
+    robots_of_tool,
 )
 from virtualrobot_kernel.world.targets import check_target, without_gone
 
@@ -162,12 +163,7 @@ def remove_node(change: Change, command: RemoveNode, forward: Forward) -> Change
     for uid in gone & change.structure.robots.keys():
         refuse_while_robot_moves(change, change.structure.nodes[uid])
     nodes = {uid: kept for uid, kept in change.structure.nodes.items() if uid not in gone}
-    selections = {
-        robot: Selection() if selection.tool in gone else selection
-        for robot, selection in change.state.selections.items()
-    }
     robot = change.structure.robot_of(node.uid)
-    change = replace(change, state=replace(change.state, selections=selections))
     change = rebuilt(change, without_gone(nodes, (other.name for other in below)), change.structure.next_uid, {})
     if node.kind is Kind.LINK and robot is not None:
         check_robot(change, robot.uid)
@@ -199,7 +195,7 @@ def attached(change: Change, node: Node, parent: Node, parent_t_node: Pose | Non
     before = change.structure
     after = replace(change, structure=structure, state=_placed(structure, change.state, node.uid, place))
     for tool in structure.below(node.uid):
-        if tool.kind is Kind.TOOL and before.robot_of(tool.uid) is not structure.robot_of(tool.uid):
+        if tool.kind is Kind.TOOL and _robots(before, tool) != _robots(structure, tool):
             refuse_while_tools_move(change, [tool])
             check_names(structure, tool)
             after = _mounted(_dismounted(after, tool), tool)
@@ -300,7 +296,7 @@ def _check_data(name: str, kind: Kind, data: object) -> None:
 
 
 def _mounted(change: Change, tool: Node) -> Change:
-    """Give a tool its first state, and make it the tool of its robot when that has none."""
+    """Give a tool its first state, and make it the tool of its robots where they have none."""
     state, structure = change.state, change.structure
     assert isinstance(tool.data, ToolData)
     owner = structure.robot_of(tool.uid)
@@ -313,20 +309,20 @@ def _mounted(change: Change, tool: Node) -> Change:
                 q[single_joint(structure, owner, joint)[1]] = value
             check_actuators(structure, owner, q)
         state = replace(state, q=q, tool_states={**state.tool_states, tool.uid: name})
-    if owner is not None and not state.selections.get(owner.uid, Selection()).tool:
-        chosen = Selection(tool.uid, next(iter(tool.data.tool_center_points), ""))
-        state = replace(state, selections={**state.selections, owner.uid: chosen})
+    chosen = Selection(tool.uid, next(iter(tool.data.tool_center_points), ""))
+    free = (uid for uid in _robots(structure, tool) if not state.selections.get(uid, Selection()).tool)
+    state = replace(state, selections={**state.selections, **dict.fromkeys(free, chosen)})
     return replace(change, state=state)
 
 
 def _dismounted(change: Change, tool: Node) -> Change:
+    mounted = _robots(change.structure, tool)
     selections = {
-        robot: Selection() if selection.tool == tool.uid and not _is_on(change.structure, tool, robot) else selection
+        robot: Selection() if selection.tool == tool.uid and robot not in mounted else selection
         for robot, selection in change.state.selections.items()
     }
     return replace(change, state=replace(change.state, selections=selections))
 
 
-def _is_on(structure: Structure, tool: Node, robot: int) -> bool:
-    owner = structure.robot_of(tool.uid)
-    return owner is not None and owner.uid == robot
+def _robots(structure: Structure, tool: Node) -> list[int]:
+    return [*robots_of_tool(structure.nodes, tool.uid)]

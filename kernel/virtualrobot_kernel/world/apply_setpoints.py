@@ -35,7 +35,7 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
     id = f"motion-{state.motion_count + 1}"
     motion = Motion(
         id=id,
-        robots=(node.uid,),
+        robots=structure.with_holders([node.uid]),
         joints=joints,
         q_index=q_index,
         v_index=v_index,

@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.orientation import unit
 from virtualrobot_kernel.units import degrees_question, millimetres_question
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.figures import Pose
-from virtualrobot_kernel.world.state import JointValues, Motion, Rated, Signal, State
+from virtualrobot_kernel.world.state import JointValues, Motion, Rated, Selection, Signal, State
 from virtualrobot_kernel.world.structure import Coordinate, Joint, JointType, Node, Structure
 
 Forward = Callable[[Structure, State], NDArray[np.float64]]
@@ -89,13 +89,22 @@ def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Map
             readings=_kept(old, new, state.readings),
             motions=motions,
             tool_states={uid: name for uid, name in state.tool_states.items() if uid in alive},
-            selections={uid: selection for uid, selection in state.selections.items() if uid in alive},
+            selections=_selected(new, state.selections),
             speed_factors={uid: factor for uid, factor in state.speed_factors.items() if uid in alive},
             allowed_pairs={pair: why for pair, why in state.allowed_pairs.items() if alive >= set(pair)},
             collisions=state.collisions.among(alive),
             running_sensors={uid: start for uid, start in state.running_sensors.items() if uid in alive},
         ),
     )
+
+
+def _selected(structure: Structure, selections: Mapping[int, Selection]) -> Mapping[int, Selection]:
+    """Return what robots work with: no tool where theirs is gone, or is their tool no more."""
+    return {
+        uid: selection if not selection.tool or selection.tool in structure.tools.get(uid, ()) else Selection()
+        for uid, selection in selections.items()
+        if uid in structure.robots
+    }
 
 
 def _owned(signals: Mapping[str, Signal], alive: Collection[int]) -> Mapping[str, Signal]:

@@ -6,6 +6,8 @@ from collections.abc import Container, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
+from virtualrobot_kernel.world.structure import Structure
+
 LONGEST_LOOK_AHEAD_SECONDS = 60.0
 
 STOP_AHEAD_SECONDS = 1.0
@@ -43,9 +45,12 @@ class CollisionSettings:
     look_ahead_seconds: float = 0.0
     paddings: Mapping[int, float] = field(default_factory=dict)
 
-    def mode_of(self, robot: int) -> CollisionMode:
-        """Return the collision mode of a robot (a uid)."""
-        return self.modes.get(robot, self.mode)
+    def modes_of(self, structure: Structure) -> dict[int, CollisionMode]:
+        """Return the mode of each robot (uid): its own, else that of a robot whose gripper it is, else that of all."""
+        modes = dict(self.modes)
+        for robot, mode in self.modes.items():
+            modes = {**dict.fromkeys(structure.grippers_of(robot), mode), **modes}
+        return {uid: modes.get(uid, self.mode) for uid in structure.robots}
 
     def among(self, alive: Container[int]) -> CollisionSettings:
         """Return the settings without nodes that are gone; the same object when none is."""

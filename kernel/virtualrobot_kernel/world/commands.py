@@ -165,6 +165,30 @@ class SelectTool:
     tool_center_point: str = ""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class MountTool:
+    """Command to mount a tool, or what brings one, on a robot (parent empty: its flange) and to work with it.
+
+    Without a pose both frames coincide; no tool centre point means the tool's first.
+    """
+
+    robot: str
+    node: str
+    parent: str = ""
+    parent_t_node: Pose | None = None
+    tool_center_point: str = ""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class UnmountTool:
+    """Command to take a tool (empty: the chosen one, or its gripper) off a robot; without a pose it stays in place."""
+
+    robot: str
+    node: str = ""
+    parent: str = ""
+    parent_t_node: Pose | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class SetToolState:
     """Command to put a tool into a state at once."""
@@ -354,6 +378,8 @@ Command = (
     | SetGroups
     | SetPostures
     | SelectTool
+    | MountTool
+    | UnmountTool
     | SetToolState
     | CreateSignal
     | RemoveSignal

@@ -37,9 +37,9 @@ def check_count(nodes: int) -> None:
 
 
 def check_names(structure: Structure, node: Node) -> None:
-    """Raise KernelError unless what a node names is there: the joints of postures, tool states and targets.
+    """Raise KernelError unless what a node names is there: the joints of postures, tool states, widths and targets.
 
-    Those of postures and tool states must be within limits, too.
+    Those of postures, tool states and widths must be within limits, too.
     """
     if isinstance(node.data, RobotData):
         for name, posture in node.data.postures.items():
@@ -58,6 +58,11 @@ def check_names(structure: Structure, node: Node) -> None:
                 )
             if owner is not None:
                 _check_posture(structure, owner, positions, f"the state {name!r} of the tool {node.name!r}")
+        for one in node.data.widths:
+            what = f"the width {one.width:g} m of the tool {node.name!r}"
+            if owner is None:
+                raise KernelError(f"{what} names joints, but the tool is on no robot", tool=node.name)
+            _check_posture(structure, owner, one.joint_positions, what)
 
 
 def check_figures(name: str, data: NodeData, figures: Iterable[Figure]) -> None:

@@ -22,6 +22,7 @@ from virtualrobot_kernel.world.structure import (
     RobotData,
     RobotIndex,
     Structure,
+    robots_of_tool,
 )
 
 FEW = 20
@@ -264,11 +265,8 @@ def _tools(nodes: Mapping[int, Node], among: Iterable[Node]) -> dict[int, tuple[
     tools: dict[int, tuple[int, ...]] = {}
     for node in among:
         if node.kind is Kind.TOOL:
-            at = nodes.get(node.parent)
-            while at is not None and at.kind is not Kind.ROBOT:
-                at = nodes.get(at.parent)
-            if at is not None:
-                tools[at.uid] = (*tools.get(at.uid, ()), node.uid)
+            for robot in robots_of_tool(nodes, node.uid):
+                tools[robot] = (*tools.get(robot, ()), node.uid)
     return tools
 
 

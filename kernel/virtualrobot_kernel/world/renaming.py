@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from typing import TypeVar
 
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.sensing import ContactSensor, Encoders, MotionSensor
@@ -18,8 +19,11 @@ from virtualrobot_kernel.world.structure import (
     Structure,
     TargetData,
     ToolData,
+    ToolWidth,
 )
 from virtualrobot_kernel.world.targets import taught_with
+
+K = TypeVar("K", str, float)
 
 
 def with_joint_renamed(structure: Structure, link: Node, joint: Joint, nodes: Mapping[int, Node]) -> dict[int, Node]:
@@ -42,7 +46,7 @@ def with_joint_renamed(structure: Structure, link: Node, joint: Joint, nodes: Ma
         if node.kind is Kind.MOTION_SENSOR and structure.robot_of(node.uid) is robot
     )
     targets = (node.uid for node in taught_with(structure.nodes.values(), robot.name))
-    links, tools = structure.robots[robot.uid].links, structure.tools.get(robot.uid, ())
+    links, tools = structure.robots[robot.uid].links, (tool.uid for tool in structure.own_tools_of(robot.uid))
     for uid in (robot.uid, *links, *tools, *sensors, *targets):
         data = nodes[uid].data
         for before, after in names.items():
@@ -80,8 +84,11 @@ def _with_other_name(data: NodeData, old: str, new: str) -> NodeData:
     if isinstance(data, MotionSensor) and isinstance(data.kind, Encoders) and old in data.kind.joints:
         joints = tuple(new if name == old else name for name in data.kind.joints)
         return replace(data, kind=replace(data.kind, joints=joints))
-    if isinstance(data, ToolData) and _named(old, data.states.values()):
-        return replace(data, states=_renamed(data.states, old, new))
+    if isinstance(data, ToolData):
+        widths = {one.width: one.joint_positions for one in data.widths}
+        if _named(old, (*data.states.values(), *widths.values())):
+            told = (ToolWidth(*one) for one in _renamed(widths, old, new).items())
+            return replace(data, states=_renamed(data.states, old, new), widths=tuple(told))
     if isinstance(data, TargetData) and old in data.joint_positions:
         return replace(data, joint_positions=_renamed({"": data.joint_positions}, old, new)[""])
     if isinstance(data, RobotData) and _named(old, _places_of_names(data)):
@@ -110,8 +117,8 @@ def _named(name: str, places: Iterable[Iterable[str]]) -> bool:
     return any(name in place for place in places)
 
 
-def _renamed(positions: Mapping[str, Mapping[str, float]], old: str, new: str) -> dict[str, dict[str, float]]:
-    """Return joint positions by posture or state with another name of a joint."""
+def _renamed(positions: Mapping[K, Mapping[str, float]], old: str, new: str) -> dict[K, dict[str, float]]:
+    """Return joint positions by posture, state or width with another name of a joint."""
     return {
         key: {new if name == old else name: value for name, value in joints.items()}
         for key, joints in positions.items()

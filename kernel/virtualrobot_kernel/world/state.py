@@ -138,8 +138,10 @@ class Motion:
 
     @property
     def phase(self) -> Phase:
-        """Phase of the motion; ABORTED where the kernel had to end it."""
+        """Phase of the motion; ABORTED where the kernel had to end it, RUNNING until the tick that ends it is made."""
         phase = self.running.phase
+        if phase is Phase.SUCCEEDED and not self.end_tick:
+            return Phase.RUNNING  # one without length: what it does, such as a tool's state, comes with its one tick
         if phase is Phase.CANCELLED and self.cancellation and self.cancellation.cause.aborts:
             return Phase.ABORTED
         return phase

@@ -6,7 +6,7 @@ A node's row is its place in every per-node array. Rows follow the order of crea
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from enum import Enum
 from typing import Any, NamedTuple
@@ -206,15 +206,24 @@ class LinkData:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class ToolWidth:
+    """Width of a tool's opening in meters, and the joint positions there, radians or meters by name."""
+
+    width: float
+    joint_positions: Mapping[str, float]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class ToolData:
     """Data of a tool: poses `tool_t_tcp` by name and joint positions by state; the first ones are the default.
 
-    Without `inertial` the mass is unknown.
+    Without `inertial` the mass is unknown. `widths` rise; a tool that does not open has none.
     """
 
     tool_center_points: Mapping[str, Pose] = field(default_factory=lambda: {"tcp": identity()})
     states: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     inertial: Inertial | None = None
+    widths: tuple[ToolWidth, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,6 +279,11 @@ class Node:
     hidden: bool = False
     figures: tuple[Figure, ...] = ()
     data: NodeData = None
+
+    @property
+    def is_moved(self) -> bool:
+        """True for a link that a joint moves against its parent."""
+        return isinstance(self.data, LinkData) and self.data.joint.type is not JointType.FIXED
 
 
 class Coordinate(NamedTuple):
@@ -356,6 +370,22 @@ class Forest:
     offset: NDArray[np.float64]
 
 
+def robots_of_tool(nodes: Mapping[int, Node], tool: int) -> Iterator[int]:
+    """Yield the robots (uids) whose tool it is: the nearest above it, its owner, and on as far as it is fixed to them.
+
+    What no joint moves against a robot's own frame is a tool of what that robot hangs on, too: so the tool of a gripper
+    at an arm's flange is the arm's, and the tool of an arm is not that of the rail below.
+    """
+    at, moved = nodes.get(nodes[tool].parent), False
+    while at is not None:
+        if at.kind is Kind.ROBOT:
+            yield at.uid
+            if moved:
+                return
+        moved = moved or at.is_moved
+        at = nodes.get(at.parent)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Structure:
     """Nodes of the world and their indexes; build it with `index.build`, never by hand."""
@@ -411,5 +441,27 @@ class Structure:
         return next((node for node in self.ancestors(uid) if node.kind is Kind.ROBOT), None)
 
     def tools_of(self, robot: int) -> tuple[Node, ...]:
-        """Return the tools mounted on a robot, in the order of creation."""
+        """Return the tools mounted on a robot, in the order of creation; those of its grippers are among them."""
         return tuple(self.nodes[uid] for uid in self.tools.get(robot, ()))
+
+    def own_tools_of(self, robot: int) -> tuple[Node, ...]:
+        """Return the tools of a robot whose states name its own joints."""
+        return tuple(tool for tool in self.tools_of(robot) if next(robots_of_tool(self.nodes, tool.uid)) == robot)
+
+    def grippers_of(self, robot: int) -> set[int]:
+        """Return the robots (uids) that hang on a robot as its tools do: grippers, and what they are changed by."""
+        found: set[int] = set()
+        for tool in self.tools.get(robot, ()):
+            above = [*robots_of_tool(self.nodes, tool)]
+            found.update(above[: above.index(robot)])
+        return found
+
+    def with_holders(self, robots: Iterable[int]) -> tuple[int, ...]:
+        """Return robots (uids), and after them those that they are grippers of."""
+        own = tuple(dict.fromkeys(robots))
+        holders: list[int] = []
+        for robot in own:
+            for tool in self.tools.get(robot, ()):
+                above = [*robots_of_tool(self.nodes, tool)]
+                holders += above[above.index(robot) + 1 :]
+        return tuple(dict.fromkeys((*own, *holders)))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Selection, State
-from virtualrobot_kernel.world.structure import JointType, LinkData, Node, Structure, ToolData
+from virtualrobot_kernel.world.structure import Node, Structure, ToolData
 
 
 def chosen_tcp(structure: Structure, state: State, robot: Node, tip: int = 0) -> tuple[Node | None, Pose]:
@@ -18,8 +18,8 @@ def chosen_tcp(structure: Structure, state: State, robot: Node, tip: int = 0) ->
     """
     selection = state.selections.get(robot.uid, Selection())
     tool = structure.nodes.get(selection.tool)
-    if tip and not (tool and _is_fixed_to(structure, tool, tip)):
-        tool = next((one for one in structure.tools_of(robot.uid) if _is_fixed_to(structure, one, tip)), None)
+    if tip and not (tool and is_fixed_to(structure, tool, tip)):
+        tool = next((one for one in structure.tools_of(robot.uid) if is_fixed_to(structure, one, tip)), None)
         if tool is not None and isinstance(tool.data, ToolData):
             return tool, next(iter(tool.data.tool_center_points.values()), np.eye(4))
     if tool is None or not isinstance(tool.data, ToolData):
@@ -40,11 +40,11 @@ def world_t_tcp(
     return world_t_node[structure.rows[tool.uid]] @ point
 
 
-def _is_fixed_to(structure: Structure, tool: Node, tip: int) -> bool:
-    """Return whether no joint moves a tool against a link."""
+def is_fixed_to(structure: Structure, tool: Node, tip: int) -> bool:
+    """Return whether a tool hangs below a node (a uid) and no joint moves it against that."""
     for node in structure.ancestors(tool.uid):
         if node.uid == tip:
             return True
-        if isinstance(node.data, LinkData) and node.data.joint.type is not JointType.FIXED:
+        if node.is_moved:
             return False
     return False

@@ -70,7 +70,7 @@ class Cups:
 
 
 def jaws_scene(name: str, jaws: Jaws, color: Color) -> str:
-    """Return the text of a scene file that holds the gripper, and at its body a tool that is open or closed."""
+    """Return the text of a scene file that holds the gripper, and at its body a tool that opens and closes."""
     half, (_, width, height) = jaws.stroke / 2000.0, jaws.finger
     finger = jaws.mass * 0.1
     body, left, right = (f"{name}.{link}" for link in ("body", "left_finger", "right_finger"))
@@ -112,8 +112,12 @@ def jaws_scene(name: str, jaws: Jaws, color: Color) -> str:
             }
         )
     points = [{"name": "tcp", "tool_t_tcp": {"position": {"z": jaws.tcp / 1000.0}}}]
-    told = [{"name": key, "joint_positions": {"finger": at}} for key, at in states.items()]
-    nodes.append({"name": f"{name}.tool", "parent": body, "tool": {"tool_center_points": points, "states": told}})
+    tool = {
+        "tool_center_points": points,
+        "states": [{"name": key, "joint_positions": {"finger": at}} for key, at in states.items()],
+        "widths": [{"width_meters": 2.0 * at, "joint_positions": {"finger": at}} for at in sorted(states.values())],
+    }
+    nodes.append({"name": f"{name}.tool", "parent": body, "tool": tool})
     return json.dumps({"schema_version": 1, "nodes": nodes})
 
 

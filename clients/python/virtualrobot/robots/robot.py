@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
+from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import value_or_default
@@ -18,6 +19,7 @@ from virtualrobot.motions.setpoints import MODES, SetpointStream
 from virtualrobot.robots.description import coordinate_names
 from virtualrobot.robots.group import Group
 from virtualrobot.robots.mechanism import JointPositions
+from virtualrobot.robots.mounting import mount
 from virtualrobot.robots.mover import Mover
 from virtualrobot.robots.postures import Postures
 from virtualrobot.robots.teacher import Teacher
@@ -29,7 +31,7 @@ from virtualrobot.robots.values import (
     LinkPair,
     RobotState,
 )
-from virtualrobot.scene.editor import Direct, pick_command
+from virtualrobot.scene.editor import Batch, Direct, pick_command
 from virtualrobot.v1 import motion_pb2, robot_pb2
 
 
@@ -218,6 +220,85 @@ class Robot(Mover, Teacher):
             >>> robot.tool("hand").open()
         """
         return Tool.of(self._services, self.name, name)
+
+    def mount(
+        self,
+        what: str | Path | Tool,
+        *,
+        name: str | None = None,
+        adapter: str | None = None,
+        pose: ArrayLike | None = None,
+        tcp: str | ArrayLike | None = None,
+    ) -> Tool:
+        """Mount a tool or gripper at the flange, work with it, and return it.
+
+        From then on it is this robot's: its tool centre point, its states, its mass, its figures for collisions.
+
+        Args:
+            what: a model to load: `model://` with a name of `client.models()`, a file's path with a `/` in it, or a
+                `Path`; otherwise the name of a node that is there: a tool, a gripper, or an adapter with one.
+            name: of what is loaded; by default its own, with a number if that is taken.
+            adapter: the link or adapter of this robot that it goes to instead of the flange.
+            pose: where its frame is in that of the flange or adapter, 4x4; by default they coincide.
+            tcp: the name of the tool centre point to work with, by default the first; or a pose, 4x4 in the frame of
+                what is mounted, of a tool centre point that it gets: so a model without a tool of its own becomes one.
+
+        Raises:
+            WrongStateError: when another tool hangs there, or it is mounted on a robot already.
+            RobotBusyError: while one of both moves.
+            InvalidArgumentError: when there is no tool in it.
+
+        Example:
+            >>> hand = arm.mount("model://parallel_gripper")
+            >>> hand.close().wait()
+            >>> arm.mount("gripper", adapter="plate", pose=virtualrobot.pose(z=0.02))
+        """
+        mount(self._services, self.name, what, name, adapter, pose, tcp)
+        return self.tool()
+
+    def unmount(self, tool: str | Tool | None = None, *, to: str = "world", pose: ArrayLike | None = None) -> None:
+        """Take a tool off: by default the chosen one with its gripper, or a tool, gripper or adapter by name.
+
+        It is fixed to the node `to`, such as a rack, at `pose` (4x4 in the frame of that), by default where it is.
+
+        Raises:
+            WrongStateError: when it is not mounted on this robot.
+
+        Example:
+            >>> arm.unmount(to="rack")
+        """
+        name = tool.name if isinstance(tool, Tool) else tool
+        Direct(self._services).unmount_tool(self.name, name, to, pose)
+
+    def change_tool(
+        self,
+        what: str | Tool,
+        *,
+        rack: str = "world",
+        rack_pose: ArrayLike | None = None,
+        adapter: str | None = None,
+        pose: ArrayLike | None = None,
+        tcp: str | None = None,
+    ) -> Tool:
+        """Take the chosen tool off, if there is one, and mount another one that is there, as one change; return that.
+
+        Args:
+            what: the tool or gripper to work with.
+            rack: the node that the present tool is fixed to.
+            rack_pose: where it goes there, 4x4; by default it stays where it is.
+            adapter: as in `mount`, and so `pose` and `tcp`.
+            pose: where the new one goes.
+            tcp: the name of the tool centre point to work with.
+
+        Example:
+            >>> arm.change_tool("vacuum", rack="rack").set("on").wait()
+        """
+        batch = Batch()
+        if self.state.tool:
+            batch.unmount_tool(self.name, None, rack, rack_pose)
+        batch.mount_tool(self.name, what if isinstance(what, str) else what.name, adapter, pose, tcp)
+        self._services.apply(batch._commands)
+        return self.tool()
 
     def pick(self, part: str | None = None, max_distance: float | None = None) -> str:
         """Fix a part to the chosen tool and return its name.

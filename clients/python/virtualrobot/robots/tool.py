@@ -59,6 +59,23 @@ class Tool:
         return {state.name: dict(state.joint_positions) for state in self._message.states}
 
     @property
+    def widths(self) -> dict[float, dict[str, float]]:
+        """Joint positions (rad or m) by how wide it is open (m), rising; empty for a tool that does not open."""
+        return {one.width_meters: dict(one.joint_positions) for one in self._message.widths}
+
+    @property
+    def width(self) -> float:
+        """Distance between its fingers now, in meters.
+
+        Raises:
+            WrongStateError: when it has no widths.
+        """
+        widths = _state(self._services, self.robot).tool_widths
+        if self.name not in widths:
+            raise WrongStateError(f"the tool {self.name!r} has no widths")
+        return widths[self.name]
+
+    @property
     def tool_center_points(self) -> dict[str, Matrix]:
         """`tool_t_tcp`, 4x4, by name."""
         return {point.name: pose_of(point.tool_t_tcp) for point in self._message.tool_center_points}
@@ -78,6 +95,25 @@ class Tool:
     def state_move(self, state: str) -> Move:
         """Return the move to a state, for `Client.move_together`."""
         return Move(motion_pb2.Move(robot=self.robot, tool_state=motion_pb2.ToolStateMove(tool=self.name, state=state)))
+
+    def move_to_width(self, width: float, **options: Unpack[motion.StartOptions]) -> motion.Motion:
+        """Open or close its fingers to a distance (m), between the least and greatest of `widths`.
+
+        Its state is then that of this width, if one is, and otherwise what it was.
+
+        Raises:
+            LimitError: when it cannot be so wide.
+            InvalidArgumentError: when it has no widths.
+
+        Example:
+            >>> arm.tool().move_to_width(0.03).wait()
+        """
+        return motion.start(self._services, [self.width_move(width)], **options)
+
+    def width_move(self, width: float) -> Move:
+        """Return the move to a width (m), for `Client.move_together`."""
+        goal = motion_pb2.ToolStateMove(tool=self.name, width_meters=width)
+        return Move(motion_pb2.Move(robot=self.robot, tool_state=goal))
 
     def select(self, tool_center_point: str | None = None) -> Tool:
         """Let the robot work with this tool and this point of it (by default its first); return the tool."""

@@ -53,10 +53,11 @@ class RobotState:
         tool_center_point: the chosen point; empty means none.
         tool_states: the state of each mounted tool.
         speed_factor: the factor by which its motions are slowed.
-        motion_ids: the motions that move it.
+        motion_ids: the motions that move it or its grippers.
         actuator_positions: positions of its actuators, in their units, in the order of `Robot.actuators`.
         commanded_positions: coordinates as motions command them; `positions` unless the joints are measured.
         commanded_velocities: velocities as motions command them; `velocities` unless the joints are measured.
+        tool_widths: how wide each mounted tool is open, in meters; of those that have widths.
     """
 
     name: str
@@ -72,6 +73,7 @@ class RobotState:
     actuator_positions: NDArray[np.float64]
     commanded_positions: NDArray[np.float64]
     commanded_velocities: NDArray[np.float64]
+    tool_widths: dict[str, float]
 
     @staticmethod
     def of(message: robot_pb2.RobotState, stamp: geometry_pb2.Stamp) -> RobotState:
@@ -90,6 +92,7 @@ class RobotState:
             np.array(message.actuator_positions, dtype=float),
             np.array(message.commanded_positions or message.positions, dtype=float),
             np.array(message.commanded_velocities or message.velocities, dtype=float),
+            dict(message.tool_widths),
         )
 
 

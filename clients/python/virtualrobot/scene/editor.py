@@ -131,12 +131,14 @@ class Editor(ABC, Generic[Created]):
         tool_center_points: Mapping[str, ArrayLike] | None = None,
         states: Mapping[str, Mapping[str, float]] | None = None,
         inertial: Inertial | None = None,
+        widths: Mapping[float, Mapping[str, float]] | None = None,
     ) -> Created:
         """Mount a tool on a flange or adapter (`parent`).
 
         `tool_center_points` gives `tool_t_tcp` (4x4) by name, the first is chosen at the start. `states` gives the
         joint positions of each state by name, radians or meters; the first is the state at the start. `inertial` is the
-        tool's mass, as `virtualrobot.inertial` makes it.
+        tool's mass, as `virtualrobot.inertial` makes it. `widths` gives joint positions by how wide it is open (m), two
+        or more; between them it goes straight.
         """
         tool = nodes_pb2.Tool(
             tool_center_points=[
@@ -146,6 +148,10 @@ class Editor(ABC, Generic[Created]):
             states=[
                 nodes_pb2.ToolState(name=state, joint_positions=joint_map(positions))
                 for state, positions in (states or {}).items()
+            ],
+            widths=[
+                nodes_pb2.ToolWidth(width_meters=width, joint_positions=joint_map(positions))
+                for width, positions in sorted((widths or {}).items())
             ],
             inertial=_unwrapped(inertial),
         )
@@ -339,6 +345,36 @@ class Editor(ABC, Generic[Created]):
         """Choose what a robot works with; no tool means the flange, no point the tool's first."""
         command = scene_pb2.SelectTool(robot=robot, tool=tool, tool_center_point=tool_center_point)
         self._submit(scene_pb2.Command(select_tool=command))
+
+    def mount_tool(
+        self,
+        robot: str,
+        node: str,
+        parent: str | None = None,
+        pose: ArrayLike | None = None,
+        tool_center_point: str | None = None,
+    ) -> None:
+        """Mount a tool, a gripper, or an adapter with one, on a robot, which works with it then.
+
+        It goes to the flange, or to a link or adapter (`parent`) of the robot; without `pose` (`parent_t_node`) both
+        frames coincide. Without a point it is the tool's first.
+        """
+        where = None if pose is None else pose_message(pose)
+        command = scene_pb2.MountTool(
+            robot=robot, node=node, parent=parent, parent_t_node=where, tool_center_point=tool_center_point
+        )
+        self._submit(scene_pb2.Command(mount_tool=command))
+
+    def unmount_tool(
+        self, robot: str, node: str | None = None, parent: str = "world", pose: ArrayLike | None = None
+    ) -> None:
+        """Take a tool off a robot, by default the chosen one with its gripper, and fix it to `parent`, such as a rack.
+
+        Without `pose` (`parent_t_node`) it stays where it is in the world.
+        """
+        where = None if pose is None else pose_message(pose)
+        command = scene_pb2.UnmountTool(robot=robot, node=node, parent=parent, parent_t_node=where)
+        self._submit(scene_pb2.Command(unmount_tool=command))
 
     def set_tool_state(self, tool: str, state: str) -> None:
         """Put a tool into a state at once, without a motion."""

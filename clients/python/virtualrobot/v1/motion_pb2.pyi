@@ -655,12 +655,14 @@ class JointTrajectory(_message.Message):
     def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., velocities: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class ToolStateMove(_message.Message):
-    __slots__ = ("tool", "state")
+    __slots__ = ("tool", "state", "width_meters")
     TOOL_FIELD_NUMBER: _ClassVar[int]
     STATE_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_METERS_FIELD_NUMBER: _ClassVar[int]
     tool: str
     state: str
-    def __init__(self, tool: _Optional[str] = ..., state: _Optional[str] = ...) -> None: ...
+    width_meters: float
+    def __init__(self, tool: _Optional[str] = ..., state: _Optional[str] = ..., width_meters: _Optional[float] = ...) -> None: ...
 
 class Motion(_message.Message):
     __slots__ = ("id", "robots", "phase", "progress", "planned_duration_seconds", "start_time_seconds", "end_reason", "end_cause", "step", "step_count", "search", "step_path")

@@ -285,14 +285,31 @@ class Adapter(_message.Message):
     def __init__(self) -> None: ...
 
 class Tool(_message.Message):
-    __slots__ = ("tool_center_points", "states", "inertial")
+    __slots__ = ("tool_center_points", "states", "inertial", "widths")
     TOOL_CENTER_POINTS_FIELD_NUMBER: _ClassVar[int]
     STATES_FIELD_NUMBER: _ClassVar[int]
     INERTIAL_FIELD_NUMBER: _ClassVar[int]
+    WIDTHS_FIELD_NUMBER: _ClassVar[int]
     tool_center_points: _containers.RepeatedCompositeFieldContainer[ToolCenterPoint]
     states: _containers.RepeatedCompositeFieldContainer[ToolState]
     inertial: Inertial
-    def __init__(self, tool_center_points: _Optional[_Iterable[_Union[ToolCenterPoint, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ToolState, _Mapping]]] = ..., inertial: _Optional[_Union[Inertial, _Mapping]] = ...) -> None: ...
+    widths: _containers.RepeatedCompositeFieldContainer[ToolWidth]
+    def __init__(self, tool_center_points: _Optional[_Iterable[_Union[ToolCenterPoint, _Mapping]]] = ..., states: _Optional[_Iterable[_Union[ToolState, _Mapping]]] = ..., inertial: _Optional[_Union[Inertial, _Mapping]] = ..., widths: _Optional[_Iterable[_Union[ToolWidth, _Mapping]]] = ...) -> None: ...
+
+class ToolWidth(_message.Message):
+    __slots__ = ("width_meters", "joint_positions")
+    class JointPositionsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    WIDTH_METERS_FIELD_NUMBER: _ClassVar[int]
+    JOINT_POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    width_meters: float
+    joint_positions: _containers.ScalarMap[str, float]
+    def __init__(self, width_meters: _Optional[float] = ..., joint_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
 
 class ToolCenterPoint(_message.Message):
     __slots__ = ("name", "tool_t_tcp")

@@ -87,7 +87,7 @@ class JointDescription(_message.Message):
     def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., limits: _Optional[_Union[_nodes_pb2.JointLimits, _Mapping]] = ..., coordinate_count: _Optional[int] = ..., velocity_count: _Optional[int] = ..., coordinate_names: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class RobotState(_message.Message):
-    __slots__ = ("name", "positions", "velocities", "world_t_tcp", "tool", "tool_center_point", "tool_states", "speed_factor", "motion_ids", "actuator_positions", "commanded_positions", "commanded_velocities")
+    __slots__ = ("name", "positions", "velocities", "world_t_tcp", "tool", "tool_center_point", "tool_states", "speed_factor", "motion_ids", "actuator_positions", "commanded_positions", "commanded_velocities", "tool_widths")
     class ToolStatesEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -95,6 +95,13 @@ class RobotState(_message.Message):
         key: str
         value: str
         def __init__(self, key: _Optional[str] = ..., value: _Optional[str] = ...) -> None: ...
+    class ToolWidthsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
     NAME_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     VELOCITIES_FIELD_NUMBER: _ClassVar[int]
@@ -107,6 +114,7 @@ class RobotState(_message.Message):
     ACTUATOR_POSITIONS_FIELD_NUMBER: _ClassVar[int]
     COMMANDED_POSITIONS_FIELD_NUMBER: _ClassVar[int]
     COMMANDED_VELOCITIES_FIELD_NUMBER: _ClassVar[int]
+    TOOL_WIDTHS_FIELD_NUMBER: _ClassVar[int]
     name: str
     positions: _containers.RepeatedScalarFieldContainer[float]
     velocities: _containers.RepeatedScalarFieldContainer[float]
@@ -119,7 +127,8 @@ class RobotState(_message.Message):
     actuator_positions: _containers.RepeatedScalarFieldContainer[float]
     commanded_positions: _containers.RepeatedScalarFieldContainer[float]
     commanded_velocities: _containers.RepeatedScalarFieldContainer[float]
-    def __init__(self, name: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., tool_states: _Optional[_Mapping[str, str]] = ..., speed_factor: _Optional[float] = ..., motion_ids: _Optional[_Iterable[str]] = ..., actuator_positions: _Optional[_Iterable[float]] = ..., commanded_positions: _Optional[_Iterable[float]] = ..., commanded_velocities: _Optional[_Iterable[float]] = ...) -> None: ...
+    tool_widths: _containers.ScalarMap[str, float]
+    def __init__(self, name: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., tool_states: _Optional[_Mapping[str, str]] = ..., speed_factor: _Optional[float] = ..., motion_ids: _Optional[_Iterable[str]] = ..., actuator_positions: _Optional[_Iterable[float]] = ..., commanded_positions: _Optional[_Iterable[float]] = ..., commanded_velocities: _Optional[_Iterable[float]] = ..., tool_widths: _Optional[_Mapping[str, float]] = ...) -> None: ...
 
 class GetRobotStatesRequest(_message.Message):
     __slots__ = ("names", "read_mask")

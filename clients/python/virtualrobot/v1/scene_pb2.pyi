@@ -96,7 +96,7 @@ class CreatedNode(_message.Message):
     def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ...) -> None: ...
 
 class Command(_message.Message):
-    __slots__ = ("create_node", "update_node", "remove_node", "attach_node", "pick_part", "place_part", "set_joint_positions", "select_tool", "set_tool_state", "create_signal", "remove_signal", "set_signal", "set_speed_factor", "set_collision_settings", "set_allowed_pairs", "set_kinematics", "start_sensors", "stop_sensors", "set_groups", "set_postures")
+    __slots__ = ("create_node", "update_node", "remove_node", "attach_node", "pick_part", "place_part", "set_joint_positions", "select_tool", "set_tool_state", "create_signal", "remove_signal", "set_signal", "set_speed_factor", "set_collision_settings", "set_allowed_pairs", "set_kinematics", "start_sensors", "stop_sensors", "set_groups", "set_postures", "mount_tool", "unmount_tool")
     CREATE_NODE_FIELD_NUMBER: _ClassVar[int]
     UPDATE_NODE_FIELD_NUMBER: _ClassVar[int]
     REMOVE_NODE_FIELD_NUMBER: _ClassVar[int]
@@ -117,6 +117,8 @@ class Command(_message.Message):
     STOP_SENSORS_FIELD_NUMBER: _ClassVar[int]
     SET_GROUPS_FIELD_NUMBER: _ClassVar[int]
     SET_POSTURES_FIELD_NUMBER: _ClassVar[int]
+    MOUNT_TOOL_FIELD_NUMBER: _ClassVar[int]
+    UNMOUNT_TOOL_FIELD_NUMBER: _ClassVar[int]
     create_node: CreateNode
     update_node: UpdateNode
     remove_node: RemoveNode
@@ -137,7 +139,9 @@ class Command(_message.Message):
     stop_sensors: _sensor_pb2.StopSensors
     set_groups: SetGroups
     set_postures: SetPostures
-    def __init__(self, create_node: _Optional[_Union[CreateNode, _Mapping]] = ..., update_node: _Optional[_Union[UpdateNode, _Mapping]] = ..., remove_node: _Optional[_Union[RemoveNode, _Mapping]] = ..., attach_node: _Optional[_Union[AttachNode, _Mapping]] = ..., pick_part: _Optional[_Union[PickPart, _Mapping]] = ..., place_part: _Optional[_Union[PlacePart, _Mapping]] = ..., set_joint_positions: _Optional[_Union[SetJointPositions, _Mapping]] = ..., select_tool: _Optional[_Union[SelectTool, _Mapping]] = ..., set_tool_state: _Optional[_Union[SetToolState, _Mapping]] = ..., create_signal: _Optional[_Union[CreateSignal, _Mapping]] = ..., remove_signal: _Optional[_Union[RemoveSignal, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignal, _Mapping]] = ..., set_speed_factor: _Optional[_Union[SetSpeedFactor, _Mapping]] = ..., set_collision_settings: _Optional[_Union[_collision_pb2.SetCollisionSettings, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_kinematics: _Optional[_Union[_robot_pb2.KinematicsChoice, _Mapping]] = ..., start_sensors: _Optional[_Union[_sensor_pb2.StartSensors, _Mapping]] = ..., stop_sensors: _Optional[_Union[_sensor_pb2.StopSensors, _Mapping]] = ..., set_groups: _Optional[_Union[SetGroups, _Mapping]] = ..., set_postures: _Optional[_Union[SetPostures, _Mapping]] = ...) -> None: ...
+    mount_tool: MountTool
+    unmount_tool: UnmountTool
+    def __init__(self, create_node: _Optional[_Union[CreateNode, _Mapping]] = ..., update_node: _Optional[_Union[UpdateNode, _Mapping]] = ..., remove_node: _Optional[_Union[RemoveNode, _Mapping]] = ..., attach_node: _Optional[_Union[AttachNode, _Mapping]] = ..., pick_part: _Optional[_Union[PickPart, _Mapping]] = ..., place_part: _Optional[_Union[PlacePart, _Mapping]] = ..., set_joint_positions: _Optional[_Union[SetJointPositions, _Mapping]] = ..., select_tool: _Optional[_Union[SelectTool, _Mapping]] = ..., set_tool_state: _Optional[_Union[SetToolState, _Mapping]] = ..., create_signal: _Optional[_Union[CreateSignal, _Mapping]] = ..., remove_signal: _Optional[_Union[RemoveSignal, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignal, _Mapping]] = ..., set_speed_factor: _Optional[_Union[SetSpeedFactor, _Mapping]] = ..., set_collision_settings: _Optional[_Union[_collision_pb2.SetCollisionSettings, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_kinematics: _Optional[_Union[_robot_pb2.KinematicsChoice, _Mapping]] = ..., start_sensors: _Optional[_Union[_sensor_pb2.StartSensors, _Mapping]] = ..., stop_sensors: _Optional[_Union[_sensor_pb2.StopSensors, _Mapping]] = ..., set_groups: _Optional[_Union[SetGroups, _Mapping]] = ..., set_postures: _Optional[_Union[SetPostures, _Mapping]] = ..., mount_tool: _Optional[_Union[MountTool, _Mapping]] = ..., unmount_tool: _Optional[_Union[UnmountTool, _Mapping]] = ...) -> None: ...
 
 class CreateNode(_message.Message):
     __slots__ = ("node",)
@@ -236,6 +240,32 @@ class SelectTool(_message.Message):
     tool_center_point: str
     def __init__(self, robot: _Optional[str] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ...) -> None: ...
 
+class MountTool(_message.Message):
+    __slots__ = ("robot", "node", "parent", "parent_t_node", "tool_center_point")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    PARENT_FIELD_NUMBER: _ClassVar[int]
+    PARENT_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    TOOL_CENTER_POINT_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    node: str
+    parent: str
+    parent_t_node: _geometry_pb2.Pose
+    tool_center_point: str
+    def __init__(self, robot: _Optional[str] = ..., node: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tool_center_point: _Optional[str] = ...) -> None: ...
+
+class UnmountTool(_message.Message):
+    __slots__ = ("robot", "node", "parent", "parent_t_node")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    PARENT_FIELD_NUMBER: _ClassVar[int]
+    PARENT_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    node: str
+    parent: str
+    parent_t_node: _geometry_pb2.Pose
+    def __init__(self, robot: _Optional[str] = ..., node: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ...) -> None: ...
+
 class SetToolState(_message.Message):
     __slots__ = ("tool", "state")
     TOOL_FIELD_NUMBER: _ClassVar[int]
@@ -273,7 +303,7 @@ class SetSpeedFactor(_message.Message):
     def __init__(self, robot: _Optional[str] = ..., factor: _Optional[float] = ...) -> None: ...
 
 class ModelSource(_message.Message):
-    __slots__ = ("uri", "files", "name", "parent", "parent_t_node", "base_joint", "as_part", "scale", "settings", "srdf_uri", "denavit_hartenberg", "strict")
+    __slots__ = ("uri", "files", "name", "parent", "parent_t_node", "base_joint", "as_part", "scale", "settings", "srdf_uri", "denavit_hartenberg", "strict", "mount_on", "tool_center_point")
     URI_FIELD_NUMBER: _ClassVar[int]
     FILES_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
@@ -286,6 +316,8 @@ class ModelSource(_message.Message):
     SRDF_URI_FIELD_NUMBER: _ClassVar[int]
     DENAVIT_HARTENBERG_FIELD_NUMBER: _ClassVar[int]
     STRICT_FIELD_NUMBER: _ClassVar[int]
+    MOUNT_ON_FIELD_NUMBER: _ClassVar[int]
+    TOOL_CENTER_POINT_FIELD_NUMBER: _ClassVar[int]
     uri: str
     files: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.AssetFile]
     name: str
@@ -298,7 +330,9 @@ class ModelSource(_message.Message):
     srdf_uri: str
     denavit_hartenberg: DenavitHartenberg
     strict: bool
-    def __init__(self, uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., base_joint: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., as_part: bool = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., srdf_uri: _Optional[str] = ..., denavit_hartenberg: _Optional[_Union[DenavitHartenberg, _Mapping]] = ..., strict: bool = ...) -> None: ...
+    mount_on: str
+    tool_center_point: str
+    def __init__(self, uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., base_joint: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., as_part: bool = ..., scale: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., srdf_uri: _Optional[str] = ..., denavit_hartenberg: _Optional[_Union[DenavitHartenberg, _Mapping]] = ..., strict: bool = ..., mount_on: _Optional[str] = ..., tool_center_point: _Optional[str] = ...) -> None: ...
 
 class ImportModelRequest(_message.Message):
     __slots__ = ("model", "request_id")

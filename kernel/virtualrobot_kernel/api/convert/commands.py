@@ -79,6 +79,16 @@ def _attach(message: scene_pb2.AttachNode) -> commands.AttachNode:
     return commands.AttachNode(message.name, message.parent, place)
 
 
+def _mount(message: scene_pb2.MountTool) -> commands.MountTool:
+    place = pose(message.parent_t_node, "parent_t_node") if message.HasField("parent_t_node") else None
+    return commands.MountTool(message.robot, message.node, message.parent, place, message.tool_center_point)
+
+
+def _unmount(message: scene_pb2.UnmountTool) -> commands.UnmountTool:
+    place = pose(message.parent_t_node, "parent_t_node") if message.HasField("parent_t_node") else None
+    return commands.UnmountTool(message.robot, message.node, message.parent, place)
+
+
 def _joints(message: scene_pb2.SetJointPositions) -> commands.SetJointPositions:
     positions = by_name(message.joint_positions, "joint_positions")
     if not message.HasField("coordinates"):
@@ -109,6 +119,8 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
         message.robot, POSTURES.read(message.postures, "postures"), tuple(message.removed)
     ),
     "select_tool": lambda message: commands.SelectTool(message.robot, message.tool, message.tool_center_point),
+    "mount_tool": _mount,
+    "unmount_tool": _unmount,
     "set_tool_state": lambda message: commands.SetToolState(message.tool, message.state),
     "create_signal": lambda message: created_signal(message.signal),
     "remove_signal": lambda message: commands.RemoveSignal(message.name),

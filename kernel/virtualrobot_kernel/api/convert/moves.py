@@ -154,6 +154,11 @@ def _check_spline(spline: Spline, what: str) -> None:
         raise KernelError(f"{what}.goals has 1 to {MOST_GOALS} poses, not {len(spline.goals)}", field=f"{what}.goals")
 
 
+def _check_tool(move: ToolStateMove, what: str) -> None:
+    if (move.width is None) == (not move.state):
+        raise KernelError(f"{what} needs a state or a width, and not both", field=f"{what}.state")
+
+
 def _rows(table: Table[Any, Any]) -> Callable[[str, Any, float, str], Move]:
     """Return the converter of a kind of move that is a table."""
     return lambda robot, message, factor, what: table.read(message, what, robot=robot, speed_factor=factor)
@@ -171,7 +176,7 @@ LINEAR = Table(
     Linear, motion_pb2.Linear, goal=PATH_GOAL, until=Pair(condition_of, same), without=COMMON, numbers=NOT_NEGATIVE
 )
 SPLINE = Table(Spline, motion_pb2.Spline, goals=PATH_GOAL, without=COMMON, numbers=NOT_NEGATIVE, check=_check_spline)
-TOOL_STATE = Table(ToolStateMove, motion_pb2.ToolStateMove, without=COMMON)
+TOOL_STATE = Table(ToolStateMove, motion_pb2.ToolStateMove, without=COMMON, check=_check_tool)
 
 KINDS: dict[str, Callable[[str, Any, float, str], Move]] = {
     "point_to_point": lambda robot, message, factor, what: PointToPoint(robot, point_goal(message, what), factor),

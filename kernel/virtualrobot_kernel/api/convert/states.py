@@ -16,6 +16,7 @@ from virtualrobot_kernel.world.actuators import actuator_positions
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.state import EndCause, Motion, Search, Selection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
+from virtualrobot_kernel.world.widths import width_of
 
 CAUSES = EnumTable(EndCause, motion_pb2.EndCause)
 PHASES = EnumTable(Phase, motion_pb2.MotionPhase)
@@ -35,6 +36,8 @@ def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
     frame = tcp_frame(snapshot, node)
     x, y, z, w = quaternion(frame[:3, :3])
     commanded = state.commanded.get(node.uid)
+    tools = structure.tools_of(node.uid)
+    widths = ((tool.name, width_of(structure, tool, state.q)) for tool in tools)
     return robot_pb2.RobotState(
         name=node.name,
         positions=state.q[robot.q_slice].tolist(),
@@ -43,7 +46,8 @@ def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
         commanded_velocities=commanded.v.tolist() if commanded else (),
         tool=structure.nodes[selection.tool].name if selection.tool else "",
         tool_center_point=selection.tool_center_point,
-        tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in structure.tools_of(node.uid)},
+        tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in tools},
+        tool_widths={name: width for name, width in widths if width is not None},
         speed_factor=state.speed_factors.get(node.uid, 1.0),
         actuator_positions=actuator_positions(structure, node, state.q),
         motion_ids=[motion.id for motion in state.motions if node.uid in motion.robots],

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from virtualrobot_kernel.formats.export.names import legal, unique
@@ -13,18 +13,21 @@ UNBOUNDED = 1e9
 """Substitute for an infinite position limit where URDF demands a number; rad or m."""
 
 
-def joint_names(links: list[Node]) -> tuple[dict[int, str], dict[str, str]]:
-    """Return names for the joints of a robot's links, no two alike: by the link's uid, and of moving ones by their own.
+def joint_names(
+    links: list[Node], owner_of: Callable[[int], Node | None]
+) -> tuple[dict[int, str], dict[Node | None, dict[str, str]]]:
+    """Return names for the joints of links, no two alike: by the link's uid, and of moving ones by robot and own name.
 
     Joints that move come first, since others follow them by their names; a fixed joint may share a name with another.
+    `owner_of` gives the robot of a link (a uid).
     """
     by_uid: dict[int, str] = {}
-    moving: dict[str, str] = {}
+    moving: dict[Node | None, dict[str, str]] = {}
     joints = {link.uid: link.data.joint for link in links if isinstance(link.data, LinkData)}
     for uid, joint in sorted(joints.items(), key=lambda item: item[1].type is JointType.FIXED):
         by_uid[uid] = unique(legal(joint.name or "joint"), by_uid.values())
         if joint.type is not JointType.FIXED:
-            moving[joint.name] = by_uid[uid]
+            moving.setdefault(owner_of(uid), {})[joint.name] = by_uid[uid]
     return by_uid, moving
 
 
@@ -37,7 +40,7 @@ def urdf_joint(joint: Joint, name: str, moving: Mapping[str, str]) -> tuple[Join
     Args:
         joint: as the world has it.
         name: in the file.
-        moving: names in the file of the joints that move, by their own.
+        moving: names in the file of the joints of its robot that move, by their own.
     """
     mimic = replace(joint.mimic, joint=moving[joint.mimic.joint]) if joint.mimic else None
     kind, limits, oddities = joint.type, joint.limits, []

@@ -31,13 +31,15 @@ def losses(
 
     Args:
         robot: the robot.
-        nodes: its links, adapters and tools, which are written.
+        nodes: its links, adapters, tools and grippers, which are written.
         left_out: what hangs on those and is not written.
         figures: those that the written nodes show now, by uid.
         tool_states: the state of the tool that a node belongs to, by uid.
     """
     found = []
     for node in nodes:
+        if node.kind is Kind.ROBOT:
+            found.append(f"the gripper {node.name!r} is written as links of {robot.name!r}")
         if node.kind is Kind.ADAPTER:
             found.append(f"the adapter {node.name!r} is written as a fixed link")
         if isinstance(node.data, ToolData):

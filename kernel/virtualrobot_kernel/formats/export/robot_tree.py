@@ -1,8 +1,9 @@
 """Robot as URDF can say it: a tree of named links, each with the joint before it and its shapes.
 
 Links and joints keep their names but for signs that other programs stumble over. Tools and adapters become links that
-are fixed where they are mounted, tool centre points empty links below them. Where the robot's own frame is more than
-the frame of its one fixed root link, an empty link with the robot's name stands for it.
+are fixed where they are mounted, tool centre points empty links below them. The links of a gripper hang below one
+of its name, which is fixed, too. Where the robot's own frame is more than the frame of its one fixed root link, an
+empty link with the robot's name stands for it.
 """
 
 from __future__ import annotations
@@ -53,7 +54,7 @@ class RobotTree:
 
 
 def robot_tree(snapshot: Snapshot, robot: Node) -> RobotTree:
-    """Return the tree of a robot with its tools and adapters; raise KernelError when it has neither link nor figure."""
+    """Return the tree of a robot with what is mounted; raise KernelError when it has neither link nor figure."""
     structure = snapshot.structure
     nodes, left_out = _written(structure, robot)
     if not nodes and not robot.figures:
@@ -65,7 +66,7 @@ def robot_tree(snapshot: Snapshot, robot: Node) -> RobotTree:
     }
     warnings = losses(robot, nodes, left_out, figures, states)
     names = _link_names(robot, nodes)
-    joint_of, moving = joint_names(nodes)
+    joint_of, moving = joint_names(nodes, structure.robot_of)
     links: list[TreeLink] = []
     if _needs_own_link(snapshot, robot, nodes):
         names[robot.uid] = unique(legal(robot.name), names.values())
@@ -74,7 +75,8 @@ def robot_tree(snapshot: Snapshot, robot: Node) -> RobotTree:
         mount = None
         if node.parent in names:
             if isinstance(node.data, LinkData):
-                joint, oddities = urdf_joint(node.data.joint, joint_of[node.uid], moving)
+                owner = structure.robot_of(node.uid)
+                joint, oddities = urdf_joint(node.data.joint, joint_of[node.uid], moving.get(owner, {}))
                 warnings.extend(oddities)
             else:
                 joint = _fixed(names[node.uid], joint_of, node.uid)
@@ -93,14 +95,20 @@ def robot_tree(snapshot: Snapshot, robot: Node) -> RobotTree:
 
 
 def _written(structure: Structure, robot: Node) -> tuple[list[Node], list[Node]]:
-    """Return the links (in the order of creation), adapters and tools of a robot, and what hangs on them besides."""
+    """Return links (in the order of creation), adapters, tools and grippers of a robot, and what else hangs on them."""
+    grippers = structure.grippers_of(robot.uid)
     own = {robot.uid, *structure.robots[robot.uid].links}
     mounted: list[Node] = []
     left_out: list[Node] = []
     for node in structure.below(robot.uid):
         if node.parent in own and node.uid not in own:
-            (mounted if node.kind in MOUNTED else left_out).append(node)
-            own.update([node.uid] if node.kind in MOUNTED else [])
+            written = node.kind in MOUNTED or node.uid in grippers
+            (mounted if written else left_out).append(node)
+            own.update([node.uid] if written else [])
+            if node.uid in grippers:
+                links = structure.robots[node.uid].links
+                mounted.extend(structure.nodes[uid] for uid in links)
+                own.update(links)
     return [*(structure.nodes[uid] for uid in structure.robots[robot.uid].links), *mounted], left_out
 
 

@@ -86,3 +86,7 @@ class Move(ABC):
     def node(self, snapshot: Snapshot) -> Node:
         """Return its robot."""
         return snapshot.structure.node(self.robot, Kind.ROBOT)
+
+    def owner(self, snapshot: Snapshot) -> Node:
+        """Return the robot whose joints it moves: another one for the tool of a gripper."""
+        return self.node(snapshot)
