@@ -60,7 +60,7 @@ def test_sliding_joints_and_lengths_in_millimetres(client: Client) -> None:
 def test_poses_and_speeds_in_millimetres(iiwa: Robot) -> None:
     iiwa.set_positions(HOME)
     with refused("millimetres? lengths are in meters"):
-        iiwa.move_to(virtualrobot.pose(500, 0, 300))
+        iiwa.move_pose(virtualrobot.pose(500, 0, 300))
     with refused("at most 50 m/s, not 250: millimetres?"):
         iiwa.move_linear(iiwa.tcp @ virtualrobot.pose(z=-0.05), velocity=250)
     with refused("times its limit: degrees or millimetres?"):

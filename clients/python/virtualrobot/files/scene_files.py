@@ -73,7 +73,7 @@ def load_model(
     srdf: str | Path | None,
     packages: Mapping[str, str | Path],
     settings: Mapping[str, object] | None,
-    request_id: str | None,
+    request_id: str | None = None,
 ) -> scene_pb2.ImportModelResponse:
     """Import a model from a file of this machine, or one that the kernel knows."""
     if settings:

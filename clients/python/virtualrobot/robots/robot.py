@@ -7,9 +7,9 @@ from contextlib import closing
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
-from virtualrobot._wire.arguments import checked
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.newest import newest
 from virtualrobot.errors import InvalidArgumentError
@@ -227,7 +227,7 @@ class Robot(Mover, Teacher):
         *,
         name: str | None = None,
         adapter: str | None = None,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         tcp: str | ArrayLike | None = None,
     ) -> Tool:
         """Mount a tool or gripper at the flange, work with it, and return it.
@@ -256,7 +256,7 @@ class Robot(Mover, Teacher):
         mount(self._services, self.name, what, name, adapter, pose, tcp)
         return self.tool()
 
-    def unmount(self, tool: str | Tool | None = None, *, to: str = "world", pose: ArrayLike | None = None) -> None:
+    def unmount(self, tool: str | Tool | None = None, *, to: str = "world", pose: PoseLike | None = None) -> None:
         """Take a tool off: by default the chosen one with its gripper, or a tool, gripper or adapter by name.
 
         It is fixed to the node `to`, such as a rack, at `pose` (4x4 in the frame of that), by default where it is.
@@ -275,9 +275,9 @@ class Robot(Mover, Teacher):
         what: str | Tool,
         *,
         rack: str = "world",
-        rack_pose: ArrayLike | None = None,
+        rack_pose: PoseLike | None = None,
         adapter: str | None = None,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         tcp: str | None = None,
     ) -> Tool:
         """Take the chosen tool off, if there is one, and mount another one that is there, as one change; return that.

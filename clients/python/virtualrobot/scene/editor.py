@@ -351,7 +351,7 @@ class Editor(ABC, Generic[Created]):
         robot: str,
         node: str,
         parent: str | None = None,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         tool_center_point: str | None = None,
     ) -> None:
         """Mount a tool, a gripper, or an adapter with one, on a robot, which works with it then.
@@ -366,7 +366,7 @@ class Editor(ABC, Generic[Created]):
         self._submit(scene_pb2.Command(mount_tool=command))
 
     def unmount_tool(
-        self, robot: str, node: str | None = None, parent: str = "world", pose: ArrayLike | None = None
+        self, robot: str, node: str | None = None, parent: str = "world", pose: PoseLike | None = None
     ) -> None:
         """Take a tool off a robot, by default the chosen one with its gripper, and fix it to `parent`, such as a rack.
 
