@@ -226,7 +226,8 @@ def test_a_belt_that_is_too_fast_is_refused_with_the_speed_that_would_do(cell: S
         )
     )
     assert told.reason == "LIMIT_EXCEEDED"
-    assert "cannot keep up with the joint 'belt' at 20 m/s; give a max_velocity of at most" in told.message
+    assert "cannot keep up with the joint 'belt' at 20 m/s where this is at " in told.message
+    assert "; give a max_velocity of at most" in told.message and "window" not in told.metadata
     assert 0.5 < float(told.metadata["limit"]) < 20.0
     fitting = tracking(fastest=0.999 * float(told.metadata["limit"]))
     assert (

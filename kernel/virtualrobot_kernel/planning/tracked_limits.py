@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from virtualrobot_kernel.errors import KernelError, LimitError, Reason
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.conveyor_tracking import OVERSHOOT, TrackingArm
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
 from virtualrobot_kernel.motion.planned import Plan, peaks
@@ -205,33 +205,36 @@ def _rates(tracking_arm: TrackingArm, q: Array, v: Array, a: Array, e: float, ne
     )
 
 
-def budget(
-    rates: Sequence[tuple[Rates, JointLimits]], velocity: float, acceleration: float, joint: str, unit: str
-) -> Budget:
+def fastest_at(rates: Sequence[tuple[Rates, JointLimits]]) -> tuple[Array, Array]:
+    """Return the frame's places (c,) and the greatest velocities (c,) of its joint that all arms keep up with there."""
+    places = rates[0][0].places
+    fastest = np.full(len(places), np.inf)
+    for one, limits in rates:
+        for slope, bend, overshoot in _along(one):
+            keeps_up = ((1.0 - _LEFT) * limits.velocity / slope).min(axis=(1, 2))
+            # At this velocity the centripetal part alone takes half of an acceleration limit.
+            turns = np.sqrt(0.5 * limits.acceleration / np.maximum(bend, 1e-9)).min(axis=(1, 2))
+            fastest = np.minimum(fastest, np.minimum(keeps_up, turns) / overshoot)
+    return places, fastest
+
+
+def _along(rates: Rates) -> Iterator[tuple[Array, Array, float]]:
+    """Yield derivatives by the frame's place, first and second, each with how much faster than the frame the arm is."""
+    # Catching up happens where the motion begins.
+    for rows, overshoot in ((slice(None), 1.0), (slice(0, 1), OVERSHOOT if rates.stage == 0 else 1.0)):
+        yield np.maximum(np.abs(rates.by_place[:, rows]), 1e-9), np.abs(rates.by_place2[:, rows]), overshoot
+
+
+def budget(rates: Sequence[tuple[Rates, JointLimits]], velocity: float, acceleration: float) -> Budget:
     """Return the budget of all arms' limits for keeping up with a joint of this greatest velocity and acceleration.
 
-    Raises LimitError that names the greatest velocity that would do, when this one leaves too little or nothing.
+    The velocity is no more than the least one of `fastest_at`.
     """
-    fastest, slack, jerk = np.inf, np.inf, np.inf
+    slack, jerk = np.inf, np.inf
     for one, limits in rates:
-        # Catching up happens where the motion begins.
-        for rows, overshoot in ((slice(None), 1.0), (slice(0, 1), OVERSHOOT if one.stage == 0 else 1.0)):
-            slope = np.maximum(np.abs(one.by_place[:, rows]), 1e-9)
-            bend = np.abs(one.by_place2[:, rows])
-            fastest = min(fastest, float(((1.0 - _LEFT) * limits.velocity / slope).min()) / overshoot)
-            # At this velocity the centripetal part alone takes half of an acceleration limit.
-            turning = np.sqrt(0.5 * limits.acceleration / np.maximum(bend, 1e-9)).min()
-            fastest = min(fastest, float(turning) / overshoot)
+        for slope, bend, overshoot in _along(one):
             slack = min(slack, float(((limits.acceleration - bend * (overshoot * velocity) ** 2) / slope).min()))
             jerk = min(jerk, float((limits.jerk / slope).min()))
-    if velocity > fastest:
-        raise LimitError(
-            f"the arm cannot keep up with the joint {joint!r} at {velocity:g} {unit}/s; give a max_velocity of at most "
-            f"{fastest:.4g} {unit}/s",
-            joint=joint,
-            value=velocity,
-            limit=fastest,
-        )
     kept_up = min(acceleration, _BELT * slack)
     own = float(np.clip(_BOTH * slack - kept_up, _OWN[0] * slack, _OWN[1] * slack))
     return Budget(velocity, kept_up, own, _JERK * jerk)

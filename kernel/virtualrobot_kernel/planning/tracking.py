@@ -24,6 +24,7 @@ from virtualrobot_kernel.planning.tracked_limits import (
     braking_share,
     budget,
     checked_rates,
+    fastest_at,
     slowed,
     stretch,
 )
@@ -36,8 +37,25 @@ from virtualrobot_kernel.world.structure import Joint, JointType, LinkData, Node
 LARGEST_WINDOW = 100.0
 """Largest window in meters or radians: each centimetre of it is checked."""
 
+TRIED_WINDOWS = 3
+"""Number of shorter windows that are tried before a refusal names one."""
+
+CATCHING_UP = 3.0
+"""Time to catch up and to leave together, as a multiple of that to reach the frame's speed by the arm's own part of its
+acceleration, about."""
+
 GoOn = Callable[[], None]
 """Callback before each stage is checked; raises KernelError when nobody waits for the plan any more."""
+
+_Tracked = tuple[Program, ConveyorTracking]
+
+
+class _TooFast(Exception):
+    """Arms cannot keep up everywhere: `places` (c,) of the frame, and what they keep up with there, `fastest` (c,)."""
+
+    def __init__(self, places: Array, fastest: Array) -> None:
+        super().__init__("the arm cannot keep up")
+        self.places, self.fastest = places, fastest
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,9 +109,16 @@ def tracked(
         _check_carriers(snapshot, robot, arm, tracking.node, moved)
     window, velocity = _window(frame, tracking), min(tracking.max_velocity or np.inf, frame.joint.limits.velocity)
     joints = tuple(dict.fromkeys([*command.joints, *((robot.name, j) for robot, arm in arms for j in arm.joint_names)]))
-    program = _widened(snapshot, command.program, joints)
+    planned = _widened(snapshot, command.program, joints)
     tracking_arms = [_tracking_arm(snapshot, robot, arm, joints, frame) for robot, arm in arms]
-    program, tracked = _checked(snapshot, program, frame, window, velocity, arms, tracking_arms, go_on)
+
+    def checked(within: tuple[float, float]) -> _Tracked:
+        return _checked(snapshot, planned, frame, within, velocity, arms, tracking_arms, go_on)
+
+    try:
+        program, tracked = checked(window)
+    except _TooFast as too_fast:
+        raise _advised(frame, window, velocity, too_fast, checked) from None
     ways = [TcpPath(robot.uid, (structure.node(tracking.node).uid,), arm.group) for robot, arm in arms]
     uids = ((structure.robot(robot)[0].uid, joint) for robot, joint in joints)
     preconditions = (*command.preconditions, *preconditions_of(structure, snapshot.state, uids, ways))
@@ -233,7 +258,7 @@ def _checked(
     arms: Sequence[tuple[Node, Arm]],
     tracking_arms: Sequence[TrackingArm],
     go_on: GoOn,
-) -> tuple[Program, ConveyorTracking]:
+) -> _Tracked:
     """Return the program as slow as the joints need it, and how the frame is followed; raise where they can't."""
     rates: list[tuple[Rates, JointLimits]] = []
     q = program.start
@@ -247,7 +272,10 @@ def _checked(
         if stage.plan is not None:
             q = q.copy()
             q[list(stage.columns)] = stage.plan.goal
-    taken = budget(rates, velocity, frame.joint.limits.acceleration, frame.joint.name, frame.unit)
+    places, fastest = fastest_at(rates)
+    if velocity > fastest.min():
+        raise _TooFast(places, fastest)
+    taken = budget(rates, velocity, frame.joint.limits.acceleration)
     stages = list(program.stages)
     for number, stage in enumerate(stages):
         of_stage = [(one, limits) for one, limits in rates if one.stage == number]
@@ -269,6 +297,43 @@ def _checked(
         taken.own_jerk,
     )  # fmt: skip
     return replace(program, stages=tuple(stages)), tracked
+
+
+def _advised(
+    frame: _Frame,
+    window: tuple[float, float],
+    velocity: float,
+    too_fast: _TooFast,
+    checked: Callable[[tuple[float, float]], _Tracked],
+) -> LimitError:
+    """Return the refusal of a velocity that arms cannot keep up with all along a window, with what would do instead.
+
+    A shorter window is named where the motion can be planned in it, as `checked` tries, and has time for it.
+    """
+    places, fastest = too_fast.places, too_fast.fastest
+    joint, unit, worst = frame.joint.name, frame.unit, int(np.argmin(fastest))
+    reach: float | None = None
+    remedy = f"a max_velocity of at most {fastest[worst]:.4g} {unit}/s"
+    kept_up = int(np.argmax(fastest < velocity))
+    for end in places[max(kept_up - TRIED_WINDOWS, 1) : kept_up][::-1].tolist():
+        try:
+            program, tracked = checked((max(window[0], min(end, 0.0)), min(window[1], max(end, 0.0))))
+        except (KernelError, _TooFast):
+            continue
+        if abs(end) >= velocity * (program.duration + CATCHING_UP * velocity / tracked.own_acceleration):
+            reach = end
+            remedy = f"a window no longer than {end:.4g} {unit}, or {remedy}"
+        break
+    error = LimitError(
+        f"the arm cannot keep up with the joint {joint!r} at {velocity:g} {unit}/s where this is at "
+        f"{frame.position + places[worst]:.4g} {unit}, {places[worst]:+.4g} {unit} from where it is; give {remedy}",
+        joint=joint,
+        value=velocity,
+        limit=float(fastest[worst]),
+    )
+    if reach is not None:
+        error.metadata["window"] = str(reach)
+    return error
 
 
 def _place(snapshot: Snapshot, program: Program, robot: Node, arm: Arm, frame: _Frame) -> Place:

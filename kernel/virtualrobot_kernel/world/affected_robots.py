@@ -193,6 +193,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.StartMotion: _started,
     commands.AppendMotion: _appended,
     commands.GoOn: _motion,
+    commands.StepMotion: _motion,
     commands.StartSetpointMotion: _robot,
     commands.SetSetpoint: _motion,
     commands.EndSetpoints: _motion,

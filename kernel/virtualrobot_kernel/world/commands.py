@@ -270,6 +270,13 @@ class AppendMotion:
 
 
 @dataclass(frozen=True, slots=True)
+class StepMotion:
+    """Command to let a motion go on to the end of its present step, and pause there."""
+
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
 class GoOn:
     """Command to let a motion go on whose orders were done: the last one of their batch."""
 
@@ -388,6 +395,7 @@ Command = (
     | StartMotion
     | AppendMotion
     | GoOn
+    | StepMotion
     | StartSetpointMotion
     | SetSetpoint
     | EndSetpoints

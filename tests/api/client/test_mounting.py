@@ -9,6 +9,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
 
+from tests.api.client.conftest import Run
 from tests.unit.formats.models import MODELS
 
 READY = [0.0, -1.2, 1.6, -1.9, -1.5, 0.3]
@@ -250,3 +251,43 @@ def test_ghosts_and_files_show_the_gripper(client: Client, arm: Robot, tmp_path:
     base = np.linalg.inv(client.scene.pose("copy"))
     for link in ("hand.body", "hand.left_finger", "hand.right_finger"):
         np.testing.assert_allclose(base @ client.scene.pose(f"copy.{link}"), before[link], atol=1e-6)
+
+
+def test_ghosts_carry_the_gripper_as_it_is(client: Client, arm: Robot) -> None:
+    """What is drawn of a ghost is what is drawn of the arm that stands there."""
+    arm.mount("model://robotiq_2f_140", name="hand").close().wait()
+    upright = [0.0, -1.5708, 0.0, -1.5708, 0.0, 0.0]
+    arm.set_positions(upright)
+    camera = (0.0, -2.5, 1.2), (0.0, 0.0, 1.2)
+
+    def picture() -> np.ndarray:
+        return client.view.capture(camera, size=(320, 240), format="raw").pixels.astype(int)
+
+    standing = picture()
+    client.scene.hide("hand")
+    bare = picture()
+    client.scene.hide("hand", False)
+    hand = np.abs(standing - bare).max(axis=2) > 0
+    assert hand.sum() > 30, "the gripper is seen"
+    arm.set_positions([0.0] * 6)
+    away = picture()
+    client.view.ghosts = {"goal": ("arm", upright)}
+    ghost = np.abs(picture() - away).max(axis=2) > 0
+    assert (ghost & hand).sum() > 0.9 * hand.sum()
+
+
+def test_a_program_grips_by_width_and_the_command_line_mounts(
+    run: Run, client: Client, arm: Robot, tmp_path: Path
+) -> None:
+    assert run("mount", "arm", "model://parallel_gripper", "--name", "hand", "--at", "0,0,0.01") == (
+        "arm works with hand.tool\n"
+    )
+    assert run("tool", "arm", "--width", "0.02") == "hand.tool is 20.0 mm wide\n"
+    assert run("tool", "arm") == "* hand.tool  open  of: open, closed  20.0 mm\n"
+    program = client.program().tool_width("arm", 0.05).tool_state("arm", "closed").tool_width("arm", 0.03)
+    program.start().wait()
+    assert arm.tool().width == pytest.approx(0.03, abs=1e-9)
+    client.scene.add_object("rack", pose=virtualrobot.pose(0.5))
+    assert run("unmount", "arm", "--to", "rack", "--at", "0,0,0.1") == "arm has let its tool go\n"
+    assert client.scene.node("hand").parent == "rack"
+    assert "nothing" in run("mount", "arm", "nothing", code=1)

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.world.commands import (
     CancelMotion,
@@ -152,6 +153,38 @@ def test_the_arm_leaves_before_its_window_ends(rng: np.random.Generator) -> None
     assert cell.motion.cancellation.cause is EndCause.WINDOW_LEFT
     assert "its window is 0 to 0.12" in cell.motion.cancellation.reason
     assert 0.11 < cell.tracked.place <= 0.12, "as late as it can"
+
+
+def test_a_belt_too_fast_for_its_window_is_refused_with_a_window_that_would_do() -> None:
+    """And with a speed for the whole window. Both are tried here, the window by a motion to its end.
+
+    Such cells are rare, so the seed is that of one which comes soon.
+    """
+    rng = np.random.default_rng(5)
+    while True:
+        cell = random_cell(rng, "iiwa", "belt", 0.4, 0.1)
+        wish = replace(cell.wish, window=0.5, max_velocity=float(rng.uniform(0.3, 0.6)))
+        try:
+            cell.replanned(wish)
+            continue
+        except LimitError as error:
+            told = error
+        except KernelError:
+            continue
+        if "window" in told.metadata:
+            break
+        assert "cannot keep up" not in str(told) or "; give a max_velocity of at most" in str(told)
+    within = float(told.metadata["window"])
+    assert "cannot keep up" in str(told)
+    assert f"give a window no longer than {within:.4g} m, or a max_velocity of at most" in str(told)
+    cell.replanned(replace(wish, max_velocity=0.999 * float(told.metadata["limit"])))
+    cell.command = cell.replanned(replace(wish, window=within))
+    cell.run_belt(10.0, wish.max_velocity / BELT.velocity)
+    cell.tick()
+    cell.apply(cell.command)
+    while not cell.motion.running.ended:
+        cell.tick()
+    assert cell.motion.running.phase is Phase.SUCCEEDED
 
 
 @pytest.mark.parametrize("trouble", ["faster than said", "jumped"])

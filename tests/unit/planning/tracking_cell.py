@@ -64,6 +64,12 @@ class Cell:
         move = PointToPoint("conveyor", {"run": at + distance}, speed)
         self.apply(start_of(pictured(self.change), [move], chain))
 
+    def replanned(self, wish: TrackingSpec) -> StartMotion:
+        """Return the line planned anew from here, with another wish; raise KernelError where it is refused."""
+        snapshot = pictured(self.change)
+        moves = [Linear("arm", PoseGoal(self.tray_t_goal, "conveyor.tray"))]
+        return tracked(snapshot, start_of(snapshot, moves, chain), wish, moved_arms(snapshot, moves))
+
     @property
     def belt(self) -> int:
         """Where the belt's coordinate is in q."""

@@ -1,12 +1,12 @@
-"""`virtualrobot grasp`, `release`, `tool`, `speed`, `pause`, `resume`, `lease` and `clock`: a robot at work."""
+"""`virtualrobot grasp`, `release`, `tool`, `mount`, `unmount`, `speed`, `pause`, `lease`, ...: a robot at work."""
 
 from __future__ import annotations
 
 import click
 
 from virtualrobot.cli.move import follow
-from virtualrobot.cli.names import NODE, PART, ROBOT, TOOL
-from virtualrobot.cli.options import FiniteRange, Target, target_options
+from virtualrobot.cli.names import NODE, PART, ROBOT, SOURCE, TOOL
+from virtualrobot.cli.options import FiniteRange, Numbers, Target, degrees_option, pose_of_numbers, target_options
 
 _FACTOR = FiniteRange(0.0, 1.0, min_open=True)
 
@@ -37,22 +37,34 @@ def release(target: Target, robot: str, part: str | None, parent: str) -> None:
 @click.command()
 @click.argument("robot", type=ROBOT)
 @click.argument("state", required=False)
+@click.option("--width", type=FiniteRange(0.0), metavar="METERS", help="Instead of a state: how wide it opens.")
 @click.option("--tool", "name", type=TOOL, help="Which of its tools [the chosen one].")
 @click.option("--select", is_flag=True, help="Let the robot work with this tool from now on.")
 @click.option("--point", metavar="NAME", help="With --select: its tool centre point [the first].")
 @target_options
-def tool(target: Target, robot: str, state: str | None, name: str | None, select: bool, point: str | None) -> None:
+def tool(
+    target: Target,
+    robot: str,
+    state: str | None,
+    width: float | None,
+    name: str | None,
+    select: bool,
+    point: str | None,
+) -> None:
     """Show ROBOT's tools and their states, or move a tool into STATE, such as open."""
+    if state is not None and width is not None:
+        raise click.UsageError("give a state or --width, not both")
     if point and not select:
         raise click.UsageError("--point goes with --select")
     with target.connect() as client:
         handle = client.robot(robot)
-        if state is None and not select:
+        if state is None and width is None and not select:
             now = handle.state
             for tool in handle.tools:
                 states = ", ".join(handle.tool(tool).states)
                 chosen = "*" if tool == now.tool else " "
-                click.echo(f"{chosen} {tool}  {now.tool_states.get(tool) or 'no state'}  of: {states or 'none'}")
+                wide = f"  {1e3 * now.tool_widths[tool]:.1f} mm" if tool in now.tool_widths else ""
+                click.echo(f"{chosen} {tool}  {now.tool_states.get(tool) or 'no state'}  of: {states or 'none'}{wide}")
             return
         one = handle.tool(name)
         if select:
@@ -61,6 +73,53 @@ def tool(target: Target, robot: str, state: str | None, name: str | None, select
         if state is not None:
             follow(one.set(state, wait=False))
             click.echo(f"{one.name} is {state}")
+        if width is not None:
+            follow(one.move_to_width(width, wait=False))
+            click.echo(f"{one.name} is {1e3 * one.width:.1f} mm wide")
+
+
+@click.command()
+@click.argument("robot", type=ROBOT)
+@click.argument("what", type=SOURCE)
+@click.option("--name", help="Of what is loaded [its own].")
+@click.option("--adapter", type=NODE, help="The link or adapter that it goes to [the flange].")
+@click.option("--at", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where its frame goes [on that of the flange].")
+@click.option("--point", metavar="NAME", help="The tool centre point to work with [the first].")
+@degrees_option
+@target_options
+def mount(
+    target: Target,
+    robot: str,
+    what: str,
+    name: str | None,
+    adapter: str | None,
+    at: tuple[float, ...] | None,
+    point: str | None,
+    degrees: bool,
+) -> None:
+    """Mount WHAT on ROBOT, which works with it then.
+
+    WHAT is a model by name such as model://parallel_gripper, the path of a model file with a / in it, or the name of a
+    tool, a gripper, or an adapter with one that is there.
+    """
+    place = None if at is None else pose_of_numbers(at, degrees)
+    with target.connect() as client:
+        mounted = client.robot(robot).mount(what, name=name, adapter=adapter, pose=place, tcp=point)
+        click.echo(f"{robot} works with {mounted.name}")
+
+
+@click.command()
+@click.argument("robot", type=ROBOT)
+@click.argument("what", required=False, type=NODE)
+@click.option("--to", type=NODE, default="world", help="What it is fixed to from now on, such as a rack [world].")
+@click.option("--at", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where it goes there [where it is].")
+@degrees_option
+@target_options
+def unmount(target: Target, robot: str, what: str | None, to: str, at: tuple[float, ...] | None, degrees: bool) -> None:
+    """Take WHAT, or the chosen tool with its gripper, off ROBOT."""
+    with target.connect() as client:
+        client.robot(robot).unmount(what, to=to, pose=None if at is None else pose_of_numbers(at, degrees))
+        click.echo(f"{robot} has let its tool go")
 
 
 @click.command()

@@ -201,6 +201,10 @@ class Motion:
         """Let it go on after a pause."""
         self._services.motion.ResumeMotion(motion_pb2.ResumeMotionRequest(id=self.id))
 
+    def run_step(self) -> None:
+        """Let its program go on to the end of the present step and pause there; steps that zones join count as one."""
+        self._services.motion.StepMotion(motion_pb2.StepMotionRequest(id=self.id))
+
     def cancel(self, reason: str = "") -> None:
         """Slow it to standstill on its path and end it."""
         self._services.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=self.id, reason=reason))
@@ -309,14 +313,21 @@ def start(services: Services, moves: Iterable[Move], **options: Unpack[StartOpti
 
 
 def start_spec(
-    services: Services, spec: motion_pb2.MotionSpec, *, open: bool = False, **options: Unpack[StartOptions]
+    services: Services,
+    spec: motion_pb2.MotionSpec,
+    *,
+    open: bool = False,
+    breakpoints: Iterable[str] = (),
+    **options: Unpack[StartOptions],
 ) -> Motion:
     """Start a motion; return its handle, after its end with `wait` unless it is `open`."""
     check_options(options, StartOptions, "besides its move's own a start")
     preempt, on_disconnect, tracking = (options.get(name) for name in ("preempt", "on_disconnect", "tracking"))
     revision = options.get("expected_structure_revision")
     check_not_empty(spec)
-    asked = motion_pb2.StartMotionRequest(spec=spec, open=open, request_id=options.get("request_id"))
+    asked = motion_pb2.StartMotionRequest(
+        spec=spec, open=open, breakpoints=breakpoints, request_id=options.get("request_id")
+    )
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
     if on_disconnect is not None:
         if on_disconnect not in policies:

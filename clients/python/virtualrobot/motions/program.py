@@ -91,6 +91,13 @@ class Program:
         self._steps.add().move.moves.append(move)
         return self
 
+    def tool_width(self, robot: Named, width: float, tool: str | None = None, *, speed: float | None = None) -> Program:
+        """Add a step that opens a tool, the robot's chosen one by default, to a width in meters."""
+        move = motion_pb2.Move(robot=name_of(robot), speed_factor=value_or_default(speed, "speed"))
+        move.tool_state.CopyFrom(motion_pb2.ToolStateMove(tool=tool, width_meters=width))
+        self._steps.add().move.moves.append(move)
+        return self
+
     def pick(self, robot: Named, part: str | None = None, max_distance: float | None = None) -> Program:
         """Add a step that fixes a part to the robot's chosen tool, as `Robot.pick` does; what follows carries it.
 
@@ -155,7 +162,7 @@ class Program:
     def pick_at(
         self, robot: Named, goal: PoseLike, part: str | None = None, **options: Unpack[PickAtOptions]
     ) -> Program:
-        """Add a step that goes to before a part, along a line to it, closes the tool, picks it and goes back.
+        """Add a step that goes to before a part, along a line to it, picks it, closes the tool and goes back.
 
         `goal` is the 4x4 pose of the tool centre point when it picks.
 
@@ -171,7 +178,7 @@ class Program:
     def place_at(
         self, robot: Named, goal: PoseLike, part: str | None = None, **options: Unpack[PlaceAtOptions]
     ) -> Program:
-        """Add a step that goes to before a place, along a line to it, lets go, opens the tool and goes back.
+        """Add a step that goes to before a place, along a line to it, opens the tool, lets go and goes back.
 
         Example:
             >>> program.place_at(robot, place_t_tcp, reference="place", approach=0.1, state="open", parent="pallet")
@@ -216,6 +223,44 @@ class Program:
         self._steps.add(pattern=step)
         return self
 
+    def if_(
+        self,
+        signal: str,
+        value: GivenValue = True,
+        comparison: str = "==",
+        *,
+        then: Program,
+        otherwise: Program | None = None,
+    ) -> Program:
+        """Add a step that makes the steps of one program or of another, as a signal compares with a value then.
+
+        What comes after it is planned when it is reached; the program stands meanwhile.
+
+        Example:
+            >>> program.if_("full", then=client.program().move(robot.linear(away)))
+        """
+        wish = motion_pb2.IfStep(condition=condition(signal, value, comparison), then=then._steps)
+        self._take_programs(then)
+        if otherwise is not None:
+            wish.otherwise.extend(otherwise._steps)
+            self._take_programs(otherwise)
+        self._steps.add(if_signal=wish)
+        return self
+
+    def while_(
+        self, steps: Program, signal: str | None = None, value: GivenValue = True, comparison: str = "=="
+    ) -> Program:
+        """Add a step that makes the steps of a program again and again, as long as a signal compares so with a value.
+
+        Without a signal it does so for ever, each round being planned while the one before is done.
+        """
+        loop = motion_pb2.WhileStep(steps=steps._steps)
+        if signal is not None:
+            loop.condition.CopyFrom(condition(signal, value, comparison))
+        self._take_programs(steps)
+        self._steps.add(while_signal=loop)
+        return self
+
     def _take_programs(self, steps: Program, more: Mapping[str, motion_pb2.SubProgram] | None = None) -> None:
         """Know the programs that steps call, too; two of one name must be the same."""
         known = self._spec.programs
@@ -226,13 +271,17 @@ class Program:
                 )
             known[name].CopyFrom(program)
 
-    def start(self, *, open: bool = False, **options: Unpack[motion.StartOptions]) -> motion.Motion:
+    def start(
+        self, *, open: bool = False, breakpoints: Iterable[str] = (), **options: Unpack[motion.StartOptions]
+    ) -> motion.Motion:
         """Plan all steps and start; the options are those of `Robot`.
 
+        It pauses before each of the `breakpoints`, steps as `Motion.step_path` tells them: `4[2].0` in the third round
+        alone, `4.0` in every round; `Motion.resume` and `run_step` let it go on.
         An `open` program is not waited for: `Motion.append` gives it more steps while it runs. An error of
         the planner names the step, in its message and as `metadata["step"]`; then nothing moves.
         """
-        return motion.start_spec(self._services, self._spec, open=open, **options)
+        return motion.start_spec(self._services, self._spec, open=open, breakpoints=breakpoints, **options)
 
     def plan(self, **options: Unpack[plans.PlanOptions]) -> plans.MotionPlan:
         """Return what it would do, in samples; see `Client.plan`. Nothing moves."""

@@ -35,6 +35,8 @@ class AtOptions(TypedDict, total=False):
         retreat: length of the line away from it (m); that of the approach by default.
         state_before: the state in which the tool comes; as it is by default.
         state: the state of the tool in which it holds the part, or lets go.
+        width_before: instead of `state_before`, how wide it is open then (m).
+        width: instead of `state`, how wide it is open then (m).
         reference: the node in whose frame the goal is given.
         configuration: the only configuration that will do, as of `Robot.ptp`.
         speed_factor: as of any move.
@@ -48,6 +50,8 @@ class AtOptions(TypedDict, total=False):
     retreat: float | None
     state_before: str | None
     state: str | None
+    width_before: float | None
+    width: float | None
     reference: str | None
     configuration: str | None
     speed_factor: float | None
@@ -148,6 +152,10 @@ def handled(step: Handled, robot: Named, goal: PoseLike, options: AtOptions) -> 
     step.retreat_meters = approach if retreat is None else retreat
     step.state_before = options.get("state_before") or ""
     step.state = options.get("state") or ""
+    if (width := options.get("width_before")) is not None:
+        step.width_before_meters = width
+    if (width := options.get("width")) is not None:
+        step.width_meters = width
     step.speed_factor = value_or_default(options.get("speed_factor"), "speed_factor")
     step.max_velocity_meters_per_second = value_or_default(options.get("velocity"), "velocity")
     step.max_acceleration_meters_per_second_squared = value_or_default(options.get("acceleration"), "acceleration")
