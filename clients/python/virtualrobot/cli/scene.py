@@ -75,6 +75,7 @@ def load(
         if is_scene:
             names = client.scene.load_scene(file, add=add, packages=packages, strict=strict)
             click.echo(f"loaded {file}: {len(names)} nodes")
+            _tell_allowed(client)
             return
         node = client.scene.load(
             file,
@@ -90,6 +91,13 @@ def load(
             strict=strict,
         )
         click.echo(f"loaded {node.kind} {node.name}")
+        _tell_allowed(client)
+
+
+def _tell_allowed(client: Client) -> None:
+    """Show what touches as built, a line for each pair."""
+    for pair in client.scene.allowed_pairs:
+        click.echo(f"  {pair.first} and {pair.second} may touch: {pair.reason}")
 
 
 @click.command()

@@ -16,6 +16,7 @@ from virtualrobot._wire.messages import Stamp, array_of, stamp_of, value_or_defa
 from virtualrobot._wire.names import unknown_name
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import Services
+from virtualrobot.collisions.allowed_pairs import AllowedPair, built_pairs
 from virtualrobot.files import scene_files
 from virtualrobot.files.assets import Assets
 from virtualrobot.files.scene_files import Export
@@ -88,6 +89,7 @@ class Scene(Editor[Node]):
         self._services = services
         self._assets = Assets(services)
         self._warnings: tuple[scene_files.FileWarning, ...] = ()
+        self._allowed_pairs: tuple[AllowedPair, ...] = ()
 
     # Reading.
 
@@ -214,7 +216,7 @@ class Scene(Editor[Node]):
         """
         factors = (scale,) * 3 if isinstance(scale, int | float) else tuple(scale)
         check_options(options, LoadOptions, "a model")
-        self._warnings = ()
+        self._warnings, self._allowed_pairs = (), ()
         where = options.get("name"), options.get("pose"), options.get("parent") or "world"
         request = scene_files.model_request(*where, options.get("base") or "fixed")
         request.as_part, request.strict = as_part, options.get("strict") or False
@@ -222,6 +224,7 @@ class Scene(Editor[Node]):
         sources = options.get("srdf"), options.get("packages") or {}, options.get("settings"), options.get("request_id")
         response = scene_files.load_model(self._services, self._assets, request, file, *sources)
         self._warnings = scene_files.file_warnings(response.warnings)
+        self._allowed_pairs = built_pairs(response.allowed_pairs)
         return self.node(response.created[0].name)
 
     @property
@@ -231,6 +234,20 @@ class Scene(Editor[Node]):
         Empty for none, and after a load that was refused: its error says why.
         """
         return self._warnings
+
+    @property
+    def allowed_pairs(self) -> tuple[AllowedPair, ...]:
+        """Pairs that touch as the model that was loaded last is built or stands, and so may touch from then on.
+
+        Those of a scene file are of the models that it names. `client.collisions.allowed` has all pairs that may touch,
+        and its `forbid_built` undoes these.
+
+        Example:
+            >>> client.load_robot("model://kr6_r700", pose=virtualrobot.pose(z=0.8))
+            >>> [(pair.second, pair.reason) for pair in client.scene.allowed_pairs]
+            [('table', "stands on 'table'")]
+        """
+        return self._allowed_pairs
 
     def export(self, node: Text | Node | Robot, file: str | Path) -> Export:
         """Write a robot as URDF (`.urdf`), or whatever hangs below a node as binary glTF (`.glb`), to this machine.
@@ -272,11 +289,12 @@ class Scene(Editor[Node]):
             MissingFileError: when the file or one that it names is nowhere.
             MalformedFileError: when the file says something impossible; the message has file and line.
         """
-        self._warnings = ()
+        self._warnings, self._allowed_pairs = (), ()
         response = scene_files.load_scene(
             self._services, self._assets, Path(file), add, packages or {}, strict, request_id
         )
         self._warnings = scene_files.file_warnings(response.warnings)
+        self._allowed_pairs = built_pairs(response.allowed_pairs)
         return [created.name for created in response.created]
 
     def clear(self) -> None:
