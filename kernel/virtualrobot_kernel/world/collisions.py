@@ -11,8 +11,8 @@ from virtualrobot_kernel.world.structure import Structure
 LONGEST_LOOK_AHEAD_SECONDS = 60.0
 
 STOP_AHEAD_SECONDS = 1.0
-"""How far ahead is looked from when the first robot is to be stopped, where nothing is said: more than robots take to
-stop whose files tell no accelerations (0.35 s, `formats/limits.py`)."""
+"""Time (s) that is looked ahead where the first robot is to be stopped and nothing is said of it: more than robots take
+to stop whose files tell no accelerations (0.35 s, `formats/limits.py`)."""
 MOST_PADDING_METERS = 1.0
 
 
