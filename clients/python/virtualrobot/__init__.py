@@ -91,8 +91,8 @@ _MODULES = {
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "CollisionError",
         "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError", "LeasedError", "LimitError",
-        "MalformedFileError", "MissingFileError", "MotionAbortedError", "MotionCancelledError", "NameTakenError",
-        "PlanOutdatedError",
+        "MalformedFileError", "MissingFileError", "MotionAbortedError", "MotionCancelledError",
+        "MotionEndedError", "NameTakenError", "PlanOutdatedError",
         "PluginFailedError", "RobotBusyError", "SingularityError", "StaleRevisionError", "TooLargeError",
         "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
     ),

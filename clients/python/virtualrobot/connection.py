@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Unpack
 
-from numpy.typing import ArrayLike
-
+from virtualrobot._wire.arguments import PoseLike, Text, checked
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.transport import Channel, open_channel
 from virtualrobot.clock import Clock
@@ -83,6 +82,7 @@ class KernelInfo:
         )
 
 
+@checked
 class Client:
     """A connection to one kernel; a context manager. `virtualrobot.connect` makes it.
 
@@ -155,10 +155,11 @@ class Client:
         *,
         convention: str,
         name: str | None = None,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         parent: str = "world",
-        base_t_first: ArrayLike | None = None,
-        last_t_flange: ArrayLike | None = None,
+        base_t_first: PoseLike | None = None,
+        last_t_flange: PoseLike | None = None,
+        request_id: str | None = None,
     ) -> Robot:
         """Make a serial arm of a Denavit-Hartenberg table and return it.
 
@@ -176,6 +177,7 @@ class Client:
             parent: the node that it is fixed to.
             base_t_first: pose of the frame before the first row in the robot's frame, 4x4.
             last_t_flange: pose of the flange in the frame of the last row, 4x4.
+            request_id: a name of this call, as of `Scene.load`.
 
         Raises:
             InvalidArgumentError: when a row or the convention is not as above.
@@ -187,11 +189,11 @@ class Client:
         request = model_request(name, pose, parent, "fixed")
         request.denavit_hartenberg.CopyFrom(table_message(rows, convention, base_t_first, last_t_flange))
         response = self._services.scene.ImportModel(
-            scene_pb2.ImportModelRequest(model=request), timeout=LONG_TIMEOUT_SECONDS
+            scene_pb2.ImportModelRequest(model=request, request_id=request_id), timeout=LONG_TIMEOUT_SECONDS
         )
         return Robot(self._services, response.created[0].name)
 
-    def models(self, search: str | None = None, *, maker: str | None = None) -> list[KnownModel]:
+    def models(self, search: Text | None = None, *, maker: Text | None = None) -> list[KnownModel]:
         """Return the models of robots and grippers that the kernel knows by name.
 
         Args:
@@ -326,9 +328,10 @@ class Client:
         return f"<Client of VirtualRobot {self.info.version} at {self.address}>"
 
 
+@checked
 def connect(
     address: str | None = None,
-    token: str | None = None,
+    token: Text | None = None,
     *,
     token_file: str | Path | None = None,
     root_certificate: str | Path | None = None,

@@ -12,12 +12,13 @@ from functools import partial
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 
 from virtualrobot_kernel.api.author import person
-from virtualrobot_kernel.api.convert.program import NOTE
+from virtualrobot_kernel.api.convert.program import NOTE, program_text
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested, touching_notes
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
 from virtualrobot_kernel.api.open_programs import OpenPrograms
+from virtualrobot_kernel.api.program_decisions import Decisions
 from virtualrobot_kernel.api.publications import pause_seconds
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.api.setpoints import stream_setpoints
@@ -25,7 +26,14 @@ from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.formats import program_file
 from virtualrobot_kernel.messages.values import check_enum, expected_revision, stamp
 from virtualrobot_kernel.planning.plan_motion import plan_motion
-from virtualrobot_kernel.world.commands import CancelMotion, Command, PauseMotion, ResumeMotion, StopMotions
+from virtualrobot_kernel.world.commands import (
+    CancelMotion,
+    Command,
+    PauseMotion,
+    ResumeMotion,
+    StepMotion,
+    StopMotions,
+)
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 from virtualrobot_kernel.world.store import Applied, check_revision
 
@@ -42,6 +50,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self._watchers: Counter[str] = Counter()
         self._repeats = Repeats()
         self._programs = OpenPrograms(kernel)
+        self._decisions = Decisions(kernel, self._programs)
         self._bound: dict[str, asyncio.TimerHandle] = {}
 
     async def StartMotion(
@@ -55,23 +64,33 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     async def _start(self, request: motion_pb2.StartMotionRequest, context: object) -> motion_pb2.StartMotionResponse:
         world, expected = self._kernel.world, expected_revision(request)
         check_revision(world.snapshot.structure, expected)
-        spec, joints, robots = await requested(self._kernel, request.spec)
+        said = request.spec
+        text = await self._kernel.in_worker(program_text, said.steps, said.programs, request.breakpoints)
+        spec, joints, robots = await requested(self._kernel, said, text)
         await make_way(self._kernel, lambda _: joints, request.busy_policy, context)
         near_of = near_by(self._kernel.collisions)
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
         planned = await self._kernel.limiter.run_while_wanted(
             robots,
             lambda given_up: plan_motion(
-                world.snapshot, spec, self._kernel.solvers.of, given_up, near_of, open=request.open
+                world.snapshot,
+                spec,
+                self._kernel.solvers.of,
+                given_up,
+                near_of,
+                open=request.open or text.rest is not None,
             ),
         )
-        applied = self._kernel.submit([planned.command], context, expected)
+        submit = self._kernel.submitting(context)
+        applied = submit([planned.command], expected)
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after an await: a client that vanishes there would leave a motion that nothing stops.
             applied.add_done_callback(partial(self._started, asyncio.get_running_loop()))
         snapshot = (done := await asyncio.wrap_future(applied)).snapshot
         motion = find_motion(snapshot, str(done.created[0]))
         self._programs.remember(motion.id, planned.end)
+        if text.rest is not None:
+            self._decisions.take_on(motion.id, text.rest, submit, open=request.open)
         notes = (*planned.notes, *touching_notes(self._kernel.monitor.latest, snapshot, motion))
         return motion_pb2.StartMotionResponse(
             stamp=stamp(snapshot), motion=motion_message(snapshot, motion), notes=map(NOTE.write, notes)
@@ -162,6 +181,11 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         """Resume a motion that was paused; one that runs stays as it is."""
         snapshot, motion = await self._changed(ResumeMotion(request.id), request.id, context)
         return motion_pb2.ResumeMotionResponse(motion=motion, stamp=stamp(snapshot))
+
+    async def StepMotion(self, request: motion_pb2.StepMotionRequest, context: object) -> motion_pb2.StepMotionResponse:
+        """Let a motion go on to the end of its present step."""
+        snapshot, motion = await self._changed(StepMotion(request.id), request.id, context)
+        return motion_pb2.StepMotionResponse(motion=motion, stamp=stamp(snapshot))
 
     async def CancelMotion(
         self, request: motion_pb2.CancelMotionRequest, context: object

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.author import person
-from virtualrobot_kernel.api.convert.program import motion_spec
+from virtualrobot_kernel.api.convert.program import ProgramText, motion_spec, program_text
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.collision.node_pairs import coordinates_between, movers
 from virtualrobot_kernel.collision.report import Report
@@ -16,6 +16,7 @@ from virtualrobot_kernel.collision.transitions import watched
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import MotionSpec
+from virtualrobot_kernel.planning.stages import check_steps
 from virtualrobot_kernel.planning.together import joints_of, moved_arms, solved_robots
 from virtualrobot_kernel.planning.tracking import arms_joints
 from virtualrobot_kernel.world.actuators import coupled_joints
@@ -96,12 +97,20 @@ async def _later(kernel: KernelServices, seen: Snapshot, braking: Motion) -> Sna
 
 
 async def requested(
-    kernel: KernelServices, message: motion_pb2.MotionSpec
+    kernel: KernelServices, message: motion_pb2.MotionSpec, text: ProgramText | None = None
 ) -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
-    """Return a motion's spec, the joints (robot uid, name) that it needs, and the robots (uids) to be solved."""
+    """Return a motion's spec, the joints (robot uid, name) that it needs, and the robots (uids) to be solved.
+
+    text: what its steps say, where that is known already. Of a text with decisions it is the part before the first one;
+    what the others name is looked up.
+    """
 
     def work() -> tuple[MotionSpec, set[tuple[int, str]], set[int]]:
-        snapshot, spec = kernel.world.snapshot, motion_spec(message)
+        said = text or program_text(message.steps, message.programs)
+        snapshot, spec = kernel.world.snapshot, motion_spec(message, said)
+        if said.rest is not None:
+            check_steps(snapshot, said.every, open=True)
+            joints_of(snapshot, MotionSpec(steps=said.every).every_move)
         joints = joints_of(snapshot, spec.every_move)
         if spec.tracking is not None:
             joints = arms_joints(joints, moved_arms(snapshot, spec.every_move))

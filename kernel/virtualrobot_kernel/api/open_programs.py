@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import asyncio
+from collections.abc import Callable
+from concurrent.futures import Future
+from dataclasses import dataclass
+from functools import partial
 from math import inf
 from weakref import WeakValueDictionary
 
 from virtualrobot.v1 import motion_pb2
 
-from virtualrobot_kernel.api.convert.program import NOTE, program_steps
+from virtualrobot_kernel.api.convert.program import NOTE, program_text
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import find_motion
@@ -16,11 +20,13 @@ from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.values import expected_revision, stamp
 from virtualrobot_kernel.planning.blending import PlannedRun
+from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.plan_append import plan_append
 from virtualrobot_kernel.planning.program import MotionSpec, Step
 from virtualrobot_kernel.planning.together import solved_robots
 from virtualrobot_kernel.world.apply_motions import open_program, running_motion
 from virtualrobot_kernel.world.clock import Mode
+from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied, check_revision
 
 MARGINS = (0.1, 0.3, 0.9)
@@ -30,12 +36,22 @@ They are tried in turn; after the last one the steps begin from rest, for which 
 """
 
 
+@dataclass(frozen=True, slots=True)
+class _End:
+    """How steps end a program: whether they close it, and how many its text has then more outside of others."""
+
+    last: bool
+    outer_count: int
+
+
 class OpenPrograms:
     """Ends of the open programs, by motion id; in the API's event loop alone. Each program has one append at a time."""
 
     def __init__(self, kernel: KernelServices) -> None:
         """Know of no program yet."""
         self._kernel = kernel
+        self.decided: set[str] = set()
+        """Programs whose own text is not over yet."""
         self._ends: dict[str, PlannedRun] = {}
         self._turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
 
@@ -59,45 +75,66 @@ class OpenPrograms:
                     motion=request.id,
                     step_count=count,
                 )
-            steps = program_steps(request.steps, request.programs, count, program.outer_count)
-            clock = self._kernel.world.clock
-            margins = (0.0,) if clock.mode is Mode.STEPPED else tuple(one * clock.speed_factor for one in MARGINS)
-            for margin in margins:
-                try:
-                    return await self._appended(request, steps, margin, context)
-                except KernelError as error:
-                    if error.reason is not Reason.PLAN_OUTDATED:
-                        raise
-            return await self._appended(request, steps, inf, context)
+            if request.id in self.decided:
+                raise KernelError(
+                    f"nothing can be appended to {request.id!r} before its text has come to its last decision",
+                    reason=Reason.WRONG_STATE,
+                    motion=request.id,
+                )
+            text = program_text(request.steps, request.programs, request.breakpoints, count, program.outer_count)
+            if text.rest is not None:
+                raise KernelError("steps that decide what comes next can't be appended; start a program of them")
+            submit = partial(self._kernel.submit, context=context, expected_revision=expected_revision(request))
+            end = _End(request.last, text.outer_count)
+            snapshot, notes = await self._soon_enough(request.id, text.steps, end, submit)
+        return motion_pb2.AppendMotionResponse(
+            stamp=stamp(snapshot),
+            motion=motion_message(snapshot, find_motion(snapshot, request.id)),
+            notes=map(NOTE.write, notes),
+        )
+
+    async def go_on(
+        self, id: str, steps: tuple[Step, ...], submit: Callable[..., Future[Applied]], *, last: bool
+    ) -> None:
+        """Plan the next steps of a program's own text and append them; `last` closes it."""
+        async with self._turns.setdefault(id, asyncio.Lock()):
+            await self._soon_enough(id, steps, _End(last, 0), submit)
+
+    async def _soon_enough(
+        self, id: str, steps: tuple[Step, ...], end: _End, submit: Callable[..., Future[Applied]]
+    ) -> tuple[Snapshot, tuple[Note, ...]]:
+        """Append steps, planned again where the motion has meanwhile gone too far; return the world and notes."""
+        clock = self._kernel.world.clock
+        margins = (0.0,) if clock.mode is Mode.STEPPED else tuple(one * clock.speed_factor for one in MARGINS)
+        for margin in margins:
+            try:
+                return await self._appended(id, steps, end, margin, submit)
+            except KernelError as error:
+                if error.reason is not Reason.PLAN_OUTDATED:
+                    raise
+        return await self._appended(id, steps, end, inf, submit)
 
     async def _appended(
-        self, request: motion_pb2.AppendMotionRequest, steps: tuple[Step, ...], margin: float, context: object
-    ) -> motion_pb2.AppendMotionResponse:
-        kernel, end = self._kernel, self._ends.get(request.id)
-        moves = MotionSpec(steps=steps).every_move
-        near_of, last = near_by(kernel.collisions), request.last
+        self, id: str, steps: tuple[Step, ...], end: _End, margin: float, submit: Callable[..., Future[Applied]]
+    ) -> tuple[Snapshot, tuple[Note, ...]]:
+        kernel, tail = self._kernel, self._ends.get(id)
+        near_of, moves = near_by(kernel.collisions), MotionSpec(steps=steps).every_move
 
         planned = await kernel.limiter.run_while_wanted(
             solved_robots(kernel.world.snapshot, moves),
             lambda given_up: plan_append(
                 (now := kernel.world.snapshot),
-                running_motion(now.state, request.id),
+                running_motion(now.state, id),
                 steps,
-                end,
+                tail,
                 margin,
                 kernel.solvers.of,
                 given_up,
                 near_of,
-                last=last,
-                outer_count=len(request.steps),
+                last=end.last,
+                outer_count=end.outer_count,
             ),
         )
-        submitted = kernel.submit([planned.command], context, expected_revision(request))
-        applied: Applied = await asyncio.wrap_future(submitted)
-        self.remember(request.id, planned.end)
-        snapshot = applied.snapshot
-        return motion_pb2.AppendMotionResponse(
-            stamp=stamp(snapshot),
-            motion=motion_message(snapshot, find_motion(snapshot, request.id)),
-            notes=map(NOTE.write, planned.notes),
-        )
+        applied: Applied = await asyncio.wrap_future(submit([planned.command]))
+        self.remember(id, planned.end)
+        return applied.snapshot, planned.notes

@@ -98,6 +98,9 @@ def predict(run: ProgramRun, override: float, signals: Mapping[str, SignalValue]
     waits = slows
     while not waits and last < len(stages) and times[-1] < seconds:
         stage = stages[last]
+        if stage.pauses and last != at:
+            waits = True
+            break
         gone = run.waited if last == at else 0.0
         lasts = _lasts(stage, gone, override, signals)
         if lasts is None:

@@ -37,6 +37,7 @@ class Stage:
     text. marks: nominal times at which signals are set on the way; without a plan they are set at once. wait: what a
     stage without a plan waits for, after its marks. until: what ends the plan early (a search). orders: what the world
     shall do for a stage without a plan, which is over when it is done; what they are is the world's matter alone.
+    pauses: whether the program stands PAUSED before it until it is resumed.
     """
 
     plan: Plan | None
@@ -47,6 +48,7 @@ class Stage:
     until: Condition | None = None
     orders: tuple[object, ...] = ()
     paths: tuple[str, ...] = ()
+    pauses: bool = False
 
     @property
     def duration(self) -> float:

@@ -36,7 +36,7 @@ class ProgramRun:
     at: the stage; all are done when it is their number. running: how far the stage's plan is; None where it has none
     or has not begun. waited: how long the stage has waited (s). held (n,): where the joints are that the stage does not
     move. marked: how many of the stage's marks have been passed. due: signals to set that no tick has told yet. asks:
-    whether it has come to the stage's orders.
+    whether it has come to the stage's orders. steps: whether it pauses at the end of the stage.
     """
 
     program: Program
@@ -51,6 +51,7 @@ class ProgramRun:
     found: bool | None = None
     fault: tuple[str, str] | None = None
     asks: bool = False
+    steps: bool = False
 
     @property
     def ended(self) -> bool:
@@ -159,6 +160,13 @@ class ProgramRun:
         waits = self.program.stages[self.at].wait is not None
         return replace(self, phase=Phase.WAITING if waits else Phase.RUNNING)
 
+    def step(self) -> ProgramRun:
+        """Return the program going on to the end of its stage, where it pauses.
+
+        Raises KernelError (WRONG_STATE) when it is stopping or has ended.
+        """
+        return replace(self.resume(), steps=True)
+
     def cancel(self) -> ProgramRun:
         """Return the program braking to its end; one that stands ends at once, one that stops or has ended stays so.
 
@@ -191,11 +199,15 @@ class ProgramRun:
         held = np.concatenate([self.held, more.start[len(self.held) :]])
         program = replace(more, stages=stages, start=held, done=self.program.begins[self.at])
         phase = Phase.RUNNING if self.phase is Phase.STARVED else self.phase
+        if phase is Phase.RUNNING and more.stages and not self.program.stages[self.at :] and more.stages[0].pauses:
+            phase = Phase.PAUSED
         return replace(self, program=program, phase=phase, at=0, running=running, held=held)
 
     def obeyed(self) -> ProgramRun:
         """Return the program after the world has done the orders of its stage: it goes on with the next tick."""
-        return replace(self, phase=Phase.RUNNING, at=self.at + 1, waited=0.0, marked=0, asks=False)
+        at = self.at + 1
+        phase = Phase.PAUSED if _stops_before(self.program, at, self.steps) else Phase.RUNNING
+        return replace(self, phase=phase, at=at, waited=0.0, marked=0, asks=False, steps=False)
 
     def abort(self) -> ProgramRun:
         """Return the program ended where it is: what it moved is gone."""
@@ -208,6 +220,8 @@ def start(program: Program, override: float) -> ProgramRun:
     begun = plan_execution.start(first.plan, override) if first.plan is not None else None
     empty = begun is not None and begun.ended and not first.marks and first.until is None
     phase = Phase.SUCCEEDED if empty and len(program.stages) == 1 and not program.open else Phase.RUNNING
+    if first.pauses:
+        phase, begun = Phase.PAUSED, None
     return ProgramRun(program, phase, 0, begun, 0.0, program.start, 0, (), _NO_SIGNALS)
 
 
@@ -231,14 +245,17 @@ def _on_its_way(run: ProgramRun, dt: float, override: float) -> ProgramRun | Non
     marks = run.program.stages[run.at].marks
     if run.marked < len(marks) and marks[run.marked][0] <= moving.tau + _TOLERANCE:
         return None
-    return ProgramRun(run.program, moving.phase, run.at, moving, 0.0, run.held, run.marked, (), _NO_SIGNALS, run.found)
+    found, steps = run.found, run.steps
+    return ProgramRun(
+        *(run.program, moving.phase, run.at, moving, 0.0, run.held, run.marked, (), _NO_SIGNALS, found), steps=steps
+    )
 
 
 def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext) -> ProgramRun:
     program, stages = run.program, run.program.stages
     phase, at, moving, waited, held, marked = run.phase, run.at, run.running, run.waited, run.held, run.marked
     due, told = list(run.due), dict[str, SignalValue]()
-    found, fault, asks = run.found, None, False
+    found, fault, asks, steps = run.found, None, False, run.steps
     left = dt
     for _ in range(MOST_STAGES):
         over = False
@@ -270,6 +287,9 @@ def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext)
                 )  # only if it began with this tick: see `_searched`
             held = _arrived(program, at, held)
             at, moving, waited, marked = at + 1, None, 0.0, 0
+            if phase in (Phase.RUNNING, Phase.WAITING) and _stops_before(program, at, steps):
+                phase = Phase.PAUSED
+            steps = steps and phase is not Phase.PAUSED
             if phase is Phase.WAITING:
                 phase = Phase.RUNNING
             elif phase is Phase.PAUSING and (at < len(stages) or program.open):
@@ -283,7 +303,14 @@ def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext)
             phase = end if program.open else Phase.SUCCEEDED
         elif phase is Phase.STOPPING and (moving is None or moving.ended):
             phase = Phase.SUCCEEDED if found else Phase.CANCELLED
-    return ProgramRun(program, phase, at, moving, waited, held, marked, tuple(due), told, found, fault, asks)
+    return ProgramRun(program, phase, at, moving, waited, held, marked, tuple(due), told, found, fault, asks, steps)
+
+
+def _stops_before(program: Program, at: int, steps: bool) -> bool:
+    """Return whether a program that goes on stands before a stage, or at its end if it is open."""
+    if at == len(program.stages):
+        return steps and program.open
+    return steps or program.stages[at].pauses
 
 
 def _mark(stage: Stage, tau: float, marked: int, due: list[tuple[str, SignalValue]]) -> int:

@@ -115,6 +115,13 @@ class RunningMotion(Protocol):
         """Return the motion going on after a pause; raise KernelError (WRONG_STATE) when it stops or has ended."""
         ...
 
+    def step(self) -> Self:
+        """Return the motion going on to the end of its step, where it pauses; what has no steps goes on as by `resume`.
+
+        Raises KernelError (WRONG_STATE) when it stops or has ended.
+        """
+        ...
+
     def cancel(self) -> Self:
         """Return the motion braking to its end; one that stops or has ended stays as it is."""
         ...

@@ -216,6 +216,10 @@ class SetpointMotion:
         self._refuse("resumed")
         return replace(self, phase=Phase.RUNNING)
 
+    def step(self) -> SetpointMotion:
+        """Return the motion going on, as it has no steps."""
+        return self.resume()
+
     def cancel(self) -> SetpointMotion:
         """Return the motion braking to its end; a paused one ends at once, one that stops or has ended stays."""
         if self.phase in (*ENDED, Phase.STOPPING):

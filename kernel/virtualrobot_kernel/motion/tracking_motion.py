@@ -130,6 +130,10 @@ class TrackingMotion:
         """Return the motion going on after a pause; see `RunningMotion.resume`."""
         return self._asked(self.inner.resume, "resumed")
 
+    def step(self) -> TrackingMotion:
+        """Return the motion going on to the end of its step in the frame, where it pauses."""
+        return self._asked(self.inner.step, "stepped")
+
     def cancel(self) -> TrackingMotion:
         """Return the motion braking to its end while it leaves the frame; one that stops or has ended as it is."""
         if self.leaving or self.ended:

@@ -119,11 +119,11 @@ def _joined(
     tools: Tools,
 ) -> tuple[_Join | None, list[Note]]:
     """Return what of the first steps was joined to the last stage, and notes on the zones between them."""
-    place = next((at for at, step in enumerate(steps) if not isinstance(step, PASSED)), len(steps))
+    place = next((at for at, step in enumerate(steps) if step.pauses or not isinstance(step, PASSED)), len(steps))
     if end is None or end.tail is None or place == len(steps):
         return None, []
     before, following = end.tail.steps[-1], steps[place]
-    if not isinstance(following, MoveStep) or following.searches:
+    if not isinstance(following, MoveStep) or following.searches or following.pauses:
         return None, [dropped(before, obstacle_of(following, place + first))]
     stage, now, reached = _last_stage(run, margin)
     if stage is None:

@@ -28,7 +28,7 @@ from virtualrobot_kernel.planning.program import (
 )
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import SolverOf, world_poses
-from virtualrobot_kernel.planning.stages import Part, Tools, check_steps, plan_parts
+from virtualrobot_kernel.planning.stages import Part, Tools, check_steps, deferred, plan_parts
 from virtualrobot_kernel.planning.steps import Column, plan_step
 from virtualrobot_kernel.planning.together import moved_arms, preconditions_by, search_of
 from virtualrobot_kernel.planning.tracking import tracked
@@ -79,6 +79,7 @@ def plan_motion(
         parts, notes, end = plan_parts(snapshot, steps, Tools(solver_of, go_on, near_of), open=open)
         frame = Program((), np.zeros(0), len(steps), open, speeds=speeds, outer_count=spec.outer_count or len(steps))
         command = planned_command(snapshot, parts, steps, frame)
+        notes += [deferred(steps[-1], len(steps) - 1)] if spec.deferred else []
         motion = PlannedMotion(command, tuple(notes), end)
     else:
         step = plan_step(snapshot, 0, MoveStep(spec.moves), solver_of, near_of)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from virtualrobot_kernel.motion.signals import Condition, SignalValue
 from virtualrobot_kernel.planning.moves import Move
@@ -26,13 +26,23 @@ class Zone:
     percent: float = 0.0
 
 
+@dataclass(frozen=True, slots=True)
+class TextStep:
+    """Step of a program's text: what it is called there, where it is within other steps or after such.
+
+    pauses: whether the program stands paused before it.
+    """
+
+    path: str = field(default="", kw_only=True)
+    pauses: bool = field(default=False, kw_only=True)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
-class MoveStep:
+class MoveStep(TextStep):
     """Moves that start and end together; with a zone they go over into the moves of the next step."""
 
     moves: tuple[Move, ...]
     zone: Zone | None = None
-    path: str = ""
 
     @property
     def searches(self) -> bool:
@@ -41,59 +51,60 @@ class MoveStep:
 
 
 @dataclass(frozen=True, slots=True)
-class SetSignalStep:
+class SetSignalStep(TextStep):
     """Step that sets a signal."""
 
     signal: str
     value: SignalValue
-    path: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class WaitSignalStep:
+class WaitSignalStep(TextStep):
     """Step that waits until a signal meets the condition; after `timeout` s (0: never) the program is cancelled."""
 
     condition: Condition
     timeout: float = 0.0
-    path: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class DwellStep:
+class DwellStep(TextStep):
     """Step that stands still for some seconds."""
 
     seconds: float
-    path: str = ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class OrderStep:
+class OrderStep(TextStep):
     """Step that changes the world by a command, while the robots stand."""
 
     order: PickPart | PlacePart | AttachNode | SelectTool | SetAllowedPairs
-    path: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class SpeedStep:
+class SpeedStep(TextStep):
     """Step that slows the moves of a robot (empty: all) that come after it."""
 
     robot: str
     factor: float
-    path: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class WaitPartStep:
+class WaitPartStep(TextStep):
     """Step that waits until a part is at a place; after `timeout` s (0: never) the program is aborted."""
 
     awaited: AwaitedPart
     timeout: float = 0.0
-    path: str = ""
 
 
-Step = MoveStep | SetSignalStep | WaitSignalStep | DwellStep | OrderStep | SpeedStep | WaitPartStep
-"""Step of a program. `path`: what it is called in the program's text, where it is within other steps or after such."""
+@dataclass(frozen=True, slots=True)
+class DecisionStep(TextStep):
+    """Step at which a condition decides what comes next; it does nothing itself."""
+
+    condition: Condition
+
+
+Step = MoveStep | SetSignalStep | WaitSignalStep | DwellStep | OrderStep | SpeedStep | WaitPartStep | DecisionStep
+"""Step of a program."""
 
 PASSED = (SetSignalStep, SpeedStep)
 """Steps that may stand between moves with a zone."""
@@ -142,13 +153,15 @@ class TrackingSpec:
 class MotionSpec:
     """Motion that is asked for: moves that go together, or the steps of a program; and the frame it goes along with.
 
-    outer_count: the number of steps that its text has outside of others; 0: as many as steps.
+    outer_count: the number of steps that its text has outside of others; 0: as many as steps. deferred: whether what
+    comes after the steps is known only when they are done.
     """
 
     moves: tuple[Move, ...] = ()
     steps: tuple[Step, ...] = ()
     tracking: TrackingSpec | None = None
     outer_count: int = 0
+    deferred: bool = False
 
     @property
     def every_move(self) -> tuple[Move, ...]:

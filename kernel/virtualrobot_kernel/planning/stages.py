@@ -18,6 +18,7 @@ from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
     MAX_STEPS,
     PASSED,
+    DecisionStep,
     DwellStep,
     MoveStep,
     OrderStep,
@@ -33,8 +34,9 @@ from virtualrobot_kernel.planning.robots import SolverOf
 from virtualrobot_kernel.planning.steps import Column, GoOn, named_error, plan_steps
 from virtualrobot_kernel.planning.together import search_of
 from virtualrobot_kernel.world.apply_signals import check_condition, checked, named
+from virtualrobot_kernel.world.commands import AttachNode, PickPart, PlacePart, SelectTool
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind
+from virtualrobot_kernel.world.structure import Kind, Structure
 
 Marks = tuple[tuple[float, str, SignalValue], ...]
 
@@ -50,12 +52,14 @@ class Part:
     marks: Marks = ()
     wait: Wait | None = None
     orders: tuple[object, ...] = ()
+    pauses: bool = False
 
     def stage(self, columns: Mapping[Column, int], paths: Mapping[int, str]) -> Stage:
         """Return the stage in a program with these columns, and steps (by number) that are called so."""
         named = tuple(paths[number] for _, number in self.steps) if paths else ()
         places = tuple(columns[joint] for joint in self.joints)
-        return Stage(self.plan, places, self.steps, self.marks, self.wait, orders=self.orders, paths=named)
+        rest = {"orders": self.orders, "paths": named, "pauses": self.pauses}
+        return Stage(self.plan, places, self.steps, self.marks, self.wait, **rest)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -124,10 +128,12 @@ def check_steps(snapshot: Snapshot, steps: Sequence[Step], first: int = 0, *, op
         with _at(place + first, step):
             if isinstance(step, SetSignalStep):
                 checked(named(snapshot.state, step.signal), step.value)
-            if isinstance(step, WaitSignalStep):
+            if isinstance(step, (WaitSignalStep, DecisionStep)):
                 check_condition(snapshot.state, step.condition)
             if isinstance(step, WaitPartStep):
                 step.awaited.check(snapshot.structure)
+            if isinstance(step, OrderStep):
+                _check_names(snapshot.structure, step)
             if isinstance(step, SpeedStep) and step.robot:
                 snapshot.structure.node(step.robot, Kind.ROBOT)
             if isinstance(step, MoveStep):
@@ -149,10 +155,10 @@ def joined_places(steps: Sequence[Step], begin: int, first: int) -> tuple[list[i
     members = [begin]
     while (step := move_step(steps, members[-1])).zone is not None:
         place = members[-1] + 1
-        while place < len(steps) and isinstance(steps[place], PASSED):
+        while place < len(steps) and isinstance(steps[place], PASSED) and not steps[place].pauses:
             place += 1
         following = steps[place] if place < len(steps) else None
-        if isinstance(following, MoveStep) and not following.searches:
+        if isinstance(following, MoveStep) and not following.searches and not following.pauses:
             members.append(place)
             continue
         why = "no moves follow" if following is None else obstacle_of(following, place + first)
@@ -167,6 +173,8 @@ def joined_places(steps: Sequence[Step], begin: int, first: int) -> tuple[list[i
 
 def obstacle_of(step: Step, number: int) -> str:
     """Return why no zone leads to a step, in words."""
+    if step.pauses:
+        return f"the program pauses before step {step_name(step, number)}"
     what = "searches" if isinstance(step, MoveStep) else "changes the world" if isinstance(step, OrderStep) else "waits"
     return f"step {step_name(step, number)} {what}"
 
@@ -185,7 +193,8 @@ def _moving(run: PlannedRun, steps: Sequence[Step], members: Sequence[int], firs
         index = bisect_left(members, number - first)
         before = members[index - 1] if index else number - first
         marks += [(time, *value) for value in settings(steps[before + 1 : number - first])]
-    return Part(run.steps, run.plan, run.joints, run.tool_states, tuple(marks))
+    pauses = steps[run.steps[0][1] - first].pauses
+    return Part(run.steps, run.plan, run.joints, run.tool_states, tuple(marks), pauses=pauses)
 
 
 def settings(steps: Sequence[Step]) -> list[tuple[str, SignalValue]]:
@@ -195,19 +204,32 @@ def settings(steps: Sequence[Step]) -> list[tuple[str, SignalValue]]:
 
 def _standing(step: Step, number: int) -> Part:
     """Return a step in which nothing moves."""
-    here = ((0.0, number),)
+    part = Part(((0.0, number),), pauses=step.pauses)
     if isinstance(step, SetSignalStep):
-        return Part(here, marks=((0.0, step.signal, step.value),))
+        return replace(part, marks=((0.0, step.signal, step.value),))
     if isinstance(step, WaitSignalStep):
-        return Part(here, wait=Wait(step.timeout, step.condition))
+        return replace(part, wait=Wait(step.timeout, step.condition))
     if isinstance(step, WaitPartStep):
-        return Part(here, wait=Wait(step.timeout), orders=(step.awaited,))
+        return replace(part, wait=Wait(step.timeout), orders=(step.awaited,))
     if isinstance(step, OrderStep):
-        return Part(here, orders=(step.order,))
-    if isinstance(step, SpeedStep):
-        return Part(here)
+        return replace(part, orders=(step.order,))
+    if isinstance(step, (SpeedStep, DecisionStep)):
+        return part
     assert isinstance(step, DwellStep)
-    return Part(here, wait=Wait(step.seconds))
+    return replace(part, wait=Wait(step.seconds))
+
+
+def _check_names(structure: Structure, step: OrderStep) -> None:
+    """Raise UnknownNameError for a robot or node that an order names and that is not there."""
+    order = step.order
+    if isinstance(order, (PickPart, PlacePart, SelectTool)):
+        structure.robot(order.robot)
+    if isinstance(order, (PickPart, PlacePart)) and order.part:
+        structure.node(order.part, Kind.PART)
+    if isinstance(order, (PlacePart, AttachNode)):
+        structure.node(order.parent)
+    if isinstance(order, AttachNode):
+        structure.node(order.name)
 
 
 def _unforeseen(step: Step, number: int, why: str) -> Note:
@@ -216,6 +238,12 @@ def _unforeseen(step: Step, number: int, why: str) -> Note:
     words = f"step {step_name(step, number)} can't be done in the world as it is foreseen there: {why}"
     robot = getattr(step.order, "robot", "")
     return Note(NoteKind.UNFORESEEN, number, robot, 0.0, 0.0, words, step_name(step, number))
+
+
+def deferred(step: Step, number: int) -> Note:
+    """Return the note that nobody knows yet what comes after a step."""
+    name = step_name(step, number)
+    return Note(NoteKind.DEFERRED, number, "", 0.0, 0.0, f"what comes after step {name} is planned then", name)
 
 
 @contextmanager

@@ -50,6 +50,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.StartMotion: apply_motions.start_motion,
     commands.AppendMotion: apply_motions.append_motion,
     commands.GoOn: apply_motions.go_on,
+    commands.StepMotion: apply_motions.step_motion,
     commands.StartSetpointMotion: apply_setpoints.start_setpoint_motion,
     commands.SetSetpoint: apply_setpoints.set_setpoint,
     commands.EndSetpoints: apply_setpoints.end_setpoints,

@@ -34,6 +34,7 @@ from virtualrobot_kernel.world.commands import (
     ResumeMotion,
     SelectTool,
     StartMotion,
+    StepMotion,
     StopMotions,
     StopRobots,
 )
@@ -180,6 +181,12 @@ def resume_motion(change: Change, command: ResumeMotion, forward: Forward) -> Ch
     """Resume a motion that was paused; one that runs stays as it is."""
     motion = running_motion(change.state, command.id)
     return replaced(change, replace(motion, running=motion.running.resume()))
+
+
+def step_motion(change: Change, command: StepMotion, forward: Forward) -> Change:
+    """Let a motion go on to the end of its present step, and pause there."""
+    motion = running_motion(change.state, command.id)
+    return replaced(change, replace(motion, running=motion.running.step()))
 
 
 def cancel_motion(change: Change, command: CancelMotion, forward: Forward) -> Change:

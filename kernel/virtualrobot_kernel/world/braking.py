@@ -38,7 +38,7 @@ HARMLESS: frozenset[type] = frozenset(
 """Commands that put nothing elsewhere and change no way of braking: a motion starts at rest, and goes by ticks."""
 
 RATES: frozenset[type] = frozenset(
-    {commands.PauseMotion, commands.ResumeMotion, commands.SetSpeedFactor, commands.AppendMotion}
+    {commands.PauseMotion, commands.ResumeMotion, commands.StepMotion, commands.SetSpeedFactor, commands.AppendMotion}
 )
 """Commands that change nothing but how motions go on, and with it how they would brake."""
 

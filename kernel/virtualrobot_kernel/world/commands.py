@@ -120,10 +120,14 @@ class SetRangeComponents:
 
 @dataclass(frozen=True, slots=True)
 class SetAllowedPairs:
-    """Command to forbid pairs of nodes (name, name) to touch, and then to allow others (name, name, reason)."""
+    """Command to forbid pairs of nodes (name, name) to touch, and then to allow others (name, name, reason).
+
+    `built` are those that an import has found.
+    """
 
     allow: tuple[tuple[str, str, str], ...] = ()
     forbid: tuple[tuple[str, str], ...] = ()
+    built: tuple[tuple[str, str, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -270,6 +274,13 @@ class AppendMotion:
 
 
 @dataclass(frozen=True, slots=True)
+class StepMotion:
+    """Command to let a motion go on to the end of its present step, and pause there."""
+
+    id: str
+
+
+@dataclass(frozen=True, slots=True)
 class GoOn:
     """Command to let a motion go on whose orders were done: the last one of their batch."""
 
@@ -388,6 +399,7 @@ Command = (
     | StartMotion
     | AppendMotion
     | GoOn
+    | StepMotion
     | StartSetpointMotion
     | SetSetpoint
     | EndSetpoints

@@ -64,9 +64,10 @@ def arm_scene(name: str, arm: Arm, color: Color) -> str:
             below["parent_t_node"]["orientation"] = _facing(arm.flange[3])
             below["figures"] = [_disc(radii[-1])]
         elif i:
-            below["figures"] = _bodies(arm.joints[i - 1], points[i + 1] - points[i], float(radii[i - 1]), color)
+            start = max(0.0, _foot_height(radii, points) - float(points[1, 2])) if i == 1 else 0.0
+            below["figures"] = _bodies(arm.joints[i - 1], points[i + 1] - points[i], float(radii[i - 1]), color, start)
         else:
-            below["figures"] = [_foot(float(radii[0]), float(points[1, 2]))]
+            below["figures"] = [_foot(float(radii[0]), _foot_height(radii, points))]
         nodes.append(below)
     return json.dumps({"schema_version": 1, "nodes": nodes})
 
@@ -107,12 +108,17 @@ def _si(arm: Arm, joint: int, value: float) -> float:
     return value / 1000.0 if joint + 1 in arm.sliding else float(np.radians(value))
 
 
-def _bodies(joint: Axis, beyond: np.ndarray, radius: float, color: Color) -> list[dict]:
-    """Return the figures of a link: a rod along its own axis, or a housing there, and a rod across to the next one."""
+def _bodies(joint: Axis, beyond: np.ndarray, radius: float, color: Color, clear: float) -> list[dict]:
+    """Return the figures of a link: a rod along its own axis, or a housing there, and a rod across to the next one.
+
+    The rod along the axis begins `clear` meters from the joint, so that it does not turn on what the arm stands on.
+    """
     axis = _unit(joint[3])
     along = (beyond @ axis) * axis
     across = beyond - along
-    rods = [(start, rod) for start, rod in ((0.0 * axis, along), (along, across)) if np.linalg.norm(rod) > 1e-6]
+    length = float(np.linalg.norm(along))
+    first = along * (min(clear, 0.5 * length) / length) if length > 1e-6 else along
+    rods = [(start, rod) for start, rod in ((first, along - first), (along, across)) if np.linalg.norm(rod) > 1e-6]
     figures = []
     for start, rod in rods:
         placed = {"position": _vector(start + rod / 2.0), "orientation": _along(rod)}
@@ -130,8 +136,11 @@ def _bodies(joint: Axis, beyond: np.ndarray, radius: float, color: Color) -> lis
     return figures
 
 
+def _foot_height(radii: np.ndarray, points: np.ndarray) -> float:
+    return float(max(points[1, 2], 0.2 * radii[0]))
+
+
 def _foot(radius: float, height: float) -> dict:
-    height = max(height, 0.2 * radius)
     return {**cylinder(1.3 * radius, height, METAL), "node_t_figure": {"position": {"z": height / 2.0}}}
 
 

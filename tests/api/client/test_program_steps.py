@@ -209,6 +209,7 @@ def test_the_robots_of_orders_are_held_by_leases_and_stopped(client: Client, arm
         ("speed", r"set_speed.factor must be above 0 and at most 1, not 0"),
         ("robot", r"step 0: .*robot named 'nobody'"),
         ("parent", r"step 1: .*node named 'nobody'"),
+        ("width", r"steps\[0\].pick_at has state and width_meters; give one of them"),
         ("approach", r"steps\[0\].pick_at.approach_meters must be 0 or above"),
         ("deep", r"in more than 30 other steps"),
     ],
@@ -240,6 +241,7 @@ def test_what_makes_no_sense_is_refused_at_once(client: Client, arm: Robot, wron
         "speed": new().speed(0.0),
         "robot": new().pick("nobody"),
         "parent": new().dwell(0.1).place(arm, parent="nobody"),
+        "width": new().pick_at(arm, goal, state="on", width=0.05),
         "approach": new().pick_at(arm, goal, approach=-1.0),
         "deep": deep,
     }

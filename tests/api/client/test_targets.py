@@ -270,7 +270,7 @@ def test_postures_are_added_replaced_and_removed(client: Client, iiwa: Robot) ->
         del iiwa.postures["new"]
     with pytest.raises(virtualrobot.LimitError, match="posture 'high'"):
         iiwa.postures.add("high", {"lbr_iiwa_joint_2": 3.0})
-    with pytest.raises(virtualrobot.InvalidArgumentError, match="needs a name"):
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="name is ''; it must be a text that is not empty"):
         iiwa.postures.add("")
     assert set(iiwa.postures) == {"ready", "new"}
 

@@ -101,6 +101,10 @@ class Stream(Generic[Message]):
         """End the stream."""
         self.cancel()
 
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Stream from {self._address}>"
+
 
 class Waiting:
     """One call as its listener is told of it, once it has taken long."""
@@ -245,6 +249,10 @@ class Channel:
         if self._closed:
             raise ClientClosedError("this client is closed: connect again")
 
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Channel to {self._address}{', closed' * self._closed}>"
+
 
 def open_channel(
     address: str, host: str, token: str | None, root_certificate: Path | None, timeout_seconds: float
@@ -288,9 +296,10 @@ def translated(error: grpc.RpcError, address: str) -> VirtualRobotError:
             kind = BY_REASON.get(info.reason, VirtualRobotError)
             return kind(text, info.reason, dict(info.metadata), code.name)
     if code is grpc.StatusCode.UNAVAILABLE:
-        return KernelGoneError(
-            f"no kernel answers at {address}: {_cause(text)}; start one with 'virtualrobot serve'", code=code.name
-        )
+        said = f"no kernel answers at {address}: {_cause(text)}"
+        if _nothing_listened(error):
+            return KernelGoneError(f"{said}; start one with 'virtualrobot serve'", "NOT_RUNNING", code=code.name)
+        return KernelGoneError(said, "NO_CONNECTION", code=code.name)
     if code is grpc.StatusCode.DEADLINE_EXCEEDED:
         return CallTimeoutError(f"the kernel at {address} did not answer in time", code=code.name)
     if code is grpc.StatusCode.UNIMPLEMENTED:

@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import group_message, joint_map, value_or_default
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.transport import Waiting
@@ -51,6 +52,7 @@ class PathProgress:
     checks: int
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class FreePath:
     """A path on which an arm touches nothing that it may not, as the world was when it was looked for.
@@ -99,6 +101,7 @@ class FreePath:
         return self.program.start(**options)
 
 
+@checked
 class Paths:
     """Free ways in the world of one kernel.
 
@@ -201,3 +204,7 @@ class Paths:
             last.states,
             self._services,
         )
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Paths of the kernel at {self._services.address}: find(robot, goal), by {', '.join(PLANNERS)}>"

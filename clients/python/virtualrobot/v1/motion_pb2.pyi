@@ -103,6 +103,7 @@ class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     PLAN_NOTE_KIND_ZONE_DROPPED: _ClassVar[PlanNoteKind]
     PLAN_NOTE_KIND_JOG_ENDS: _ClassVar[PlanNoteKind]
     PLAN_NOTE_KIND_UNFORESEEN: _ClassVar[PlanNoteKind]
+    PLAN_NOTE_KIND_DEFERRED: _ClassVar[PlanNoteKind]
     PLAN_NOTE_KIND_TOUCHING: _ClassVar[PlanNoteKind]
 
 class ViolationKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
@@ -182,6 +183,7 @@ PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind
 PLAN_NOTE_KIND_JOG_ENDS: PlanNoteKind
 PLAN_NOTE_KIND_UNFORESEEN: PlanNoteKind
+PLAN_NOTE_KIND_DEFERRED: PlanNoteKind
 PLAN_NOTE_KIND_TOUCHING: PlanNoteKind
 VIOLATION_KIND_UNSPECIFIED: ViolationKind
 VIOLATION_KIND_JOINT_POSITION: ViolationKind
@@ -222,23 +224,25 @@ class SubProgram(_message.Message):
     def __init__(self, steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ...) -> None: ...
 
 class StartMotionRequest(_message.Message):
-    __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id", "open")
+    __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id", "open", "breakpoints")
     SPEC_FIELD_NUMBER: _ClassVar[int]
     BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
     ON_DISCONNECT_FIELD_NUMBER: _ClassVar[int]
     EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
     REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
     OPEN_FIELD_NUMBER: _ClassVar[int]
+    BREAKPOINTS_FIELD_NUMBER: _ClassVar[int]
     spec: MotionSpec
     busy_policy: BusyPolicy
     on_disconnect: DisconnectPolicy
     expected_structure_revision: int
     request_id: str
     open: bool
-    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., open: bool = ...) -> None: ...
+    breakpoints: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., open: bool = ..., breakpoints: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class AppendMotionRequest(_message.Message):
-    __slots__ = ("id", "steps", "last", "expected_step_count", "expected_structure_revision", "request_id", "programs")
+    __slots__ = ("id", "steps", "last", "expected_step_count", "expected_structure_revision", "request_id", "programs", "breakpoints")
     class ProgramsEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -253,6 +257,7 @@ class AppendMotionRequest(_message.Message):
     EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
     REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
     PROGRAMS_FIELD_NUMBER: _ClassVar[int]
+    BREAKPOINTS_FIELD_NUMBER: _ClassVar[int]
     id: str
     steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
     last: bool
@@ -260,7 +265,8 @@ class AppendMotionRequest(_message.Message):
     expected_structure_revision: int
     request_id: str
     programs: _containers.MessageMap[str, SubProgram]
-    def __init__(self, id: _Optional[str] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., last: bool = ..., expected_step_count: _Optional[int] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., programs: _Optional[_Mapping[str, SubProgram]] = ...) -> None: ...
+    breakpoints: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, id: _Optional[str] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., last: bool = ..., expected_step_count: _Optional[int] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., programs: _Optional[_Mapping[str, SubProgram]] = ..., breakpoints: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class AppendMotionResponse(_message.Message):
     __slots__ = ("stamp", "motion", "notes")
@@ -273,7 +279,7 @@ class AppendMotionResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ...) -> None: ...
 
 class ProgramStep(_message.Message):
-    __slots__ = ("move", "set_signal", "wait_signal", "dwell", "pick", "place", "attach", "select_tool", "set_allowed_pairs", "set_speed", "wait_part", "repeat", "call", "pattern", "pick_at", "place_at")
+    __slots__ = ("move", "set_signal", "wait_signal", "dwell", "pick", "place", "attach", "select_tool", "set_allowed_pairs", "set_speed", "wait_part", "repeat", "call", "pattern", "pick_at", "place_at", "if_signal", "while_signal")
     MOVE_FIELD_NUMBER: _ClassVar[int]
     SET_SIGNAL_FIELD_NUMBER: _ClassVar[int]
     WAIT_SIGNAL_FIELD_NUMBER: _ClassVar[int]
@@ -290,6 +296,8 @@ class ProgramStep(_message.Message):
     PATTERN_FIELD_NUMBER: _ClassVar[int]
     PICK_AT_FIELD_NUMBER: _ClassVar[int]
     PLACE_AT_FIELD_NUMBER: _ClassVar[int]
+    IF_SIGNAL_FIELD_NUMBER: _ClassVar[int]
+    WHILE_SIGNAL_FIELD_NUMBER: _ClassVar[int]
     move: MoveStep
     set_signal: SetSignalStep
     wait_signal: WaitSignalStep
@@ -306,7 +314,9 @@ class ProgramStep(_message.Message):
     pattern: PatternStep
     pick_at: PickAtStep
     place_at: PlaceAtStep
-    def __init__(self, move: _Optional[_Union[MoveStep, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignalStep, _Mapping]] = ..., wait_signal: _Optional[_Union[WaitSignalStep, _Mapping]] = ..., dwell: _Optional[_Union[DwellStep, _Mapping]] = ..., pick: _Optional[_Union[_scene_pb2.PickPart, _Mapping]] = ..., place: _Optional[_Union[_scene_pb2.PlacePart, _Mapping]] = ..., attach: _Optional[_Union[_scene_pb2.AttachNode, _Mapping]] = ..., select_tool: _Optional[_Union[_scene_pb2.SelectTool, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_speed: _Optional[_Union[SetSpeedStep, _Mapping]] = ..., wait_part: _Optional[_Union[WaitPartStep, _Mapping]] = ..., repeat: _Optional[_Union[RepeatStep, _Mapping]] = ..., call: _Optional[_Union[CallStep, _Mapping]] = ..., pattern: _Optional[_Union[PatternStep, _Mapping]] = ..., pick_at: _Optional[_Union[PickAtStep, _Mapping]] = ..., place_at: _Optional[_Union[PlaceAtStep, _Mapping]] = ...) -> None: ...
+    if_signal: IfStep
+    while_signal: WhileStep
+    def __init__(self, move: _Optional[_Union[MoveStep, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignalStep, _Mapping]] = ..., wait_signal: _Optional[_Union[WaitSignalStep, _Mapping]] = ..., dwell: _Optional[_Union[DwellStep, _Mapping]] = ..., pick: _Optional[_Union[_scene_pb2.PickPart, _Mapping]] = ..., place: _Optional[_Union[_scene_pb2.PlacePart, _Mapping]] = ..., attach: _Optional[_Union[_scene_pb2.AttachNode, _Mapping]] = ..., select_tool: _Optional[_Union[_scene_pb2.SelectTool, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_speed: _Optional[_Union[SetSpeedStep, _Mapping]] = ..., wait_part: _Optional[_Union[WaitPartStep, _Mapping]] = ..., repeat: _Optional[_Union[RepeatStep, _Mapping]] = ..., call: _Optional[_Union[CallStep, _Mapping]] = ..., pattern: _Optional[_Union[PatternStep, _Mapping]] = ..., pick_at: _Optional[_Union[PickAtStep, _Mapping]] = ..., place_at: _Optional[_Union[PlaceAtStep, _Mapping]] = ..., if_signal: _Optional[_Union[IfStep, _Mapping]] = ..., while_signal: _Optional[_Union[WhileStep, _Mapping]] = ...) -> None: ...
 
 class SetSpeedStep(_message.Message):
     __slots__ = ("robot", "factor")
@@ -337,6 +347,24 @@ class RepeatStep(_message.Message):
     count: int
     steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
     def __init__(self, count: _Optional[int] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ...) -> None: ...
+
+class IfStep(_message.Message):
+    __slots__ = ("condition", "then", "otherwise")
+    CONDITION_FIELD_NUMBER: _ClassVar[int]
+    THEN_FIELD_NUMBER: _ClassVar[int]
+    OTHERWISE_FIELD_NUMBER: _ClassVar[int]
+    condition: SignalCondition
+    then: _containers.RepeatedCompositeFieldContainer[ProgramStep]
+    otherwise: _containers.RepeatedCompositeFieldContainer[ProgramStep]
+    def __init__(self, condition: _Optional[_Union[SignalCondition, _Mapping]] = ..., then: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ..., otherwise: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ...) -> None: ...
+
+class WhileStep(_message.Message):
+    __slots__ = ("condition", "steps")
+    CONDITION_FIELD_NUMBER: _ClassVar[int]
+    STEPS_FIELD_NUMBER: _ClassVar[int]
+    condition: SignalCondition
+    steps: _containers.RepeatedCompositeFieldContainer[ProgramStep]
+    def __init__(self, condition: _Optional[_Union[SignalCondition, _Mapping]] = ..., steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ...) -> None: ...
 
 class CallStep(_message.Message):
     __slots__ = ("program",)
@@ -381,7 +409,7 @@ class Pattern(_message.Message):
     def __init__(self, columns: _Optional[int] = ..., rows: _Optional[int] = ..., layers: _Optional[int] = ..., column_pitch_meters: _Optional[float] = ..., row_pitch_meters: _Optional[float] = ..., layer_pitch_meters: _Optional[float] = ..., reference_t_pattern: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., layer_turn_radians: _Optional[float] = ..., layer_offset: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., order: _Optional[_Union[PatternOrder, str]] = ...) -> None: ...
 
 class PickAtStep(_message.Message):
-    __slots__ = ("robot", "goal", "approach_meters", "retreat_meters", "state_before", "state", "part", "max_distance_meters", "speed_factor", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "redundancy")
+    __slots__ = ("robot", "goal", "approach_meters", "retreat_meters", "state_before", "state", "part", "max_distance_meters", "speed_factor", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "redundancy", "width_before_meters", "width_meters")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     GOAL_FIELD_NUMBER: _ClassVar[int]
     APPROACH_METERS_FIELD_NUMBER: _ClassVar[int]
@@ -394,6 +422,8 @@ class PickAtStep(_message.Message):
     MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
     REDUNDANCY_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_BEFORE_METERS_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_METERS_FIELD_NUMBER: _ClassVar[int]
     robot: str
     goal: PoseGoal
     approach_meters: float
@@ -406,10 +436,12 @@ class PickAtStep(_message.Message):
     max_velocity_meters_per_second: float
     max_acceleration_meters_per_second_squared: float
     redundancy: _robot_pb2.Redundancy
-    def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., max_distance_meters: _Optional[float] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ...) -> None: ...
+    width_before_meters: float
+    width_meters: float
+    def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., max_distance_meters: _Optional[float] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ..., width_before_meters: _Optional[float] = ..., width_meters: _Optional[float] = ...) -> None: ...
 
 class PlaceAtStep(_message.Message):
-    __slots__ = ("robot", "goal", "approach_meters", "retreat_meters", "state_before", "state", "part", "parent", "speed_factor", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "redundancy")
+    __slots__ = ("robot", "goal", "approach_meters", "retreat_meters", "state_before", "state", "part", "parent", "speed_factor", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "redundancy", "width_before_meters", "width_meters")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     GOAL_FIELD_NUMBER: _ClassVar[int]
     APPROACH_METERS_FIELD_NUMBER: _ClassVar[int]
@@ -422,6 +454,8 @@ class PlaceAtStep(_message.Message):
     MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
     REDUNDANCY_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_BEFORE_METERS_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_METERS_FIELD_NUMBER: _ClassVar[int]
     robot: str
     goal: PoseGoal
     approach_meters: float
@@ -434,7 +468,9 @@ class PlaceAtStep(_message.Message):
     max_velocity_meters_per_second: float
     max_acceleration_meters_per_second_squared: float
     redundancy: _robot_pb2.Redundancy
-    def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., parent: _Optional[str] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ...) -> None: ...
+    width_before_meters: float
+    width_meters: float
+    def __init__(self, robot: _Optional[str] = ..., goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., approach_meters: _Optional[float] = ..., retreat_meters: _Optional[float] = ..., state_before: _Optional[str] = ..., state: _Optional[str] = ..., part: _Optional[str] = ..., parent: _Optional[str] = ..., speed_factor: _Optional[float] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., redundancy: _Optional[_Union[_robot_pb2.Redundancy, _Mapping]] = ..., width_before_meters: _Optional[float] = ..., width_meters: _Optional[float] = ...) -> None: ...
 
 class MoveStep(_message.Message):
     __slots__ = ("moves", "blend_distance_meters", "blend_percent")
@@ -976,6 +1012,20 @@ class ResumeMotionRequest(_message.Message):
     def __init__(self, id: _Optional[str] = ...) -> None: ...
 
 class ResumeMotionResponse(_message.Message):
+    __slots__ = ("motion", "stamp")
+    MOTION_FIELD_NUMBER: _ClassVar[int]
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    motion: Motion
+    stamp: _geometry_pb2.Stamp
+    def __init__(self, motion: _Optional[_Union[Motion, _Mapping]] = ..., stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ...) -> None: ...
+
+class StepMotionRequest(_message.Message):
+    __slots__ = ("id",)
+    ID_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    def __init__(self, id: _Optional[str] = ...) -> None: ...
+
+class StepMotionResponse(_message.Message):
     __slots__ = ("motion", "stamp")
     MOTION_FIELD_NUMBER: _ClassVar[int]
     STAMP_FIELD_NUMBER: _ClassVar[int]

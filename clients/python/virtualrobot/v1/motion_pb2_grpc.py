@@ -90,6 +90,11 @@ class MotionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionResponse.FromString,
                 _registered_method=True)
+        self.StepMotion = channel.unary_unary(
+                '/virtualrobot.v1.MotionService/StepMotion',
+                request_serializer=virtualrobot_dot_v1_dot_motion__pb2.StepMotionRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.StepMotionResponse.FromString,
+                _registered_method=True)
         self.CancelMotion = channel.unary_unary(
                 '/virtualrobot.v1.MotionService/CancelMotion',
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.CancelMotionRequest.SerializeToString,
@@ -194,6 +199,14 @@ class MotionServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def StepMotion(self, request, context):
+        """Goes on to the end of the present step and pauses there: before the next one, or at the end of an open program. Steps
+        that zones join count as one.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def CancelMotion(self, request, context):
         """Slows to standstill on the path and ends the motion. Anyone may call it.
         """
@@ -265,6 +278,11 @@ def add_MotionServiceServicer_to_server(servicer, server):
                     servicer.ResumeMotion,
                     request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionResponse.SerializeToString,
+            ),
+            'StepMotion': grpc.unary_unary_rpc_method_handler(
+                    servicer.StepMotion,
+                    request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.StepMotionRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_motion__pb2.StepMotionResponse.SerializeToString,
             ),
             'CancelMotion': grpc.unary_unary_rpc_method_handler(
                     servicer.CancelMotion,
@@ -575,6 +593,33 @@ class MotionService(object):
             '/virtualrobot.v1.MotionService/ResumeMotion',
             virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionRequest.SerializeToString,
             virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def StepMotion(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.MotionService/StepMotion',
+            virtualrobot_dot_v1_dot_motion__pb2.StepMotionRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_motion__pb2.StepMotionResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -5,7 +5,7 @@ Each step keeps its place in the text as a path: `4[2].0` is the first step with
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -27,7 +27,7 @@ Frames = Mapping[str, tuple[str, NDArray[np.float64]]]
 DEEPEST = 30
 """Greatest number of steps within each other."""
 
-NESTED = ("repeat", "call", "pattern", "pick_at", "place_at")
+NESTED = ("repeat", "call", "pattern", "pick_at", "place_at", "if_signal", "while_signal")
 """Kinds of steps that stand for others."""
 
 
@@ -35,7 +35,7 @@ NESTED = ("repeat", "call", "pattern", "pick_at", "place_at")
 class Place:
     """Place of steps in a program's text: their path up to their own numbers, and that of the fields.
 
-    calls: the programs that led here.
+    calls: the programs that led here. once: whether each step is told once, whatever decides about it.
     """
 
     path: str = ""
@@ -44,6 +44,7 @@ class Place:
     frames: Frames = field(default_factory=dict)
     calls: tuple[str, ...] = ()
     depth: int = 0
+    once: bool = False
 
     def name(self, number: int) -> str:
         """Return the path of a step here."""
@@ -59,7 +60,23 @@ class FlatStep:
     message: motion_pb2.ProgramStep
 
 
-def expanded(steps: Sequence[motion_pb2.ProgramStep], programs: Programs, first: int = 0) -> list[FlatStep]:
+@dataclass(frozen=True, slots=True, eq=False)
+class Decision:
+    """Place in a program's text at which it is known only when it is reached what comes next.
+
+    condition: what decides; None where a round of a loop without end comes to its end.
+    """
+
+    path: str
+    what: str
+    condition: motion_pb2.SignalCondition | None
+
+
+Text = Generator[FlatStep | Decision, bool | None, None]
+"""Steps that a program's text stands for, one by one; what is sent after a decision is whether its condition holds."""
+
+
+def text_of(steps: Sequence[motion_pb2.ProgramStep], programs: Programs, first: int = 0) -> Text:
     """Return the steps that a program's text stands for, whose outermost steps are numbered from `first`.
 
     Raises KernelError that names step and field: for programs that are unknown, empty or call themselves, counts of
@@ -73,7 +90,26 @@ def expanded(steps: Sequence[motion_pb2.ProgramStep], programs: Programs, first:
             reason=Reason.TOO_LARGE,
             steps=count,
         )
-    return list(_flat(steps, programs, Place(first=first)))
+    return _flat(steps, programs, Place(first=first))
+
+
+def next_part(text: Text, holds: bool | None = None) -> tuple[list[FlatStep], Decision | None]:
+    """Return the next steps of a text up to a decision, None at its end; `holds` answers the decision before."""
+    found: list[FlatStep] = []
+    try:
+        step = text.send(holds)
+        while isinstance(step, FlatStep):
+            found.append(step)
+            step = next(text)
+    except StopIteration:
+        return found, None
+    return found, step
+
+
+def each_once(steps: Sequence[motion_pb2.ProgramStep], programs: Programs, first: int = 0) -> list[FlatStep]:
+    """Return each step of a text once, whatever decides whether it is done, in its first round or place."""
+    every = _flat(steps, programs, Place(first=first, once=True))
+    return [step for step in every if isinstance(step, FlatStep)]
 
 
 def named_robots(steps: Steps, programs: Programs | None = None) -> set[str]:
@@ -83,7 +119,8 @@ def named_robots(steps: Steps, programs: Programs | None = None) -> set[str]:
     while left:
         kind = (step := left.pop()).WhichOneof("step")
         content: Any = getattr(step, kind) if kind else step
-        left += getattr(content, "steps", ())
+        for name in ("steps", "then", "otherwise"):
+            left += getattr(content, name, ())
         found |= {move.robot for move in getattr(content, "moves", ())}
         if robot := getattr(content, "robot", ""):
             found.add(robot)
@@ -132,21 +169,29 @@ def _size_of(step: motion_pb2.ProgramStep, programs: Programs, at: Place, number
         return sizes[name]
     if kind in ("pick_at", "place_at"):
         return len(_at_steps(step, what))
+    if kind == "while_signal":
+        return 1 + _size(step.while_signal.steps, programs, inner, sizes)
+    if kind == "if_signal":
+        wish, other = step.if_signal, replace(inner, what=f"{what}.otherwise")
+        then = _size(wish.then, programs, replace(inner, what=f"{what}.then"), sizes)
+        return 1 + then + (_size(wish.otherwise, programs, other, sizes) if wish.otherwise else 0)
     return 1
 
 
-def _flat(steps: Steps, programs: Programs, at: Place) -> Iterator[FlatStep]:
+def _flat(steps: Steps, programs: Programs, at: Place) -> Text:
     for number, step in enumerate(steps):
         kind = step.WhichOneof("step")
         what, path = f"{at.what}[{number + at.first}]", at.name(number)
         inner = replace(at, what=f"{what}.{kind}.steps", first=0, depth=at.depth + 1)
         if kind == "repeat":
-            for place in range(step.repeat.count):
+            for place in range(1 if at.once else step.repeat.count):
                 yield from _flat(step.repeat.steps, programs, replace(inner, path=f"{path}[{place}]."))
         elif kind == "pattern":
             pattern = step.pattern
             base, frame = at.frames.get(pattern.reference, (pattern.reference, np.eye(4)))
             for place, here in enumerate(places(pattern.pattern, f"{what}.{kind}.pattern")):
+                if place and at.once:
+                    break
                 frames = {**at.frames, pattern.name: (base, frame @ here)}
                 yield from _flat(pattern.steps, programs, replace(inner, path=f"{path}[{place}].", frames=frames))
         elif kind == "call":
@@ -156,8 +201,34 @@ def _flat(steps: Steps, programs: Programs, at: Place) -> Iterator[FlatStep]:
         elif kind in ("pick_at", "place_at"):
             for place, part in enumerate(_at_steps(step, f"{what}.{kind}")):
                 yield FlatStep(f"{path}.{place}", f"{what}.{kind}", _framed(part, at.frames, f"{what}.{kind}"))
+        elif kind == "if_signal":
+            yield FlatStep(path, what, step)
+            wish = step.if_signal
+            holds = yield Decision(path, f"{what}.{kind}", wish.condition)
+            for branch, name in ((wish.then, "then"), (wish.otherwise, "otherwise")):
+                if at.once or bool(holds) == (name == "then"):
+                    inner = replace(inner, path=f"{path}.{name}.", what=f"{what}.{kind}.{name}")
+                    yield from _flat(branch, programs, inner)
+        elif kind == "while_signal":
+            yield from _loop(step, programs, replace(inner, path=path), what)
         else:
             yield FlatStep(path, what, _framed(step, at.frames, what))
+
+
+def _loop(step: motion_pb2.ProgramStep, programs: Programs, at: Place, what: str) -> Text:
+    """Yield the rounds of a loop, before each of which it is decided whether it is done."""
+    loop, place = step.while_signal, 0
+    while True:
+        if loop.HasField("condition"):
+            yield FlatStep(at.path, what, step)
+            if not (yield Decision(at.path, f"{what}.while_signal", loop.condition)) and not at.once:
+                return
+        elif place:
+            yield Decision(at.path, f"{what}.while_signal", None)
+        yield from _flat(loop.steps, programs, replace(at, path=f"{at.path}[{place}]."))
+        place += 1
+        if at.once:
+            return
 
 
 def _at_steps(step: motion_pb2.ProgramStep, what: str) -> list[motion_pb2.ProgramStep]:
@@ -192,8 +263,13 @@ def _at_steps(step: motion_pb2.ProgramStep, what: str) -> list[motion_pb2.Progra
         )
         return move(linear=linear)
 
-    def states(name: str) -> list[motion_pb2.ProgramStep]:
-        return [move(tool_state=motion_pb2.ToolStateMove(state=name))] if name else []
+    def opened(when: str) -> list[motion_pb2.ProgramStep]:
+        state, width = f"state{when}", f"width{when}_meters"
+        if wish.HasField(width):
+            if getattr(wish, state):
+                raise KernelError(f"{what} has {state} and {width}; give one of them", field=f"{what}.{width}")
+            return [move(tool_state=motion_pb2.ToolStateMove(width_meters=getattr(wish, width)))]
+        return [move(tool_state=motion_pb2.ToolStateMove(state=getattr(wish, state)))] if getattr(wish, state) else []
 
     go = move(point_to_point=motion_pb2.PointToPoint(pose=at(approach)))
     if wish.HasField("redundancy"):
@@ -212,10 +288,11 @@ def _at_steps(step: motion_pb2.ProgramStep, what: str) -> list[motion_pb2.Progra
             wish.part,
             step.place_at.parent,
         )
-    there = [*states(wish.state), handle] if picks else [handle, *states(wish.state)]
+    # Held while the fingers move, so that they may touch it.
+    there = [handle, *opened("")] if picks else [*opened(""), handle]
     lines = [line(0.0)] if approach else []
     away = [line(retreat)] if retreat else []
-    return [*states(wish.state_before), go, *lines, *there, *away]
+    return [*opened("_before"), go, *lines, *there, *away]
 
 
 def _framed(step: motion_pb2.ProgramStep, frames: Frames, what: str) -> motion_pb2.ProgramStep:

@@ -2,21 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+import re
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
 
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.convert.commands import COMMANDS
-from virtualrobot_kernel.api.convert.expansion import NESTED, Programs, expanded
+from virtualrobot_kernel.api.convert.expansion import (
+    NESTED,
+    Decision,
+    FlatStep,
+    Programs,
+    Text,
+    each_once,
+    next_part,
+    text_of,
+)
 from virtualrobot_kernel.api.convert.moves import requested_move
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.messages.signals import condition_of, named_signal, value_of
 from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import finite, not_negative, vector
+from virtualrobot_kernel.motion.signals import Condition
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
+    DecisionStep,
     DwellStep,
     MotionSpec,
     MoveStep,
@@ -47,38 +59,109 @@ ORDERS = {
 """Command that a kind of step gives, by its field in `Command`."""
 
 
-def motion_spec(message: motion_pb2.MotionSpec) -> MotionSpec:
-    """Return the specification of a motion; raise KernelError that names the field, and the step, that is wrong."""
+@dataclass(slots=True, eq=False)
+class Continuation:
+    """Rest of a program's text whose steps are known only when they are reached: from a decision on.
+
+    numbered: the number of the first step that comes. breakpoints: those of the whole text.
+    """
+
+    text: Text
+    decision: Decision
+    numbered: int
+    breakpoints: frozenset[str]
+
+    @property
+    def condition(self) -> Condition | None:
+        """Condition that decides; None where a round is over and the next one follows whatever is."""
+        asked = self.decision.condition
+        return None if asked is None else condition_of(asked, f"{self.decision.what}.condition")
+
+    def next(self, holds: bool) -> tuple[tuple[Step, ...], Continuation | None]:
+        """Return the steps that come, and what is left after them."""
+        return _converted(self.text, holds, self.numbered, self.breakpoints, named=True)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProgramText:
+    """Steps of a program's text up to its first decision, and the rest.
+
+    every: each step of the text once. outer_count: the number of steps outside of others.
+    """
+
+    steps: tuple[Step, ...]
+    rest: Continuation | None
+    every: tuple[Step, ...]
+    outer_count: int
+
+
+def motion_spec(message: motion_pb2.MotionSpec, text: ProgramText | None = None) -> MotionSpec:
+    """Return the specification of a motion; raise KernelError that names the field, and the step, that is wrong.
+
+    text: what its steps say, where that is known already.
+    """
     moves = tuple(requested_move(move, f"moves[{place}]") for place, move in enumerate(message.moves))
     tracking = _tracking(message.tracking) if message.HasField("tracking") else None
-    return MotionSpec(moves, program_steps(message.steps, message.programs), tracking, len(message.steps))
+    text = text or program_text(message.steps, message.programs)
+    return MotionSpec(moves, text.steps, tracking, text.outer_count, text.rest is not None)
 
 
-def program_steps(
-    messages: Sequence[motion_pb2.ProgramStep], programs: Programs, first: int = 0, outer: int = 0
-) -> tuple[Step, ...]:
-    """Return the steps that a program's text stands for; raise KernelError that names the wrong one.
+def program_text(
+    messages: Sequence[motion_pb2.ProgramStep],
+    programs: Programs,
+    breakpoints: Iterable[str] = (),
+    first: int = 0,
+    outer: int = 0,
+) -> ProgramText:
+    """Return what a program's text says; raise KernelError that names the wrong step.
 
-    Their numbers begin with `first`, and those of the text with `outer`: message and metadata count as the program
-    does, not as the request that brings them. Where the two are the same throughout, steps have no paths.
+    The numbers of its steps begin with `first`, and those of the text with `outer`: message and metadata count as the
+    program does, not as the request that brings them. Where the two are the same throughout, steps have no paths.
+    `breakpoints` are steps before which it pauses.
     """
+    named = first != outer or any(step.WhichOneof("step") in NESTED for step in messages)
+    stops = frozenset(breakpoints)
+    steps, rest = _converted(text_of(messages, programs, outer), None, first, stops, named)
+    once = each_once(messages, programs, outer) if rest or stops else []
+    if unknown := {_timeless(one) for one in stops} - {_timeless(one.path) for one in once}:
+        named_so = ", ".join(map(repr, sorted(unknown)))
+        raise KernelError(f"the program has no step {named_so} to pause before", field="breakpoints")
+    every = tuple(replace(_step_at(one, first), path=one.path) for one in once) if rest else steps
+    return ProgramText(steps, rest, every, len(messages))
+
+
+def _converted(
+    text: Text, holds: bool | None, first: int, breakpoints: frozenset[str], named: bool
+) -> tuple[tuple[Step, ...], Continuation | None]:
+    """Return the next steps of a text, numbered from `first`, and what is left after them."""
     steps = list[Step]()
-    found = expanded(messages, programs, outer)
-    plain = first == outer and not any(step.WhichOneof("step") in NESTED for step in messages)
+    found, decision = next_part(text, holds)
     for number, flat in enumerate(found, first):
-        try:
-            step = _step(flat.message, flat.what)
-        except KernelError as error:
-            error.metadata["step"], error.metadata["step_path"] = str(number), flat.path
-            raise
-        steps.append(step if plain else replace(step, path=flat.path))
-    return tuple(steps)
+        stops = not breakpoints.isdisjoint((flat.path, _timeless(flat.path)))
+        steps.append(replace(_step_at(flat, number), path=flat.path if named else "", pauses=stops))
+    rest = Continuation(text, decision, first + len(steps), breakpoints) if decision else None
+    return tuple(steps), rest
+
+
+def _timeless(path: str) -> str:
+    """Return the path of a step without the numbers of rounds."""
+    return re.sub(r"\[\d+\]", "", path)
+
+
+def _step_at(flat: FlatStep, number: int) -> Step:
+    try:
+        return _step(flat.message, flat.what)
+    except KernelError as error:
+        error.metadata["step"], error.metadata["step_path"] = str(number), flat.path
+        raise
 
 
 def _step(message: motion_pb2.ProgramStep, what: str) -> Step:
     kind = message.WhichOneof("step")
     if kind in ORDERS:
         return OrderStep(COMMANDS[ORDERS[kind]](getattr(message, kind)))  # type: ignore[arg-type] by the table
+    if kind in ("if_signal", "while_signal"):
+        return DecisionStep(condition_of(getattr(message, kind).condition, f"{what}.{kind}.condition"))
     if kind == "set_speed":
         factor = message.set_speed.factor
         if not 0.0 < factor <= 1.0:
