@@ -91,11 +91,11 @@ def built_pairs(
     """
     commands = [one for one in commands if isinstance(one, ClearWorld | CreateNodes | MountTool | SetAllowedPairs)]
     specs = [spec for command in commands if isinstance(command, CreateNodes) for spec in command.specs]
-    known = snapshot.structure.uid_by_name
-    mounted = any(isinstance(one, MountTool) for one in commands) or any(
+    known, mounted = snapshot.structure.uid_by_name, {one.node for one in commands if isinstance(one, MountTool)}
+    on_robots = mounted or any(
         snapshot.structure.robot_of(known[spec.parent]) for spec in specs if spec.parent in known
     )
-    if not mounted and not any(spec.kind is Kind.ROBOT for spec in specs):
+    if not on_robots and not any(spec.kind is Kind.ROBOT for spec in specs):
         return ()
     try:
         change = apply(snapshot.structure, snapshot.state, commands, world_poses)
@@ -103,20 +103,37 @@ def built_pairs(
         return ()  # the world says why
     world = world_poses(change.structure, change.state)
     then = replace(snapshot, structure=change.structure, state=change.state, world_t_node=world)
-    nodes = change.structure.nodes
-    new = {uid for uid in change.created if isinstance(uid, int) and (names is None or nodes[uid].name in names)}
-    return touching_as_built(then, new, shapes)
+    structure = change.structure
+    new = {
+        uid for uid in change.created if isinstance(uid, int) and (names is None or structure.nodes[uid].name in names)
+    }
+    # What hung elsewhere before is looked at as it was when it was loaded: only what it hangs on is new to it.
+    carried = (structure.uid_by_name[name] for name in mounted)
+    tops = {_rehung(snapshot.structure, structure, uid) for uid in carried if uid not in new}
+    return touching_as_built(then, new, shapes, [node.uid for top in tops for node in structure.below(top)])
 
 
-def touching_as_built(snapshot: Snapshot, new: Collection[int], shapes: CollisionShapes) -> tuple[Named, ...]:
+def _rehung(before: Structure, after: Structure, uid: int) -> int:
+    """Return the node (uid) that hangs elsewhere than before: a node, or what brings it; itself where none does."""
+    for node in after.ancestors(uid):
+        if node.uid in before.nodes and before.nodes[node.uid].parent != node.parent:
+            return node.uid
+    return uid
+
+
+def touching_as_built(
+    snapshot: Snapshot, new: Collection[int], shapes: CollisionShapes, mounted: Collection[int] = ()
+) -> tuple[Named, ...]:
     """Return the pairs with one of the `new` nodes (uids) that touch as they are built or stand, in a fixed order.
+
+    Of what is only `mounted` the pairs with what it is mounted on are looked at.
 
     A pair of a robot's own nodes counts where it touches in all postures near the present one, or where both hang on
     the same body by joints that are at their limits: fingers that close on each other.
     """
     allowed = allowed_pairs(snapshot.structure, snapshot.state.allowed_pairs)
-    asked = _asked(snapshot, new, allowed)
-    elements, near = _near(snapshot, new, asked, shapes)
+    asked = _asked(snapshot, new, {*new, *mounted}, allowed)
+    elements, near = _near(snapshot, {*new, *mounted}, asked, shapes)
     solids = [shapes.get(figure.geometry) for figure in elements.figures]
     made = [solid for solid in solids if solid is not None]
     if not made or len(made) < len(solids):
@@ -145,7 +162,9 @@ def touching_as_built(snapshot: Snapshot, new: Collection[int], shapes: Collisio
     return tuple(result)
 
 
-def _asked(snapshot: Snapshot, new: Collection[int], allowed: AllowedPairs) -> dict[Pair, _Question]:
+def _asked(
+    snapshot: Snapshot, new: Collection[int], mounted: Collection[int], allowed: AllowedPairs
+) -> dict[Pair, _Question]:
     """Return the pairs (uids) that are looked at, with what follows if they touch."""
     structure, groups, bodies = snapshot.structure, allowed.groups, allowed.bodies
     solid = list(dict.fromkeys(uid for uid, _ in collision_figures(snapshot)))
@@ -163,14 +182,14 @@ def _asked(snapshot: Snapshot, new: Collection[int], allowed: AllowedPairs) -> d
         for uid in solid:
             if structure.nodes[uid].kind is Kind.OBJECT and not groups[uid] and bodies[uid] == bodies[robot]:
                 ask(base, [uid], _Question(f"stands on {structure.nodes[uid].name!r}", False))
-    for top in (structure.nodes[uid] for uid in new):
+    for top in (structure.nodes[uid] for uid in sorted(mounted)):
         carrier = groups[top.parent]
-        if top.parent in new or not carrier or top.kind is Kind.PART:
+        if top.parent in mounted or not carrier or top.kind is Kind.PART:
             continue
         at = structure.nodes[top.parent]
         body = bodies[at.uid]
-        fixed = [uid for uid in solid if uid in new and bodies[uid] == body]
-        old = [uid for uid in solid if uid not in new and groups[uid] == carrier]
+        fixed = [uid for uid in solid if uid in mounted and bodies[uid] == body]
+        old = [uid for uid in solid if uid not in mounted and groups[uid] == carrier]
         question = _Question(f"mounted on {at.name!r}", False)
         ask(fixed, (uid for uid in old if bodies[uid] == body), question)
         if structure.nodes[body].kind is Kind.LINK:
