@@ -100,6 +100,10 @@ def test_the_gripper_counts_where_the_arm_goes(client: Client, arm: Robot) -> No
     assert touching
     with pytest.raises(virtualrobot.CollisionError, match="hand"):
         client.paths.find("arm", turned)
+    beyond = {arm.joint_names[0]: 1.2}
+    assert not client.collisions.check({"arm": beyond}).pairs
+    found = client.paths.find("arm", beyond)
+    assert not found.straight, "the rod is in the way of the gripper"
     client.collisions.set(robots={"arm": "guard"})
     with pytest.raises(virtualrobot.MotionAbortedError, match="'hand"):
         arm.move_joints(turned).wait()

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Never
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.names import unknown_name
-from virtualrobot.errors import InvalidArgumentError, NameTakenError
+from virtualrobot.errors import NameTakenError
 from virtualrobot.robots.mechanism import JointPositions
 from virtualrobot.robots.named_goals import postures_of, target_names
 from virtualrobot.scene.editor import Direct
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from virtualrobot.robots.robot import Robot
 
 
+@checked
 class Postures(Mapping[str, dict[str, float]]):
     """Postures of a robot by name, radians and meters by joint; `move_to` goes there. They are saved in scene files.
 
@@ -54,8 +56,6 @@ class Postures(Mapping[str, dict[str, float]]):
             UnknownNameError, LimitError: for a joint that there is not, or that cannot be there.
         """
         robot = self._robot
-        if not name:
-            raise InvalidArgumentError("a posture needs a name")
         if name in self._now() and not replace:
             raise NameTakenError(f"{robot.name!r} has a posture {name!r}; replace=True puts this one in its place")
         if name in target_names(robot._services):

@@ -6,6 +6,7 @@ from typing import Unpack
 
 from google.protobuf.field_mask_pb2 import FieldMask
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import pose_of
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import UnknownNameError, WrongStateError
@@ -17,6 +18,7 @@ from virtualrobot.scene.editor import Direct
 from virtualrobot.v1 import motion_pb2, nodes_pb2, robot_pb2, scene_pb2
 
 
+@checked
 class Tool:
     """A tool of a robot by its name."""
 
