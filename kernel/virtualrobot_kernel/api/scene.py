@@ -13,7 +13,7 @@ from virtualrobot_sdk.models import Model
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.repeats import Repeats
-from virtualrobot_kernel.collision.built import Named, built_pairs
+from virtualrobot_kernel.collision.built import Named, built_pairs, mounted_pairs
 from virtualrobot_kernel.collision.readiness import is_to_be_ready, make_ready
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
@@ -97,7 +97,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         pairs: tuple[Named, ...] = ()
         if any(isinstance(command, MountTool) for command in commands):
             shapes, snapshot = self._kernel.collisions.shapes, self._kernel.world.snapshot
-            pairs = await self._kernel.in_worker(built_pairs, snapshot, commands, shapes, ())
+            pairs = await self._kernel.in_worker(mounted_pairs, snapshot, commands, shapes)
         expected = expected_revision(request)
         try:
             allow = [SetAllowedPairs(built=pairs)] if pairs else []

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from virtualrobot_kernel.collision.built import built_pairs
+from virtualrobot_kernel.collision.built import built_pairs, mounted_pairs
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.world.commands import ClearWorld, CreateNodes, MountTool, SetAllowedPairs
 from virtualrobot_kernel.world.figures import Box, Figure, Pose
@@ -179,9 +179,9 @@ def test_what_is_mounted_later_is_looked_at_with_what_carries_it() -> None:
     cell, found = loaded(world(CreateNodes(tuple(arm()))), *jaws(), tool())
     cell = after(cell, SetAllowedPairs(forbid=(found[0][:2],)))
     for node in ("jaws", "jaws.tool"):  # the tool brings its gripper
-        pairs = built_pairs(cell, [MountTool("arm", node, "arm.tip")], SHAPES, ())
+        pairs = mounted_pairs(cell, [MountTool("arm", node, "arm.tip")], SHAPES)
         assert pairs == (("arm.turn", "jaws.plate", "mounted on 'arm.tip'"),)
-    assert built_pairs(cell, [MountTool("arm", "arm.base", "arm.tip")], SHAPES, ()) == ()  # refused elsewhere
+    assert mounted_pairs(cell, [MountTool("arm", "arm.base", "arm.tip")], SHAPES) == ()  # refused elsewhere
 
 
 def test_a_part_that_is_loaded_into_a_hand_is_not_mounted() -> None:
