@@ -11,8 +11,9 @@ from typing import Any
 
 import grpc
 import pytest
+from google.protobuf import descriptor_pool
 from virtualrobot._wire.services import Services
-from virtualrobot._wire.transport import TOLD_AFTER_SECONDS, open_channel
+from virtualrobot._wire.transport import TOLD_AFTER_SECONDS, WAITED, open_channel
 from virtualrobot.progress import Progress, show_progress
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 
@@ -45,6 +46,13 @@ def slow() -> Iterator[tuple[Slow, Services]]:
     channel.close()
     servicer.goes_on.set()
     server.stop(None).wait(WAIT)
+
+
+def test_what_takes_long_are_calls_of_the_contract_with_one_answer() -> None:
+    for path in WAITED:
+        service, method = path.removeprefix("/").split("/")
+        described = descriptor_pool.Default().FindServiceByName(service).methods_by_name[method]
+        assert not described.server_streaming
 
 
 def test_a_call_that_takes_long_is_told_of_until_it_ends(slow: tuple[Slow, Services]) -> None:
