@@ -18,6 +18,7 @@ from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.server import Address, Server
+from virtualrobot_kernel.collision.built import built_pairs
 from virtualrobot_kernel.collision.clearances import measured
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.guard import CollisionGuard
@@ -44,6 +45,7 @@ from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
+from virtualrobot_kernel.world.commands import SetAllowedPairs
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.store import World
 
@@ -129,7 +131,9 @@ class Kernel:
         except (OSError, UnicodeDecodeError) as error:
             raise MissingFileError(f"cannot read the scene file {path}: {error}", file=path) from error
         files = files_of(self._meshes, ())
-        commands, warnings = read_scene(text, str(path.resolve()), files, self._meshes)
+        commands, warnings, of_models = read_scene(text, str(path.resolve()), files, self._meshes)
+        pairs = built_pairs(self.world.snapshot, commands, self._collisions.shapes, of_models)
+        commands += [SetAllowedPairs(built=pairs)] if pairs else []
         for warning in warnings:
             log.warning("%s: %s", path, warning)
         self._view.tell(warnings)

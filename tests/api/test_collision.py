@@ -259,7 +259,7 @@ def test_what_makes_no_sense_is_refused_by_name(stubs: Stubs) -> None:
     assert "is one node" in refusal(lambda: allow(stubs, "arm", "arm")).message
     assert "allow[0].second names no node" in refusal(lambda: allow(stubs, "arm", "")).message
     unknown = refusal(lambda: forbid(stubs, "arm", "arm.lbr_iiwa_link_0"))
-    assert (unknown.reason, "no client has allowed" in unknown.message) == ("UNKNOWN_NAME", True)
+    assert (unknown.reason, "neither a client nor an import has allowed" in unknown.message) == ("UNKNOWN_NAME", True)
     empty = refusal(lambda: apply(stubs, scene_pb2.Command(set_allowed_pairs=collision_pb2.SetAllowedPairs())))
     assert "no pair" in empty.message
     many = collision_pb2.FindAllowedPairsRequest(robot="arm", samples=100_001)

@@ -13,9 +13,11 @@ from virtualrobot_sdk.models import Model
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.repeats import Repeats
+from virtualrobot_kernel.collision.built import Named, built_pairs, mounted_pairs
 from virtualrobot_kernel.collision.readiness import is_to_be_ready, make_ready
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
+from virtualrobot_kernel.formats.models import ImportedModel
 from virtualrobot_kernel.formats.xml import FileWarning, refuse_warnings
 from virtualrobot_kernel.messages.nodes import node_message
 from virtualrobot_kernel.messages.table import Table
@@ -25,7 +27,7 @@ from virtualrobot_kernel.scenes.models import mounting, read_model
 from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.sensing.choices import check_choices
-from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
+from virtualrobot_kernel.world.commands import Command, CreateNodes, MountTool, SetAllowedPairs, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
@@ -92,12 +94,25 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             commands = world_commands(request.commands)
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
             commands = await self._kernel.in_worker(with_assets, self._kernel.meshes, commands)
-        applied = await self._submit(commands, context, expected_revision(request))
+        pairs: tuple[Named, ...] = ()
+        if any(isinstance(command, MountTool) for command in commands):
+            shapes, snapshot = self._kernel.collisions.shapes, self._kernel.world.snapshot
+            pairs = await self._kernel.in_worker(mounted_pairs, snapshot, commands, shapes)
+        expected = expected_revision(request)
+        try:
+            allow = [SetAllowedPairs(built=pairs)] if pairs else []
+            applied = await self._submit([*commands, *allow], context, expected)
+        except KernelError as error:
+            if not pairs or error.reason is not Reason.UNKNOWN_NAME:
+                raise
+            # Another command of the batch, or another client, has renamed or removed what they name.
+            pairs, applied = (), await self._submit(commands, context, expected)
         nodes = applied.snapshot.structure.nodes
         return scene_pb2.ApplyResponse(
             stamp=stamp(applied.snapshot),
             created=created_nodes(applied),
             picked_parts=[nodes[uid].name for uid in applied.picked if uid in nodes],
+            allowed_pairs=map(pair_message, pairs),
         )
 
     async def ImportModel(
@@ -109,13 +124,24 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     async def _import(self, source: scene_pb2.ModelSource, context: object) -> scene_pb2.ImportModelResponse:
         meshes = self._kernel.meshes
         files = files_of(meshes, source.files)
+        shapes = self._kernel.collisions.shapes
+
+        def read(snapshot: Snapshot) -> tuple[ImportedModel, tuple[Named, ...]]:
+            model = read_model(meshes, source, files, snapshot.structure.uid_by_name)
+            return model, built_pairs(snapshot, [CreateNodes(model.nodes), *mounting(source, model)], shapes)
+
         while True:
-            structure = self._kernel.world.snapshot.structure
-            model = await self._kernel.in_worker(read_model, meshes, source, files, structure.uid_by_name)
+            snapshot = self._kernel.world.snapshot
+            structure = snapshot.structure
+            model, pairs = await self._kernel.in_worker(read, snapshot)
+            allow = [SetAllowedPairs(built=pairs)] if pairs else []
             try:
-                applied = await self._submit([CreateNodes(model.nodes), *mounting(source, model)], context)
+                made = [CreateNodes(model.nodes), *mounting(source, model), *allow]
+                applied = await self._submit(made, context)
                 break
             except KernelError as error:
+                if pairs and error.reason is Reason.UNKNOWN_NAME:
+                    continue  # what it stands on may be gone
                 # Another client took the free name that was found; only a name that was asked for is refused.
                 found = model.nodes[0].name not in structure.uid_by_name
                 if error.reason is not Reason.NAME_TAKEN or source.name or not found:
@@ -125,6 +151,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             created=created_nodes(applied),
             mesh_count=model.mesh_count,
             warnings=self._told(model.warnings),
+            allowed_pairs=map(pair_message, pairs),
         )
 
     async def ListModels(self, request: scene_pb2.ListModelsRequest, context: object) -> scene_pb2.ListModelsResponse:
@@ -141,14 +168,20 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         files = files_of(meshes, request.files)
         known = self._kernel.world.snapshot.structure.uid_by_name if request.add else None
         read = partial(read_scene, request.text, request.uri, files, meshes, known)
-        commands, warnings = await self._kernel.read(read)
+        commands, warnings, of_models = await self._kernel.read(read)
         if request.strict:
             refuse_warnings(warnings)
+        built = partial(built_pairs, self._kernel.world.snapshot, commands, self._kernel.collisions.shapes, of_models)
+        pairs = await self._kernel.in_worker(built) if of_models else ()
+        commands += [SetAllowedPairs(built=pairs)] if pairs else []
         applied = await self._submit(commands, context)
         if not request.add:
             self._kernel.view.reset()
         return scene_pb2.LoadSceneResponse(
-            stamp=stamp(applied.snapshot), created=created_nodes(applied), warnings=self._told(warnings)
+            stamp=stamp(applied.snapshot),
+            created=created_nodes(applied),
+            warnings=self._told(warnings),
+            allowed_pairs=map(pair_message, pairs),
         )
 
     async def SaveScene(self, request: scene_pb2.SaveSceneRequest, context: object) -> scene_pb2.SaveSceneResponse:
@@ -189,6 +222,12 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         if is_to_be_ready(snapshot, commands):
             await self._kernel.in_worker(make_ready, self._kernel.collisions.shapes, snapshot, commands)
         return await asyncio.wrap_future(self._kernel.submit(commands, context, expected_revision))
+
+
+def pair_message(pair: Named) -> nodes_pb2.NodePair:
+    """Return a pair that an import has found as a message."""
+    first, second, reason = pair
+    return nodes_pb2.NodePair(first=first, second=second, reason=reason, built=True)
 
 
 def created_nodes(applied: Applied) -> list[scene_pb2.CreatedNode]:

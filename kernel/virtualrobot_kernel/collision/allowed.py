@@ -1,4 +1,4 @@
-"""Pairs of nodes that may touch, and why: by rules of how they hang together, by robots' files, by clients."""
+"""Pairs of nodes that may touch, and why: by how they hang together, by robots' files, by clients and imports."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from enum import Enum
 
+from virtualrobot_kernel.world.collisions import Allowance
 from virtualrobot_kernel.world.structure import (
     WORLD_UID,
     Kind,
@@ -26,6 +27,7 @@ class Cause(Enum):
     HELD = "held"
     FILE = "file"
     CLIENT = "client"
+    BUILT = "built"
 
 
 Pair = tuple[int, int]
@@ -62,17 +64,18 @@ def ordered(one: int, other: int) -> Pair:
     return (one, other) if one < other else (other, one)
 
 
-def allowed_pairs(structure: Structure, by_clients: Mapping[Pair, str]) -> AllowedPairs:
+def allowed_pairs(structure: Structure, by_clients: Mapping[Pair, Allowance]) -> AllowedPairs:
     """Return which nodes of a structure may touch.
 
     Nodes of a robot that no joint moves against each other may (RIGID), and so may links on both sides of a joint, over
     links without figures too (ADJACENT); what a robot begins with and what it stands on, and all that is fixed to one
     link that a joint moves (MOUNTED); a part and what holds it: the tool, what the tool's states move, and what hangs
-    on these (HELD); links that the robot's files name (FILE); and pairs that clients have set (CLIENT).
+    on these (HELD); links that the robot's files name (FILE); and pairs that clients have set (CLIENT) or imports have
+    found to touch as a model is built (BUILT).
 
     Args:
         structure: the world's nodes.
-        by_clients: pairs that clients have set, and why.
+        by_clients: pairs that clients have set or imports have found, and why.
     """
     groups, bodies = _groups_and_bodies(structure)
     pairs: dict[Pair, tuple[Cause, str]] = {}
@@ -90,7 +93,8 @@ def allowed_pairs(structure: Structure, by_clients: Mapping[Pair, str]) -> Allow
             tool = next((one for one in structure.ancestors(node.uid) if one.kind is Kind.TOOL), None)
             if tool is not None:
                 pairs.update((ordered(node.uid, finger), (Cause.HELD, "")) for finger in fingers.get(tool.uid, ()))
-    pairs.update((pair, (Cause.CLIENT, why)) for pair, why in by_clients.items())
+    for pair, one in by_clients.items():
+        pairs[pair] = Cause.BUILT if one.built else Cause.CLIENT, one.reason
     return AllowedPairs(groups, bodies, pairs)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import AllowedPairs, Pair, allowed_pairs
 from virtualrobot_kernel.collision.geometry import CollisionShapes, Solid
+from virtualrobot_kernel.world.collisions import Allowance
 from virtualrobot_kernel.world.figures import Figure
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import FOR_PEOPLE, WORLD_UID, Kind, Structure
@@ -25,7 +26,7 @@ BODILESS = frozenset(
 )
 """Kinds of nodes that touch nothing."""
 
-MadeOf = tuple[Structure, Mapping[int, str], Mapping[Pair, str], Mapping[int, float]]
+MadeOf = tuple[Structure, Mapping[int, str], Mapping[Pair, Allowance], Mapping[int, float]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,27 +68,31 @@ def made_of(snapshot: Snapshot) -> MadeOf:
     return snapshot.structure, state.tool_states, state.allowed_pairs, state.collisions.paddings
 
 
+def collision_figures(snapshot: Snapshot) -> Iterator[tuple[int, Figure]]:
+    """Yield each figure that can collide, after its node (uid), in the order of nodes; of a tool those of its state."""
+    structure = snapshot.structure
+    _, states = inherited_visibility(structure, snapshot.state.tool_states)
+    for uid, node in structure.nodes.items():
+        if node.figures and node.kind not in BODILESS:
+            for figure in node.figures:
+                if figure.collision and (not figure.tool_state or figure.tool_state == states[uid]):
+                    yield uid, figure
+
+
 def bodies_of(snapshot: Snapshot, shapes: CollisionShapes) -> Bodies:
     """Return what can collide: figures of the role collision, hidden ones too, and those of each tool's state."""
     structure, tool_states, by_clients, paddings = made_of(snapshot)
-    _, states = inherited_visibility(structure, tool_states)
     figures: list[Figure] = []
     solids: list[Solid] = []
     uids: list[int] = []
     elements: dict[int, tuple[int, ...]] = {}
-    for uid, node in structure.nodes.items():
-        if not node.figures or node.kind in BODILESS:
-            continue
-        begin = len(figures)
-        for figure in node.figures:
-            if figure.collision and (not figure.tool_state or figure.tool_state == states[uid]):
-                solid = shapes.get(figure.geometry)
-                if solid is not None:
-                    figures.append(figure)
-                    solids.append(solid)
-                    uids.append(uid)
-        if len(figures) > begin:
-            elements[uid] = tuple(range(begin, len(figures)))
+    for uid, figure in collision_figures(snapshot):
+        solid = shapes.get(figure.geometry)
+        if solid is not None:
+            elements[uid] = (*elements.get(uid, ()), len(figures))
+            figures.append(figure)
+            solids.append(solid)
+            uids.append(uid)
     allowed = allowed_pairs(structure, by_clients)
     robots = np.array([allowed.groups[uid] for uid in uids], np.int64)
     return Bodies(

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import TypeVar
 
 from virtualrobot.v1 import collision_pb2, nodes_pb2
@@ -38,10 +39,17 @@ def pairs_command(message: collision_pb2.SetAllowedPairs) -> SetAllowedPairs:
     """Return the command of a message; raise KernelError where it says nothing to do."""
     if not message.allow and not message.forbid:
         raise KernelError("there is no pair to allow or to forbid", field="allow")
-    return SetAllowedPairs(
-        tuple((pair.first, pair.second, pair.reason) for pair in _named(message.allow, "allow")),
-        tuple((pair.first, pair.second) for pair in _named(message.forbid, "forbid")),
+    forbid = tuple((pair.first, pair.second) for pair in _named(message.forbid, "forbid"))
+    return replace(allowing(_named(message.allow, "allow")), forbid=forbid)
+
+
+def allowing(pairs: Iterable[nodes_pb2.NodePair]) -> SetAllowedPairs:
+    """Return the command that lets pairs touch, as clients or imports say."""
+    pairs = tuple(pairs)
+    by_client, built = (
+        tuple((pair.first, pair.second, pair.reason) for pair in pairs if pair.built is kind) for kind in (False, True)
     )
+    return SetAllowedPairs(by_client, built=built)
 
 
 def settings_message(snapshot: Snapshot) -> collision_pb2.CollisionSettings:

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 import numpy as np
 from virtualrobot.v1 import geometry_pb2, nodes_pb2
 
 from virtualrobot_kernel.errors import KernelError, LimitError
-from virtualrobot_kernel.messages.codecs import NOT_NEGATIVE, OrDefault, Pair, rows, same
+from virtualrobot_kernel.messages.codecs import NOT_NEGATIVE, POSITIVE, OrDefault, Pair, rows
 from virtualrobot_kernel.messages.table import OneOf, Table
 from virtualrobot_kernel.messages.values import array, array_message, positive, vector, vector_message
 from virtualrobot_kernel.units import MOST_LENGTH, millimetres_question
@@ -36,19 +37,7 @@ GREATEST_TEXT = 10_000
 
 def _size(message: geometry_pb2.Vector3, what: str) -> tuple[float, float, float]:
     x, y, z = vector(message, what)
-    return _length(x, f"{what}.x"), _length(y, f"{what}.y"), _length(z, f"{what}.z")
-
-
-def _length(value: float, what: str) -> float:
-    """Return a length of a primitive shape (m); raise KernelError when it is not above 0, or in millimetres."""
-    if positive(value, what) > MOST_LENGTH:
-        raise LimitError(
-            f"{what} must be at most {MOST_LENGTH:g} m{millimetres_question(value)}; a mesh may be larger",
-            field=what,
-            value=value,
-            limit=MOST_LENGTH,
-        )
-    return value
+    return positive(x, f"{what}.x"), positive(y, f"{what}.y"), positive(z, f"{what}.z")
 
 
 def _check_mesh(mesh: Mesh, what: str) -> None:
@@ -95,7 +84,6 @@ def _bytes(*shape: int) -> Pair:
 
 
 SIZE = Pair(_size, vector_message)
-LENGTH = Pair(_length, same)
 FILE = Pair(lambda file, what: (file.uri, file.sha256), lambda file: nodes_pb2.AssetFile(uri=file[0], sha256=file[1]))
 COLORS = Pair(
     lambda message, what: array(message, (None, 3), what).astype(np.uint8).tobytes(),
@@ -105,10 +93,10 @@ COLORS = Pair(
 GEOMETRY = OneOf(
     "geometry",
     box=Table(Box, nodes_pb2.Box, size=SIZE),
-    sphere=Table(Sphere, nodes_pb2.Sphere, numbers=LENGTH),
-    cylinder=Table(Cylinder, nodes_pb2.Cylinder, numbers=LENGTH),
-    cone=Table(Cone, nodes_pb2.Cone, numbers=LENGTH),
-    capsule=Table(Capsule, nodes_pb2.Capsule, numbers=LENGTH),
+    sphere=Table(Sphere, nodes_pb2.Sphere, numbers=POSITIVE),
+    cylinder=Table(Cylinder, nodes_pb2.Cylinder, numbers=POSITIVE),
+    cone=Table(Cone, nodes_pb2.Cone, numbers=POSITIVE),
+    capsule=Table(Capsule, nodes_pb2.Capsule, numbers=POSITIVE),
     mesh=Table(Mesh, nodes_pb2.Mesh, files=FILE, check=_check_mesh),
     points=Table(
         Points, nodes_pb2.Points, positions=_bytes(3), colors=COLORS, size=OrDefault(NOT_NEGATIVE), check=_check_points
@@ -136,6 +124,31 @@ def figure(message: nodes_pb2.Figure, what: str) -> Figure:
         )
     visual, collision = not roles or VISUAL in roles, not roles or COLLISION in roles
     return FIGURE.read(message, what, visual=visual, collision=collision)
+
+
+def check_lengths(figures: Iterable[Figure], what: str) -> None:
+    """Raise LimitError for a primitive shape of a call that is as long as one in millimetres.
+
+    Files may have such shapes: what they say was seen before, and a world that was saved is loaded again.
+    """
+    for place, one in enumerate(figures):
+        match one.geometry:
+            case Box(lengths):
+                pass
+            case Sphere(radius):
+                lengths = (radius,)
+            case Cylinder(radius, length) | Cone(radius, length) | Capsule(radius, length):
+                lengths = (radius, length)
+            case _:
+                continue
+        if (longest := max(lengths)) > MOST_LENGTH:
+            raise LimitError(
+                f"{what}.figures[{place}]: a length must be at most {MOST_LENGTH:g} m"
+                f"{millimetres_question(longest)}; a mesh may be larger, and so may shapes that come from files",
+                field=f"{what}.figures[{place}]",
+                value=longest,
+                limit=MOST_LENGTH,
+            )
 
 
 def figure_message(figure: Figure) -> nodes_pb2.Figure:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from typing import NamedTuple
 
 import numpy as np
 from virtualrobot.v1 import robot_pb2
@@ -13,7 +14,7 @@ from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.xml import FileWarning
 from virtualrobot_kernel.formats.yaml_text import Check
-from virtualrobot_kernel.messages.collision_settings import settings_command
+from virtualrobot_kernel.messages.collision_settings import allowing, settings_command
 from virtualrobot_kernel.messages.signals import created_signal
 from virtualrobot_kernel.messages.values import finite
 from virtualrobot_kernel.scenes.assets import with_assets
@@ -23,12 +24,19 @@ from virtualrobot_kernel.world.commands import (
     Command,
     CreateNodes,
     SelectTool,
-    SetAllowedPairs,
     SetJointPositions,
     SetSpeedFactor,
     SetToolState,
 )
 from virtualrobot_kernel.world.structure import WORLD_NAME, NodeSpec, TargetData
+
+
+class ReadScene(NamedTuple):
+    """Scene file as commands, with what is odd about it, and the names of the nodes that come of its `models`."""
+
+    commands: list[Command]
+    warnings: list[FileWarning]
+    of_models: Collection[str]
 
 
 def read_scene(
@@ -38,7 +46,7 @@ def read_scene(
     meshes: MeshLibrary,
     known: Iterable[str] | None = None,
     check: Check = lambda: None,
-) -> tuple[list[Command], list[FileWarning]]:
+) -> ReadScene:
     """Return the commands that make the world of a scene file, and what is odd about it and what it names.
 
     Args:
@@ -62,6 +70,7 @@ def read_scene(
     warnings: list[FileWarning] = []
     commands.extend(with_assets(meshes, [CreateNodes(tuple(first))], files, referrer, warnings) if first else [])
     names = {*taken, *(spec.name for spec in specs)}
+    of_models: set[str] = set()
     mounts: list[Command] = []
     for place, wanted in enumerate(scene.models):
         try:
@@ -71,7 +80,8 @@ def read_scene(
             if wanted.HasField("denavit_hartenberg"):
                 error.at(f"{uri}: models[{place}]")
             raise
-        names.update(node.name for node in model.nodes)
+        of_models.update(node.name for node in model.nodes)
+        names |= of_models
         warnings.extend(model.warnings)
         commands.append(CreateNodes(model.nodes))
         mounts.extend(mounting(wanted, model))
@@ -84,12 +94,12 @@ def read_scene(
     for robot in scene.robot_states:
         commands.extend(_state_commands(robot))
     if scene.allowed_pairs:
-        commands.append(SetAllowedPairs(tuple((pair.first, pair.second, pair.reason) for pair in scene.allowed_pairs)))
+        commands.append(allowing(scene.allowed_pairs))
     if scene.HasField("collision_settings"):
         commands.append(settings_command(scene.collision_settings))
     if scene.HasField("speed_factor"):
         commands.append(SetSpeedFactor("", finite(scene.speed_factor, "speed_factor")))
-    return commands, warnings
+    return ReadScene(commands, warnings, of_models)
 
 
 def _split(specs: Iterable[NodeSpec], taken: Iterable[str]) -> tuple[list[NodeSpec], list[NodeSpec]]:

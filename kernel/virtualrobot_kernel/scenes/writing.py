@@ -41,9 +41,9 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
     scene.robot_states.extend(_robot_state(snapshot, structure.nodes[uid]) for uid in structure.robots)
     if snapshot.state.speed_factor != 1.0:
         scene.speed_factor = snapshot.state.speed_factor
-    for pair, why in snapshot.state.allowed_pairs.items():
+    for pair, one in snapshot.state.allowed_pairs.items():
         first, second = (structure.nodes[uid].name for uid in pair)
-        scene.allowed_pairs.add(first=first, second=second, reason=why)
+        scene.allowed_pairs.add(first=first, second=second, reason=one.reason, built=one.built)
     if snapshot.state.collisions != NOTHING_SET:
         scene.collision_settings.CopyFrom(settings_message(snapshot))
     return scene_file.format(scene), files

@@ -109,7 +109,7 @@ def _appended(snapshot: Snapshot, command: commands.AppendMotion) -> Iterable[in
 
 
 def _pairs(snapshot: Snapshot, command: commands.SetAllowedPairs) -> Iterable[int]:
-    names = {name for pair in (*command.allow, *command.forbid) for name in pair[:2]}
+    names = {name for pair in (*command.allow, *command.built, *command.forbid) for name in pair[:2]}
     for uid in named_nodes(snapshot.structure, names):
         yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
 

@@ -11,6 +11,7 @@ from virtualrobot_kernel.world.collisions import (
     MOST_PADDING_METERS,
     STOP_AHEAD_SECONDS,
     STOPPING,
+    Allowance,
     CollisionMode,
 )
 from virtualrobot_kernel.world.commands import SetAllowedPairs, SetCollisionSettings
@@ -32,22 +33,24 @@ def node_pair(structure: Structure, first: str, second: str) -> tuple[int, int]:
 
 
 def set_allowed_pairs(change: Change, command: SetAllowedPairs, forward: Forward) -> Change:
-    """Forbid pairs that clients have allowed, then allow others; one that is allowed already gets the new reason.
+    """Forbid pairs that clients or imports have allowed, then allow others; one that is allowed gets the new reason.
 
-    Raises KernelError (UNKNOWN_NAME) when a pair is to be forbidden that no client has allowed.
+    Raises KernelError (UNKNOWN_NAME) when a pair is to be forbidden that neither has allowed.
     """
     pairs = dict(change.state.allowed_pairs)
     for first, second in command.forbid:
         pair = node_pair(change.structure, first, second)
         if pairs.pop(pair, None) is None:
             raise KernelError(
-                f"no client has allowed {first!r} and {second!r} to touch; pairs that are allowed by rule stay so",
+                f"neither a client nor an import has allowed {first!r} and {second!r} to touch; pairs that are "
+                "allowed by rule stay so",
                 reason=Reason.UNKNOWN_NAME,
                 first=first,
                 second=second,
             )
-    for first, second, why in command.allow:
-        pairs[node_pair(change.structure, first, second)] = why
+    for of_kind, built in ((command.built, True), (command.allow, False)):
+        for first, second, why in of_kind:
+            pairs[node_pair(change.structure, first, second)] = Allowance(why, built)
     return replace(change, state=replace(change.state, allowed_pairs=pairs))
 
 

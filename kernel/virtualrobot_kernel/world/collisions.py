@@ -11,8 +11,8 @@ from virtualrobot_kernel.world.structure import Structure
 LONGEST_LOOK_AHEAD_SECONDS = 60.0
 
 STOP_AHEAD_SECONDS = 1.0
-"""How far ahead is looked from when the first robot is to be stopped, where nothing is said: more than robots take to
-stop whose files tell no accelerations (0.35 s, `formats/limits.py`)."""
+"""Look-ahead from when the first robot is to be stopped, where nothing is said: more than robots take to stop whose
+files tell no accelerations (0.35 s, `formats/limits.py`)."""
 MOST_PADDING_METERS = 1.0
 
 
@@ -27,6 +27,14 @@ class CollisionMode(Enum):
 
 STOPPING = frozenset({CollisionMode.STOP, CollisionMode.GUARD})
 """Modes of robots that a collision stops; a guarded one should not come into any."""
+
+
+@dataclass(frozen=True, slots=True)
+class Allowance:
+    """Reason for which two nodes may touch; `built`: an import has found it, else a client has set it."""
+
+    reason: str = ""
+    built: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -120,10 +120,14 @@ class SetRangeComponents:
 
 @dataclass(frozen=True, slots=True)
 class SetAllowedPairs:
-    """Command to forbid pairs of nodes (name, name) to touch, and then to allow others (name, name, reason)."""
+    """Command to forbid pairs of nodes (name, name) to touch, and then to allow others (name, name, reason).
+
+    `built` are those that an import has found.
+    """
 
     allow: tuple[tuple[str, str, str], ...] = ()
     forbid: tuple[tuple[str, str], ...] = ()
+    built: tuple[tuple[str, str, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

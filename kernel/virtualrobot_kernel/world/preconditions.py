@@ -40,6 +40,7 @@ class Aspect(Enum):
     ACTUATORS = "its actuators"
     POSTURE = "its posture"
     STATE = "its state"
+    WIDTHS = "its table of widths"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -86,7 +87,7 @@ def preconditions_of(
         joints: what the plan moves, as (robot uid, joint name). Where these joints start is the plan's own matter.
         ways: whose tool centre points it leads, and in which frames.
         postures: (robot uid, name) of its goals.
-        tool_states: (tool uid, name) of its goals.
+        tool_states: (tool uid, name) of its goals; the name is empty for a width.
     """
     joints = tuple(dict.fromkeys(joints))
     wanted: dict[tuple[int, Aspect, Key], None] = {}
@@ -114,7 +115,7 @@ def preconditions_of(
                     if moving.isdisjoint(structure.coordinates_at(structure.rows[uid])):
                         wanted[uid, Aspect.POSITION, ""] = None
     wanted |= dict.fromkeys((uid, Aspect.POSTURE, name) for uid, name in postures)
-    wanted |= dict.fromkeys((uid, Aspect.STATE, name) for uid, name in tool_states)
+    wanted |= dict.fromkeys((uid, Aspect.STATE if name else Aspect.WIDTHS, name) for uid, name in tool_states)
     return tuple(
         Precondition(node := structure.nodes[uid], aspect, key, READERS[aspect](structure, state, node, key))
         for uid, aspect, key in wanted
@@ -214,5 +215,6 @@ READERS: dict[Aspect, Callable[[Structure, State, Node, Key], object]] = {
     Aspect.ACTUATORS: _actuators,
     Aspect.POSTURE: _posture,
     Aspect.STATE: _state,
+    Aspect.WIDTHS: lambda structure, state, node, key: node.data.widths if isinstance(node.data, ToolData) else (),
 }
 """Reader of each aspect of a node: equal values mean that it is as it was."""

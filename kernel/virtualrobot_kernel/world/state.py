@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.running_motion import Phase, RunningMotion
 from virtualrobot_kernel.motion.signals import SignalValue
-from virtualrobot_kernel.world.collisions import NOTHING_SET, CollisionSettings
+from virtualrobot_kernel.world.collisions import NOTHING_SET, Allowance, CollisionSettings
 from virtualrobot_kernel.world.structure import Structure
 
 
@@ -163,7 +163,7 @@ class State:
     commanded: what motions command, of the robots (uids) whose joints are measured; those of all others are q and v.
     readings: what was measured since the tick before, by robot (uid): it becomes q and v with the next tick.
     parent_t_node (N, 4, 4): where each node is in its parent's frame, a row for each node.
-    allowed_pairs: nodes (uids, the smaller first) that clients let touch each other, and why.
+    allowed_pairs: nodes (uids, the smaller first) that clients or imports let touch each other, and why.
     collisions: what is done about collisions.
     running_sensors: the number of its start for each sensor (a uid) that runs; `sensor_starts` counts them all.
     epoch: counts how often the world was replaced as a whole.
@@ -183,7 +183,7 @@ class State:
     selections: Mapping[int, Selection] = field(default_factory=dict)
     speed_factors: Mapping[int, float] = field(default_factory=dict)
     speed_factor: float = 1.0
-    allowed_pairs: Mapping[tuple[int, int], str] = field(default_factory=dict)
+    allowed_pairs: Mapping[tuple[int, int], Allowance] = field(default_factory=dict)
     collisions: CollisionSettings = NOTHING_SET
     running_sensors: Mapping[int, int] = field(default_factory=dict)
     sensor_starts: int = 0

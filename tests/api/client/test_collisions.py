@@ -61,7 +61,7 @@ def test_pairs_are_allowed_and_forbidden(cell: Client) -> None:
     assert not cell.collisions.check(LEANING)
     allowed.remove("iiwa.lbr_iiwa_link_6", "box")
     assert [(pair.first, pair.second) for pair in allowed] == [(pair.first, pair.second) for pair in before]
-    with pytest.raises(virtualrobot.UnknownNameError, match="no client has allowed"):
+    with pytest.raises(virtualrobot.UnknownNameError, match="neither a client nor an import has allowed"):
         allowed.remove("iiwa.lbr_iiwa_link_6", "box")
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -38,6 +39,7 @@ def test_a_joint_without_limits_turns_as_far_as_anybody_means(client: Client) ->
     wheel.move_joints([500.0 + 4.0 * np.pi])
     with refused("would turn by 90 rad at once"):
         wheel.move_joints([wheel.positions[0] + 90.0])
+    assert wheel.plan(wheel.ptp([0.0]), sample_time=1.0).duration > 0.0  # back to where it began
 
 
 def test_angles_of_a_table_in_degrees(client: Client) -> None:
@@ -57,10 +59,21 @@ def test_sliding_joints_and_lengths_in_millimetres(client: Client) -> None:
     client.scene.add_object("hall", virtualrobot.box(100, 100, 0.1))
 
 
+def test_what_a_file_says_may_be_large_and_is_saved_and_loaded(client: Client, tmp_path: Path) -> None:
+    field = tmp_path / "field.urdf"
+    box = '<geometry><box size="400 400 1"/></geometry>'
+    field.write_text(f'<robot name="field"><link name="base"><collision>{box}</collision></link></robot>')
+    client.load_robot(field, name="field")
+    client.scene.save(tmp_path / "cell.yaml")
+    client.scene.load_scene(tmp_path / "cell.yaml")
+    with refused("figures[0]: a length must be at most 100 m; 101 m: millimetres?"):
+        client.scene.set_figures("field.base", virtualrobot.box(1, 1, 101))
+
+
 def test_poses_and_speeds_in_millimetres(iiwa: Robot) -> None:
     iiwa.set_positions(HOME)
     with refused("millimetres? lengths are in meters"):
-        iiwa.move_to(virtualrobot.pose(500, 0, 300))
+        iiwa.move_pose(virtualrobot.pose(500, 0, 300))
     with refused("at most 50 m/s, not 250: millimetres?"):
         iiwa.move_linear(iiwa.tcp @ virtualrobot.pose(z=-0.05), velocity=250)
     with refused("times its limit: degrees or millimetres?"):

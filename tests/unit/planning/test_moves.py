@@ -2,20 +2,24 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from virtualrobot_kernel.errors import KernelError, UnknownNameError
+from virtualrobot_kernel.errors import KernelError, LimitError, UnknownNameError
 from virtualrobot_kernel.planning.moves import JointTrajectory, PointToPoint, ToolStateMove
 from virtualrobot_kernel.planning.robots import Arm, world_poses
 from virtualrobot_kernel.planning.together import joints_of
 from virtualrobot_kernel.world.change import Change
-from virtualrobot_kernel.world.commands import CreateNodes
+from virtualrobot_kernel.world.commands import CreateNodes, UpdateNode
+from virtualrobot_kernel.world.groups import Group
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
+from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData, ToolWidth
 from virtualrobot_sdk.kinematics import Kinematics
 
 from tests.unit.planning.starts import start_of
 from tests.unit.world.builders import TICK, after, arm, empty, ticked
+from tests.unit.world.test_grippers import gripper
 
 
 def pictured(change: Change) -> Snapshot:
@@ -84,3 +88,32 @@ def test_impossible_wishes_are_refused(cell: Change, move: object, error: type, 
 def test_nothing_to_move_is_refused(cell: Change) -> None:
     with pytest.raises(KernelError, match="at least one move"):
         start_of(pictured(cell), [], nobody)
+
+
+def test_the_fingers_of_a_gripper_are_moved_by_the_name_of_its_arm() -> None:
+    """By whatever group of the arm, whose joints are others; a width is a state where it is that of one."""
+    world = after(empty(), arm(), gripper("hand", "arm.hand"))
+    tool = world.structure.node("hand.tool")
+    assert isinstance(tool.data, ToolData)
+    widths = tuple(ToolWidth(2.0 * at, {"f": at}) for at in (0.0, 0.04))
+    world = after(world, UpdateNode("hand.tool", data=replace(tool.data, widths=widths)))
+    uids = [world.structure.node(name).uid for name in ("arm", "hand", "hand.tool")]
+    for group in (Group(), Group(base="one", tip="hand")):
+        for width, state in ((0.02, ""), (0.0, "closed")):
+            move = ToolStateMove("arm", "hand.tool", width=width, group=group)
+            assert joints_of(pictured(world), [move]) == {(uids[1], "f")}
+            started = after(world, start_of(pictured(world), [move, PointToPoint("arm", {"f": 0.01})], nobody))
+            motion = started.state.motions[0]
+            assert set(motion.robots) == set(uids[:2])
+            assert motion.tool_states == (((0, uids[2], state),) if state else ())
+            later = ticked(started, 400).state
+            places = [world.structure.robots[uid].coordinates["f"].q for uid in uids[:2]]
+            np.testing.assert_allclose(later.q[places], [0.01, width / 2.0], atol=1e-12)
+            assert later.tool_states[uids[2]] == (state or "open")
+    other = start_of(pictured(world), [ToolStateMove("arm", "hand.tool", width=0.02)], nobody)
+    with pytest.raises(KernelError, match="table of widths has changed"):
+        after(world, UpdateNode("hand.tool", data=replace(tool.data, widths=widths[::-1])), other)
+    with pytest.raises(LimitError, match=r"its widths are 0 to 0\.08 m"):
+        joints_of(pictured(world), [ToolStateMove("hand", width=0.081, tool="")])
+    with pytest.raises(KernelError, match="has no widths"):
+        joints_of(pictured(world), [ToolStateMove("arm", "arm_gripper", width=0.01)])

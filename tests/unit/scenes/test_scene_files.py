@@ -24,7 +24,7 @@ def text(world: Change) -> str:
 
 def loaded(text: str) -> Change:
     store = AssetStore()
-    commands, _ = read_scene(text, "", Files(store), MeshLibrary(store))
+    commands, *_ = read_scene(text, "", Files(store), MeshLibrary(store))
     return after(empty(), *commands)
 
 

@@ -101,9 +101,19 @@ def allow(target: Target, first: str, second: str, reason: str) -> None:
 @click.argument("second")
 @target_options
 def forbid(target: Target, first: str, second: str) -> None:
-    """Let the nodes FIRST and SECOND, which a client has allowed to touch, do so no more."""
+    """Let the nodes FIRST and SECOND, which a client or an import has allowed to touch, do so no more."""
     with target.connect() as client:
         client.collisions.allowed.remove(first, second)
+
+
+@collision.command("forbid-built")
+@click.argument("nodes", nargs=-1, type=NODE)
+@target_options
+def forbid_built(target: Target, nodes: tuple[str, ...]) -> None:
+    """Let pairs that imports have found to touch as built do so no more: all, or those with NODES or what is below."""
+    with target.connect() as client:
+        found = client.collisions.allowed.forbid_built(*nodes)
+    click.echo("\n".join(allowed_lines(found)))
 
 
 @collision.command()

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from virtualrobot.cli.names import NODE, SOURCE
+from virtualrobot.cli.names import FILE, NODE, SOURCE
 from virtualrobot.cli.options import Numbers, Target, degrees_option, named_folders, pose_of_numbers, target_options
 from virtualrobot.cli.settings import settings_from, settings_option
 
@@ -36,7 +36,7 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 @click.option(
     "--package", "packages", multiple=True, callback=named_folders, metavar="NAME=FOLDER", help="Where a package is."
 )
-@click.option("--srdf", metavar="FILE", help="For robots: a file with groups, postures and links that may touch.")
+@click.option("--srdf", type=FILE, metavar="FILE", help="For robots: groups, postures and links that may touch.")
 @settings_option
 @click.option("--strict", is_flag=True, help="Refuse a file that there is a warning about.")
 @click.option("--add", is_flag=True, help="For scene files: add to the world instead of replacing it.")
@@ -75,6 +75,7 @@ def load(
         if is_scene:
             names = client.scene.load_scene(file, add=add, packages=packages, strict=strict)
             click.echo(f"loaded {file}: {len(names)} nodes")
+            _tell_allowed(client)
             return
         node = client.scene.load(
             file,
@@ -90,6 +91,13 @@ def load(
             strict=strict,
         )
         click.echo(f"loaded {node.kind} {node.name}")
+        _tell_allowed(client)
+
+
+def _tell_allowed(client: Client) -> None:
+    """Show what touches as built, a line for each pair."""
+    for pair in client.scene.allowed_pairs:
+        click.echo(f"  {pair.first} and {pair.second} may touch: {pair.reason}")
 
 
 @click.command()

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from virtualrobot._wire.arguments import checked
+from virtualrobot._wire.messages import count_or_none, seed_of
 from virtualrobot._wire.services import Services
+from virtualrobot._wire.showing import told
 from virtualrobot.v1 import collision_pb2, nodes_pb2, scene_pb2
 
 
@@ -15,8 +18,8 @@ class AllowedPair:
 
     Attributes:
         first: the name of a node, and `second` that of another one.
-        cause: rigid, adjacent, mounted, held, file or client.
-        reason: why, in the words of the file or the client.
+        cause: rigid, adjacent, mounted, held, file, client, or built: an import has found them to touch as built.
+        reason: why, in the words of the file, the client or the import.
     """
 
     first: str
@@ -45,6 +48,7 @@ class SampledPair:
         return self.touched == 0
 
 
+@checked
 class AllowedPairs:
     """Allowed collisions: pairs of nodes of one kernel that may touch each other.
 
@@ -74,8 +78,20 @@ class AllowedPairs:
         self.change(allow=[(first, second, reason)])
 
     def remove(self, first: str, second: str) -> None:
-        """Let two nodes touch no more; raises UnknownNameError when no client had allowed it."""
+        """Let two nodes touch no more; raises UnknownNameError when neither a client nor an import had."""
         self.change(forbid=[(first, second)])
+
+    def forbid_built(self, *nodes: str) -> list[AllowedPair]:
+        """Let pairs touch no more that imports have found to touch as built; return them.
+
+        All of them, or those with one of these nodes or what hangs below them.
+
+        Example:
+            >>> client.collisions.allowed.forbid_built("arm")
+        """
+        found = [pair for pair in self.list(*nodes) if pair.cause == "built"]
+        self.change(forbid=[(pair.first, pair.second) for pair in found])
+        return found
 
     def change(self, allow: Iterable[tuple[str, str, str]] = (), forbid: Iterable[tuple[str, str]] = ()) -> None:
         """Let pairs touch no more, then let others (name, name, why) touch, as one change."""
@@ -101,7 +117,9 @@ class AllowedPairs:
             UnknownNameError: when there is no such robot.
             LimitError: for more than 100,000 samples.
         """
-        request = collision_pb2.FindAllowedPairsRequest(robot=robot, samples=samples, seed=seed)
+        request = collision_pb2.FindAllowedPairsRequest(
+            robot=robot, samples=count_or_none(samples, "samples"), seed=seed_of(seed)
+        )
         found: Sequence[SampledPair] = ()
         with self._services.collision.FindAllowedPairs(request) as stream:
             for response in stream:
@@ -110,6 +128,15 @@ class AllowedPairs:
                 tried = response.samples
                 found = [SampledPair(pair.first, pair.second, pair.touched, tried) for pair in response.pairs]
         return found
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return told("AllowedPairs", lambda: f"{len(self.list())} pairs may touch")
+
+
+def built_pairs(messages: Iterable[nodes_pb2.NodePair]) -> tuple[AllowedPair, ...]:
+    """Return the pairs that an import has found to touch as built."""
+    return tuple(AllowedPair(pair.first, pair.second, "built", pair.reason) for pair in messages)
 
 
 def pairs_command(allow: Iterable[tuple[str, str, str]], forbid: Iterable[tuple[str, str]]) -> scene_pb2.Command:

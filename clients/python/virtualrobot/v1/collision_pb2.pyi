@@ -25,6 +25,7 @@ class AllowedCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     ALLOWED_CAUSE_HELD: _ClassVar[AllowedCause]
     ALLOWED_CAUSE_FILE: _ClassVar[AllowedCause]
     ALLOWED_CAUSE_CLIENT: _ClassVar[AllowedCause]
+    ALLOWED_CAUSE_BUILT: _ClassVar[AllowedCause]
 
 class CollisionMode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -44,6 +45,7 @@ ALLOWED_CAUSE_MOUNTED: AllowedCause
 ALLOWED_CAUSE_HELD: AllowedCause
 ALLOWED_CAUSE_FILE: AllowedCause
 ALLOWED_CAUSE_CLIENT: AllowedCause
+ALLOWED_CAUSE_BUILT: AllowedCause
 COLLISION_MODE_UNSPECIFIED: CollisionMode
 COLLISION_MODE_OFF: CollisionMode
 COLLISION_MODE_MONITOR: CollisionMode

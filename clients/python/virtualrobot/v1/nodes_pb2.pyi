@@ -186,14 +186,16 @@ class GroupSelection(_message.Message):
     def __init__(self, name: _Optional[str] = ..., base_link: _Optional[str] = ..., tip_link: _Optional[str] = ...) -> None: ...
 
 class NodePair(_message.Message):
-    __slots__ = ("first", "second", "reason")
+    __slots__ = ("first", "second", "reason", "built")
     FIRST_FIELD_NUMBER: _ClassVar[int]
     SECOND_FIELD_NUMBER: _ClassVar[int]
     REASON_FIELD_NUMBER: _ClassVar[int]
+    BUILT_FIELD_NUMBER: _ClassVar[int]
     first: str
     second: str
     reason: str
-    def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., reason: _Optional[str] = ...) -> None: ...
+    built: bool
+    def __init__(self, first: _Optional[str] = ..., second: _Optional[str] = ..., reason: _Optional[str] = ..., built: bool = ...) -> None: ...
 
 class LinkPair(_message.Message):
     __slots__ = ("first", "second", "reason")

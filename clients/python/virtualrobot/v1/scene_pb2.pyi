@@ -78,14 +78,16 @@ class ApplyRequest(_message.Message):
     def __init__(self, commands: _Optional[_Iterable[_Union[Command, _Mapping]]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ...) -> None: ...
 
 class ApplyResponse(_message.Message):
-    __slots__ = ("stamp", "created", "picked_parts")
+    __slots__ = ("stamp", "created", "picked_parts", "allowed_pairs")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     CREATED_FIELD_NUMBER: _ClassVar[int]
     PICKED_PARTS_FIELD_NUMBER: _ClassVar[int]
+    ALLOWED_PAIRS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     created: _containers.RepeatedCompositeFieldContainer[CreatedNode]
     picked_parts: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., picked_parts: _Optional[_Iterable[str]] = ...) -> None: ...
+    allowed_pairs: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., picked_parts: _Optional[_Iterable[str]] = ..., allowed_pairs: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ...) -> None: ...
 
 class CreatedNode(_message.Message):
     __slots__ = ("uid", "name")
@@ -375,16 +377,18 @@ class DenavitHartenbergRow(_message.Message):
     def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., a_meters: _Optional[float] = ..., alpha_radians: _Optional[float] = ..., d_meters: _Optional[float] = ..., theta_radians: _Optional[float] = ..., limits: _Optional[_Union[_nodes_pb2.JointLimits, _Mapping]] = ..., inertial: _Optional[_Union[_nodes_pb2.Inertial, _Mapping]] = ...) -> None: ...
 
 class ImportModelResponse(_message.Message):
-    __slots__ = ("stamp", "created", "mesh_count", "warnings")
+    __slots__ = ("stamp", "created", "mesh_count", "warnings", "allowed_pairs")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     CREATED_FIELD_NUMBER: _ClassVar[int]
     MESH_COUNT_FIELD_NUMBER: _ClassVar[int]
     WARNINGS_FIELD_NUMBER: _ClassVar[int]
+    ALLOWED_PAIRS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     created: _containers.RepeatedCompositeFieldContainer[CreatedNode]
     mesh_count: int
     warnings: _containers.RepeatedCompositeFieldContainer[FileWarning]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., mesh_count: _Optional[int] = ..., warnings: _Optional[_Iterable[_Union[FileWarning, _Mapping]]] = ...) -> None: ...
+    allowed_pairs: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., mesh_count: _Optional[int] = ..., warnings: _Optional[_Iterable[_Union[FileWarning, _Mapping]]] = ..., allowed_pairs: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ...) -> None: ...
 
 class FileWarning(_message.Message):
     __slots__ = ("file", "line", "text")
@@ -469,14 +473,16 @@ class LoadSceneRequest(_message.Message):
     def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ..., add: bool = ..., strict: bool = ..., request_id: _Optional[str] = ...) -> None: ...
 
 class LoadSceneResponse(_message.Message):
-    __slots__ = ("stamp", "created", "warnings")
+    __slots__ = ("stamp", "created", "warnings", "allowed_pairs")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     CREATED_FIELD_NUMBER: _ClassVar[int]
     WARNINGS_FIELD_NUMBER: _ClassVar[int]
+    ALLOWED_PAIRS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     created: _containers.RepeatedCompositeFieldContainer[CreatedNode]
     warnings: _containers.RepeatedCompositeFieldContainer[FileWarning]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., warnings: _Optional[_Iterable[_Union[FileWarning, _Mapping]]] = ...) -> None: ...
+    allowed_pairs: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., warnings: _Optional[_Iterable[_Union[FileWarning, _Mapping]]] = ..., allowed_pairs: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ...) -> None: ...
 
 class SaveSceneRequest(_message.Message):
     __slots__ = ("bundle",)

@@ -9,6 +9,7 @@ from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.collision_settings import pairs_command, settings_command
+from virtualrobot_kernel.messages.figures import check_lengths
 from virtualrobot_kernel.messages.nodes import figures, node_data, node_spec, runs
 from virtualrobot_kernel.messages.robots import GROUPS, POSTURES
 from virtualrobot_kernel.messages.sensing import SENSORS
@@ -34,6 +35,7 @@ def world_commands(messages: Iterable[scene_pb2.Command]) -> list[commands.Comma
                 raise KernelError(f"commands[{place}] says nothing to do", field=f"commands[{place}]")
             if kind == "create_node":
                 specs.append(node_spec(message.create_node.node))
+                check_lengths(specs[-1].figures, specs[-1].name)
                 continue
             command = COMMANDS[kind](getattr(message, kind))
         except KernelError as error:
@@ -63,12 +65,14 @@ def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
             f"the update_mask of update_node for {what!r} names {', '.join(sorted(kinds))}, but the node has none",
             node=what,
         )
+    shapes = figures(node, what) if "figures" in fields else None
+    check_lengths(shapes or (), what)
     return commands.UpdateNode(
         name=message.name,
         new_name=node.name if "name" in fields else None,
         parent_t_node=pose(node.parent_t_node, f"{what}.parent_t_node") if "parent_t_node" in fields else None,
         hidden=node.hidden if "hidden" in fields else None,
-        figures=figures(node, what) if "figures" in fields else None,
+        figures=shapes,
         data=data if kinds else None,
         running=runs(node) if kinds & SENSORS.keys() else None,
     )

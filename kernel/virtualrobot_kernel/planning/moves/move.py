@@ -71,7 +71,7 @@ class Move(ABC):
         return None
 
     def tool_states(self, snapshot: Snapshot) -> tuple[tuple[str, str], ...]:
-        """Return (tool, state) that are its goals."""
+        """Return (tool, state) that are its goals; the state is empty for a width."""
         return ()
 
     def plan_on(self, base: MovingBase, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:

@@ -144,11 +144,14 @@ def move_to_joints(
 
 
 def _check_turns(node: Node, limits: JointLimits, start: NDArray[np.float64], goal: NDArray[np.float64]) -> None:
-    """Raise LimitError where a joint without limits would turn farther than anybody means to."""
+    """Raise LimitError where a joint without limits would turn farther than anybody means to.
+
+    One that has turned far may go back to where it has not.
+    """
     for column, name in enumerate(limits.names):
         turn = float(goal[column] - start[column])
         endless = np.isinf(limits.lower[column]) and np.isinf(limits.upper[column]) and name not in limits.sliding
-        if endless and (question := degrees_question(turn)):
+        if endless and abs(goal[column]) > MOST_ANGLE and (question := degrees_question(turn)):
             raise LimitError(
                 f"the joint {name!r} of {node.name!r} would turn by {turn:g} rad at once, more than {MOST_ANGLE:.4g}"
                 f"{question}; a jog or a trajectory turns it on",

@@ -52,15 +52,14 @@ class ToolStateMove(Move):
         return tuple(self._goal(snapshot).positions)
 
     def tool_states(self, snapshot: Snapshot) -> tuple[tuple[str, str], ...]:
-        """Return the tool and its state, none where a width is no state's."""
-        goal = self._goal(snapshot)
-        return ((goal.tool.name, goal.state),) if goal.state else ()
+        """Return the tool and its state, or no name for a width."""
+        return ((self._goal(snapshot).tool.name, self.state),)
 
     def plan(self, snapshot: Snapshot, solver_of: SolverOf, near_of: NearOf | None = None) -> PlannedMove:
         """Return its plan; a state without joints is there with the next tick."""
         goal = self._goal(snapshot)
         planned = move_to_joints(snapshot, goal.owner, goal.positions, self.speed_factor, self.time_law)
-        return replace(planned, tool_states=self.tool_states(snapshot))
+        return replace(planned, tool_states=((goal.tool.name, goal.state),) if goal.state else ())
 
     def _goal(self, snapshot: Snapshot) -> _Goal:
         structure, node = snapshot.structure, self.node(snapshot)
