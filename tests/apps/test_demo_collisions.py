@@ -68,5 +68,5 @@ def test_an_arm_that_runs_into_the_conveyor_stops() -> None:
         client.clock.set_stepped()
         motion = arm.move_joints({"lbr_iiwa_joint_2": 1.5}, speed_factor=0.2, wait=False)
         client.clock.step(3000)
-        with pytest.raises(virtualrobot.MotionCancelledError, match="touches"):
+        with pytest.raises(virtualrobot.MotionAbortedError, match="touches"):
             motion.wait()

@@ -6,8 +6,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default
+from virtualrobot._wire.arguments import checked
+from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default, whole
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import told
 from virtualrobot._wire.signal_values import SignalValue, value_of
 from virtualrobot.errors import CallTimeoutError
 from virtualrobot.motions.motion import Motion
@@ -52,6 +54,7 @@ class Observation:
     motions: tuple[MotionState, ...]
 
 
+@checked
 class Clock:
     """The clock of one kernel.
 
@@ -114,7 +117,7 @@ class Clock:
         Raises:
             WrongStateError: when time follows the wall clock.
         """
-        request = kernel_pb2.StepClockRequest(ticks=ticks)
+        request = kernel_pb2.StepClockRequest(ticks=whole(ticks, "ticks"))
         response = self._services.kernel.StepClock(request, timeout=LONG_TIMEOUT_SECONDS)
         return Observation(
             stamp_of(response.stamp),
@@ -162,6 +165,16 @@ class Clock:
         for motion in motions:
             motion.state.raise_early_end()
         return self.read()
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+
+        def say() -> str:
+            now = self.read()
+            pace = f"{now.real_time_factor:.2f} s a second" if now.mode == "realtime" else "goes on by step()"
+            return f"{now.mode}, {now.stamp.simulation_time:.3f} s, {pace}, ticks of {1e3 * now.tick_length:g} ms"
+
+        return told("Clock", say)
 
 
 def _state(

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Unpack
 
-from numpy.typing import ArrayLike
-
+from virtualrobot._wire.arguments import PoseLike, Text, checked
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.transport import Channel, open_channel
 from virtualrobot.clock import Clock
@@ -23,6 +22,7 @@ from virtualrobot.motions.moves import Move
 from virtualrobot.motions.paths import Paths
 from virtualrobot.motions.program import Program, read
 from virtualrobot.plugins import Plugins
+from virtualrobot.progress import OnProgress, show_progress
 from virtualrobot.robots.denavit_hartenberg import Row, table_message
 from virtualrobot.robots.description import described
 from virtualrobot.robots.models import KnownModel, known_models
@@ -82,6 +82,7 @@ class KernelInfo:
         )
 
 
+@checked
 class Client:
     """A connection to one kernel; a context manager. `virtualrobot.connect` makes it.
 
@@ -154,10 +155,11 @@ class Client:
         *,
         convention: str,
         name: str | None = None,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         parent: str = "world",
-        base_t_first: ArrayLike | None = None,
-        last_t_flange: ArrayLike | None = None,
+        base_t_first: PoseLike | None = None,
+        last_t_flange: PoseLike | None = None,
+        request_id: str | None = None,
     ) -> Robot:
         """Make a serial arm of a Denavit-Hartenberg table and return it.
 
@@ -175,6 +177,7 @@ class Client:
             parent: the node that it is fixed to.
             base_t_first: pose of the frame before the first row in the robot's frame, 4x4.
             last_t_flange: pose of the flange in the frame of the last row, 4x4.
+            request_id: a name of this call, as of `Scene.load`.
 
         Raises:
             InvalidArgumentError: when a row or the convention is not as above.
@@ -186,11 +189,11 @@ class Client:
         request = model_request(name, pose, parent, "fixed")
         request.denavit_hartenberg.CopyFrom(table_message(rows, convention, base_t_first, last_t_flange))
         response = self._services.scene.ImportModel(
-            scene_pb2.ImportModelRequest(model=request), timeout=LONG_TIMEOUT_SECONDS
+            scene_pb2.ImportModelRequest(model=request, request_id=request_id), timeout=LONG_TIMEOUT_SECONDS
         )
         return Robot(self._services, response.created[0].name)
 
-    def models(self, search: str | None = None, *, maker: str | None = None) -> list[KnownModel]:
+    def models(self, search: Text | None = None, *, maker: Text | None = None) -> list[KnownModel]:
         """Return the models of robots and grippers that the kernel knows by name.
 
         Args:
@@ -325,13 +328,15 @@ class Client:
         return f"<Client of VirtualRobot {self.info.version} at {self.address}>"
 
 
+@checked
 def connect(
     address: str | None = None,
-    token: str | None = None,
+    token: Text | None = None,
     *,
     token_file: str | Path | None = None,
     root_certificate: str | Path | None = None,
     timeout: float = 30.0,
+    on_progress: OnProgress | None = show_progress,
 ) -> Client:
     """Connect to a kernel and return the client.
 
@@ -342,6 +347,9 @@ def connect(
         token_file: the file that holds the token.
         root_certificate: a PEM file; beyond this machine TLS is always used, by default with the system's certificates.
         timeout: deadline of a call (s); that of calls that move files is ten minutes.
+        on_progress: is called with a `Progress` while planning, loading or a search for a path takes more than half a
+            second; by default a line of stderr shows it where that is a terminal. What it raises ends the call, as
+            Ctrl-C does. None: nothing is told.
 
     Raises:
         KernelGoneError: when no kernel answers there.
@@ -365,6 +373,7 @@ def connect(
     target = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     certificate = None if root_certificate is None else Path(root_certificate)
     channel = open_channel(target, host, token, certificate, timeout)
+    channel.on_progress = on_progress
     try:
         info = Services(channel, target).kernel.GetInfo(kernel_pb2.GetInfoRequest(), timeout=min(timeout, 10.0))
         if info.api_version != API_VERSION:

@@ -123,7 +123,11 @@ class AuthenticationError(VirtualRobotError):
 
 
 class KernelGoneError(VirtualRobotError, ConnectionError):
-    """No kernel answers: it was not started, is ending, has ended, or the network is cut."""
+    """No kernel answers: it was not started, is ending, has ended, or the network is cut.
+
+    `reason` is `NOT_RUNNING` where nothing listens at the address, `SHUTTING_DOWN` where the kernel says that it ends,
+    and `NO_CONNECTION` where the connection was lost or cannot be made.
+    """
 
     default_reason = "SHUTTING_DOWN"
 
@@ -176,13 +180,22 @@ class ClientClosedError(VirtualRobotError):
     default_reason = "CLIENT_CLOSED"
 
 
-class MotionCancelledError(VirtualRobotError):
+class MotionEndedError(VirtualRobotError):
+    """A motion that ended before its goal: somebody cancelled it, or the kernel had to abort it.
+
+    `metadata` has `motion`, its name, `end_cause`, such as `stop` or `collision`, and `end_reason`, the same in words.
+    """
+
+    default_reason = "MOTION_ENDED"
+
+
+class MotionCancelledError(MotionEndedError):
     """A motion that somebody ended before its goal; it stands still on its path, and the message says why."""
 
     default_reason = "MOTION_CANCELLED"
 
 
-class MotionAbortedError(MotionCancelledError):
+class MotionAbortedError(MotionEndedError):
     """A motion that the kernel had to end before its goal: a fault, a collision, a watchdog, a lost tracked joint."""
 
     default_reason = "MOTION_ABORTED"
@@ -191,6 +204,6 @@ class MotionAbortedError(MotionCancelledError):
 BY_REASON: dict[str, type[VirtualRobotError]] = {
     error.default_reason: error
     for error in VirtualRobotError.__subclasses__()
-    if error not in (CallTimeoutError, VersionError, ClientClosedError, MotionCancelledError)
+    if error not in (CallTimeoutError, VersionError, ClientClosedError, MotionEndedError)
 } | {"UNKNOWN_ASSET": AssetError}
 """The exception class of each reason of the contract."""

@@ -9,8 +9,9 @@ from collections.abc import Sequence
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot.errors import InvalidArgumentError
 
 Matrix: TypeAlias = NDArray[np.float64]
@@ -19,6 +20,7 @@ MOST_ANGLE = 4.0 * np.pi
 """Greatest angle (rad) that is taken for meant, and not for one in degrees."""
 
 
+@checked
 def pose(
     x: float = 0.0, y: float = 0.0, z: float = 0.0, roll: float = 0.0, pitch: float = 0.0, yaw: float = 0.0
 ) -> Matrix:
@@ -51,6 +53,7 @@ def pose(
     )
 
 
+@checked
 def pose_from_quaternion(position: Sequence[float], quaternion: Sequence[float]) -> Matrix:
     """Return a 4x4 pose from a position (3,) in meters and a quaternion x, y, z, w of any length but zero."""
     vector, turn = np.asarray(position, dtype=float), np.asarray(quaternion, dtype=float)
@@ -76,6 +79,7 @@ def poses_from_rows(rows: ArrayLike) -> Matrix:
     return poses
 
 
+@checked
 def quaternion_of(matrix: ArrayLike) -> Matrix:
     """Return the unit quaternion x, y, z, w (w not negative) of a 4x4 pose or 3x3 rotation.
 
@@ -96,6 +100,7 @@ def quaternion_of(matrix: ArrayLike) -> Matrix:
     return -q if q[3] < 0 else q
 
 
+@checked
 def roll_pitch_yaw_of(matrix: ArrayLike) -> Matrix:
     """Return roll, pitch, yaw in radians of a 4x4 pose or 3x3 rotation; roll is 0 where pitch is +-90 degrees.
 

@@ -61,7 +61,9 @@ class KernelProcess:
             raise
         if not self.address:
             code = self.close()
-            raise KernelGoneError(f"the kernel ended with code {code} before it answered; it has said why above")
+            raise KernelGoneError(
+                f"the kernel ended with code {code} before it answered; it has said why above", "NOT_RUNNING"
+            )
 
     def close(self, timeout_seconds: float = 20.0) -> int:
         """End the kernel and return its exit code; one that does not end in time is killed."""
@@ -95,3 +97,8 @@ class KernelProcess:
     def __exit__(self, *_: object) -> None:
         """End the kernel."""
         self.close()
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        viewer = f", viewer at {self.viewer_url}" if self.viewer_url else ""
+        return f"<KernelProcess {self._process.pid} at {self.address}{viewer}>"

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.transport import Stream
 from virtualrobot.errors import KernelGoneError, LeaseEndedError, VirtualRobotError
@@ -41,6 +42,7 @@ class LeaseInfo:
     since: datetime
 
 
+@checked
 class Lease:
     """Robots that only this client can move, until the lease is released; a context manager.
 

@@ -8,6 +8,7 @@ from typing import Any
 
 from google.protobuf.internal.enum_type_wrapper import EnumTypeWrapper
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import settings_of
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.v1 import plugin_pb2
@@ -130,6 +131,7 @@ class Plugin:
         )
 
 
+@checked
 class Plugins:
     """The plugins of one kernel; it can be iterated over. Each question is asked anew.
 

@@ -7,11 +7,13 @@ from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from dataclasses import dataclass
 from typing import Unpack
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.services import Services
-from virtualrobot._wire.signal_values import SignalValue, set_command, value_of
+from virtualrobot._wire.showing import listed, told
+from virtualrobot._wire.signal_values import GivenValue, SignalValue, set_command, value_message, value_of
 from virtualrobot.errors import CallTimeoutError, InvalidArgumentError
 from virtualrobot.scene.editor import Direct, SignalOptions
-from virtualrobot.v1 import scene_pb2, signal_pb2
+from virtualrobot.v1 import signal_pb2
 
 _COMPARED = {
     "==": operator.eq,
@@ -51,6 +53,7 @@ class Signal:
         return Signal(message.name, value, message.description, message.unit, direction, message.owner)
 
 
+@checked
 class Signals(MutableMapping[str, SignalValue]):
     """The signals of one kernel, like a dictionary of names to values.
 
@@ -65,7 +68,7 @@ class Signals(MutableMapping[str, SignalValue]):
         """Handle the signals of one kernel."""
         self._services = services
 
-    def create(self, name: str, value: SignalValue | Sequence[bool] = False, **options: Unpack[SignalOptions]) -> None:
+    def create(self, name: str, value: GivenValue = False, **options: Unpack[SignalOptions]) -> None:
         """Add a signal, as `Editor.create_signal` does."""
         Direct(self._services).create_signal(name, value, **options)
 
@@ -74,10 +77,10 @@ class Signals(MutableMapping[str, SignalValue]):
         response = self._services.signal.GetSignals(signal_pb2.GetSignalsRequest(names=names))
         return [Signal.of(message) for message in response.signals]
 
-    def set(self, values: Mapping[str, SignalValue | Sequence[bool]]) -> None:
+    def set(self, values: Mapping[str, GivenValue]) -> None:
         """Set several signals at the same instant; all or none when one is unknown or takes no such value."""
         commands = [set_command(name, value) for name, value in values.items()]
-        self._services.scene.Apply(scene_pb2.ApplyRequest(commands=commands))
+        self._services.apply(commands)
 
     def watch(self, names: Sequence[str] = ()) -> Iterator[dict[str, SignalValue]]:
         """Yield the values of all signals, or of these, and then those that are new or changed; no change is lost."""
@@ -86,7 +89,7 @@ class Signals(MutableMapping[str, SignalValue]):
                 yield {signal.name: value_of(signal.value) for signal in response.signals}
 
     def wait_for(
-        self, name: str, value: SignalValue = True, timeout: float | None = None, comparison: str = "=="
+        self, name: str, value: GivenValue = True, timeout: float | None = None, comparison: str = "=="
     ) -> None:
         """Wait until a signal compares so with this value; return at once when it does already.
 
@@ -117,7 +120,7 @@ class Signals(MutableMapping[str, SignalValue]):
         """Return the value of a signal."""
         return self.read([name])[0].value
 
-    def __setitem__(self, name: str, value: SignalValue | Sequence[bool]) -> None:
+    def __setitem__(self, name: str, value: GivenValue) -> None:
         """Set a signal that exists; see `create`."""
         self.set({name: value})
 
@@ -135,10 +138,11 @@ class Signals(MutableMapping[str, SignalValue]):
 
     def __repr__(self) -> str:
         """Return names and values."""
-        return f"<Signals { ({signal.name: signal.value for signal in self.read()}) }>"
+        return told("Signals", lambda: listed((f"{one.name!r} = {one.value!r}" for one in self.read()), "none yet"))
 
 
-def _holds(name: str, value: SignalValue, comparison: str, other: SignalValue) -> bool:
+def _holds(name: str, value: SignalValue, comparison: str, other: GivenValue) -> bool:
+    other = value_of(value_message(other))
     ordered = not isinstance(value, bool | str | tuple) and not isinstance(other, bool | str | tuple)
     alike = ordered or type(value) is type(other)
     if not alike or (comparison not in ("==", "!=") and not ordered):

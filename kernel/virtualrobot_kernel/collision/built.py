@@ -25,6 +25,8 @@ from virtualrobot_kernel.numeric.boxes import overlapping_boxes
 from virtualrobot_kernel.planning.robots import standing_at, world_poses
 from virtualrobot_kernel.shapes.submesh import stacked
 from virtualrobot_kernel.world.apply import apply
+from virtualrobot_kernel.world.apply_tools import as_mounted
+from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import ClearWorld, Command, CreateNodes, MountTool, SetAllowedPairs
 from virtualrobot_kernel.world.figures import Figure, Mesh
 from virtualrobot_kernel.world.state import Snapshot
@@ -97,26 +99,53 @@ def built_pairs(
     )
     if not mounted and not any(spec.kind is Kind.ROBOT for spec in specs):
         return ()
-    try:
-        change = apply(snapshot.structure, snapshot.state, commands, world_poses)
-    except KernelError:
-        return ()  # the world says why
-    world = world_poses(change.structure, change.state)
-    then = replace(snapshot, structure=change.structure, state=change.state, world_t_node=world)
+    change = _applied(snapshot, commands)
+    if change is None:
+        return ()
     nodes = change.structure.nodes
     new = {uid for uid in change.created if isinstance(uid, int) and (names is None or nodes[uid].name in names)}
-    return touching_as_built(then, new, shapes)
+    return touching_as_built(_then(snapshot, change), new, shapes)
 
 
-def touching_as_built(snapshot: Snapshot, new: Collection[int], shapes: CollisionShapes) -> tuple[Named, ...]:
+def mounted_pairs(snapshot: Snapshot, commands: Sequence[Command], shapes: CollisionShapes) -> tuple[Named, ...]:
+    """Return the pairs that touch as commands mount tools that are there on robots; none where they are refused."""
+    change = _applied(snapshot, commands)
+    if change is None:
+        return ()
+    structure, new = change.structure, set[int]()
+    for command in commands:
+        if isinstance(command, MountTool) and structure.uid_by_name.keys() >= {command.robot, command.node}:
+            top = as_mounted(structure, structure.node(command.robot), structure.node(command.node))
+            new |= {node.uid for node in structure.below(top.uid) if node.kind is not Kind.PART}
+    return touching_as_built(_then(snapshot, change), (), shapes, new)
+
+
+def _applied(snapshot: Snapshot, commands: Sequence[Command]) -> Change | None:
+    """Return the world after commands; None where they are refused, for which the world says why."""
+    try:
+        return apply(snapshot.structure, snapshot.state, commands, world_poses)
+    except KernelError:
+        return None
+
+
+def _then(snapshot: Snapshot, change: Change) -> Snapshot:
+    world = world_poses(change.structure, change.state)
+    return replace(snapshot, structure=change.structure, state=change.state, world_t_node=world)
+
+
+def touching_as_built(
+    snapshot: Snapshot, new: Collection[int], shapes: CollisionShapes, mounted: Collection[int] = ()
+) -> tuple[Named, ...]:
     """Return the pairs with one of the `new` nodes (uids) that touch as they are built or stand, in a fixed order.
+
+    Of what is only `mounted` the pairs with what it is mounted on are looked at.
 
     A pair of a robot's own nodes counts where it touches in all postures near the present one, or where both hang on
     the same body by joints that are at their limits: fingers that close on each other.
     """
     allowed = allowed_pairs(snapshot.structure, snapshot.state.allowed_pairs)
-    asked = _asked(snapshot, new, allowed)
-    elements, near = _near(snapshot, new, asked, shapes)
+    asked = _asked(snapshot, new, {*new, *mounted}, allowed)
+    elements, near = _near(snapshot, {*new, *mounted}, asked, shapes)
     solids = [shapes.get(figure.geometry) for figure in elements.figures]
     made = [solid for solid in solids if solid is not None]
     if not made or len(made) < len(solids):
@@ -145,7 +174,9 @@ def touching_as_built(snapshot: Snapshot, new: Collection[int], shapes: Collisio
     return tuple(result)
 
 
-def _asked(snapshot: Snapshot, new: Collection[int], allowed: AllowedPairs) -> dict[Pair, _Question]:
+def _asked(
+    snapshot: Snapshot, new: Collection[int], mounted: Collection[int], allowed: AllowedPairs
+) -> dict[Pair, _Question]:
     """Return the pairs (uids) that are looked at, with what follows if they touch."""
     structure, groups, bodies = snapshot.structure, allowed.groups, allowed.bodies
     solid = list(dict.fromkeys(uid for uid, _ in collision_figures(snapshot)))
@@ -163,14 +194,14 @@ def _asked(snapshot: Snapshot, new: Collection[int], allowed: AllowedPairs) -> d
         for uid in solid:
             if structure.nodes[uid].kind is Kind.OBJECT and not groups[uid] and bodies[uid] == bodies[robot]:
                 ask(base, [uid], _Question(f"stands on {structure.nodes[uid].name!r}", False))
-    for top in (structure.nodes[uid] for uid in new):
+    for top in (structure.nodes[uid] for uid in sorted(mounted)):
         carrier = groups[top.parent]
-        if top.parent in new or not carrier or top.kind is Kind.PART:
+        if top.parent in mounted or not carrier or top.kind is Kind.PART:
             continue
         at = structure.nodes[top.parent]
         body = bodies[at.uid]
-        fixed = [uid for uid in solid if uid in new and bodies[uid] == body]
-        old = [uid for uid in solid if uid not in new and groups[uid] == carrier]
+        fixed = [uid for uid in solid if uid in mounted and bodies[uid] == body]
+        old = [uid for uid in solid if uid not in mounted and groups[uid] == carrier]
         question = _Question(f"mounted on {at.name!r}", False)
         ask(fixed, (uid for uid in old if bodies[uid] == body), question)
         if structure.nodes[body].kind is Kind.LINK:

@@ -207,3 +207,21 @@ def test_a_child_that_does_not_start_is_told(capfd: pytest.CaptureFixture[str]) 
     with pytest.raises(virtualrobot.KernelGoneError, match="ended with code 2 before it answered"):
         ChildKernel("--no-such-option", headless=True)
     assert "--no-such-option" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("load", IIWA, "--name", ""),
+        ("load", IIWA, "--parent", ""),
+        ("move", "iiwa", "--pose", "0,0,1", "--reference", ""),
+        ("move", "iiwa", "--to", ""),
+        ("jog", "iiwa", "--along", "0,0,1", "--node", ""),
+        ("path", "iiwa", "--joints", "0,0,0,0,0,0,0", "--group", ""),
+        ("signal", "part", "--create", "--owner", ""),
+    ],
+    ids=lambda arguments: f"{arguments[0]} {arguments[-2]}",
+)
+def test_empty_names_are_refused_with_a_word(run: Run, client: Client, arguments: tuple[str, ...]) -> None:
+    assert f"Invalid value for '{arguments[-2]}': is empty; give the name of a" in run(*arguments, code=2, warns=4)
+    assert [node.name for node in client.scene.nodes()] == ["world"]

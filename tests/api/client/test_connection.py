@@ -101,6 +101,8 @@ def test_nobody_listens() -> None:
         with pytest.raises(virtualrobot.KernelGoneError, match=f"{address}: nothing listens there") as refused:
             virtualrobot.connect(address, "token")
         assert isinstance(refused.value, ConnectionError)
+        assert (refused.value.reason, refused.value.code) == ("NOT_RUNNING", "UNAVAILABLE")
+        assert "start one with 'virtualrobot serve'" in str(refused.value)
 
 
 def test_something_else_listens() -> None:
@@ -152,9 +154,10 @@ def test_a_kernel_that_ends_is_told_at_once(start_kernel: StartKernel) -> None:
     watch = client.clock.watch()
     assert next(watch).mode == "realtime"
     client.shutdown()
-    with pytest.raises(virtualrobot.KernelGoneError):
+    with pytest.raises(virtualrobot.KernelGoneError) as gone:
         for _ in watch:
             pass
+    assert gone.value.reason == "SHUTTING_DOWN"
     assert kernel.process.wait(30) == 0
     with pytest.raises(virtualrobot.KernelGoneError):
         client.clock.read()

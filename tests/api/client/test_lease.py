@@ -87,7 +87,7 @@ def test_the_end_of_the_client_is_the_end_of_its_lease(client: Client, iiwa: Rob
     motion = slow_of(other)
     other.close()
     until_free(client)
-    with pytest.raises(virtualrobot.MotionCancelledError):
+    with pytest.raises(virtualrobot.MotionAbortedError):
         client.motions(running_only=False)[-1].wait(30.0)
     assert client.motions(running_only=False)[-1].id == motion
     assert lease.wait_for_loss(30.0)
@@ -119,7 +119,7 @@ def test_a_killed_program_loses_its_lease(client: Client, iiwa: Robot, kernel: K
         assert f"({program.pid})" in shown.owner  # who it is, without being asked
         program.kill()
     (motion,) = (one for one in client.motions(running_only=False) if one.id == id)
-    with pytest.raises(virtualrobot.MotionCancelledError, match="expired"):
+    with pytest.raises(virtualrobot.MotionAbortedError, match="expired"):
         motion.wait(30.0)
     until_free(client)
 
@@ -199,7 +199,7 @@ def test_a_connection_that_stays_away_costs_the_lease(
     wire.close()
     until_free(client)
     (motion,) = (one for one in client.motions(running_only=False) if one.id == id)
-    with pytest.raises(virtualrobot.MotionCancelledError, match="expired"):
+    with pytest.raises(virtualrobot.MotionAbortedError, match="expired"):
         motion.wait(30.0)
     assert "no kernel answers" in lease.wait_for_loss(30.0)
     assert lease.robots == ()

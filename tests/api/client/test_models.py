@@ -129,6 +129,7 @@ def test_what_is_odd_about_a_file_is_logged(client: Client, secret_arm: Path, ca
         client.load_robot(
             URI, packages={"secret_arm": secret_arm}, settings={"arguments": {"prefx": "left_"}}, strict=True
         )
+    assert client.scene.warnings == ()  # none of a load before the one that was refused
 
 
 def test_settings_that_no_importer_has_are_refused(client: Client, secret_arm: Path) -> None:

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import _thread
+import inspect
 import sys
 import threading
 import time
+from pathlib import Path
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 import pytest
 import virtualrobot
+import virtualrobot.motions.motion
+import virtualrobot.motions.moves
 from virtualrobot import Client, Phase, Robot, pose
 
 from tests.api.client.conftest import IIWA
@@ -102,7 +106,7 @@ def test_a_motion_is_paused_resumed_and_cancelled(client: Client, iiwa: Robot) -
     motion.cancel("enough")
     with pytest.raises(virtualrobot.MotionCancelledError, match="enough") as cancelled:
         motion.wait()
-    assert cancelled.value.metadata == {"motion": motion.id, "end_reason": "enough"}
+    assert cancelled.value.metadata == {"motion": motion.id, "end_cause": "call", "end_reason": "enough"}
     assert motion.phase is Phase.CANCELLED
     assert iiwa.positions[0] >= standing[0]
     assert client.motions() == []
@@ -137,7 +141,7 @@ def test_waiting_has_a_limit(iiwa: Robot) -> None:
 
 def main_thread_is_in(function: FunctionType) -> bool:
     frame = sys._current_frames().get(threading.main_thread().ident or 0)
-    while frame is not None and frame.f_code is not function.__code__:
+    while frame is not None and frame.f_code is not inspect.unwrap(function).__code__:
         frame = frame.f_back
     return frame is not None
 
@@ -193,3 +197,82 @@ def test_the_state_is_watched(iiwa: Robot) -> None:
 def test_unknown_policies_are_refused(iiwa: Robot) -> None:
     with pytest.raises(ValueError, match="'stop' or 'continue', not 'halt'"):
         iiwa.move_joints(BENT, on_disconnect="halt")
+
+
+def test_none_is_the_default_of_every_option(client: Client, iiwa: Robot) -> None:
+    options: Any = dict.fromkeys(virtualrobot.motions.motion.StartOptions.__optional_keys__)
+    moves: Any = dict.fromkeys(virtualrobot.motions.moves.PointToPointOptions.__optional_keys__)
+    motion = iiwa.move_pose(iiwa.tcp, **moves, **options)
+    assert motion.phase is Phase.SUCCEEDED  # it was waited for
+    assert iiwa.jog_joint("lbr_iiwa_joint_1", 0.1, 0.001, wait=None).wait().phase is Phase.SUCCEEDED
+    assert iiwa.check(iiwa.ptp(BENT), min_singular_value=None, collisions=None, resolution=None).ok
+    assert iiwa.plan(iiwa.ptp(BENT), sample_time=None).duration > 0
+    with client.scene.batch() as batch:
+        batch.create_signal("s", description=None, unit=None, direction=None, owner=None)
+    client.load_robot(IIWA, name="other", pose=pose(x=2), parent=None, base=None, strict=None)
+
+
+def test_a_cancel_and_an_abort_are_told_apart(client: Client, iiwa: Robot) -> None:
+    motion = begun(slow(iiwa))
+    motion.cancel()
+    with pytest.raises(virtualrobot.MotionEndedError) as ended:
+        motion.wait()
+    assert type(ended.value) is virtualrobot.MotionCancelledError
+    assert ended.value.metadata["end_cause"] == "call"
+    client.signals.create("part")
+    with pytest.raises(virtualrobot.MotionEndedError, match=r"^motion motion-\d+ was aborted at") as ended:
+        client.program().wait("part", timeout=0.01).start()
+    assert type(ended.value) is virtualrobot.MotionAbortedError
+    assert ended.value.metadata["end_cause"] == "signal_timeout"
+    assert not issubclass(virtualrobot.MotionAbortedError, virtualrobot.MotionCancelledError)
+
+
+def test_what_does_nothing_says_what_would(client: Client, iiwa: Robot) -> None:
+    for use in (
+        client.program().start,
+        lambda: client.program().start(open=True),
+        client.program().plan,
+        client.program().check,
+        lambda: client.move_together([]),
+    ):
+        with pytest.raises(virtualrobot.InvalidArgumentError, match=r"give a first step or move, as by program\.move"):
+            use()
+
+
+def test_wrong_arguments_never_reach_the_kernel(client: Client, iiwa: Robot) -> None:
+    motion: Any = client.program().dwell(0.01).start(open=True)
+    robot: Any = iiwa
+    for call, words in (
+        (lambda: motion.append("move"), "program is 'move'; it must be a Program, or None"),
+        (lambda: robot.move_joints(BENT, expected_structure_revision=-1), "expected_structure_revision is -1"),
+        (lambda: robot.move_joints({"base": "abc"}), r"goal\['base'\] is 'abc'; it must be a number"),
+        (lambda: robot.move_joints(BENT, speed_factor="fast"), "speed_factor is 'fast'; it must be a number"),
+        (lambda: robot.move_joints(BENT, tracking="belt"), "tracking is 'belt'; it must be a Tracking"),
+        (lambda: setattr(robot, "speed_factor", "fast"), "speed_factor is 'fast'; it must be a number"),
+        (lambda: client.robot(""), "name is ''; it must be a text that is not empty"),
+        (lambda: client.scene.node(""), "name is ''"),
+        (lambda: client.load_robot(IIWA, name=""), "name is ''"),
+        (lambda: client.signals.create(""), "name is ''"),
+        (lambda: client.sensors[""], "name is ''"),
+    ):
+        with pytest.raises(virtualrobot.InvalidArgumentError, match=words):
+            call()
+    motion.append(last=True)
+    motion.wait()
+    assert not iiwa.positions.any()
+
+
+def test_moves_of_a_program_file_are_a_step_to_be_appended_to(client: Client, iiwa: Robot, tmp_path: Path) -> None:
+    (file := tmp_path / "moves.yaml").write_text(
+        "schema_version: 1\nmoves:\n- robot: iiwa\n"
+        "  point_to_point: {joints: {joint_positions: {lbr_iiwa_joint_1: 0.1}}}\n"
+    )
+    program = client.read_program(file)
+    assert (len(program), program.start().phase) == (1, Phase.SUCCEEDED)
+    assert iiwa.positions[0] == pytest.approx(0.1)
+    assert program.move(iiwa.ptp({"lbr_iiwa_joint_1": 0.2})).start().step_count == 2
+    assert iiwa.positions[0] == pytest.approx(0.2)
+    motion = client.program().dwell(0.01).start(open=True)
+    motion.append(client.read_program(file), last=True)
+    assert motion.wait().step_count == 2
+    assert iiwa.positions[0] == pytest.approx(0.1)

@@ -149,7 +149,7 @@ def test_picking_and_measuring(client: Client, ball: str) -> None:
     ((first, second),) = client.view.measurements.values()
     assert (first[0], second[0]) == ("ball", "world")
     np.testing.assert_allclose(np.asarray(first[1]), found.node_point)
-    with pytest.raises(InvalidArgumentError, match="no place"):
+    with pytest.raises(InvalidArgumentError, match="a node's name and a point"):
         client.view.measure("ball", "world")  # pyright: ignore[reportArgumentType] that is the point
 
 

@@ -120,7 +120,7 @@ def test_an_arm_stays_away_from_a_ball(client: Client, iiwa: Robot) -> None:
 @pytest.mark.parametrize(
     ("wish", "words"),
     [
-        ({"lock": "panda_joint7"}, "lock is the text 'panda_joint7'"),
+        ({"lock": "panda_joint7"}, "lock is 'panda_joint7'; it must be a dictionary"),
         ({"lock": ["panda_joint8"]}, "there is no joint 'panda_joint8' to lock"),
         ({"lock": {"panda_joint8": 0.0}}, "did you mean 'panda_joint7'"),
         ({"lock": {"panda_joint7": float("nan")}}, "locked_joints"),

@@ -9,6 +9,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client, Phase, Robot
 
+from tests.api.client.conftest import IIWA
 from tests.api.client.test_motion import BENT
 
 FIRST = "lbr_iiwa_joint_1"
@@ -144,3 +145,19 @@ def test_a_lease_lets_its_client_stream(client: Client, iiwa: Robot) -> None:
     with iiwa.lease(), iiwa.stream("velocity", [FIRST], timeout=LONG) as stream:
         stream.send([0.1])
     assert stream.motion.phase is Phase.SUCCEEDED
+
+
+def test_a_joint_of_several_coordinates_is_sent_by_its_name(client: Client) -> None:
+    agv = client.load_robot(IIWA, name="agv", base="planar")
+    with agv.stream(timeout=LONG) as stream:
+        stream.send({"base": [0.01, -0.02, 0.03], FIRST: 0.02})
+        stream.send({"base/x": 0.015})
+    np.testing.assert_allclose(agv.positions[:4], [0.015, -0.02, 0.03, 0.02], atol=1e-9)
+    with agv.stream(timeout=LONG) as stream:
+        for wrong, words in (
+            ({"base": [0.0, 0.0]}, r"has 3 values \(base/x, base/y, base/theta\)"),
+            ({"base": "abc"}, r"setpoint\['base'\] is 'abc'; it must be a number"),
+            ("abc", "setpoint is 'abc'"),
+        ):
+            with pytest.raises(virtualrobot.InvalidArgumentError, match=words):
+                stream.send(wrong)  # type: ignore[arg-type]  # pyright: ignore[reportArgumentType]

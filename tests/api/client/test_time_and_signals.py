@@ -9,6 +9,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
 
+from tests.api.client.conftest import IIWA
 from tests.kernels import KernelProcess
 
 
@@ -18,7 +19,12 @@ def test_time_goes_on_by_steps(client: Client, iiwa: Robot) -> None:
         client.clock.step()
     client.clock.set_stepped()
     before = client.clock.read()
-    assert (before.mode, before.tick_length) == ("stepped", 0.004)
+    assert (before.mode, before.tick_length, before.stamp.tick_length) == ("stepped", 0.004, 0.004)
+    assert before.stamp.simulation_time == pytest.approx(before.stamp.tick * 0.004)
+    client.scene.clear()
+    assert client.clock.read().stamp.epoch == before.stamp.epoch + 1
+    iiwa = client.load_robot(IIWA, name="iiwa")
+    client.signals.create("s", True)
     motion = iiwa.move_trajectory([0, 0.1], [np.zeros(7), np.full(7, 0.01)], wait=False)
     seen = client.clock.step(10)
     assert seen.stamp.tick >= before.stamp.tick + 10
@@ -140,3 +146,17 @@ def test_every_change_of_a_signal_is_told(client: Client) -> None:
     for value in (True, False, True):
         client.signals["pulse"] = value
     assert [next(watch)["pulse"] for _ in range(3)] == [True, False, True]
+
+
+def test_numbers_of_numpy_are_signals(client: Client) -> None:
+    client.signals.create("on", np.bool_(True))
+    client.signals.create("count", np.int64(3))
+    client.signals.create("size", np.float64(0.5))
+    client.signals.create("group", np.array([True, False]))
+    client.signals.set({"count": np.uint8(7), "size": np.float32(0.25)})
+    assert dict(client.signals) == {"on": True, "count": 7, "size": 0.25, "group": (True, False)}
+    client.signals.wait_for("on", np.bool_(True), timeout=30.0)
+    client.signals.wait_for("size", np.float32(0.1), comparison=">=", timeout=30.0)
+    client.signals.wait_for("group", [True, False], timeout=30.0)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="value is None; it must be True or False, "):
+        client.signals["on"] = None  # type: ignore[assignment]  # pyright: ignore[reportArgumentType]

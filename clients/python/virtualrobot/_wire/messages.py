@@ -15,8 +15,9 @@ import numpy as np
 from google.protobuf.message import Message
 from google.protobuf.struct_pb2 import Struct, Value
 from google.protobuf.text_format import MessageToString
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix, checked_pose, pose_from_quaternion, quaternion_of
 from virtualrobot.v1 import geometry_pb2, nodes_pb2
@@ -32,13 +33,26 @@ _TYPES = {dtype: number for number, dtype in _DTYPES.items()}
 
 @dataclass(frozen=True, slots=True)
 class Stamp:
-    """Instant of a state: wall clock, simulation time in seconds, tick, and the revisions of structure and state."""
+    """Instant of a state.
+
+    Attributes:
+        wall_time: the kernel's wall clock, UTC.
+        simulation_time: simulation time (s): tick times the tick's length.
+        tick: number of ticks since the world began.
+        structure_revision: counts changes of the structure; `Scene.batch` and starts may demand one.
+        state_revision: counts published states; equal ones tell of the same instant.
+        tick_length: length of a tick (s).
+        epoch: rises when the world is replaced as a whole and with each start of a kernel; what was told of a lower one
+            is of another world.
+    """
 
     wall_time: datetime
     simulation_time: float
     tick: int
     structure_revision: int
     state_revision: int
+    tick_length: float
+    epoch: int
 
 
 def stamp_of(message: geometry_pb2.Stamp) -> Stamp:
@@ -49,6 +63,8 @@ def stamp_of(message: geometry_pb2.Stamp) -> Stamp:
         message.tick,
         message.structure_revision,
         message.state_revision,
+        message.tick_nanoseconds / 1e9,
+        message.epoch,
     )
 
 
@@ -90,6 +106,11 @@ def value_or_default(value: Number | None, what: str) -> Number | int:
 def count_or_default(value: int | None, what: str) -> int:
     """Return a count for a field in which 0 means the default, as None does here; 0 itself is refused."""
     return whole(value_or_default(value, what), what)
+
+
+def count_or_none(value: int | None, what: str) -> int | None:
+    """Return a count for a field that may be absent, as None is here."""
+    return None if value is None else whole(value, what)
 
 
 def seed_of(value: object) -> int:

@@ -49,8 +49,17 @@ class Services:
         self.descriptions = channel.descriptions
 
     def apply(
-        self, commands: Iterable[scene_pb2.Command], expected_structure_revision: int | None = None
+        self,
+        commands: Iterable[scene_pb2.Command],
+        expected_structure_revision: int | None = None,
+        request_id: str | None = None,
     ) -> scene_pb2.ApplyResponse:
         """Apply commands as one change, or none of them."""
-        request = scene_pb2.ApplyRequest(commands=commands, expected_structure_revision=expected_structure_revision)
+        request = scene_pb2.ApplyRequest(
+            commands=commands, expected_structure_revision=expected_structure_revision, request_id=request_id
+        )
         return self.scene.Apply(request)
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Services of the kernel at {self.address}>"

@@ -7,7 +7,7 @@ import math
 import click
 
 from virtualrobot.cli.move import start_and_follow
-from virtualrobot.cli.names import ROBOT
+from virtualrobot.cli.names import NODE, ROBOT
 from virtualrobot.cli.options import GO_ON, Numbers, Target, degrees_option, target_options
 from virtualrobot.cli.orders import Part, angles, group_options, part_of
 
@@ -28,7 +28,7 @@ Examples:
 @click.option(
     "--frame", type=click.Choice(["base", "tool", "world"]), help="In whose axes the direction is given [base]."
 )
-@click.option("--node", default="", help="In the axes of this node instead.")
+@click.option("--node", type=NODE, help="In the axes of this node instead.")
 @click.option("--velocity", type=float, help="m/s or rad/s [0.1 or 0.25]; a joint needs one, with the sign of its way.")
 @click.option("--distance", type=float, help="m or rad [as far as it goes].")
 @click.option("--keys", is_flag=True, help="Jog by the keys of this terminal until q; it tells which do what.")
@@ -43,7 +43,7 @@ def jog(
     along: tuple[float, ...] | None,
     about: tuple[float, ...] | None,
     frame: str | None,
-    node: str,
+    node: str | None,
     velocity: float | None,
     distance: float | None,
     keys: bool,
@@ -82,9 +82,7 @@ def jog(
         if joint is not None and speed is not None:
             order = handle.joint_jog(joint, speed, way)
         else:
-            order = handle.cartesian_jog(
-                along, rotation=about, frame=frame, node=node or None, velocity=speed, distance=way
-            )
+            order = handle.cartesian_jog(along, rotation=about, frame=frame, node=node, velocity=speed, distance=way)
         if client.clock.mode == "stepped":
             click.echo(f"time stands still: the motion goes on with each 'virtualrobot step'; {GO_ON}", err=True)
         start_and_follow(handle, order, preempt, no_wait=False)

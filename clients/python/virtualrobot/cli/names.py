@@ -57,6 +57,12 @@ def _nodes(client: Client) -> Iterable[str]:
     return (node.name for node in client.scene.nodes())
 
 
+def _planners(client: Client) -> Iterable[str]:
+    from virtualrobot.motions.paths import PLANNERS
+
+    return PLANNERS
+
+
 ROBOT = Name("robot", lambda client: (robot.name for robot in client.robots()))
 NODE = Name("node", _nodes)
 SIGNAL = Name("signal", lambda client: client.signals)
@@ -67,4 +73,8 @@ TARGET = Name(
     lambda client: (*client.targets, *(name for robot in client.robots() for name in robot.postures)),
 )
 TOOL = Name("tool", lambda client: (tool for robot in client.robots() for tool in robot.tools))
+GROUP = Name("group", lambda client: (group for robot in client.robots() for group in robot.groups))
+LINK = Name("link", lambda client: (link for robot in client.robots() for link in robot.links))
+PLANNER = Name("planner", _planners)
+FILE = Name("file", lambda client: ())
 SOURCE = File("file", lambda client: (MODEL + model.name for model in client.models()))

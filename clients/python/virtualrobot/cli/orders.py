@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from virtualrobot.cli.names import NODE, ROBOT, TARGET
+from virtualrobot.cli.names import GROUP, LINK, NODE, ROBOT, TARGET
 from virtualrobot.cli.options import Numbers, degrees_option, pose_of_numbers
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ class Order:
     pose: tuple[float, ...] | None
     place: str
     above: float | None
-    reference: str
+    reference: str | None
     linear: bool
     via: tuple[float, ...] | None
     speed: float
@@ -62,20 +62,20 @@ class Order:
 def part_of(robot: Robot, group: Part) -> Robot | Group:
     """Return a robot, or its group that the command line names."""
     name, base, tip = group
-    return robot.group(name, base=base, tip=tip) if any(group) else robot
+    return robot.group(name or None, base=base or None, tip=tip or None) if any(group) else robot
 
 
 def group_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """Give a command the options that choose a part of a robot, as `group`."""
 
-    @click.option("--group", "name", default="", metavar="NAME", help="The robot's group that moves, such as left_arm.")
-    @click.option("--base", default="", metavar="LINK", help="Instead: the chain that begins at this link [the base].")
-    @click.option("--tip", default="", metavar="LINK", help="And ends at this one [the flange].")
+    @click.option("--group", "name", type=GROUP, metavar="NAME", help="The robot's group that moves, such as left_arm.")
+    @click.option("--base", type=LINK, metavar="LINK", help="Instead: the chain that begins at this link [the base].")
+    @click.option("--tip", type=LINK, metavar="LINK", help="And ends at this one [the flange].")
     @functools.wraps(function)
-    def command(*arguments: Any, name: str, base: str, tip: str, **options: Any) -> Any:  # noqa: ANN401
+    def command(*arguments: Any, name: str | None, base: str | None, tip: str | None, **options: Any) -> Any:  # noqa: ANN401
         if name and (base or tip):
             raise click.UsageError("name a --group, or the links --base and --tip, not both")
-        return function(*arguments, group=(name, base, tip), **options)
+        return function(*arguments, group=(name or "", base or "", tip or ""), **options)
 
     return command
 
@@ -128,9 +128,7 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
             raise click.UsageError("--velocity goes with --linear or --via; other moves take --speed")
         if velocity is not None and not velocity > 0:
             raise click.UsageError(f"--velocity is above 0, not {velocity:g}")
-        order = Order(
-            words, pose, place or "", above or None, reference or "", linear, via, speed, velocity, degrees, group
-        )
+        order = Order(words, pose, place or "", above or None, reference, linear, via, speed, velocity, degrees, group)
         return function(*arguments, order=order, **options)
 
     return command

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING
 
 import click
 
 from virtualrobot.cli.move import follow
-from virtualrobot.cli.names import ROBOT, TARGET
+from virtualrobot.cli.names import NODE, PLANNER, ROBOT, TARGET
 from virtualrobot.cli.options import FiniteRange, Numbers, Target, degrees_option, pose_of_numbers, target_options
 from virtualrobot.cli.orders import Part, group_options, joint_goal, part_of
 
 if TYPE_CHECKING:
-    from virtualrobot.motions.paths import FreePath, PathProgress
+    from virtualrobot.motions.paths import FreePath
 
 _EXAMPLES = """
 \b
@@ -29,8 +28,8 @@ Examples:
 @click.option("--joints", metavar="VALUES", help="JOINT=VALUE,... or all values in order.")
 @click.option("--pose", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where the tool centre point goes.")
 @click.option("--to", "place", type=TARGET, metavar="NAME", help="A posture, such as home, or a target.")
-@click.option("--reference", default="", help="The node in whose frame the pose is given [world].")
-@click.option("--planner", default="", metavar="NAME", help="The algorithm of OMPL [RRTConnect].")
+@click.option("--reference", type=NODE, help="The node in whose frame the pose is given [world].")
+@click.option("--planner", type=PLANNER, metavar="NAME", help="The algorithm of OMPL [RRTConnect].")
 @click.option("--seed", type=click.IntRange(min=0), default=0, metavar="N", help="What the search draws from [0].")
 @click.option(
     "--time-limit", type=FiniteRange(min=0.0), default=10.0, metavar="SECONDS", help="How long it may take [10]."
@@ -47,8 +46,8 @@ def path(
     joints: str | None,
     pose: tuple[float, ...] | None,
     place: str | None,
-    reference: str,
-    planner: str,
+    reference: str | None,
+    planner: str | None,
     seed: int,
     time_limit: float,
     show: bool | None,
@@ -75,7 +74,6 @@ def path(
             seed=seed,
             time_limit=time_limit,
             group=group[0] or (group[1:] if any(group) else None),
-            progress=_show if sys.stderr.isatty() else None,
         )
         click.echo(path_line(found))
         if show is not None:
@@ -94,8 +92,3 @@ def path_line(path: FreePath) -> str:
         return f"the straight way is free: {path.length:.3f} rad, {motion}"
     waypoints = f"{len(path.waypoints)} waypoints"
     return f"{waypoints}, {path.length:.3f} rad instead of {path.straight_length:.3f} straight: {motion}"
-
-
-def _show(progress: PathProgress) -> None:
-    told = f"{progress.elapsed:.1f} s, {progress.states} configurations, {progress.checks} checks"
-    click.echo(f"\r{told} ", err=True, nl=False)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from virtualrobot.cli.names import NODE
 from virtualrobot.cli.options import Numbers, Target, target_options
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ Examples; 'virtualrobot plugins' shows the ray casters that are installed:
 @click.option("--seed", type=click.IntRange(min=0), metavar="N", help="What they are drawn from [0].")
 @click.option("--from", "origin", type=Numbers(3), metavar="X,Y,Z", help="Cast one ray instead: from here, in meters,")
 @click.option("--along", type=Numbers(3), metavar="X,Y,Z", help="and in this direction.")
-@click.option("--frame", metavar="NODE", help="The node whose frame they are in [the world's].")
+@click.option("--frame", type=NODE, metavar="NODE", help="The node whose frame they are in [the world's].")
 @target_options
 def rays(
     target: Target,
@@ -50,11 +51,11 @@ def rays(
         raise click.UsageError("one ray is cast by one ray caster, without --count and --seed")
     with target.connect() as client:
         if origin is not None:
-            name = ray_casters[0] if ray_casters else ""
-            hits = client.rays.cast(origin, [along or ()], frame=frame or "", ray_caster=name)
+            name = ray_casters[0] if ray_casters else "embree"
+            hits = client.rays.cast(origin, [along or ()], frame=frame or "world", ray_caster=name)
             click.echo(hit_words(hits))
             return
-        found = client.rays.compare(ray_casters, count=count or 0, seed=seed or 0, progress=_draw_bar)
+        found = client.rays.compare(ray_casters, count=count, seed=seed or 0, progress=_draw_bar)
     click.echo("\n".join(comparison_lines(found, count or 10_000)))
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from virtualrobot.cli.names import NODE, SOURCE
+from virtualrobot.cli.names import FILE, NODE, SOURCE
 from virtualrobot.cli.options import Numbers, Target, degrees_option, named_folders, pose_of_numbers, target_options
 from virtualrobot.cli.settings import settings_from, settings_option
 
@@ -36,7 +36,7 @@ _SCENE_ENDINGS = (".yaml", ".yml")
 @click.option(
     "--package", "packages", multiple=True, callback=named_folders, metavar="NAME=FOLDER", help="Where a package is."
 )
-@click.option("--srdf", metavar="FILE", help="For robots: a file with groups, postures and links that may touch.")
+@click.option("--srdf", type=FILE, metavar="FILE", help="For robots: groups, postures and links that may touch.")
 @settings_option
 @click.option("--strict", is_flag=True, help="Refuse a file that there is a warning about.")
 @click.option("--add", is_flag=True, help="For scene files: add to the world instead of replacing it.")

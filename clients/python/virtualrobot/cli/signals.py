@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from virtualrobot.cli.names import SIGNAL
+from virtualrobot.cli.names import NODE, SIGNAL
 from virtualrobot.cli.options import Target, target_options
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ _DEFAULTS = {"boolean": "off", "integer": "0", "number": "0", "text": "", "group
 @click.option(
     "--direction", type=click.Choice(["input", "output", "internal"]), help="With --create: which way it goes."
 )
-@click.option("--owner", default="", help="With --create: the node that it belongs to.")
+@click.option("--owner", type=NODE, help="With --create: the node that it belongs to.")
 @click.option("--remove", is_flag=True, help="Take the signal out of the world.")
 @click.option("--wait", is_flag=True, help="Wait until the signal is on, or has VALUE, instead of setting it.")
 @click.option(
@@ -51,7 +51,7 @@ def signal(
     kind: str | None,
     unit: str,
     direction: str | None,
-    owner: str,
+    owner: str | None,
     remove: bool,
     wait: bool,
     comparison: str,
@@ -77,7 +77,7 @@ def signal(
         elif create:
             kind = kind or "boolean"
             first = _parsed(kind, _DEFAULTS[kind] if value is None else value)
-            client.signals.create(name, first, unit=unit, direction=direction or "internal", owner=owner)
+            client.signals.create(name, first, unit=unit, direction=direction, owner=owner)
         elif remove:
             del client.signals[name]
         elif wait:

@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 
+from virtualrobot._wire.arguments import checked
+from virtualrobot._wire.messages import count_or_none, seed_of
 from virtualrobot._wire.services import Services
+from virtualrobot._wire.showing import told
 from virtualrobot.v1 import collision_pb2, nodes_pb2, scene_pb2
 
 
@@ -45,6 +48,7 @@ class SampledPair:
         return self.touched == 0
 
 
+@checked
 class AllowedPairs:
     """Allowed collisions: pairs of nodes of one kernel that may touch each other.
 
@@ -113,7 +117,9 @@ class AllowedPairs:
             UnknownNameError: when there is no such robot.
             LimitError: for more than 100,000 samples.
         """
-        request = collision_pb2.FindAllowedPairsRequest(robot=robot, samples=samples, seed=seed)
+        request = collision_pb2.FindAllowedPairsRequest(
+            robot=robot, samples=count_or_none(samples, "samples"), seed=seed_of(seed)
+        )
         found: Sequence[SampledPair] = ()
         with self._services.collision.FindAllowedPairs(request) as stream:
             for response in stream:
@@ -122,6 +128,10 @@ class AllowedPairs:
                 tried = response.samples
                 found = [SampledPair(pair.first, pair.second, pair.touched, tried) for pair in response.pairs]
         return found
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return told("AllowedPairs", lambda: f"{len(self.list())} pairs may touch")
 
 
 def built_pairs(messages: Iterable[nodes_pb2.NodePair]) -> tuple[AllowedPair, ...]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import Stamp, count_or_default, joint_map, stamp_of
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.collisions.allowed_pairs import AllowedPairs
@@ -65,6 +66,7 @@ class Distance:
     points: NDArray[np.float64]
 
 
+@checked
 class Collisions(CollisionRules):
     """Collisions in the world of one kernel.
 

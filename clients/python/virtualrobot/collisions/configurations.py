@@ -8,12 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import Stamp, array_message, array_of, stamp_of
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.robots.dynamics import Samples, sample_rows
 from virtualrobot.v1 import collision_pb2
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class ConfigurationsCheck:
     """Result of a collision check of n configurations.

@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypedDict, Unpack
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import Services
+from virtualrobot._wire.showing import told
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import collision_pb2, scene_pb2
 
@@ -61,11 +63,12 @@ class CollisionOptions(TypedDict, total=False):
             than the paddings of both together.
     """
 
-    robots: Mapping[str, str | None]
-    look_ahead: float
-    paddings: Mapping[str, float]
+    robots: Mapping[str, str | None] | None
+    look_ahead: float | None
+    paddings: Mapping[str, float] | None
 
 
+@checked
 class CollisionRules:
     """Handle of the collision settings of one kernel."""
 
@@ -102,6 +105,17 @@ class CollisionRules:
         """
         self._services.apply([collision_command(mode, options)])
 
+    def __repr__(self) -> str:
+        """Return a line for people."""
+
+        def say() -> str:
+            now = self.settings
+            own = "".join(f", {robot!r} {mode}" for robot, mode in now.robots.items())
+            ahead = f", looks {now.look_ahead:g} s ahead" if now.look_ahead else ""
+            return f"mode {now.mode}{own}{ahead}"
+
+        return told(type(self).__name__, say)
+
 
 def collision_command(mode: str | None, options: CollisionOptions) -> scene_pb2.Command:
     """Return the command that changes what is done about collisions."""
@@ -110,12 +124,12 @@ def collision_command(mode: str | None, options: CollisionOptions) -> scene_pb2.
         mode=_mode(mode),
         robots=[
             collision_pb2.RobotCollisionMode(robot=robot, mode=_mode(own))
-            for robot, own in options.get("robots", {}).items()
+            for robot, own in (options.get("robots") or {}).items()
         ],
         look_ahead_seconds=options.get("look_ahead"),
         paddings=[
             collision_pb2.NodePadding(node=node, padding_meters=padding)
-            for node, padding in options.get("paddings", {}).items()
+            for node, padding in (options.get("paddings") or {}).items()
         ],
     )
     return scene_pb2.Command(set_collision_settings=command)

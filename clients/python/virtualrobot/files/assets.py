@@ -7,8 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
-from numpy.typing import ArrayLike
-
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import settings_message, vector_message
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError, PluginFailedError
@@ -43,6 +42,7 @@ class Upload:
         return [nodes_pb2.AssetFile(uri=uri, sha256=sha256) for uri, sha256 in self.files.items()]
 
 
+@checked
 class Assets:
     """The kernel's store of files."""
 
@@ -73,7 +73,7 @@ class Assets:
         *,
         scale: float | Sequence[float] = 1.0,
         color: str | ArrayLike | None = None,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         roles: Sequence[str] = (),
     ) -> Figure:
         """Return a mesh file of this machine as a figure, with its materials and textures, all uploaded.
@@ -176,6 +176,10 @@ class Assets:
                 yield asset_pb2.UploadAssetRequest(chunk=chunk)
 
         self._services.asset.UploadAsset(requests(), timeout=LONG_TIMEOUT_SECONDS)
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Assets of the kernel at {self._services.address}>"
 
 
 def _may_name_others(main: str, referrer: str, name: str) -> bool:

@@ -9,8 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import NoReturn
 
-from numpy.typing import ArrayLike
-
+from virtualrobot._wire.arguments import PoseLike
 from virtualrobot._wire.messages import pose_message, settings_message
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.errors import InvalidArgumentError, MissingFileError
@@ -56,7 +55,7 @@ class FileWarning:
         return self.text
 
 
-def model_request(name: str | None, pose: ArrayLike | None, parent: str, base: str) -> scene_pb2.ModelSource:
+def model_request(name: str | None, pose: PoseLike | None, parent: str, base: str) -> scene_pb2.ModelSource:
     """Return the request for a model that goes there; the arguments are those of `Scene.load`."""
     if base not in _BASES:
         raise InvalidArgumentError(f"base is {', '.join(_BASES)}, not {base!r}")
@@ -74,6 +73,7 @@ def load_model(
     srdf: str | Path | None,
     packages: Mapping[str, str | Path],
     settings: Mapping[str, object] | None,
+    request_id: str | None = None,
 ) -> scene_pb2.ImportModelResponse:
     """Import a model from a file of this machine, or one that the kernel knows."""
     if settings:
@@ -86,7 +86,8 @@ def load_model(
         upload = Upload(upload.uri, beside.files | upload.files, beside.missing | upload.missing)
     request.files.extend(upload._messages())
     try:
-        return services.scene.ImportModel(scene_pb2.ImportModelRequest(model=request), timeout=LONG_TIMEOUT_SECONDS)
+        asked = scene_pb2.ImportModelRequest(model=request, request_id=request_id)
+        return services.scene.ImportModel(asked, timeout=LONG_TIMEOUT_SECONDS)
     except MissingFileError as error:
         _say_where(error, upload)
 
@@ -105,7 +106,13 @@ def _sent(
 
 
 def load_scene(
-    services: Services, assets: Assets, file: Path, add: bool, packages: Mapping[str, str | Path], strict: bool
+    services: Services,
+    assets: Assets,
+    file: Path,
+    add: bool,
+    packages: Mapping[str, str | Path],
+    strict: bool,
+    request_id: str | None,
 ) -> scene_pb2.LoadSceneResponse:
     """Load a scene file of this machine; the arguments are those of `Scene.load_scene`."""
     upload = assets.upload_with_references(file, packages)
@@ -113,7 +120,9 @@ def load_scene(
         text = Path(upload.uri).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidArgumentError(f"{file} is no scene file: it is not text in UTF-8: {error}") from error
-    request = scene_pb2.LoadSceneRequest(text=text, uri=upload.uri, files=upload._messages(), add=add, strict=strict)
+    request = scene_pb2.LoadSceneRequest(
+        text=text, uri=upload.uri, files=upload._messages(), add=add, strict=strict, request_id=request_id
+    )
     try:
         return services.scene.LoadScene(request, timeout=LONG_TIMEOUT_SECONDS)
     except MissingFileError as error:

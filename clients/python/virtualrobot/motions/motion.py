@@ -9,7 +9,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
-from virtualrobot._wire.messages import value_or_default
+from virtualrobot._wire.arguments import checked
+from virtualrobot._wire.messages import count_or_none, value_or_default
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.transport import Stream
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 log = logging.getLogger(__name__)
 
 
+@checked
 class Motion:
     """One motion of a robot, of several that move together, or a program of many steps.
 
@@ -116,8 +118,8 @@ class Motion:
         Where another program, or another thread of this one, steps the clock, wait with a `timeout`.
 
         Raises:
-            MotionCancelledError: when it was cancelled; the message says why.
-            MotionAbortedError: when the kernel had to end it before its goal.
+            MotionCancelledError: when somebody ended it; the message says why.
+            MotionAbortedError: when the kernel had to end it before its goal; both are a MotionEndedError.
             CallTimeoutError: after `timeout` seconds of the wall clock; the motion goes on.
             WrongStateError: without a `timeout`, where the clock is stepped and the motion has not ended; it goes on.
             KernelGoneError: when the kernel ended.
@@ -146,12 +148,30 @@ class Motion:
         self._state.raise_early_end()
         return self
 
-    def append(self, program: Program | None = None, *, last: bool = False) -> tuple[PlanNote, ...]:
-        """Append the steps of a program to one that was started `open`; `last` closes it.
+    def append(
+        self,
+        program: Program | None = None,
+        *,
+        last: bool = False,
+        expected_step_count: int | None = None,
+        expected_structure_revision: int | None = None,
+        request_id: str | None = None,
+    ) -> tuple[PlanNote, ...]:
+        """Append the steps of a program to one that was started `open`.
 
         Returns notes on what the planner made other than it was asked to: a zone that is dropped says that the step
-        after it begins from rest, and why. Raises WrongStateError when the program is not open, stops or has ended,
-        and errors that name the step as a start does; then it goes on without these steps.
+        after it begins from rest, and why.
+
+        Args:
+            program: the steps; none are needed to close it.
+            last: closes it: it succeeds when it has done all of its steps.
+            expected_step_count: refuse to append when it has another number of steps before (`WrongStateError`).
+            expected_structure_revision: as of `StartOptions`.
+            request_id: as of `StartOptions`.
+
+        Raises:
+            WrongStateError: when the program is not open, stops or has ended.
+            VirtualRobotError: as a start, with the number of the step; then it goes on without these steps.
 
         Example:
             >>> motion = client.program().move(robot.linear(first), zone=0.02).start(open=True)
@@ -160,11 +180,15 @@ class Motion:
             >>> motion.append(last=True)
             >>> motion.wait()
         """
-        request = motion_pb2.AppendMotionRequest(id=self.id, last=last)
-        if program is not None:
-            request.MergeFrom(
-                motion_pb2.AppendMotionRequest(steps=program._spec.steps, programs=program._spec.programs)
-            )
+        request = motion_pb2.AppendMotionRequest(
+            id=self.id,
+            steps=() if program is None else program._steps,
+            programs=None if program is None else program._spec.programs,
+            last=last,
+            expected_step_count=count_or_none(expected_step_count, "expected_step_count"),
+            expected_structure_revision=expected_structure_revision,
+            request_id=request_id,
+        )
         response = self._services.motion.AppendMotion(request, timeout=LONG_TIMEOUT_SECONDS)
         self._told(response.motion)
         return tuple(map(PlanNote.of, response.notes))
@@ -234,10 +258,10 @@ class Motion:
     def __repr__(self) -> str:
         """Return a line for people, as it was last told."""
         state = self._state
-        title = f"{state.id} of {', '.join(state.robots)}" if state.robots else state.id  # of a program without robots
-        return f"<Motion {title}: {state.phase.name.lower()}, {100 * state.progress:.0f}%>"
+        return f"<Motion {state.title}: {state.phase.name.lower()}, {100 * state.progress:.0f}%>"
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class Tracking:
     """Node that a motion goes along with, moved by one joint of another robot, such as a conveyor's belt.
@@ -262,22 +286,25 @@ class Tracking:
 
 
 class StartOptions(TypedDict, total=False):
-    """Options of a start; None leaves each as a program file says, or at its default.
+    """Options of a start; None leaves each at its default.
 
     Attributes:
-        wait: whether to return only at the motion's end; True, but for jogs. In STEPPED mode, where nothing would move
-            meanwhile, a start that waits is refused with `WrongStateError`.
-        preempt: cancel motions in the way instead of being refused with `RobotBusyError`.
+        wait: whether to return only at the motion's end; True by default, but for jogs. In STEPPED mode, where nothing
+            would move meanwhile, a start that waits is refused with `WrongStateError`.
+        preempt: cancel motions in the way instead of being refused with `RobotBusyError` (the default).
         on_disconnect: what the kernel does when this program vanishes: `stop` (the default) or `continue`.
         expected_structure_revision: refuse to start when the scene's structure has another one (`StaleRevisionError`).
         tracking: what it goes along with.
+        request_id: a name of this start, such as `str(uuid.uuid4())`: a call that is made again with it, because the
+            answer was lost, starts nothing and returns the motion of the first one.
     """
 
-    wait: bool
+    wait: bool | None
     preempt: bool | None
     on_disconnect: str | None
     expected_structure_revision: int | None
     tracking: Tracking | None
+    request_id: str | None
 
 
 def start(services: Services, moves: Iterable[Move], **options: Unpack[StartOptions]) -> Motion:
@@ -297,7 +324,10 @@ def start_spec(
     check_options(options, StartOptions, "besides its move's own a start")
     preempt, on_disconnect, tracking = (options.get(name) for name in ("preempt", "on_disconnect", "tracking"))
     revision = options.get("expected_structure_revision")
-    asked = motion_pb2.StartMotionRequest(spec=spec, open=open, breakpoints=breakpoints)
+    check_not_empty(spec)
+    asked = motion_pb2.StartMotionRequest(
+        spec=spec, open=open, breakpoints=breakpoints, request_id=options.get("request_id")
+    )
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
     if on_disconnect is not None:
         if on_disconnect not in policies:
@@ -308,8 +338,6 @@ def start_spec(
     if revision is not None:
         asked.expected_structure_revision = revision
     if tracking is not None:
-        if not isinstance(tracking, Tracking):
-            raise InvalidArgumentError(f"tracking is a virtualrobot.Tracking(node, window), not {tracking!r}")
         asked.spec.tracking.CopyFrom(tracking._message)
     waits = options.get("wait", True) and not open
     if waits:
@@ -332,6 +360,15 @@ def check_time_follows_the_wall(services: Services) -> None:
             "the clock is stepped, so nothing moves while this program waits; start with wait=False and let time go on "
             "by client.clock.run(motion) or client.clock.step(ticks); where somebody else steps, wait with a timeout: "
             "motion.wait(timeout=60)"
+        )
+
+
+def check_not_empty(spec: motion_pb2.MotionSpec) -> None:
+    """Raise InvalidArgumentError for a motion that does nothing, and say what would make it one."""
+    if not spec.steps and not spec.moves:
+        raise InvalidArgumentError(
+            "there is nothing to do: give a first step or move, as by program.move(robot.ptp(goal)); an open program "
+            "needs one too, and gets more by append"
         )
 
 

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from virtualrobot._wire.arguments import ArrayLike, PoseLike
 from virtualrobot._wire.messages import (
     Wrapped,
     array_message,
@@ -16,7 +16,7 @@ from virtualrobot._wire.messages import (
     value_or_default,
     vector_message,
 )
-from virtualrobot._wire.signal_values import SignalValue, condition
+from virtualrobot._wire.signal_values import GivenValue, condition
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import checked_pose, pose
 from virtualrobot.robots.redundancy import Lock, Prefer
@@ -35,7 +35,7 @@ _JOG_FRAMES = {
     "world": motion_pb2.JOG_FRAME_NODE,
 }
 
-Until: TypeAlias = str | tuple[str, SignalValue] | tuple[str, str, SignalValue]
+Until: TypeAlias = str | tuple[str, GivenValue] | tuple[str, str, GivenValue]
 """A signal that is on, a signal and the value that it has, or a signal, a comparison such as ">=" and a value."""
 
 
@@ -62,9 +62,9 @@ class GoalOptions(MoveOptions, total=False):
             near, by joint name.
     """
 
-    reference: str
-    moving: bool
-    lock: Lock
+    reference: str | None
+    moving: bool | None
+    lock: Lock | None
     prefer: Prefer | None
 
 
@@ -119,7 +119,7 @@ class CircularOptions(CartesianOptions, total=False):
     center: ArrayLike | None
     axis: ArrayLike | None
     angle: float | None
-    turn_with_arc: bool
+    turn_with_arc: bool | None
 
 
 class JogOptions(TypedDict, total=False):
@@ -140,7 +140,7 @@ class JogOptions(TypedDict, total=False):
     node: str | None
     velocity: float | None
     distance: float | None
-    lock: Lock
+    lock: Lock | None
     prefer: Prefer | None
 
 
@@ -151,6 +151,7 @@ class Move(Wrapped[motion_pb2.Move]):
     """
 
     __slots__ = ()
+    _called = "a move, as robot.ptp, robot.linear and their like make it, which start nothing"
 
     @property
     def robot(self) -> str:
@@ -198,15 +199,15 @@ def until_condition(until: Until) -> motion_pb2.SignalCondition:
     return condition(signal, value, comparison)
 
 
-def pose_goal(reference_t_tcp: ArrayLike | None, options: Mapping[str, Any]) -> motion_pb2.PoseGoal:
+def pose_goal(reference_t_tcp: PoseLike | None, options: Mapping[str, Any]) -> motion_pb2.PoseGoal:
     """Return a goal for the tool centre point: a 4x4 pose in the frame that `GoalOptions` say."""
     if reference_t_tcp is not None and (above := options.get("above")):
         reference_t_tcp = checked_pose(reference_t_tcp) @ pose(z=-above)
     return motion_pb2.PoseGoal(
         reference_t_tcp=None if reference_t_tcp is None else pose_message(reference_t_tcp),
-        reference=options.get("reference", "world"),
-        configuration=options.get("configuration") or "",
-        moving=options.get("moving", False),
+        reference=options.get("reference") or "world",
+        configuration=options.get("configuration"),
+        moving=options.get("moving") or False,
     )
 
 
@@ -241,7 +242,7 @@ def point_to_point(
     return motion_pb2.PointToPoint(pose=pose_goal(goal, options))
 
 
-def linear(place: ArrayLike | str, until: Until | None, options: LinearOptions) -> motion_pb2.Linear:
+def linear(place: PoseLike | str, until: Until | None, options: LinearOptions) -> motion_pb2.Linear:
     """Return a straight line of the tool centre point to a 4x4 pose or a target; with `until` a search."""
     condition = None if until is None else until_condition(until)
     return motion_pb2.Linear(goal=goal_at(place, options), until=condition, **_rates(options))

@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 from typing import Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import group_message, joint_map, value_or_default
 from virtualrobot._wire.services import Services
+from virtualrobot._wire.transport import Waiting
 from virtualrobot.errors import UnknownNameError, WrongStateError
 from virtualrobot.motions import moves
 from virtualrobot.motions.motion import Motion, StartOptions
@@ -50,6 +52,7 @@ class PathProgress:
     checks: int
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class FreePath:
     """A path on which an arm touches nothing that it may not, as the world was when it was looked for.
@@ -98,6 +101,7 @@ class FreePath:
         return self.program.start(**options)
 
 
+@checked
 class Paths:
     """Free ways in the world of one kernel.
 
@@ -144,7 +148,8 @@ class Paths:
             zone_percent: the most by which corners are rounded off, 0 to 50 (the default).
             group: the group of the robot whose joints move, by name or as (base link, tip link); by default its own
                 chain.
-            progress: is called about four times a second; what it raises ends the search.
+            progress: is called about four times a second; what it raises ends the search. Without it the client's
+                `on_progress` is told.
 
         Raises:
             CollisionError: when the robot touches something at the start or at every goal.
@@ -171,10 +176,16 @@ class Paths:
             group=group_message(group),
         )
         last = path_pb2.FindPathResponse()
-        with self._services.path.FindPath(request) as stream:
-            for last in stream:
-                if progress is not None:
-                    progress(PathProgress(last.elapsed_seconds, last.states, last.checks))
+        waiting = Waiting("looking for a path", self._services.channel.on_progress)
+        try:
+            with self._services.path.FindPath(request) as stream:
+                for last in stream:
+                    if progress is not None:
+                        progress(PathProgress(last.elapsed_seconds, last.states, last.checks))
+                    else:
+                        waiting.tell(f"{last.states} configurations, {last.checks} checks")
+        finally:
+            waiting.end()
         return self._path(last)
 
     def _path(self, last: path_pb2.FindPathResponse) -> FreePath:
@@ -193,3 +204,7 @@ class Paths:
             last.states,
             self._services,
         )
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Paths of the kernel at {self._services.address}: find(robot, goal), by {', '.join(PLANNERS)}>"

@@ -14,7 +14,7 @@ from virtualrobot._wire.messages import array_of, pose_of, value_or_default
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot.geometry import Matrix, poses_from_rows
-from virtualrobot.motions.motion import Tracking
+from virtualrobot.motions.motion import Tracking, check_not_empty
 from virtualrobot.motions.moves import Move, messages_of
 from virtualrobot.motions.state import PlanNote
 from virtualrobot.v1 import motion_pb2
@@ -243,13 +243,14 @@ class CheckOptions(TypedDict, total=False):
     """
 
     min_singular_value: float | None
-    collisions: bool
+    collisions: bool | None
     resolution: float | None
 
 
 def plan(services: Services, spec: motion_pb2.MotionSpec, **options: Unpack[PlanOptions]) -> MotionPlan:
     """Return what a motion would do; see `Client.plan`."""
     check_options(options, PlanOptions, "a plan")
+    check_not_empty(spec)
     sample_time = value_or_default(options.get("sample_time"), "sample_time")
     request = motion_pb2.PlanMotionRequest(spec=spec, sample_seconds=sample_time)
     return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
@@ -258,6 +259,7 @@ def plan(services: Services, spec: motion_pb2.MotionSpec, **options: Unpack[Plan
 def check(services: Services, spec: motion_pb2.MotionSpec, **options: Unpack[CheckOptions]) -> MotionCheck:
     """Return whether a motion keeps all limits and touches nothing; see `Client.check`."""
     check_options(options, CheckOptions, "a check")
+    check_not_empty(spec)
     request = motion_pb2.CheckMotionRequest(
         spec=spec,
         min_singular_value=value_or_default(options.get("min_singular_value"), "min_singular_value"),

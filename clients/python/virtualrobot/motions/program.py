@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Unpack
 
-from numpy.typing import ArrayLike
+from google.protobuf.internal.containers import RepeatedCompositeFieldContainer
 
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import pose_message, value_or_default, vector_message
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot._wire.signal_values import SignalValue, condition, value_message
+from virtualrobot._wire.signal_values import GivenValue, condition, value_message
 from virtualrobot.collisions.allowed_pairs import pairs_command
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.motions import motion, plans
@@ -21,6 +22,7 @@ from virtualrobot.scene.editor import pick_command
 from virtualrobot.v1 import motion_pb2, scene_pb2
 
 
+@checked
 class Program:
     """Steps that one motion makes one after the other, planned as a whole before anything moves.
 
@@ -52,7 +54,7 @@ class Program:
         if zone is not None and zone_percent is not None:
             raise InvalidArgumentError("a zone has a distance or a percentage: give one of zone and zone_percent")
         given = messages_of(moves)
-        step = self._spec.steps.add().move
+        step = self._steps.add().move
         step.moves.extend(given)
         if zone is not None:
             step.blend_distance_meters = zone
@@ -60,13 +62,13 @@ class Program:
             step.blend_percent = zone_percent
         return self
 
-    def set(self, signal: str, value: SignalValue | Sequence[bool] = True) -> Program:
+    def set(self, signal: str, value: GivenValue = True) -> Program:
         """Add a step that sets a signal; between moves with a zone it is set in the zone's middle."""
-        self._spec.steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
+        self._steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
         return self
 
     def wait(
-        self, signal: str, value: SignalValue = True, timeout: float | None = None, comparison: str = "=="
+        self, signal: str, value: GivenValue = True, timeout: float | None = None, comparison: str = "=="
     ) -> Program:
         """Add a step that stands still until a signal compares so with a value (`==`, `!=`, `<`, `<=`, `>`, `>=`).
 
@@ -74,26 +76,26 @@ class Program:
         """
         seconds = value_or_default(timeout, "timeout")
         wait = motion_pb2.WaitSignalStep(condition=condition(signal, value, comparison), timeout_seconds=seconds)
-        self._spec.steps.add(wait_signal=wait)
+        self._steps.add(wait_signal=wait)
         return self
 
     def dwell(self, duration: float) -> Program:
         """Add a step that stands still for `duration` seconds of simulation time, at most 86,400 (a day)."""
-        self._spec.steps.add(dwell=motion_pb2.DwellStep(seconds=duration))
+        self._steps.add(dwell=motion_pb2.DwellStep(seconds=duration))
         return self
 
     def tool_state(self, robot: Named, state: str, tool: str | None = None, *, speed: float | None = None) -> Program:
         """Add a step that brings a tool, the robot's chosen one by default, into a state."""
         move = motion_pb2.Move(robot=name_of(robot), speed_factor=value_or_default(speed, "speed"))
         move.tool_state.CopyFrom(motion_pb2.ToolStateMove(tool=tool, state=state))
-        self._spec.steps.add().move.moves.append(move)
+        self._steps.add().move.moves.append(move)
         return self
 
     def tool_width(self, robot: Named, width: float, tool: str | None = None, *, speed: float | None = None) -> Program:
         """Add a step that opens a tool, the robot's chosen one by default, to a width in meters."""
         move = motion_pb2.Move(robot=name_of(robot), speed_factor=value_or_default(speed, "speed"))
         move.tool_state.CopyFrom(motion_pb2.ToolStateMove(tool=tool, width_meters=width))
-        self._spec.steps.add().move.moves.append(move)
+        self._steps.add().move.moves.append(move)
         return self
 
     def pick(self, robot: Named, part: str | None = None, max_distance: float | None = None) -> Program:
@@ -102,35 +104,35 @@ class Program:
         Without a name it is the part nearest to the tool centre point. Where nothing can be picked as the step is
         reached the motion is aborted.
         """
-        self._spec.steps.add(pick=pick_command(name_of(robot), part, max_distance).pick_part)
+        self._steps.add(pick=pick_command(name_of(robot), part, max_distance).pick_part)
         return self
 
     def place(self, robot: Named, part: str | None = None, parent: str = "world") -> Program:
         """Add a step that lets a part of the robot's chosen tool go, or all parts, as `Robot.place` does."""
-        self._spec.steps.add(place=scene_pb2.PlacePart(robot=name_of(robot), part=part, parent=parent))
+        self._steps.add(place=scene_pb2.PlacePart(robot=name_of(robot), part=part, parent=parent))
         return self
 
-    def attach(self, name: str, parent: str = "world", pose: ArrayLike | None = None) -> Program:
+    def attach(self, name: str, parent: str = "world", pose: PoseLike | None = None) -> Program:
         """Add a step that gives a node another parent; without `pose` (`parent_t_node`) it stays where it is."""
         where = None if pose is None else pose_message(pose)
-        self._spec.steps.add(attach=scene_pb2.AttachNode(name=name, parent=parent, parent_t_node=where))
+        self._steps.add(attach=scene_pb2.AttachNode(name=name, parent=parent, parent_t_node=where))
         return self
 
     def select_tool(self, robot: Named, tool: str | None = None, tool_center_point: str | None = None) -> Program:
         """Add a step that chooses the tool and tool centre point that a robot works with from then on."""
         chosen = scene_pb2.SelectTool(robot=name_of(robot), tool=tool, tool_center_point=tool_center_point)
-        self._spec.steps.add(select_tool=chosen)
+        self._steps.add(select_tool=chosen)
         return self
 
     def allow(self, allow: Iterable[tuple[str, str, str]] = (), forbid: Iterable[tuple[str, str]] = ()) -> Program:
         """Add a step that lets pairs touch no more, then lets others (name, name, why) touch."""
-        self._spec.steps.add(set_allowed_pairs=pairs_command(tuple(allow), tuple(forbid)).set_allowed_pairs)
+        self._steps.add(set_allowed_pairs=pairs_command(tuple(allow), tuple(forbid)).set_allowed_pairs)
         return self
 
     def speed(self, factor: float, robot: Named | None = None) -> Program:
         """Add a step that multiplies the speed factors of all moves after it, or of one robot's, in this program."""
         name = "" if robot is None else name_of(robot)
-        self._spec.steps.add(set_speed=motion_pb2.SetSpeedStep(robot=name, factor=factor))
+        self._steps.add(set_speed=motion_pb2.SetSpeedStep(robot=name, factor=factor))
         return self
 
     def wait_part(
@@ -154,11 +156,11 @@ class Program:
             max_distance_meters=value_or_default(max_distance, "max_distance"),
             timeout_seconds=value_or_default(timeout, "timeout"),
         )
-        self._spec.steps.add(wait_part=wait)
+        self._steps.add(wait_part=wait)
         return self
 
     def pick_at(
-        self, robot: Named, goal: ArrayLike, part: str | None = None, **options: Unpack[PickAtOptions]
+        self, robot: Named, goal: PoseLike, part: str | None = None, **options: Unpack[PickAtOptions]
     ) -> Program:
         """Add a step that goes to before a part, along a line to it, picks it, closes the tool and goes back.
 
@@ -170,11 +172,11 @@ class Program:
         check_options(options, PickAtOptions, "besides its goal a pick")
         distance = value_or_default(options.pop("max_distance", None), "max_distance")
         step = motion_pb2.PickAtStep(part=part, max_distance_meters=distance)
-        self._spec.steps.add(pick_at=handled(step, robot, goal, options))
+        self._steps.add(pick_at=handled(step, robot, goal, options))
         return self
 
     def place_at(
-        self, robot: Named, goal: ArrayLike, part: str | None = None, **options: Unpack[PlaceAtOptions]
+        self, robot: Named, goal: PoseLike, part: str | None = None, **options: Unpack[PlaceAtOptions]
     ) -> Program:
         """Add a step that goes to before a place, along a line to it, opens the tool, lets go and goes back.
 
@@ -182,8 +184,8 @@ class Program:
             >>> program.place_at(robot, place_t_tcp, reference="place", approach=0.1, state="open", parent="pallet")
         """
         check_options(options, PlaceAtOptions, "besides its goal a place")
-        step = motion_pb2.PlaceAtStep(part=part, parent=options.pop("parent", ""))
-        self._spec.steps.add(place_at=handled(step, robot, goal, options))
+        step = motion_pb2.PlaceAtStep(part=part, parent=options.pop("parent", None))
+        self._steps.add(place_at=handled(step, robot, goal, options))
         return self
 
     def repeat(self, count: int, steps: Program) -> Program:
@@ -192,18 +194,18 @@ class Program:
         Example:
             >>> program.repeat(3, client.program().move(robot.linear(there)).move(robot.linear(back)))
         """
-        repeat = motion_pb2.RepeatStep(count=count, steps=steps._spec.steps)
+        repeat = motion_pb2.RepeatStep(count=count, steps=steps._steps)
         self._take_programs(steps)
-        self._spec.steps.add(repeat=repeat)
+        self._steps.add(repeat=repeat)
         return self
 
     def call(self, steps: Program, name: str | None = None) -> Program:
         """Add a step that makes the steps of another program, which is told once however often it is called."""
         known = self._spec.programs
-        wanted = motion_pb2.SubProgram(steps=steps._spec.steps)
+        wanted = motion_pb2.SubProgram(steps=steps._steps)
         name = name or next((one for one, program in known.items() if program == wanted), f"program-{len(known)}")
         self._take_programs(steps, {name: wanted})
-        self._spec.steps.add(call=motion_pb2.CallStep(program=name))
+        self._steps.add(call=motion_pb2.CallStep(program=name))
         return self
 
     def pattern(self, name: str, pattern: Pattern, steps: Program, *, reference: str = "world") -> Program:
@@ -217,14 +219,14 @@ class Program:
             >>> program.pattern("place", pallet, one, reference="pallet")
         """
         self._take_programs(steps)
-        step = motion_pb2.PatternStep(name=name, reference=reference, pattern=pattern._message, steps=steps._spec.steps)
-        self._spec.steps.add(pattern=step)
+        step = motion_pb2.PatternStep(name=name, reference=reference, pattern=pattern._message, steps=steps._steps)
+        self._steps.add(pattern=step)
         return self
 
     def if_(
         self,
         signal: str,
-        value: SignalValue = True,
+        value: GivenValue = True,
         comparison: str = "==",
         *,
         then: Program,
@@ -237,26 +239,26 @@ class Program:
         Example:
             >>> program.if_("full", then=client.program().move(robot.linear(away)))
         """
-        wish = motion_pb2.IfStep(condition=condition(signal, value, comparison), then=then._spec.steps)
+        wish = motion_pb2.IfStep(condition=condition(signal, value, comparison), then=then._steps)
         self._take_programs(then)
         if otherwise is not None:
-            wish.otherwise.extend(otherwise._spec.steps)
+            wish.otherwise.extend(otherwise._steps)
             self._take_programs(otherwise)
-        self._spec.steps.add(if_signal=wish)
+        self._steps.add(if_signal=wish)
         return self
 
     def while_(
-        self, steps: Program, signal: str | None = None, value: SignalValue = True, comparison: str = "=="
+        self, steps: Program, signal: str | None = None, value: GivenValue = True, comparison: str = "=="
     ) -> Program:
         """Add a step that makes the steps of a program again and again, as long as a signal compares so with a value.
 
         Without a signal it does so for ever, each round being planned while the one before is done.
         """
-        loop = motion_pb2.WhileStep(steps=steps._spec.steps)
+        loop = motion_pb2.WhileStep(steps=steps._steps)
         if signal is not None:
             loop.condition.CopyFrom(condition(signal, value, comparison))
         self._take_programs(steps)
-        self._spec.steps.add(while_signal=loop)
+        self._steps.add(while_signal=loop)
         return self
 
     def _take_programs(self, steps: Program, more: Mapping[str, motion_pb2.SubProgram] | None = None) -> None:
@@ -297,11 +299,19 @@ class Program:
 
     def __len__(self) -> int:
         """Return the number of steps."""
-        return len(self._spec.steps)
+        return len(self._spec.steps) or int(bool(self._spec.moves))
+
+    @property
+    def _steps(self) -> RepeatedCompositeFieldContainer[motion_pb2.ProgramStep]:
+        """Steps, to be appended or appended to; moves that a file gives without steps become the first one."""
+        if self._spec.moves:
+            self._spec.steps.add().move.moves.extend(self._spec.moves)
+            del self._spec.moves[:]
+        return self._spec.steps
 
     def __repr__(self) -> str:
         """Return a line for people."""
-        return f"<Program of {len(self)} steps>"
+        return f"<Program of {len(self)} step{'s' * (len(self) != 1)}>"
 
 
 def read(services: Services, file: str | Path) -> Program:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.transport import Stream
 from virtualrobot.errors import (
@@ -26,7 +27,7 @@ from virtualrobot.v1 import motion_pb2
 
 MODES = {"position": motion_pb2.SETPOINT_MODE_POSITION, "velocity": motion_pb2.SETPOINT_MODE_VELOCITY}
 
-Setpoint: TypeAlias = Mapping[str, float] | ArrayLike
+Setpoint: TypeAlias = Mapping[str, float | ArrayLike] | ArrayLike
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -48,6 +49,7 @@ class StreamState:
     phase: Phase
 
 
+@checked
 class SetpointStream:
     """Joints that follow the setpoints which this program sends; `Robot.stream` opens one. A context manager.
 
@@ -62,8 +64,17 @@ class SetpointStream:
         ...             break
     """
 
-    def __init__(self, services: Services, target: motion_pb2.SetpointTarget) -> None:
-        """Start a motion that follows setpoints; `Robot.stream` makes the usual ones."""
+    def __init__(
+        self,
+        services: Services,
+        target: motion_pb2.SetpointTarget,
+        spread: Callable[[Mapping[str, float | ArrayLike]], Mapping[str, float]],
+    ) -> None:
+        """Start a motion that follows setpoints; `Robot.stream` makes the usual ones.
+
+        `spread` gives each coordinate of a joint that has several its own name.
+        """
+        self._spread = spread
         self.joint_names = tuple(target.joint_names)
         self._changed = threading.Condition()
         self._newest: NDArray[np.float64] | None = None
@@ -102,8 +113,9 @@ class SetpointStream:
     def send(self, setpoint: Setpoint, *, wait: bool = False) -> None:
         """Send a setpoint: radians or meters, or per second; one that has not left yet is replaced.
 
-        Values in the order of `joint_names`, or by name; joints that are not named keep their last setpoint. With
-        `wait` it returns once the motion has got it: so a program that steps the clock knows in which tick it counts.
+        Values in the order of `joint_names`, or by name, those of a planar or floating joint as a row or each by the
+        name of its coordinate; joints that are not named keep their last setpoint. With `wait` it returns once the
+        motion has got it: so a program that steps the clock knows in which tick it counts.
 
         Raises:
             LimitError, InvalidArgumentError: when an earlier setpoint was refused; the motion has stopped.
@@ -170,7 +182,7 @@ class SetpointStream:
     def _values(self, setpoint: Setpoint) -> NDArray[np.float64]:
         if isinstance(setpoint, Mapping):
             values = self._last.copy()
-            for name, value in setpoint.items():
+            for name, value in self._spread(setpoint).items():
                 if name not in self.joint_names:
                     raise UnknownNameError(f"the stream moves {', '.join(self.joint_names)}, not {name!r}")
                 values[self.joint_names.index(name)] = value

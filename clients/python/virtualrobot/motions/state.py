@@ -100,15 +100,20 @@ class MotionState:
             message.step_path,
         )
 
+    @property
+    def title(self) -> str:
+        """Its name and its robots, for people."""
+        return f"{self.id} of {', '.join(self.robots)}" if self.robots else self.id  # of a program without robots
+
     def raise_early_end(self) -> None:
         """Raise MotionCancelledError, or MotionAbortedError, for a motion that has ended before its goal."""
         if self.phase not in (Phase.CANCELLED, Phase.ABORTED):
             return
         error = MotionAbortedError if self.phase is Phase.ABORTED else MotionCancelledError
         raise error(
-            f"motion {self.id} of {', '.join(self.robots)} was {self.phase.name.lower()} at {100 * self.progress:.0f}%:"
-            f" {self.end_reason or 'no reason given'}",
-            metadata={"motion": self.id, "end_reason": self.end_reason},
+            f"motion {self.title} was {self.phase.name.lower()} at {100 * self.progress:.0f}%: "
+            f"{self.end_reason or 'no reason given'}",
+            metadata={"motion": self.id, "end_cause": self.end_cause, "end_reason": self.end_reason},
         )
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol, TypeAlias, TypedDict, TypeVar
+from typing import Annotated, Protocol, TypeAlias, TypedDict, TypeVar, runtime_checkable
 
-from numpy.typing import ArrayLike
-
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import pose_message, value_or_default, vector_message
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.motions.moves import pose_goal
@@ -14,6 +13,7 @@ from virtualrobot.robots.redundancy import Prefer, redundancy
 from virtualrobot.v1 import motion_pb2
 
 
+@runtime_checkable
 class HasName(Protocol):
     """Something with a name, such as a robot."""
 
@@ -23,7 +23,7 @@ class HasName(Protocol):
         ...
 
 
-Named: TypeAlias = "str | HasName"
+Named: TypeAlias = Annotated[str | HasName, "a robot or its name"]
 """A robot, or its name."""
 
 
@@ -46,13 +46,13 @@ class AtOptions(TypedDict, total=False):
         arm_angle: as of `Robot.ptp`.
     """
 
-    approach: float
+    approach: float | None
     retreat: float | None
     state_before: str | None
     state: str | None
     width_before: float | None
     width: float | None
-    reference: str
+    reference: str | None
     configuration: str | None
     speed_factor: float | None
     velocity: float | None
@@ -78,9 +78,10 @@ class PlaceAtOptions(AtOptions, total=False):
         parent: the new parent of the part; `world` by default.
     """
 
-    parent: str
+    parent: str | None
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class Pattern:
     """Places in columns along x, rows along y and layers along z of a frame, as on a pallet; in meters and radians.
@@ -107,7 +108,7 @@ class Pattern:
     column_pitch: float = 0.0
     row_pitch: float = 0.0
     layer_pitch: float = 0.0
-    pose: ArrayLike | None = None
+    pose: PoseLike | None = None
     layer_turn: float = 0.0
     layer_offset: ArrayLike = (0.0, 0.0, 0.0)
     order: str = "column by column"
@@ -141,9 +142,9 @@ def name_of(robot: Named) -> str:
 Handled = TypeVar("Handled", motion_pb2.PickAtStep, motion_pb2.PlaceAtStep)
 
 
-def handled(step: Handled, robot: Named, goal: ArrayLike, options: AtOptions) -> Handled:
+def handled(step: Handled, robot: Named, goal: PoseLike, options: AtOptions) -> Handled:
     """Return a step of going somewhere and handling a part there, with what both kinds have."""
-    approach = options.get("approach", 0.0)
+    approach = options.get("approach") or 0.0
     retreat = options.get("retreat")
     step.robot = name_of(robot)
     step.goal.CopyFrom(pose_goal(goal, options))

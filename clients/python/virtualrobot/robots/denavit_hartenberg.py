@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from virtualrobot._wire.arguments import PoseLike
 from virtualrobot._wire.messages import pose_message
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.robots.values import JointLimits
@@ -31,7 +31,7 @@ _NO_LIMIT = {"lower": -math.inf, "upper": math.inf}
 
 
 def table_message(
-    rows: Iterable[Row], convention: str, base_t_first: ArrayLike | None, last_t_flange: ArrayLike | None
+    rows: Iterable[Row], convention: str, base_t_first: PoseLike | None, last_t_flange: PoseLike | None
 ) -> scene_pb2.DenavitHartenberg:
     """Return a table as a message; the arguments are those of `Client.load_denavit_hartenberg`."""
     if convention not in _CONVENTIONS:

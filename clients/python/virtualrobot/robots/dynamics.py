@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import Wrapped, array_message, array_of, vector_message
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2
@@ -20,8 +21,10 @@ class Inertial(Wrapped[nodes_pb2.Inertial]):
     """Mass of a body and how it is spread; `inertial` makes it."""
 
     __slots__ = ()
+    _called = "what virtualrobot.inertial makes"
 
 
+@checked
 def inertial(
     mass: float,
     center_of_mass: ArrayLike = (0.0, 0.0, 0.0),

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.services import Services
 from virtualrobot.geometry import Matrix
 from virtualrobot.robots.mechanism import JointPositions
@@ -15,6 +16,7 @@ from virtualrobot.scene.editor import Direct
 from virtualrobot.v1 import nodes_pb2
 
 
+@checked
 class Group(Mover, Teacher):
     """Group of a robot: one of its named groups, or the chain from one link to another.
 

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from virtualrobot._wire.arguments import ArrayLike
 from virtualrobot._wire.messages import joint_map
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import InvalidArgumentError

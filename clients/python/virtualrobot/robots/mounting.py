@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from numpy.typing import ArrayLike
-
+from virtualrobot._wire.arguments import ArrayLike, PoseLike
 from virtualrobot._wire.messages import pose_message
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import VirtualRobotError
@@ -21,7 +20,7 @@ def mount(
     what: str | Path | Tool,
     name: str | None,
     adapter: str | None,
-    pose: ArrayLike | None,
+    pose: PoseLike | None,
     tcp: str | ArrayLike | None,
 ) -> None:
     """Mount a model or a node on a robot; the arguments are those of `Robot.mount`."""
@@ -49,7 +48,7 @@ def _mount_node(
     robot: str,
     node: str,
     adapter: str | None,
-    pose: ArrayLike | None,
+    pose: PoseLike | None,
     tcp: str | ArrayLike | None,
 ) -> None:
     """Mount a node that is there; a tool centre point given as a pose makes a tool of it first."""

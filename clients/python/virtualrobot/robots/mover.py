@@ -7,8 +7,8 @@ from functools import partial
 from typing import Any, Unpack
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import joint_map, value_or_default
 from virtualrobot._wire.options import check_options
 from virtualrobot.errors import InvalidArgumentError
@@ -49,6 +49,7 @@ class _CircularStart(CircularOptions, StartOptions, total=False): ...
 class _JogStart(JogOptions, StartOptions, total=False): ...
 
 
+@checked
 class Mover(Mechanism):
     """Motions of a robot; positions are radians or meters, poses 4x4 arrays.
 
@@ -80,7 +81,7 @@ class Mover(Mechanism):
         return self._move(options, MoveOptions, point_to_point=motion_pb2.PointToPoint(actuators=goal))
 
     def linear(
-        self, reference_t_tcp: ArrayLike | str, *, until: moves.Until | None = None, **options: Unpack[LinearOptions]
+        self, reference_t_tcp: PoseLike | str, *, until: moves.Until | None = None, **options: Unpack[LinearOptions]
     ) -> Move:
         """Return a straight move of the tool centre point to a 4x4 pose or a target; with `until` a `search`."""
         if isinstance(reference_t_tcp, str):
@@ -157,7 +158,7 @@ class Mover(Mechanism):
         """
         return self._started(self.ptp, self._named(goal), options=options, kind=_MoveStart)
 
-    def move_pose(self, reference_t_tcp: ArrayLike, **options: Unpack[_PointToPointStart]) -> Motion:
+    def move_pose(self, reference_t_tcp: PoseLike, **options: Unpack[_PointToPointStart]) -> Motion:
         """Move the tool centre point to a 4x4 pose, point to point, with the posture nearest to the present one.
 
         Example:
@@ -187,7 +188,7 @@ class Mover(Mechanism):
         """
         return self._started(self.actuated, positions, options=options, kind=_MoveStart)
 
-    def move_linear(self, reference_t_tcp: ArrayLike | str, **options: Unpack[_LinearStart]) -> Motion:
+    def move_linear(self, reference_t_tcp: PoseLike | str, **options: Unpack[_LinearStart]) -> Motion:
         """Move the tool centre point straight to a 4x4 pose or a target.
 
         Example:
@@ -196,7 +197,7 @@ class Mover(Mechanism):
         """
         return self._started(self.linear, reference_t_tcp, options=options, kind=_LinearStart)
 
-    def search(self, reference_t_tcp: ArrayLike | str, until: moves.Until, **options: Unpack[_LinearStart]) -> Motion:
+    def search(self, reference_t_tcp: PoseLike | str, until: moves.Until, **options: Unpack[_LinearStart]) -> Motion:
         """Move straight to a 4x4 pose or a target, or until a signal is on; `Motion.search` tells where that was.
 
         `until` is the signal, signal and value, or signal, comparison and value. The line brakes smoothly, so the robot
@@ -303,7 +304,7 @@ class Mover(Mechanism):
     def _move(self, options: Mapping[str, Any], kind: type, **how: Any) -> Move:  # noqa: ANN401 the kind of the move
         """Return a move of this robot or group, with the options that all kinds of moves have."""
         check_options(options, kind, "this move")
-        lock, prefer = options.get("lock", ()), options.get("prefer")
+        lock, prefer = options.get("lock") or (), options.get("prefer")
         message = motion_pb2.Move(
             robot=self.name,
             group=self._group,

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Never
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.names import unknown_name
-from virtualrobot.errors import InvalidArgumentError, NameTakenError
+from virtualrobot.errors import NameTakenError
 from virtualrobot.robots.mechanism import JointPositions
-from virtualrobot.robots.named_goals import postures_of, target_names
+from virtualrobot.robots.named_goals import names_target, postures_of
 from virtualrobot.scene.editor import Direct
 
 if TYPE_CHECKING:
     from virtualrobot.robots.robot import Robot
 
 
+@checked
 class Postures(Mapping[str, dict[str, float]]):
     """Postures of a robot by name, radians and meters by joint; `move_to` goes there. They are saved in scene files.
 
@@ -54,11 +56,9 @@ class Postures(Mapping[str, dict[str, float]]):
             UnknownNameError, LimitError: for a joint that there is not, or that cannot be there.
         """
         robot = self._robot
-        if not name:
-            raise InvalidArgumentError("a posture needs a name")
         if name in self._now() and not replace:
             raise NameTakenError(f"{robot.name!r} has a posture {name!r}; replace=True puts this one in its place")
-        if name in target_names(robot._services):
+        if names_target(robot._services, name):
             raise NameTakenError(f"{name!r} is a target, and a move there could mean both; choose another name")
         if positions is None:
             here = robot._joints_now()

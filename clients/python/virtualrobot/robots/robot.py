@@ -7,8 +7,9 @@ from contextlib import closing
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.newest import newest
 from virtualrobot.errors import InvalidArgumentError
@@ -34,6 +35,7 @@ from virtualrobot.scene.editor import Batch, Direct, pick_command
 from virtualrobot.v1 import motion_pb2, robot_pb2
 
 
+@checked
 class Robot(Mover, Teacher):
     """A robot by its name: an arm, a conveyor, a turntable, a vehicle, whatever has joints.
 
@@ -202,7 +204,7 @@ class Robot(Mover, Teacher):
             timeout_seconds=timeout,
             busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
         )
-        return SetpointStream(self._services, target)
+        return SetpointStream(self._services, target, self._spread)
 
     # Tools and parts.
 
@@ -212,7 +214,7 @@ class Robot(Mover, Teacher):
         return list(self._description.tools)
 
     def tool(self, name: str | None = None) -> Tool:
-        """Return a handle for a tool of this robot; without a name the chosen one.
+        """Return a handle for a tool of this robot, by its name or its gripper's; without a name the chosen one.
 
         Example:
             >>> robot.tool("hand").open()
@@ -225,7 +227,7 @@ class Robot(Mover, Teacher):
         *,
         name: str | None = None,
         adapter: str | None = None,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         tcp: str | ArrayLike | None = None,
     ) -> Tool:
         """Mount a tool or gripper at the flange, work with it, and return it.
@@ -254,7 +256,7 @@ class Robot(Mover, Teacher):
         mount(self._services, self.name, what, name, adapter, pose, tcp)
         return self.tool()
 
-    def unmount(self, tool: str | Tool | None = None, *, to: str = "world", pose: ArrayLike | None = None) -> None:
+    def unmount(self, tool: str | Tool | None = None, *, to: str = "world", pose: PoseLike | None = None) -> None:
         """Take a tool off: by default the chosen one with its gripper, or a tool, gripper or adapter by name.
 
         It is fixed to the node `to`, such as a rack, at `pose` (4x4 in the frame of that), by default where it is.
@@ -273,9 +275,9 @@ class Robot(Mover, Teacher):
         what: str | Tool,
         *,
         rack: str = "world",
-        rack_pose: ArrayLike | None = None,
+        rack_pose: PoseLike | None = None,
         adapter: str | None = None,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         tcp: str | None = None,
     ) -> Tool:
         """Take the chosen tool off, if there is one, and mount another one that is there, as one change; return that.

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from numpy.typing import ArrayLike
-
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import array_of, pose_message, pose_of, settings_message, settings_of, vector_message
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS
 from virtualrobot.errors import InvalidArgumentError
@@ -20,6 +19,7 @@ from virtualrobot.robots.values import ForwardSolution, InverseSolution, Jacobia
 from virtualrobot.v1 import robot_pb2
 
 
+@checked
 class Solver(Mechanism):
     """Kinematics and dynamics of a robot; and which component solves its kinematics.
 
@@ -70,7 +70,7 @@ class Solver(Mechanism):
 
     def solve_inverse(
         self,
-        reference_t_tcp: ArrayLike,
+        reference_t_tcp: PoseLike,
         seed: JointPositions | None = None,
         reference: str = "world",
         configuration: str | None = None,

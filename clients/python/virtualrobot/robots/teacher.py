@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import pose_message
 from virtualrobot.errors import InvalidArgumentError, NameTakenError, UnknownNameError
 from virtualrobot.robots.named_goals import postures_of
@@ -13,6 +14,7 @@ from virtualrobot.scene.target import Target
 from virtualrobot.v1 import nodes_pb2, robot_pb2
 
 
+@checked
 class Teacher(Solver):
     """Targets of a robot, or of a group of it."""
 

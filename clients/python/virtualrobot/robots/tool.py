@@ -6,6 +6,7 @@ from typing import Unpack
 
 from google.protobuf.field_mask_pb2 import FieldMask
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import pose_of
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import UnknownNameError, WrongStateError
@@ -17,6 +18,7 @@ from virtualrobot.scene.editor import Direct
 from virtualrobot.v1 import motion_pb2, nodes_pb2, robot_pb2, scene_pb2
 
 
+@checked
 class Tool:
     """A tool of a robot by its name."""
 
@@ -28,7 +30,7 @@ class Tool:
 
     @staticmethod
     def of(services: Services, robot: str, name: str | None = None) -> Tool:
-        """Return the tool of this name; without a name the chosen one, or the only one.
+        """Return the tool of this name, or of this gripper; without a name the chosen one, or the only one.
 
         Raises:
             UnknownNameError: when the robot has no such tool.
@@ -36,6 +38,8 @@ class Tool:
         """
         tools = list(described(services, robot).tools)
         has = f"its tools are {', '.join(map(repr, tools))}" if tools else "it has none"
+        if name and name not in tools and len(own := [tool for tool in tools if tool.startswith(f"{name}.")]) == 1:
+            name = own[0]
         if name and name not in tools:
             raise UnknownNameError(
                 f"the robot {robot!r} has no tool named {name!r}; {has}", metadata={"valid": "\n".join(tools)}

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import Stamp, array_of, pose_of, stamp_of
 from virtualrobot.errors import UnreachableError
 from virtualrobot.geometry import Matrix
@@ -125,6 +126,7 @@ class Actuator:
         )
 
 
+@checked
 @dataclass(frozen=True, slots=True)
 class JointGroup:
     """Joints with a common name, such as those of an arm or a hand, as a group of an SRDF file.

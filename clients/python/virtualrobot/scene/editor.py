@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Generic, TypedDict, TypeVar, Unpack
 
 from google.protobuf.field_mask_pb2 import FieldMask
-from numpy.typing import ArrayLike
 
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, Text, checked
 from virtualrobot._wire.messages import (
     M,
     Wrapped,
@@ -20,7 +20,8 @@ from virtualrobot._wire.messages import (
 )
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import Services
-from virtualrobot._wire.signal_values import SignalValue, set_command, value_message
+from virtualrobot._wire.showing import listed
+from virtualrobot._wire.signal_values import GivenValue, set_command, value_message
 from virtualrobot.collisions.allowed_pairs import pairs_command
 from virtualrobot.collisions.settings import CollisionOptions, collision_command
 from virtualrobot.errors import InvalidArgumentError
@@ -52,10 +53,10 @@ class SignalOptions(TypedDict, total=False):
         owner: the node that it belongs to; nobody by default.
     """
 
-    description: str
-    unit: str
-    direction: str
-    owner: str
+    description: Text | None
+    unit: Text | None
+    direction: str | None
+    owner: str | None
 
 
 def pick_command(robot: str, part: str | None, max_distance: float | None) -> scene_pb2.Command:
@@ -68,6 +69,7 @@ def _unwrapped(value: Wrapped[M] | None) -> M | None:
     return None if value is None else value._message
 
 
+@checked
 class Editor(ABC, Generic[Created]):
     """Changes of the world, one method for each command of the contract."""
 
@@ -79,14 +81,14 @@ class Editor(ABC, Generic[Created]):
     def _created(self, node: nodes_pb2.Node) -> Created:
         """Add a node as the contract describes it."""
 
-    def _add(self, name: str, parent: str, pose: ArrayLike | None, figures: Figures, **kind: object) -> Created:
+    def _add(self, name: str, parent: str, pose: PoseLike | None, figures: Figures, **kind: object) -> Created:
         node = nodes_pb2.Node(name=name, parent=parent, figures=figure_list(figures), **kind)  # pyright: ignore[reportArgumentType] one field of the oneof
         if pose is not None:
             node.parent_t_node.CopyFrom(pose_message(pose))
         return self._created(node)
 
     def add_object(
-        self, name: str, figures: Figures = (), *, pose: ArrayLike | None = None, parent: str = "world"
+        self, name: str, figures: Figures = (), *, pose: PoseLike | None = None, parent: str = "world"
     ) -> Created:
         """Add a piece of the environment: a table, a fence, or without figures a frame of reference.
 
@@ -99,7 +101,7 @@ class Editor(ABC, Generic[Created]):
         name: str,
         figures: Figures,
         *,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         parent: str = "world",
         mass: float | None = None,
         inertial: Inertial | None = None,
@@ -115,7 +117,7 @@ class Editor(ABC, Generic[Created]):
         part = nodes_pb2.Part(mass_kilograms=value_or_default(mass, "mass"), inertial=_unwrapped(inertial))
         return self._add(name, parent, pose, figures, part=part)
 
-    def add_adapter(self, name: str, parent: str, figures: Figures = (), *, pose: ArrayLike | None = None) -> Created:
+    def add_adapter(self, name: str, parent: str, figures: Figures = (), *, pose: PoseLike | None = None) -> Created:
         """Add what stands between a flange (the link `parent`) and a tool."""
         return self._add(name, parent, pose, figures, adapter=nodes_pb2.Adapter())
 
@@ -125,7 +127,7 @@ class Editor(ABC, Generic[Created]):
         parent: str,
         figures: Figures = (),
         *,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         tool_center_points: Mapping[str, ArrayLike] | None = None,
         states: Mapping[str, Mapping[str, float]] | None = None,
         inertial: Inertial | None = None,
@@ -161,7 +163,7 @@ class Editor(ABC, Generic[Created]):
         settings: CameraSettings | None = None,
         figures: Figures = (),
         *,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         parent: str = "world",
     ) -> Created:
         """Add a camera; it looks along z of its pose (`parent_t_camera`), x to the right of the picture and y down.
@@ -176,7 +178,7 @@ class Editor(ABC, Generic[Created]):
         settings: RangeSensorSettings | None = None,
         figures: Figures = (),
         *,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         parent: str = "world",
     ) -> Created:
         """Add a range sensor; it looks along x of its pose (`parent_t_sensor`), z upwards.
@@ -191,7 +193,7 @@ class Editor(ABC, Generic[Created]):
         settings: LightSettings | None = None,
         figures: Figures = (),
         *,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         parent: str = "world",
     ) -> Created:
         """Add a light, as `virtualrobot.light` makes it; spots and directional ones shine along z of their pose.
@@ -207,7 +209,7 @@ class Editor(ABC, Generic[Created]):
         figures: Figures = (),
         *,
         parent: str,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
     ) -> Created:
         """Fix a motion sensor to something that moves; `pose` is `parent_t_sensor`.
 
@@ -222,7 +224,7 @@ class Editor(ABC, Generic[Created]):
         figures: Figures = (),
         *,
         parent: str = "world",
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
     ) -> Created:
         """Add a contact sensor, as `virtualrobot.contact_sensor` makes it; without a `watched` node its parent feels.
 
@@ -233,13 +235,13 @@ class Editor(ABC, Generic[Created]):
         )
 
     def add_annotation(
-        self, name: str, figures: Figures, *, pose: ArrayLike | None = None, parent: str = "world"
+        self, name: str, figures: Figures, *, pose: PoseLike | None = None, parent: str = "world"
     ) -> Created:
         """Add something that is drawn for people only."""
         return self._add(name, parent, pose, figures, annotation=nodes_pb2.Annotation())
 
     def add_frame(
-        self, name: str, *, pose: ArrayLike | None = None, parent: str = "world", size: float | None = None
+        self, name: str, *, pose: PoseLike | None = None, parent: str = "world", size: float | None = None
     ) -> Created:
         """Add a frame of reference, drawn as arrows of `size` meters (0.1 by default): x red, y green, z blue.
 
@@ -254,7 +256,7 @@ class Editor(ABC, Generic[Created]):
         self,
         name: str,
         *,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         parent: str = "world",
         robot: str = "",
         joint_positions: Mapping[str, float] | None = None,
@@ -280,7 +282,7 @@ class Editor(ABC, Generic[Created]):
         """Hide a node and what hangs below, or show it again."""
         self._update(name, nodes_pb2.Node(hidden=hidden), "hidden")
 
-    def set_pose(self, name: str, parent_t_node: ArrayLike) -> None:
+    def set_pose(self, name: str, parent_t_node: PoseLike) -> None:
         """Put a node somewhere else in its parent's frame, at once."""
         self._update(name, nodes_pb2.Node(parent_t_node=pose_message(parent_t_node)), "parent_t_node")
 
@@ -292,7 +294,7 @@ class Editor(ABC, Generic[Created]):
         """Take a node and all below it out of the world."""
         self._submit(scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name=name)))
 
-    def attach(self, name: str, parent: str = "world", pose: ArrayLike | None = None) -> None:
+    def attach(self, name: str, parent: str = "world", pose: PoseLike | None = None) -> None:
         """Give a node another parent; without `pose` (`parent_t_node`) it stays where it is in the world."""
         where = None if pose is None else pose_message(pose)
         command = scene_pb2.AttachNode(name=name, parent=parent, parent_t_node=where)
@@ -349,7 +351,7 @@ class Editor(ABC, Generic[Created]):
         robot: str,
         node: str,
         parent: str | None = None,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         tool_center_point: str | None = None,
     ) -> None:
         """Mount a tool, a gripper, or an adapter with one, on a robot, which works with it then.
@@ -364,7 +366,7 @@ class Editor(ABC, Generic[Created]):
         self._submit(scene_pb2.Command(mount_tool=command))
 
     def unmount_tool(
-        self, robot: str, node: str | None = None, parent: str = "world", pose: ArrayLike | None = None
+        self, robot: str, node: str | None = None, parent: str = "world", pose: PoseLike | None = None
     ) -> None:
         """Take a tool off a robot, by default the chosen one with its gripper, and fix it to `parent`, such as a rack.
 
@@ -378,9 +380,7 @@ class Editor(ABC, Generic[Created]):
         """Put a tool into a state at once, without a motion."""
         self._submit(scene_pb2.Command(set_tool_state=scene_pb2.SetToolState(tool=tool, state=state)))
 
-    def create_signal(
-        self, name: str, value: SignalValue | Sequence[bool] = False, **options: Unpack[SignalOptions]
-    ) -> None:
+    def create_signal(self, name: str, value: GivenValue = False, **options: Unpack[SignalOptions]) -> None:
         """Add a signal, whose type is that of `value`.
 
         Raises:
@@ -388,7 +388,7 @@ class Editor(ABC, Generic[Created]):
             UnknownNameError: when there is no such owner.
         """
         check_options(options, SignalOptions, "a signal")
-        direction = options.get("direction", "internal")
+        direction = options.get("direction") or "internal"
         if direction not in _DIRECTIONS:
             raise InvalidArgumentError(f"a signal's direction is one of {', '.join(_DIRECTIONS)}, not {direction!r}")
         fields = {**options, "direction": _DIRECTIONS[direction]}
@@ -399,7 +399,7 @@ class Editor(ABC, Generic[Created]):
         """Take a signal out of the world."""
         self._submit(scene_pb2.Command(remove_signal=scene_pb2.RemoveSignal(name=name)))
 
-    def set_signal(self, name: str, value: SignalValue | Sequence[bool]) -> None:
+    def set_signal(self, name: str, value: GivenValue) -> None:
         """Set a signal to a value of its type."""
         self._submit(set_command(name, value))
 
@@ -449,6 +449,11 @@ class Batch(Editor[str]):
         self._submit(scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node)))
         return node.name
 
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        kinds = [command.WhichOneof("command") or "" for command in self._commands]
+        return f"<Batch of {len(kinds)} change{'s' * (len(kinds) != 1)}: {listed(kinds)}>"
+
 
 class Direct(Editor[str]):
     """Applies each command at once; for handles that make single changes."""
@@ -463,3 +468,7 @@ class Direct(Editor[str]):
     def _created(self, node: nodes_pb2.Node) -> str:
         response = self._services.apply([scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node))])
         return response.created[0].name
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Direct changes of the kernel at {self._services.address}>"

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Sequence
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike
 
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, Text, checked
 from virtualrobot._wire.messages import (
     Wrapped,
     array_message,
@@ -24,6 +24,7 @@ class Figure(Wrapped[nodes_pb2.Figure]):
     """Shape of a node, with its colour, pose and role: a box, a mesh, points, ..."""
 
     __slots__ = ()
+    _called = "a figure, such as virtualrobot.box(0.1, 0.1, 0.2)"
 
 
 Figures: TypeAlias = Figure | Iterable[Figure]
@@ -38,7 +39,7 @@ def figure_list(figures: Figures) -> list[nodes_pb2.Figure]:
 def styled(
     figure: nodes_pb2.Figure,
     color: str | ArrayLike | None,
-    pose: ArrayLike | None,
+    pose: PoseLike | None,
     roles: Sequence[str] = (),
 ) -> Figure:
     """Return `figure` with a colour, a pose and roles (`visual`, `collision`; none: both) where they are given."""
@@ -53,13 +54,14 @@ def styled(
     return Figure(figure)
 
 
+@checked
 def box(
     x: float,
     y: float,
     z: float,
     *,
     color: str | ArrayLike | None = None,
-    pose: ArrayLike | None = None,
+    pose: PoseLike | None = None,
     roles: Sequence[str] = (),
 ) -> Figure:
     """Return a box about its origin with edges of `x`, `y`, `z` meters."""
@@ -67,23 +69,25 @@ def box(
     return styled(nodes_pb2.Figure(box=nodes_pb2.Box(size=size)), color, pose, roles)
 
 
+@checked
 def sphere(
     radius: float,
     *,
     color: str | ArrayLike | None = None,
-    pose: ArrayLike | None = None,
+    pose: PoseLike | None = None,
     roles: Sequence[str] = (),
 ) -> Figure:
     """Return a sphere about its origin."""
     return styled(nodes_pb2.Figure(sphere=nodes_pb2.Sphere(radius_meters=radius)), color, pose, roles)
 
 
+@checked
 def cylinder(
     radius: float,
     length: float,
     *,
     color: str | ArrayLike | None = None,
-    pose: ArrayLike | None = None,
+    pose: PoseLike | None = None,
     roles: Sequence[str] = (),
 ) -> Figure:
     """Return a cylinder about its origin, along z."""
@@ -91,12 +95,13 @@ def cylinder(
     return styled(nodes_pb2.Figure(cylinder=shape), color, pose, roles)
 
 
+@checked
 def cone(
     radius: float,
     length: float,
     *,
     color: str | ArrayLike | None = None,
-    pose: ArrayLike | None = None,
+    pose: PoseLike | None = None,
     roles: Sequence[str] = (),
 ) -> Figure:
     """Return a cone along z: its base half a length below its origin, its tip half a length above."""
@@ -104,12 +109,13 @@ def cone(
     return styled(nodes_pb2.Figure(cone=shape), color, pose, roles)
 
 
+@checked
 def capsule(
     radius: float,
     length: float,
     *,
     color: str | ArrayLike | None = None,
-    pose: ArrayLike | None = None,
+    pose: PoseLike | None = None,
     roles: Sequence[str] = (),
 ) -> Figure:
     """Return a cylinder of `length` along z with half spheres on both ends."""
@@ -117,6 +123,7 @@ def capsule(
     return styled(nodes_pb2.Figure(capsule=shape), color, pose, roles)
 
 
+@checked
 def table(
     x: float,
     y: float,
@@ -144,6 +151,7 @@ def _at(x: float, y: float, z: float) -> np.ndarray:
     return pose
 
 
+@checked
 def points(
     positions: ArrayLike,
     *,
@@ -164,6 +172,7 @@ def points(
     return styled(nodes_pb2.Figure(points=shape), color, None)
 
 
+@checked
 def lines(segments: ArrayLike, *, color: str | ArrayLike | None = None, width: float | None = None) -> Figure:
     """Return line segments of shape (n, 2, 3), or a line through points (n, 3), `width` pixels wide, 2 by default."""
     array = np.asarray(segments, dtype=float)
@@ -175,11 +184,13 @@ def lines(segments: ArrayLike, *, color: str | ArrayLike | None = None, width: f
     return styled(nodes_pb2.Figure(lines=shape), color, None)
 
 
+@checked
 def frame(length: float | None = None) -> Figure:
     """Return three arrows, x red, y green, z blue, of `length` meters, 0.1 by default."""
     return Figure(nodes_pb2.Figure(frame=nodes_pb2.Frame(length_meters=value_or_default(length, "length"))))
 
 
-def label(text: str) -> Figure:
+@checked
+def label(text: Text) -> Figure:
     """Return words."""
     return Figure(nodes_pb2.Figure(label=nodes_pb2.Label(text=text)))

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from numpy.typing import ArrayLike
-
+from virtualrobot._wire.arguments import PoseLike, checked
 from virtualrobot._wire.messages import pose_of
 from virtualrobot.geometry import Matrix
 from virtualrobot.scene.figures import Figure, Figures
@@ -52,6 +51,7 @@ class NodeInfo:
         )
 
 
+@checked
 class Node:
     """A node of the scene by its name. What it tells is read anew each time; `name`, `uid` and `kind` are kept."""
 
@@ -97,10 +97,10 @@ class Node:
         return self.info.parent_t_node
 
     @parent_t_node.setter
-    def parent_t_node(self, parent_t_node: ArrayLike) -> None:
+    def parent_t_node(self, parent_t_node: PoseLike) -> None:
         self._scene.set_pose(self.name, parent_t_node)
 
-    def attach(self, parent: str = "world", pose: ArrayLike | None = None) -> None:
+    def attach(self, parent: str = "world", pose: PoseLike | None = None) -> None:
         """Give it another parent; without `pose` (`parent_t_node`) it stays where it is in the world."""
         self._scene.attach(self.name, parent, pose)
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, TypedDict, Unpack
 
 import numpy as np
 from google.protobuf.field_mask_pb2 import FieldMask
-from numpy.typing import ArrayLike
 
+from virtualrobot._wire.arguments import PoseLike, Text, checked
 from virtualrobot._wire.messages import Stamp, array_of, stamp_of, value_or_default, vector_message
 from virtualrobot._wire.names import unknown_name
 from virtualrobot._wire.options import check_options
@@ -60,18 +60,21 @@ class LoadOptions(TypedDict, total=False):
         settings: those of the importer that reads the file; for xacro `{"arguments": {"prefix": "left_"}}`.
         srdf: for robots: a file with groups, postures and pairs of links that may touch, found as `file` is.
         strict: whether to refuse a file that there is a warning about.
+        request_id: a name of this call, as of `motions.motion.StartOptions`: made again with it, it loads nothing.
     """
 
     name: str | None
-    pose: ArrayLike | None
-    parent: str
+    pose: PoseLike | None
+    parent: str | None
     packages: Mapping[str, str | Path] | None
-    base: str
+    base: str | None
     settings: Mapping[str, object] | None
     srdf: str | Path | None
-    strict: bool
+    strict: bool | None
+    request_id: str | None
 
 
+@checked
 class Scene(Editor[Node]):
     """The tree of nodes of one kernel. Each change here is applied at once; `batch` applies several as one.
 
@@ -163,11 +166,15 @@ class Scene(Editor[Node]):
         return Node(self, message)
 
     @contextmanager
-    def batch(self, expected_structure_revision: int | None = None) -> Iterator[Batch]:
+    def batch(
+        self, expected_structure_revision: int | None = None, *, request_id: str | None = None
+    ) -> Iterator[Batch]:
         """Collect changes and apply them as one at the end of the block, all or none.
 
         With `expected_structure_revision` the change is refused with StaleRevisionError when somebody else has changed
-        the structure since. When the block fails nothing is applied.
+        the structure since. With `request_id`, a name of this change as of `motions.motion.StartOptions`, the same
+        batch may be applied again, since its answer was lost, and changes nothing twice. When the block fails nothing
+        is applied.
 
         Example:
             >>> with scene.batch() as batch:
@@ -177,7 +184,7 @@ class Scene(Editor[Node]):
         batch = Batch()
         yield batch
         if batch._commands:
-            self._services.apply(batch._commands, expected_structure_revision)
+            self._services.apply(batch._commands, expected_structure_revision, request_id)
 
     # Files.
 
@@ -209,11 +216,12 @@ class Scene(Editor[Node]):
         """
         factors = (scale,) * 3 if isinstance(scale, int | float) else tuple(scale)
         check_options(options, LoadOptions, "a model")
-        where = options.get("name"), options.get("pose"), options.get("parent", "world")
-        request = scene_files.model_request(*where, options.get("base", "fixed"))
-        request.as_part, request.strict = as_part, options.get("strict", False)
+        self._warnings, self._allowed_pairs = (), ()
+        where = options.get("name"), options.get("pose"), options.get("parent") or "world"
+        request = scene_files.model_request(*where, options.get("base") or "fixed")
+        request.as_part, request.strict = as_part, options.get("strict") or False
         request.scale.CopyFrom(vector_message(factors, "a scale"))
-        sources = options.get("srdf"), options.get("packages") or {}, options.get("settings")
+        sources = options.get("srdf"), options.get("packages") or {}, options.get("settings"), options.get("request_id")
         response = scene_files.load_model(self._services, self._assets, request, file, *sources)
         self._warnings = scene_files.file_warnings(response.warnings)
         self._allowed_pairs = built_pairs(response.allowed_pairs)
@@ -221,7 +229,10 @@ class Scene(Editor[Node]):
 
     @property
     def warnings(self) -> tuple[scene_files.FileWarning, ...]:
-        """Warnings about the model or scene file that was loaded last, and about what it names; empty for none."""
+        """Warnings about the model or scene file that was loaded last, and about what it names.
+
+        Empty for none, and after a load that was refused: its error says why.
+        """
         return self._warnings
 
     @property
@@ -238,7 +249,7 @@ class Scene(Editor[Node]):
         """
         return self._allowed_pairs
 
-    def export(self, node: str | Node | Robot, file: str | Path) -> Export:
+    def export(self, node: Text | Node | Robot, file: str | Path) -> Export:
         """Write a robot as URDF (`.urdf`), or whatever hangs below a node as binary glTF (`.glb`), to this machine.
 
         An empty `node` means the whole world. Meshes that the file names go beside it.
@@ -261,12 +272,27 @@ class Scene(Editor[Node]):
         add: bool = False,
         packages: Mapping[str, str | Path] | None = None,
         strict: bool = False,
+        request_id: str | None = None,
     ) -> list[str]:
         """Replace the world by a scene file of this machine, or `add` it; return the names of the created nodes.
 
         What is odd about its files goes the way that `load` tells.
+
+        Args:
+            file: the scene file.
+            add: adds to the world instead of replacing it.
+            packages: folders by package name, for `package://` names.
+            strict: refuses files that there is a warning about.
+            request_id: a name of this call, as of `LoadOptions`.
+
+        Raises:
+            MissingFileError: when the file or one that it names is nowhere.
+            MalformedFileError: when the file says something impossible; the message has file and line.
         """
-        response = scene_files.load_scene(self._services, self._assets, Path(file), add, packages or {}, strict)
+        self._warnings, self._allowed_pairs = (), ()
+        response = scene_files.load_scene(
+            self._services, self._assets, Path(file), add, packages or {}, strict, request_id
+        )
         self._warnings = scene_files.file_warnings(response.warnings)
         self._allowed_pairs = built_pairs(response.allowed_pairs)
         return [created.name for created in response.created]

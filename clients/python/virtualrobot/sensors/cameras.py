@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import (
     Wrapped,
     array_of,
@@ -44,14 +45,17 @@ class CameraSettings(Wrapped[sensing_pb2.CameraSensor]):
     """Settings of a camera; `camera` makes them."""
 
     __slots__ = ()
+    _called = "what virtualrobot.camera makes"
 
 
 class LightSettings(Wrapped[sensing_pb2.Light]):
     """Kind, colour and strength of a light; `light` makes them."""
 
     __slots__ = ()
+    _called = "what virtualrobot.light makes"
 
 
+@checked
 def camera(
     width: int | None = None,
     height: int | None = None,
@@ -63,7 +67,7 @@ def camera(
     near: float | None = None,
     far: float | None = None,
     rate: float | None = None,
-    images: Iterable[str] = (),
+    images: str | Iterable[str] = (),
     color_noise: float = 0.0,
     depth_noise: float = 0.0,
     seed: int = 0,
@@ -123,6 +127,7 @@ def camera(
     return CameraSettings(settings)
 
 
+@checked
 def light(
     kind: str = "point",
     *,
@@ -150,6 +155,7 @@ def light(
     return LightSettings(message)
 
 
+@checked
 def looking_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0)) -> Matrix:
     """Return the pose (4, 4) of a camera or a spot at `eye` that looks at `target`, upright in the picture.
 
@@ -176,13 +182,14 @@ def looking_at(eye: ArrayLike, target: ArrayLike, up: ArrayLike = (0.0, 0.0, 1.0
     return pose
 
 
-def image_kinds(names: Iterable[str]) -> list[sensing_pb2.ImageKind]:
+def image_kinds(names: str | Iterable[str]) -> list[sensing_pb2.ImageKind]:
     """Return kinds of pictures by name as the contract has them."""
     if isinstance(names, str):
         names = (names,)
     return [_one_of(IMAGES, name, "kind of picture") for name in names]
 
 
+@checked
 @dataclass(frozen=True, eq=False)
 class CameraReading:
     """Images of a camera; arrays are read-only, and None where a kind was not asked for.
@@ -236,7 +243,7 @@ class CameraReading:
         rays = np.stack([x, y, np.ones_like(x)], axis=-1)
         return rays / np.linalg.norm(rays, axis=-1, keepdims=True)
 
-    def points(self, frame_t_camera: ArrayLike | None = None) -> NDArray[np.float64]:
+    def points(self, frame_t_camera: PoseLike | None = None) -> NDArray[np.float64]:
         """Return (h, w, 3) what depth shows as points in meters; NaN where there is nothing.
 
         They are in the camera's frame, or with `frame_t_camera` (4, 4), such as `world_t_sensor` of the reading, in

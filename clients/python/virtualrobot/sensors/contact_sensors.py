@@ -6,8 +6,9 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import Wrapped, value_or_default, vector_message
 from virtualrobot.v1 import geometry_pb2, sensing_pb2, sensor_pb2
 
@@ -16,14 +17,16 @@ class ContactSensorSettings(Wrapped[sensing_pb2.ContactSensor]):
     """Settings of a contact sensor; `contact_sensor` makes them."""
 
     __slots__ = ()
+    _called = "what virtualrobot.contact_sensor makes"
 
 
+@checked
 def contact_sensor(
     watched: str | None = None,
     *,
     max_range: float | None = None,
     region: ArrayLike | None = None,
-    ignored: Iterable[str] = (),
+    ignored: str | Iterable[str] = (),
     rate: float | None = None,
     running: bool = False,
 ) -> ContactSensorSettings:

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import Wrapped, pose_of, seed_of, value_or_default, vector_message
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
@@ -27,6 +28,7 @@ class MotionSensorSettings(Wrapped[sensing_pb2.MotionSensor]):
     __slots__ = ()
 
 
+@checked
 def noise(
     deviation: float = 0.0,
     *,
@@ -54,6 +56,7 @@ def noise(
     return Noise(message)
 
 
+@checked
 def imu(
     *,
     gyroscope: Noise | None = None,
@@ -89,6 +92,7 @@ def imu(
     return _settings(rate, seed, running, imu=kind)
 
 
+@checked
 def encoders(
     joints: Iterable[str] = (),
     *,
@@ -118,6 +122,7 @@ def encoders(
     return _settings(rate, seed, running, encoders=kind)
 
 
+@checked
 def pose_sensor(
     *,
     position: Noise | None = None,
@@ -139,6 +144,7 @@ def pose_sensor(
     return _settings(rate, seed, running, pose=kind)
 
 
+@checked
 def force_torque_sensor(
     *,
     force: Noise | None = None,

@@ -6,8 +6,9 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import (
     Wrapped,
     array_message,
@@ -31,14 +32,17 @@ class ScanPattern(Wrapped[sensing_pb2.ScanPattern]):
     """Beams of a range sensor; `fan`, `spinning`, `raster`, `ring` and `beams` make it."""
 
     __slots__ = ()
+    _called = "a pattern, as virtualrobot.fan, spinning, raster, ring and beams make it"
 
 
 class RangeSensorSettings(Wrapped[sensing_pb2.RangeSensor]):
     """Settings of a range sensor; `range_sensor` makes them."""
 
     __slots__ = ()
+    _called = "what virtualrobot.range_sensor makes"
 
 
+@checked
 def fan(count: int, start: float, end: float) -> ScanPattern:
     """Return `count` beams in the sensor's plane z = 0, from the angle `start` to `end` (rad, from x towards y)."""
     count = whole(count, "a fan's count of beams")
@@ -47,6 +51,7 @@ def fan(count: int, start: float, end: float) -> ScanPattern:
     )
 
 
+@checked
 def spinning(columns: int, elevations: Iterable[float]) -> ScanPattern:
     """Return the beams of a head that turns once: `columns` directions around, at each of the `elevations` (rad)."""
     head = sensing_pb2.Spinning(
@@ -55,6 +60,7 @@ def spinning(columns: int, elevations: Iterable[float]) -> ScanPattern:
     return ScanPattern(sensing_pb2.ScanPattern(spinning=head))
 
 
+@checked
 def raster(columns: int, rows: int, horizontal_field: float, vertical_field: float) -> ScanPattern:
     """Return beams as the pixels of a picture whose middle is x, at equal steps over these angles (rad)."""
     pixels = sensing_pb2.Raster(
@@ -66,6 +72,7 @@ def raster(columns: int, rows: int, horizontal_field: float, vertical_field: flo
     return ScanPattern(sensing_pb2.ScanPattern(raster=pixels))
 
 
+@checked
 def ring(count: int, radius: float, start: float, end: float) -> ScanPattern:
     """Return transducers on a circle of `radius` (m) that look outwards, from the angle `start` to `end` (rad)."""
     count = whole(count, "a ring's count of transducers")
@@ -73,6 +80,7 @@ def ring(count: int, radius: float, start: float, end: float) -> ScanPattern:
     return ScanPattern(sensing_pb2.ScanPattern(ring=circle))
 
 
+@checked
 def beams(directions: ArrayLike, origins: ArrayLike | None = None) -> ScanPattern:
     """Return any beams: `directions` (n, 3) of any length but 0, `origins` (n, 3) in meters (none: all at 0, 0, 0)."""
     free = sensing_pb2.FreeBeams(directions=array_message(directions))
@@ -81,6 +89,7 @@ def beams(directions: ArrayLike, origins: ArrayLike | None = None) -> ScanPatter
     return ScanPattern(sensing_pb2.ScanPattern(free=free))
 
 
+@checked
 def range_sensor(
     preset: str | None = None,
     *,
@@ -117,8 +126,6 @@ def range_sensor(
         >>> fan = virtualrobot.fan(181, -np.pi / 2, np.pi / 2)
         >>> scene.add_range_sensor("scanner", virtualrobot.range_sensor(pattern=fan, sensor_model="laser"))
     """
-    if pattern is not None and not isinstance(pattern, ScanPattern):
-        raise InvalidArgumentError(f"{pattern!r} is no pattern; make one by fan, spinning, raster, ring or beams")
     settings = sensing_pb2.RangeSensor(
         preset=preset,
         pattern=None if pattern is None else pattern._message,
@@ -145,6 +152,7 @@ def frame_of(name: str) -> sensor_pb2.ReadingFrame:
     return FRAMES[name]
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class RangeReading:
     """Reading of a range sensor; (r, c) is its pattern's shape; arrays are read-only.

@@ -6,8 +6,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import (
     Stamp,
     array_message,
@@ -90,6 +91,7 @@ class RayCasterComparison:
         )
 
 
+@checked
 class Rays:
     """Rays through the world of one kernel.
 
@@ -184,3 +186,7 @@ class Rays:
                 if progress is not None:
                     progress(response.progress)
         return found
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Rays of the kernel at {self._services.address}: cast(origins, directions), compare()>"

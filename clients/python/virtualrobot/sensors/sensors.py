@@ -7,10 +7,12 @@ from contextlib import closing
 from difflib import get_close_matches
 from typing import Any, TypedDict, Unpack
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import settings_message, value_or_default
 from virtualrobot._wire.newest import newest
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import listed, told
 from virtualrobot.errors import UnknownNameError
 from virtualrobot.scene.editor import Direct
 from virtualrobot.sensors.cameras import image_kinds
@@ -33,13 +35,14 @@ class ReadingOptions(TypedDict, total=False):
         images: of cameras: color, depth, segmentation, normals; by default those that the camera is set to.
     """
 
-    points: bool
-    frame: str
-    intensities: bool
-    elements: bool
-    images: Iterable[str]
+    points: bool | None
+    frame: str | None
+    intensities: bool | None
+    elements: bool | None
+    images: str | Iterable[str] | None
 
 
+@checked
 class Sensor:
     """One sensor by its name; `client.sensors["lidar"]` makes it."""
 
@@ -93,9 +96,10 @@ class Sensor:
 
     def __repr__(self) -> str:
         """Return a line for people."""
-        return f"<Sensor {self.name!r} ({self.status.state})>"
+        return told(f"Sensor {self.name!r}", lambda: self.status.state)
 
 
+@checked
 class Sensors(Mapping[str, Sensor]):
     """The sensors of one kernel by name; they are made and removed as nodes of the scene.
 
@@ -156,6 +160,14 @@ class Sensors(Mapping[str, Sensor]):
         """Return the count of sensors."""
         return len(self.statuses())
 
+    def __repr__(self) -> str:
+        """Return a line for people."""
+
+        def say() -> str:
+            return listed((f"{one.name!r} ({one.kind}, {one.state})" for one in self.statuses()), "none yet")
+
+        return told("Sensors", say)
+
 
 def _there(name: str, known: Iterable[str]) -> str:
     """Return which sensors there are, those first whose names are like `name`."""
@@ -179,9 +191,9 @@ def _watched(
 def _message(options: ReadingOptions) -> sensor_pb2.ReadingOptions:
     check_options(options, ReadingOptions, "a reading")
     return sensor_pb2.ReadingOptions(
-        points=options.get("points", False),
-        frame=frame_of(options.get("frame", "sensor")),
-        intensities=options.get("intensities", False),
-        elements=options.get("elements", False),
-        images=image_kinds(options.get("images", ())),
+        points=options.get("points") or False,
+        frame=frame_of(options.get("frame") or "sensor"),
+        intensities=options.get("intensities") or False,
+        elements=options.get("elements") or False,
+        images=image_kinds(options.get("images") or ()),
     )

@@ -94,6 +94,10 @@ class FilmFile:
         stream.codec_context.time_base = 1 / self._rate
         return stream
 
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<FilmFile {str(self.path)!r}: {self.count} pictures, {self.rate:g} a second>"
+
 
 class FilmThread:
     """Writes a film in a thread of its own while the program goes on; `finish` or `cancel` ends it.
@@ -152,6 +156,11 @@ class FilmThread:
                         self._told(picture)
         except Exception as error:  # told to who waits for the film
             self._fault = error
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        state = "being filmed" if self._thread.is_alive() else "ended"
+        return f"<FilmThread {str(self._file.path)!r}: {self._file.count} pictures, {state}>"
 
 
 def write(pictures: Iterable[Picture], file: FilmFile, told: Told | None = None) -> int:

@@ -6,8 +6,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import array_message, array_of, color_message
 from virtualrobot.motions.paths import FreePath
 from virtualrobot.motions.plans import RobotTrajectory
@@ -21,6 +22,7 @@ MOST = 20
 Positions = Samples | FreePath | RobotTrajectory
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class Ghost:
     """A robot as it would look in some configurations.

@@ -5,17 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike
 from virtualrobot._wire.messages import value_or_default, vector_message
 from virtualrobot._wire.newest import newest
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import geometry_pb2, view_pb2
 
-Place = tuple[str, ArrayLike]
+Place = Annotated[tuple[str, ArrayLike], "a node's name and a point, such as ('box', [0, 0, 0.1])"]
 """A point that moves with a node: the node's name (empty: the world), and meters in its frame."""
 
 

@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.transport import Stream
@@ -32,6 +33,7 @@ FORMATS = {
 }
 
 
+@checked
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
     """A picture of the world.
@@ -127,6 +129,10 @@ class Recording:
     def __exit__(self, *_: object) -> None:
         """End it."""
         self.cancel()
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Recording of {self._shot.width} x {self._shot.height} pixels, {self._format}>"
 
 
 def capture(services: Services, camera: Camera | None, size: Size | None, format: str, plain: bool) -> Picture:

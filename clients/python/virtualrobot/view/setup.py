@@ -6,10 +6,12 @@ from collections.abc import Iterable, Iterator, Mapping
 
 import numpy as np
 from google.protobuf.field_mask_pb2 import FieldMask
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import color_message
 from virtualrobot._wire.services import Services
+from virtualrobot._wire.showing import listed, told
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import view_pb2
 from virtualrobot.view import measuring
@@ -18,6 +20,7 @@ from virtualrobot.view.measuring import Place
 from virtualrobot.view.state import POINT_COLORS, SensorOverlay, ViewState, camera_message
 
 
+@checked
 class ViewSetup:
     """Overlays and camera of every open viewer of one kernel."""
 
@@ -201,3 +204,21 @@ class ViewSetup:
 
     def _update(self, view: view_pb2.View, field: str) -> None:
         self._services.view.UpdateView(view_pb2.UpdateViewRequest(view=view, update_mask=FieldMask(paths=[field])))
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+
+        def say() -> str:
+            answer = self._services.view.GetView(view_pb2.GetViewRequest())
+            shown = {
+                "joint axes": answer.view.joint_axes,
+                "bounding boxes": answer.view.bounding_boxes,
+                "measurements": answer.view.measurements,
+                "clearances": answer.view.clearances,
+                "ghosts": answer.view.ghosts,
+                "sensors": answer.view.sensors,
+            }
+            overlays = [f"{what} of {len(which)}" for what, which in shown.items() if which]
+            return f"{answer.viewer_count} browsers; {listed(overlays, 'no overlays')}"
+
+        return told(type(self).__name__, say)

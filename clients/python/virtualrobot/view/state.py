@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from virtualrobot._wire.arguments import ArrayLike
 from virtualrobot._wire.messages import value_or_default, vector_message
 from virtualrobot.v1 import view_pb2
 from virtualrobot.view.ghosts import Ghost, ghost_of

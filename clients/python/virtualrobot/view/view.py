@@ -6,8 +6,7 @@ import uuid
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from numpy.typing import ArrayLike
-
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, Text, checked
 from virtualrobot._wire.services import Services
 from virtualrobot.scene import figures
 from virtualrobot.scene.node import Node
@@ -19,6 +18,7 @@ from virtualrobot.view.pictures import Camera, Picked, Picture, Recording, Size
 from virtualrobot.view.setup import ViewSetup
 
 
+@checked
 class View(ViewSetup):
     """Picture in every open viewer of one kernel.
 
@@ -175,7 +175,7 @@ class View(ViewSetup):
         colors: ArrayLike | None = None,
         size: float | None = None,
         name: str | None = None,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         parent: str = "world",
     ) -> Node:
         """Show points (n, 3) in meters, with one colour or `colors` (n, 3), 0 to 255; `remove()` takes them away.
@@ -191,7 +191,7 @@ class View(ViewSetup):
         color: str | ArrayLike | None = None,
         width: float | None = None,
         name: str | None = None,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         parent: str = "world",
     ) -> Node:
         """Show line segments (n, 2, 3), or a line through points (n, 3), in meters; options as in `add_points`."""
@@ -199,7 +199,7 @@ class View(ViewSetup):
 
     def add_frame(
         self,
-        pose: ArrayLike | None = None,
+        pose: PoseLike | None = None,
         *,
         length: float | None = None,
         name: str | None = None,
@@ -209,10 +209,10 @@ class View(ViewSetup):
         return self._add("frame", name, figures.frame(length), pose, parent)
 
     def add_label(
-        self, text: str, pose: ArrayLike | None = None, *, name: str | None = None, parent: str = "world"
+        self, text: Text, pose: PoseLike | None = None, *, name: str | None = None, parent: str = "world"
     ) -> Node:
         """Show words at `pose` (`parent_t_node`)."""
         return self._add("label", name, figures.label(text), pose, parent)
 
-    def _add(self, kind: str, name: str | None, figure: figures.Figures, pose: ArrayLike | None, parent: str) -> Node:
+    def _add(self, kind: str, name: str | None, figure: figures.Figures, pose: PoseLike | None, parent: str) -> Node:
         return self._scene.add_annotation(name or f"{kind}-{uuid.uuid4().hex[:8]}", figure, pose=pose, parent=parent)
