@@ -5,7 +5,8 @@ from __future__ import annotations
 import logging
 import socket
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 import msgspec
 import numpy as np
@@ -171,26 +172,48 @@ def test_browsers_come_and_go(stage: Stage) -> None:
     assert stage.viewer.viewer_count == 1
 
 
-def test_a_warning_about_a_file_is_a_message_on_the_page() -> None:
-    """Sent by viser's own protocol to what says of itself that it is a page: lengths, then messages packed by zstd."""
-    view = ViewStore()
+@contextmanager
+def listening(view: ViewStore) -> Iterator[Callable[[bytes], bytes]]:
+    """Give what waits until a page is told some bytes, and returns all that came with them.
+
+    It speaks viser's own protocol, as what says of itself that it is a page: lengths, then messages packed by zstd.
+    """
     viewer = Viewer(lambda: Cell().snapshot, view, Cell().meshes)
     viewer.start()
-    view.tell([FileWarning("model.urdf:3: something is odd")])
     camera = {"type": "ViewerCameraMessage", "wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, -4.0, 0.0), "fov": 0.9,
               "near": 0.01, "far": 100.0, "look_at": (0.0, 0.0, 0.0), "up_direction": (0.0, 0.0, 1.0),
               "image_height": 90, "image_width": 90}  # fmt: skip
     protocol = Subprotocol(f"viser-v{viser.__version__}")
     with connect(viewer.url.replace("http", "ws"), subprotocols=[protocol], max_size=None) as page:
         page.send(msgspec.msgpack.encode(camera))
-        told = b""
-        while b"something is odd" not in told:  # the test's own deadline ends a wait for ever
-            received = page.recv(timeout=60.0)
-            assert isinstance(received, bytes)
-            told = zstandard.ZstdDecompressor().decompressobj().decompress(received[16:])
-    assert b"NotificationShowMessage" in told
-    assert view.take_messages() == []
+
+        def told(word: bytes) -> bytes:
+            while True:  # the test's own deadline ends a wait for ever
+                received = page.recv(timeout=60.0)
+                assert isinstance(received, bytes)
+                came = zstandard.ZstdDecompressor().decompressobj().decompress(received[16:])
+                if word in came:
+                    return came
+
+        yield told
     viewer.close()
+
+
+def test_a_warning_about_a_file_is_a_message_on_the_page() -> None:
+    view = ViewStore()
+    view.tell([FileWarning("model.urdf:3: something is odd")])
+    with listening(view) as told:
+        assert b"NotificationShowMessage" in told(b"something is odd")
+        assert view.take_messages() == []
+
+
+def test_what_the_kernel_is_busy_with_is_a_note_on_the_page_until_it_is_done() -> None:
+    view = ViewStore()
+    with listening(view) as told:
+        with view.under_way.doing("loading a model"):
+            assert b"NotificationShowMessage" in told(b"loading a model")
+        told(b"RemoveNotificationMessage")
+    assert view.under_way.long() == ()
 
 
 def test_an_error_is_told_once_and_drawing_goes_on(stage: Stage, caplog: pytest.LogCaptureFixture) -> None:

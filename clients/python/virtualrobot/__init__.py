@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from virtualrobot.motions.state import Phase as Phase
     from virtualrobot.motions.state import Search as Search
     from virtualrobot.motions.steps import Pattern as Pattern
+    from virtualrobot.progress import Progress as Progress
     from virtualrobot.robots.dynamics import inertial as inertial
     from virtualrobot.robots.group import Group as Group
     from virtualrobot.robots.robot import Robot as Robot
@@ -114,6 +115,7 @@ _MODULES = {
     "motions.program": ("Program",),
     "sensors.range_sensors": ("RangeReading", "beams", "fan", "range_sensor", "raster", "ring", "spinning"),
     "sensors.readings": ("Reading", "SensorStatus"),
+    "progress": ("Progress",),
     "robots.robot": ("Robot",),
     "robots.values": ("JointGroup",),
     "sensors.sensors": ("Sensor",),

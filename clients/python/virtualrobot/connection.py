@@ -23,12 +23,14 @@ from virtualrobot.motions.moves import Move
 from virtualrobot.motions.paths import Paths
 from virtualrobot.motions.program import Program, read
 from virtualrobot.plugins import Plugins
+from virtualrobot.progress import OnProgress, show_progress
 from virtualrobot.robots.denavit_hartenberg import Row, table_message
 from virtualrobot.robots.models import KnownModel, known_models
 from virtualrobot.robots.robot import Robot
 from virtualrobot.robots.robots import Robots
 from virtualrobot.scene.editor import Direct
 from virtualrobot.scene.scene import LoadOptions, Scene
+from virtualrobot.scene.target import Target
 from virtualrobot.sensors.rays import Rays
 from virtualrobot.sensors.sensors import Sensors
 from virtualrobot.session import checked_token, default_address, find_token, split_address, token_path
@@ -335,6 +337,7 @@ def connect(
     token_file: str | Path | None = None,
     root_certificate: str | Path | None = None,
     timeout: float = 30.0,
+    on_progress: OnProgress | None = show_progress,
 ) -> Client:
     """Connect to a kernel and return the client.
 
@@ -345,6 +348,9 @@ def connect(
         token_file: the file that holds the token.
         root_certificate: a PEM file; beyond this machine TLS is always used, by default with the system's certificates.
         timeout: deadline of a call (s); that of calls that move files is ten minutes.
+        on_progress: is called with a `Progress` while planning, loading or a search for a path takes more than half a
+            second; by default a line of stderr shows it where that is a terminal. What it raises ends the call, as
+            Ctrl-C does. None: nothing is told.
 
     Raises:
         KernelGoneError: when no kernel answers there.
@@ -368,6 +374,7 @@ def connect(
     target = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     certificate = None if root_certificate is None else Path(root_certificate)
     channel = open_channel(target, host, token, certificate, timeout)
+    channel.on_progress = on_progress
     try:
         info = Services(channel, target).kernel.GetInfo(kernel_pb2.GetInfoRequest(), timeout=min(timeout, 10.0))
         if info.api_version != API_VERSION:

@@ -6,7 +6,7 @@ import asyncio
 import hmac
 import logging
 from collections.abc import AsyncIterable, AsyncIterator, Awaitable, Callable, Iterable
-from contextlib import aclosing, asynccontextmanager
+from contextlib import aclosing, asynccontextmanager, nullcontext
 from inspect import isawaitable
 from typing import Any, NoReturn
 
@@ -20,6 +20,7 @@ from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import CARRIED
 from virtualrobot_kernel.api.publications import Publications, ending
 from virtualrobot_kernel.api.status import trailers
+from virtualrobot_kernel.drawing.under_way import UnderWay
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.affected_robots import named_nodes
 
@@ -45,6 +46,17 @@ NAMED: dict[type, Callable[[Any], Iterable[str]]] = {
 What is refused in the end is decided by the commands themselves, right before they are applied
 (`world/affected_robots.py`).
 """
+
+WORK = {
+    "/virtualrobot.v1.MotionService/StartMotion": "planning",
+    "/virtualrobot.v1.MotionService/AppendMotion": "planning",
+    "/virtualrobot.v1.MotionService/PlanMotion": "planning",
+    "/virtualrobot.v1.MotionService/CheckMotion": "checking a motion",
+    "/virtualrobot.v1.PathService/FindPath": "looking for a path",
+    "/virtualrobot.v1.SceneService/ImportModel": "loading a model",
+    "/virtualrobot.v1.SceneService/LoadScene": "loading a scene",
+}
+"""Calls that may take long, and what they do, as the page tells who looks at it."""
 
 log = logging.getLogger(__name__)
 Continuation = Callable[[grpc.HandlerCallDetails], Awaitable[grpc.RpcMethodHandler | None]]
@@ -88,9 +100,9 @@ class Errors(grpc.aio.ServerInterceptor):
     Calls to an ending kernel are refused, except those of grpcio's own services (health, reflection).
     """
 
-    def __init__(self, publications: Publications) -> None:
-        """Refuse calls once `publications` are closed."""
-        self._publications = publications
+    def __init__(self, publications: Publications, under_way: UnderWay) -> None:
+        """Refuse calls once `publications` are closed; calls that may take long are `under_way`."""
+        self._publications, self._under_way = publications, under_way
         self._guarded: dict[str, grpc.RpcMethodHandler] = {}
         self._running: set[asyncio.Task[object]] = set()
 
@@ -145,7 +157,8 @@ class Errors(grpc.aio.ServerInterceptor):
         try:
             if self._publications.closed and method.startswith("/virtualrobot."):
                 raise ending()
-            yield
+            with self._under_way.doing(WORK[method]) if method in WORK else nullcontext():
+                yield
         except asyncio.CancelledError:
             if not self._publications.closed:
                 raise  # the caller has gone

@@ -13,7 +13,7 @@ from virtualrobot_sdk.models import Model
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.repeats import Repeats
-from virtualrobot_kernel.collision.built import Named, built_pairs
+from virtualrobot_kernel.collision.built import Named, built_pairs, mounted_pairs
 from virtualrobot_kernel.collision.readiness import is_to_be_ready, make_ready
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
@@ -27,7 +27,7 @@ from virtualrobot_kernel.scenes.models import mounting, read_model
 from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.sensing.choices import check_choices
-from virtualrobot_kernel.world.commands import Command, CreateNodes, SetAllowedPairs, UpdateNode
+from virtualrobot_kernel.world.commands import Command, CreateNodes, MountTool, SetAllowedPairs, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
@@ -94,6 +94,10 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             commands = world_commands(request.commands)
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
             commands = await self._kernel.in_worker(with_assets, self._kernel.meshes, commands)
+        if any(isinstance(command, MountTool) for command in commands):
+            snapshot, shapes = self._kernel.world.snapshot, self._kernel.collisions.shapes
+            pairs = await self._kernel.in_worker(mounted_pairs, snapshot, commands, shapes)
+            commands = [*commands, SetAllowedPairs(built=pairs)] if pairs else commands
         applied = await self._submit(commands, context, expected_revision(request))
         nodes = applied.snapshot.structure.nodes
         return scene_pb2.ApplyResponse(

@@ -162,7 +162,7 @@ class Server:
         tokens = [Token(self._address.token)] if self._address.token else []
         kernel = self._kernel(publications)
         services = [service for module, _, _ in SERVICES for service in module.DESCRIPTOR.services_by_name.values()]
-        errors, leasing = Errors(publications), Leasing(services, kernel)
+        errors, leasing = Errors(publications, kernel.view.under_way), Leasing(services, kernel)
         options = (*OPTIONS, ("grpc.max_allowed_incoming_connections", _most_connections()))
         server = grpc.aio.server(interceptors=[*tokens, errors, leasing], options=options)
         names = [reflection.SERVICE_NAME, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name]

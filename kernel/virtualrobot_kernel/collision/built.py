@@ -25,6 +25,8 @@ from virtualrobot_kernel.numeric.boxes import overlapping_boxes
 from virtualrobot_kernel.planning.robots import standing_at, world_poses
 from virtualrobot_kernel.shapes.submesh import stacked
 from virtualrobot_kernel.world.apply import apply
+from virtualrobot_kernel.world.apply_tools import as_mounted
+from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import ClearWorld, Command, CreateNodes, MountTool, SetAllowedPairs
 from virtualrobot_kernel.world.figures import Figure, Mesh
 from virtualrobot_kernel.world.state import Snapshot
@@ -97,15 +99,38 @@ def built_pairs(
     )
     if not mounted and not any(spec.kind is Kind.ROBOT for spec in specs):
         return ()
-    try:
-        change = apply(snapshot.structure, snapshot.state, commands, world_poses)
-    except KernelError:
-        return ()  # the world says why
-    world = world_poses(change.structure, change.state)
-    then = replace(snapshot, structure=change.structure, state=change.state, world_t_node=world)
+    change = _applied(snapshot, commands)
+    if change is None:
+        return ()
     nodes = change.structure.nodes
     new = {uid for uid in change.created if isinstance(uid, int) and (names is None or nodes[uid].name in names)}
-    return touching_as_built(then, new, shapes)
+    return touching_as_built(_then(snapshot, change), new, shapes)
+
+
+def mounted_pairs(snapshot: Snapshot, commands: Sequence[Command], shapes: CollisionShapes) -> tuple[Named, ...]:
+    """Return the pairs that touch as commands mount tools that are there on robots; none where they are refused."""
+    change = _applied(snapshot, commands)
+    if change is None:
+        return ()
+    structure, new = change.structure, set[int]()
+    for command in commands:
+        if isinstance(command, MountTool) and structure.uid_by_name.keys() >= {command.robot, command.node}:
+            top = as_mounted(structure, structure.node(command.robot), structure.node(command.node))
+            new |= {node.uid for node in structure.below(top.uid) if node.kind is not Kind.PART}
+    return touching_as_built(_then(snapshot, change), new, shapes)
+
+
+def _applied(snapshot: Snapshot, commands: Sequence[Command]) -> Change | None:
+    """Return the world after commands; None where they are refused, for which the world says why."""
+    try:
+        return apply(snapshot.structure, snapshot.state, commands, world_poses)
+    except KernelError:
+        return None
+
+
+def _then(snapshot: Snapshot, change: Change) -> Snapshot:
+    world = world_poses(change.structure, change.state)
+    return replace(snapshot, structure=change.structure, state=change.state, world_t_node=world)
 
 
 def touching_as_built(snapshot: Snapshot, new: Collection[int], shapes: CollisionShapes) -> tuple[Named, ...]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,7 +34,7 @@ def sample_touches(
     rng: np.random.Generator,
     go_on: Callable[[int], bool],
 ) -> Touched:
-    """Return how often nodes of a robot touch in random configurations within the limits of its joints.
+    """Return how often nodes of a robot and its grippers touch in random configurations within its joints' limits.
 
     Floating and planar joints stay as they are: they move nothing of a robot against the rest of it.
 
@@ -51,10 +51,11 @@ def sample_touches(
     lower = np.array([max(joint.limits.lower, -FARTHEST) for joint, _ in single])
     upper = np.array([min(joint.limits.upper, FARTHEST) for joint, _ in single])
     scene.place(snapshot)
-    counts = dict.fromkeys(_pairs(scene, robot.uid), 0)
+    robots = {robot.uid, *snapshot.structure.grippers_of(robot.uid)}
+    counts = dict.fromkeys(_pairs(scene, robots), 0)
     for done in range(samples):
         scene.place(standing_at(snapshot, q_index, rng.uniform(lower, np.maximum(lower, upper))))
-        for pair in scene.self_collisions(robot.uid):
+        for pair in scene.self_collisions(robots):
             counts[pair] += 1
         if not go_on(done + 1):
             raise KernelError("nobody waits for these pairs any more", reason=Reason.WRONG_STATE)
@@ -65,9 +66,9 @@ def _single(joint: Joint) -> bool:
     return joint.type.coordinate_count == 1
 
 
-def _pairs(scene: CollisionScene, robot: int) -> list[Pair]:
-    """Return the pairs of a robot's nodes that may not touch."""
+def _pairs(scene: CollisionScene, robots: Collection[int]) -> list[Pair]:
+    """Return the pairs of the robots' nodes that may not touch."""
     bodies = scene.bodies
-    own = [uid for uid in bodies.elements if bodies.allowed.groups[uid] == robot]
+    own = [uid for uid in bodies.elements if bodies.allowed.groups[uid] in robots]
     pairs = (ordered(one, other) for place, one in enumerate(own) for other in own[place + 1 :])
     return [pair for pair in pairs if bodies.allowed.why(*pair) is None]

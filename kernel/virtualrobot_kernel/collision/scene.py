@@ -150,9 +150,9 @@ class CollisionScene:
         """Return one pair of nodes (uids) that touch and may not, of those with these robots that count; or None."""
         return next(iter(self._touching(True, robots, counts=counts)), None)
 
-    def self_collisions(self, robot: int) -> set[Pair]:
-        """Return the pairs of nodes of a robot (uid) that touch and may not."""
-        return self._touching(False, [robot], itself=True)
+    def self_collisions(self, robots: Collection[int]) -> set[Pair]:
+        """Return the pairs of nodes of robots (uids), such as an arm and its grippers, that touch and may not."""
+        return self._touching(False, robots, itself=True)
 
     def distances(self, ours: Collection[int], theirs: Collection[int], range_meters: float) -> list[Nearest]:
         """Return how far nodes are apart that may not touch, the nearest first.
@@ -218,12 +218,13 @@ class CollisionScene:
         group, uids = self.bodies.allowed.groups, self._uids
         chosen = None if robots is None else np.isin(self.bodies.robots, list(robots))
         for robot, own, asked in self.bodies.groups:
-            if chosen is not None and robots is not None and robot not in robots:
+            ours = robots is None or robot in robots
+            if chosen is not None and not ours:
                 if itself or not (asked := asked & chosen).any():
                     continue
             for overlap in self._placed.overlaps(own, asked):
-                against = group[uids[overlap[1]]]
-                if (robots is None or robot in robots or against in robots) and (not itself or against == robot):
+                theirs = robots is None or group[uids[overlap[1]]] in robots
+                if (ours and theirs) if itself else (ours or theirs):
                     yield overlap
 
 

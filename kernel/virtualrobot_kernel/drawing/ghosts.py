@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -33,10 +33,13 @@ def ghost_figures(snapshot: Snapshot, ghosts: tuple[Ghost, ...]) -> Iterator[tup
     for ghost in ghosts:
         if not is_there(structure, ghost):
             continue
+        grippers = structure.grippers_of(ghost.robot)
         parts = [
             (structure.rows[node.uid], figure)
             for node in structure.below(ghost.robot)
-            if not hidden[node.uid] and node.kind not in FOR_PEOPLE and _is_moved(structure, node.uid, ghost.robot)
+            if not hidden[node.uid]
+            and node.kind not in FOR_PEOPLE
+            and _is_moved(structure, node.uid, ghost.robot, grippers)
             for figure in node.figures
             if figure.visual
             and figure.tool_state in ("", states[node.uid])
@@ -59,9 +62,9 @@ def ghost_figures(snapshot: Snapshot, ghosts: tuple[Ghost, ...]) -> Iterator[tup
                 yield ghost.robot, replace(figure, node_t_figure=place, material=material, tool_state="")
 
 
-def _is_moved(structure: Structure, uid: int, robot: int) -> bool:
-    """Return whether a node belongs to the robot or one of its grippers, and goes with a joint of the robot."""
-    moved, grippers = False, structure.grippers_of(robot)
+def _is_moved(structure: Structure, uid: int, robot: int, grippers: Collection[int]) -> bool:
+    """Return whether a node belongs to a robot or one of its grippers, and goes with a joint of the robot."""
+    moved = False
     for node in structure.ancestors(uid):
         if node.uid == robot:
             return moved

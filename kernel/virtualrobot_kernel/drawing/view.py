@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from virtualrobot_kernel.collision.clearances import Clearance
+from virtualrobot_kernel.drawing.under_way import UnderWay
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing.measuring import Measurement
 from virtualrobot_kernel.sensing.overlays import SensorOverlay
@@ -88,10 +89,15 @@ Listener = Callable[[ViewSettings], None]
 
 
 class ViewStore:
-    """Holds the view settings; any thread may read, change and listen."""
+    """Holds the view settings; any thread may read, change and listen.
+
+    Attributes:
+        under_way: what the kernel is busy with, which the page shows where it takes long.
+    """
 
     def __init__(self, settings: ViewSettings | None = None) -> None:
         """Start with `settings`, or the default ones."""
+        self.under_way = UnderWay()
         self._changed = threading.Condition()
         self._settings = checked(settings or ViewSettings())
         self._revision = 0

@@ -25,6 +25,7 @@ from virtualrobot_kernel.drawing.page_server import quiet, serve
 from virtualrobot_kernel.drawing.sensor_overlays import SensorLayer
 from virtualrobot_kernel.drawing.stage import Stage
 from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
+from virtualrobot_kernel.drawing.work_note import WorkNote
 from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.state import Snapshot
@@ -117,7 +118,7 @@ class Viewer:
 
     def _run(self, server: viser.ViserServer) -> None:
         give_way()
-        picture = Picture(server, self._meshes)
+        picture, note = Picture(server, self._meshes), WorkNote()
         told = ""
         while not self._closing.is_set():
             if not server.get_clients():
@@ -132,6 +133,7 @@ class Viewer:
                 clearances = self._meter.latest(snapshot, settings.clearances)
                 with server.atomic():
                     picture.draw(snapshot, settings, self._readings(), self._touching(), clearances)
+                note.show(server.get_clients(), self._view.under_way.long())
                 for message in self._view.take_messages():
                     for client in server.get_clients().values():
                         client.add_notification("Warning", message, color="yellow")

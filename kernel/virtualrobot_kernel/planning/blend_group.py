@@ -76,7 +76,8 @@ class BlendGroup:
             places += own
         fields, order = ("lower", "upper", "velocity", "acceleration", "jerk"), np.argsort(places)
         values = {field: np.concatenate([getattr(part, field) for part in parts])[order] for field in fields}
-        return JointLimits(tuple(joint for _, joint in self.columns), **values, vectors=tuple(vectors), quaternions=())
+        names, sliding = tuple(joint for _, joint in self.columns), frozenset().union(*(part.sliding for part in parts))
+        return JointLimits(names, **values, vectors=tuple(vectors), quaternions=(), sliding=sliding)
 
     def track(self, step: PlannedStep) -> Track:
         """Return path and law of a step for all columns; its moves have one law, and so go along in step."""

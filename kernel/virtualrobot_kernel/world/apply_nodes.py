@@ -193,13 +193,25 @@ def attached(change: Change, node: Node, parent: Node, parent_t_node: Pose | Non
     else:
         place = parent_t_node
     before = change.structure
-    after = replace(change, structure=structure, state=_placed(structure, change.state, node.uid, place))
+    state = _parted(structure, change.state, node)
+    after = replace(change, structure=structure, state=_placed(structure, state, node.uid, place))
     for tool in structure.below(node.uid):
         if tool.kind is Kind.TOOL and _robots(before, tool) != _robots(structure, tool):
             refuse_while_tools_move(change, [tool])
             check_names(structure, tool)
             after = _mounted(_dismounted(after, tool), tool)
     return after
+
+
+def _parted(structure: Structure, state: State, node: Node) -> State:
+    """Return the state in which a node and what hangs below it touches nothing else because an import found it so."""
+    if not any(one.built for one in state.allowed_pairs.values()):
+        return state
+    below = {one.uid for one in structure.below(node.uid)}
+    kept = {
+        pair: one for pair, one in state.allowed_pairs.items() if not one.built or len(below.intersection(pair)) != 1
+    }
+    return replace(state, allowed_pairs=kept)
 
 
 def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change:

@@ -40,9 +40,7 @@ def unmount_tool(change: Change, command: UnmountTool, forward: Forward) -> Chan
     structure = change.structure
     robot, _ = structure.robot(command.robot)
     node = structure.node(command.node) if command.node else _chosen(change, robot)
-    if node.kind is Kind.TOOL and robot.uid in (above := [*robots_of_tool(structure.nodes, node.uid)]):
-        grippers = above[: above.index(robot.uid)]
-        node = structure.nodes[grippers[-1]] if grippers else node
+    node = as_mounted(structure, robot, node)
     hangs = robot.uid in {above.uid for above in structure.ancestors(node.parent)}
     if not hangs or node.kind is Kind.LINK or not _tools_by(structure, robot, node):
         tools = ", ".join(repr(tool.name) for tool in structure.tools_of(robot.uid))
@@ -62,6 +60,13 @@ def unmount_tool(change: Change, command: UnmountTool, forward: Forward) -> Chan
             parent=parent.name,
         )
     return after
+
+
+def as_mounted(structure: Structure, robot: Node, node: Node) -> Node:
+    """Return what hangs on a robot for a tool of it: its gripper, or the tool itself; other nodes as they are."""
+    above = [*robots_of_tool(structure.nodes, node.uid)] if node.kind is Kind.TOOL else []
+    grippers = above[: above.index(robot.uid)] if robot.uid in above else []
+    return structure.nodes[grippers[-1]] if grippers else node
 
 
 def _gripper_of(structure: Structure, node: Node) -> Node:

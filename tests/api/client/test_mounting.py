@@ -43,7 +43,7 @@ def gap(client: Client, gripper: str, model: str) -> float:
 def test_each_gripper_is_a_tool_in_one_call(client: Client, arm: Robot, model: str, rng: np.random.Generator) -> None:
     pose = virtualrobot.pose(z=0.01, yaw=0.5)
     tool = arm.mount(f"model://{model}", name="hand", pose=pose)
-    assert arm.tools == [tool.name]
+    assert arm.tools == [tool.name] == [arm.tool("hand").name]
     assert (arm.state.tool, arm.state.tool_center_point) == (tool.name, "tcp")
     flange, body = client.scene.pose(arm.flange), client.scene.pose("hand")
     np.testing.assert_allclose(body, flange @ pose, atol=1e-9)
@@ -295,3 +295,20 @@ def test_a_program_grips_by_width_and_the_command_line_mounts(
     assert run("unmount", "arm", "--to", "rack", "--at", "0,0,0.1") == "arm has let its tool go\n"
     assert client.scene.node("hand").parent == "rack"
     assert "nothing" in run("mount", "arm", "nothing", code=1)
+
+
+def test_what_touches_as_it_is_mounted_may_until_it_is_taken_off(client: Client, iiwa: Robot) -> None:
+    """A gripper that reaches back over the last link, loaded elsewhere and then mounted."""
+    client.load_robot("model://robotiq_2f_85", name="hand", pose=virtualrobot.pose(2.0))
+
+    def built() -> list[set[str]]:
+        pairs = client.collisions.allowed.list("hand")
+        return [{pair.first, pair.second} for pair in pairs if pair.reason.startswith("mounted on")]
+
+    iiwa.mount("hand", pose=virtualrobot.pose(z=-0.03))
+    assert not client.collisions.check().pairs
+    assert built() == [{"iiwa.lbr_iiwa_link_6", "hand.body"}]
+    tried = client.collisions.allowed.find("iiwa", samples=100)
+    assert any("hand.left_finger" in (pair.first, pair.second) for pair in tried), "the gripper belongs to the arm"
+    iiwa.unmount(pose=virtualrobot.pose(2.0))
+    assert built() == []

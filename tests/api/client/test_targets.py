@@ -59,6 +59,31 @@ def test_a_move_to_a_target_takes_the_posture_in_which_it_was_taught(client: Cli
     )
 
 
+def test_of_all_branches_the_taught_one_is_taken(client: Client) -> None:
+    """An arm of six axes has eight postures for this pose; whichever it is in, it goes to that of the target."""
+    arm = client.load_robot("model://ur5e", name="arm")
+    arm.set_positions([0.3, -1.1, 1.4, -0.9, -1.2, 0.5])
+    taught, place = arm.positions, arm.teach("pick 1").pose
+    found = arm.solve_inverse(place)
+    assert len({tuple(np.round(np.remainder(q, 2 * np.pi), 6)) for q in found.solutions}) == 8
+    others = [q for q in found.solutions if np.abs(q - taught).max() > 1e-6]
+    for branch in others:
+        arm.set_positions(branch)
+        np.testing.assert_allclose(goal_of(arm, arm.ptp("pick 1")), taught, atol=1e-6)
+    # Who names a configuration gets that.
+    arm.set_positions(taught)
+    wanted = found.configurations[-1]
+    chosen = goal_of(arm, arm.ptp("pick 1", configuration=wanted))
+    assert np.abs(chosen - taught).max() > 0.1
+    np.testing.assert_allclose(arm.solve_forward(chosen).world_t_tcp, place, atol=1e-6)
+
+
+def test_a_path_is_found_to_a_target(client: Client, taught: Robot) -> None:
+    taught.set_positions(TAUGHT + 0.2)
+    path = client.paths.find("iiwa", "pick 1")
+    np.testing.assert_allclose(path.waypoints[-1], TAUGHT, atol=1e-6)
+
+
 def test_lines_and_splines_lead_to_targets(client: Client, taught: Robot) -> None:
     taught.set_positions(TAUGHT)
     before = taught.tcp
@@ -282,6 +307,16 @@ def test_a_posture_is_added_while_the_robot_moves(client: Client, iiwa: Robot) -
     assert not motion.phase.ended
     motion.cancel()
     assert target.robot == "iiwa"
+
+
+def test_a_leased_robot_is_taught_by_its_owner_alone(client: Client, iiwa: Robot) -> None:
+    with virtualrobot.connect(client.address) as other, other.lease("iiwa"):
+        for teach in (lambda: iiwa.teach("pick 1"), lambda: iiwa.postures.add("home")):
+            with pytest.raises(virtualrobot.LeasedError):
+                teach()
+        other.robot("iiwa").teach("pick 1")
+    # A place in the world is nobody's robot.
+    client.targets["pick 1"].rename("pick 2")
 
 
 def test_people_see_a_target_and_nothing_else_does(client: Client, taught: Robot) -> None:

@@ -28,6 +28,7 @@ from virtualrobot.errors import (
     VersionError,
     VirtualRobotError,
 )
+from virtualrobot.progress import OnProgress, Progress
 from virtualrobot.session import is_loopback
 
 Message = TypeVar("Message")
@@ -36,6 +37,22 @@ Listener = Callable[[str, Any], None]
 
 MAX_MESSAGE_BYTES = 256 * 1024 * 1024
 LEASE_KEY = "virtualrobot-lease"
+WAITED = {
+    "/virtualrobot.v1.MotionService/StartMotion": "planning",
+    "/virtualrobot.v1.MotionService/AppendMotion": "planning",
+    "/virtualrobot.v1.MotionService/PlanMotion": "planning",
+    "/virtualrobot.v1.MotionService/CheckMotion": "checking the motion",
+    "/virtualrobot.v1.RobotService/SolveInverse": "solving",
+    "/virtualrobot.v1.SceneService/ImportModel": "loading the model",
+    "/virtualrobot.v1.SceneService/LoadScene": "loading the scene",
+    "/virtualrobot.v1.SceneService/ExportModel": "exporting",
+    "/virtualrobot.v1.AssetService/UploadAsset": "sending files",
+}
+"""Calls with one answer that may take long, and what they do, in words."""
+
+TOLD_AFTER_SECONDS, TOLD_EVERY_SECONDS = 0.5, 0.25
+"""Time after which a call is told of, and from then on from one time to the next."""
+
 _CLOSE_SECONDS = 1.0
 _RECONNECT_MILLISECONDS = 200
 _NO_ERROR_INFO: dict[grpc.StatusCode, type[VirtualRobotError]] = {
@@ -89,6 +106,32 @@ class Stream(Generic[Message]):
         return f"<Stream from {self._address}>"
 
 
+class Waiting:
+    """One call as its listener is told of it, once it has taken long."""
+
+    def __init__(self, what: str, on_progress: OnProgress | None) -> None:
+        """Begin now; without a listener nothing is told."""
+        self._what, self._on_progress, self._began = what, on_progress, time.monotonic()
+        self._told = False
+
+    @property
+    def seconds(self) -> float:
+        """Time (s) until it is to be told of next."""
+        return TOLD_EVERY_SECONDS if self._told else TOLD_AFTER_SECONDS
+
+    def tell(self, detail: str = "") -> None:
+        """Tell how far the call is, if it has taken long."""
+        elapsed = time.monotonic() - self._began
+        if self._on_progress is not None and elapsed >= TOLD_AFTER_SECONDS:
+            self._told = True
+            self._on_progress(Progress(self._what, elapsed, detail))
+
+    def end(self) -> None:
+        """Tell that the call has ended, if it was told of."""
+        if self._on_progress is not None and self._told:
+            self._on_progress(Progress(self._what, time.monotonic() - self._began, ended=True))
+
+
 class Channel:
     """A gRPC channel whose calls carry token and leases, have a time limit and raise exceptions of this library.
 
@@ -105,6 +148,7 @@ class Channel:
         self._timeout_seconds = timeout_seconds
         self.descriptions = Descriptions()
         self.listener: Listener | None = None
+        self.on_progress: OnProgress | None = None
         self._closed = self._answered = False
         self._carrying = threading.Lock()
 
@@ -150,6 +194,9 @@ class Channel:
         return start
 
     def _whole(self, method: str, call: Callable[..., Any]) -> Callable[..., Any]:
+        if method in WAITED:
+            call = partial(self._waited, WAITED[method], call)
+
         def make(request: object, timeout: float | None = None) -> Any:  # noqa: ANN401 the answer
             limit = self._timeout_seconds if timeout is None else timeout
             self._check_open()
@@ -171,6 +218,22 @@ class Channel:
             return answer
 
         return make
+
+    def _waited(self, what: str, call: Any, request: object, **options: Any) -> Any:  # noqa: ANN401
+        """Return the answer of a call, and tell while it takes long; Ctrl-C and what the listener raises cancel it."""
+        running = call.future(request, **options)
+        waiting = Waiting(what, self.on_progress)
+        try:
+            while True:
+                try:
+                    return running.result(timeout=waiting.seconds)
+                except grpc.FutureTimeoutError:
+                    waiting.tell()
+        except BaseException:
+            running.cancel()
+            raise
+        finally:
+            waiting.end()
 
     def close(self) -> None:
         """Close the channel; calls under way end.

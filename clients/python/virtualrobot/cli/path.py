@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING
 
 import click
@@ -13,7 +12,7 @@ from virtualrobot.cli.options import FiniteRange, Numbers, Target, degrees_optio
 from virtualrobot.cli.orders import Part, group_options, joint_goal, part_of
 
 if TYPE_CHECKING:
-    from virtualrobot.motions.paths import FreePath, PathProgress
+    from virtualrobot.motions.paths import FreePath
 
 _EXAMPLES = """
 \b
@@ -75,7 +74,6 @@ def path(
             seed=seed,
             time_limit=time_limit,
             group=group[0] or (group[1:] if any(group) else None),
-            progress=_show if sys.stderr.isatty() else None,
         )
         click.echo(path_line(found))
         if show is not None:
@@ -94,8 +92,3 @@ def path_line(path: FreePath) -> str:
         return f"the straight way is free: {path.length:.3f} rad, {motion}"
     waypoints = f"{len(path.waypoints)} waypoints"
     return f"{waypoints}, {path.length:.3f} rad instead of {path.straight_length:.3f} straight: {motion}"
-
-
-def _show(progress: PathProgress) -> None:
-    told = f"{progress.elapsed:.1f} s, {progress.states} configurations, {progress.checks} checks"
-    click.echo(f"\r{told} ", err=True, nl=False)

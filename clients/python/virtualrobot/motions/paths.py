@@ -13,6 +13,7 @@ from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import group_message, joint_map, value_or_default
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import shown
+from virtualrobot._wire.transport import Waiting
 from virtualrobot.errors import UnknownNameError, WrongStateError
 from virtualrobot.motions import moves
 from virtualrobot.motions.motion import Motion, StartOptions
@@ -149,7 +150,8 @@ class Paths:
             zone_percent: the most by which corners are rounded off, 0 to 50 (the default).
             group: the group of the robot whose joints move, by name or as (base link, tip link); by default its own
                 chain.
-            progress: is called about four times a second; what it raises ends the search.
+            progress: is called about four times a second; what it raises ends the search. Without it the client's
+                `on_progress` is told.
 
         Raises:
             CollisionError: when the robot touches something at the start or at every goal.
@@ -176,10 +178,16 @@ class Paths:
             group=group_message(group),
         )
         last = path_pb2.FindPathResponse()
-        with self._services.path.FindPath(request) as stream:
-            for last in stream:
-                if progress is not None:
-                    progress(PathProgress(last.elapsed_seconds, last.states, last.checks))
+        waiting = Waiting("looking for a path", self._services.channel.on_progress)
+        try:
+            with self._services.path.FindPath(request) as stream:
+                for last in stream:
+                    if progress is not None:
+                        progress(PathProgress(last.elapsed_seconds, last.states, last.checks))
+                    else:
+                        waiting.tell(f"{last.states} configurations, {last.checks} checks")
+        finally:
+            waiting.end()
         return self._path(last)
 
     def _path(self, last: path_pb2.FindPathResponse) -> FreePath:

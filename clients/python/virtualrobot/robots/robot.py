@@ -216,7 +216,7 @@ class Robot(Mover, Teacher):
         return list(self._description.tools)
 
     def tool(self, name: str | None = None) -> Tool:
-        """Return a handle for a tool of this robot; without a name the chosen one.
+        """Return a handle for a tool of this robot, by its name or its gripper's; without a name the chosen one.
 
         Example:
             >>> robot.tool("hand").open()

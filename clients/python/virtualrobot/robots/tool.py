@@ -30,7 +30,7 @@ class Tool:
 
     @staticmethod
     def of(services: Services, robot: str, name: str | None = None) -> Tool:
-        """Return the tool of this name; without a name the chosen one, or the only one.
+        """Return the tool of this name, or of this gripper; without a name the chosen one, or the only one.
 
         Raises:
             UnknownNameError: when the robot has no such tool.
@@ -38,6 +38,8 @@ class Tool:
         """
         tools = list(described(services, robot).tools)
         has = f"its tools are {', '.join(map(repr, tools))}" if tools else "it has none"
+        if name and name not in tools and len(own := [tool for tool in tools if tool.startswith(f"{name}.")]) == 1:
+            name = own[0]
         if name and name not in tools:
             raise UnknownNameError(
                 f"the robot {robot!r} has no tool named {name!r}; {has}", metadata={"valid": "\n".join(tools)}
