@@ -94,16 +94,25 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             commands = world_commands(request.commands)
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
             commands = await self._kernel.in_worker(with_assets, self._kernel.meshes, commands)
+        pairs: tuple[Named, ...] = ()
         if any(isinstance(command, MountTool) for command in commands):
-            snapshot, shapes = self._kernel.world.snapshot, self._kernel.collisions.shapes
+            shapes, snapshot = self._kernel.collisions.shapes, self._kernel.world.snapshot
             pairs = await self._kernel.in_worker(mounted_pairs, snapshot, commands, shapes)
-            commands = [*commands, SetAllowedPairs(built=pairs)] if pairs else commands
-        applied = await self._submit(commands, context, expected_revision(request))
+        expected = expected_revision(request)
+        try:
+            allow = [SetAllowedPairs(built=pairs)] if pairs else []
+            applied = await self._submit([*commands, *allow], context, expected)
+        except KernelError as error:
+            if not pairs or error.reason is not Reason.UNKNOWN_NAME:
+                raise
+            # Another command of the batch, or another client, has renamed or removed what they name.
+            pairs, applied = (), await self._submit(commands, context, expected)
         nodes = applied.snapshot.structure.nodes
         return scene_pb2.ApplyResponse(
             stamp=stamp(applied.snapshot),
             created=created_nodes(applied),
             picked_parts=[nodes[uid].name for uid in applied.picked if uid in nodes],
+            allowed_pairs=map(pair_message, pairs),
         )
 
     async def ImportModel(

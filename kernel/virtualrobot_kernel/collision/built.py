@@ -117,7 +117,7 @@ def mounted_pairs(snapshot: Snapshot, commands: Sequence[Command], shapes: Colli
         if isinstance(command, MountTool) and structure.uid_by_name.keys() >= {command.robot, command.node}:
             top = as_mounted(structure, structure.node(command.robot), structure.node(command.node))
             new |= {node.uid for node in structure.below(top.uid) if node.kind is not Kind.PART}
-    return touching_as_built(_then(snapshot, change), new, shapes)
+    return touching_as_built(_then(snapshot, change), (), shapes, new)
 
 
 def _applied(snapshot: Snapshot, commands: Sequence[Command]) -> Change | None:
@@ -133,15 +133,19 @@ def _then(snapshot: Snapshot, change: Change) -> Snapshot:
     return replace(snapshot, structure=change.structure, state=change.state, world_t_node=world)
 
 
-def touching_as_built(snapshot: Snapshot, new: Collection[int], shapes: CollisionShapes) -> tuple[Named, ...]:
+def touching_as_built(
+    snapshot: Snapshot, new: Collection[int], shapes: CollisionShapes, mounted: Collection[int] = ()
+) -> tuple[Named, ...]:
     """Return the pairs with one of the `new` nodes (uids) that touch as they are built or stand, in a fixed order.
+
+    Of what is only `mounted` the pairs with what it is mounted on are looked at.
 
     A pair of a robot's own nodes counts where it touches in all postures near the present one, or where both hang on
     the same body by joints that are at their limits: fingers that close on each other.
     """
     allowed = allowed_pairs(snapshot.structure, snapshot.state.allowed_pairs)
-    asked = _asked(snapshot, new, allowed)
-    elements, near = _near(snapshot, new, asked, shapes)
+    asked = _asked(snapshot, new, {*new, *mounted}, allowed)
+    elements, near = _near(snapshot, {*new, *mounted}, asked, shapes)
     solids = [shapes.get(figure.geometry) for figure in elements.figures]
     made = [solid for solid in solids if solid is not None]
     if not made or len(made) < len(solids):
@@ -170,7 +174,9 @@ def touching_as_built(snapshot: Snapshot, new: Collection[int], shapes: Collisio
     return tuple(result)
 
 
-def _asked(snapshot: Snapshot, new: Collection[int], allowed: AllowedPairs) -> dict[Pair, _Question]:
+def _asked(
+    snapshot: Snapshot, new: Collection[int], mounted: Collection[int], allowed: AllowedPairs
+) -> dict[Pair, _Question]:
     """Return the pairs (uids) that are looked at, with what follows if they touch."""
     structure, groups, bodies = snapshot.structure, allowed.groups, allowed.bodies
     solid = list(dict.fromkeys(uid for uid, _ in collision_figures(snapshot)))
@@ -188,14 +194,14 @@ def _asked(snapshot: Snapshot, new: Collection[int], allowed: AllowedPairs) -> d
         for uid in solid:
             if structure.nodes[uid].kind is Kind.OBJECT and not groups[uid] and bodies[uid] == bodies[robot]:
                 ask(base, [uid], _Question(f"stands on {structure.nodes[uid].name!r}", False))
-    for top in (structure.nodes[uid] for uid in new):
+    for top in (structure.nodes[uid] for uid in sorted(mounted)):
         carrier = groups[top.parent]
-        if top.parent in new or not carrier or top.kind is Kind.PART:
+        if top.parent in mounted or not carrier or top.kind is Kind.PART:
             continue
         at = structure.nodes[top.parent]
         body = bodies[at.uid]
-        fixed = [uid for uid in solid if uid in new and bodies[uid] == body]
-        old = [uid for uid in solid if uid not in new and groups[uid] == carrier]
+        fixed = [uid for uid in solid if uid in mounted and bodies[uid] == body]
+        old = [uid for uid in solid if uid not in mounted and groups[uid] == carrier]
         question = _Question(f"mounted on {at.name!r}", False)
         ask(fixed, (uid for uid in old if bodies[uid] == body), question)
         if structure.nodes[body].kind is Kind.LINK:

@@ -110,6 +110,21 @@ def test_a_gripper_that_is_loaded_onto_a_flange_may_touch_what_is_next_to_it(cel
     assert "handhand" not in own
 
 
+def test_a_gripper_that_is_mounted_may_touch_what_is_next_to_it_whichever_way(client: Client) -> None:
+    """A block of 30 cm at the flange of a UR5 reaches into the wrist behind it, and farther."""
+    arm = client.load_robot("model://ur5", name="arm")
+    client.scene.add_tool("block", "world", virtualrobot.box(0.3, 0.3, 0.3))
+    arm.mount("block")
+    block = built(client, "block")
+    assert block and {pair[3] for pair in block} == {f"mounted on '{arm.flange}'"}
+    touching = {(pair.first, pair.second) for pair in client.collisions.check().pairs}
+    assert not touching & {pair[:2] for pair in block}
+    assert client.collisions.allowed.forbid_built("block")
+    assert {(pair.first, pair.second) for pair in client.collisions.check().pairs} == touching | {
+        pair[:2] for pair in block
+    }
+
+
 def test_who_has_not_leased_the_arm_is_refused_as_before(cell: Client, run: Run) -> None:
     before = built(cell)
     with cell.lease("kr6"):

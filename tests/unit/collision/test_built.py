@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 import pytest
-from virtualrobot_kernel.collision.built import built_pairs
+from virtualrobot_kernel.collision.built import built_pairs, mounted_pairs
 from virtualrobot_kernel.collision.scene import CollisionScene
-from virtualrobot_kernel.world.commands import ClearWorld, CreateNodes, SetAllowedPairs
+from virtualrobot_kernel.world.commands import ClearWorld, CreateNodes, MountTool, SetAllowedPairs
 from virtualrobot_kernel.world.figures import Box, Figure, Pose
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import (
@@ -71,6 +71,11 @@ def jaws(parent: str = "world", closed: float = 0.0) -> list[NodeSpec]:
             box(0.1, 0.1, 0.1, shifted(-0.05, 0.0, 0.2)),
         ),
     ]
+
+
+def tool() -> NodeSpec:
+    """Return the tool of the jaws."""
+    return NodeSpec("jaws.tool", Kind.TOOL, "jaws.plate", shifted(z=0.2), data=ToolData())
 
 
 def touching(snapshot: Snapshot) -> set[tuple[str, str]]:
@@ -167,6 +172,16 @@ def test_what_is_mounted_may_touch_the_links_next_to_it(kind: Kind) -> None:
         ("arm.turn", "jaws.plate", "mounted on 'arm.tip'")
     }
     assert {pair for pair in touching(then) if "jaws.plate" in pair} == {("arm.base", "jaws.plate")}
+
+
+def test_what_is_mounted_later_is_looked_at_with_what_carries_it() -> None:
+    """Its own pairs are as they were: what somebody has forbidden meanwhile stays so."""
+    cell, found = loaded(world(CreateNodes(tuple(arm()))), *jaws(), tool())
+    cell = after(cell, SetAllowedPairs(forbid=(found[0][:2],)))
+    for node in ("jaws", "jaws.tool"):  # the tool brings its gripper
+        pairs = mounted_pairs(cell, [MountTool("arm", node, "arm.tip")], SHAPES)
+        assert pairs == (("arm.turn", "jaws.plate", "mounted on 'arm.tip'"),)
+    assert mounted_pairs(cell, [MountTool("arm", "arm.base", "arm.tip")], SHAPES) == ()  # refused elsewhere
 
 
 def test_a_part_that_is_loaded_into_a_hand_is_not_mounted() -> None:

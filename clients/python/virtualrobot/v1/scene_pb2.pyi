@@ -78,14 +78,16 @@ class ApplyRequest(_message.Message):
     def __init__(self, commands: _Optional[_Iterable[_Union[Command, _Mapping]]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ...) -> None: ...
 
 class ApplyResponse(_message.Message):
-    __slots__ = ("stamp", "created", "picked_parts")
+    __slots__ = ("stamp", "created", "picked_parts", "allowed_pairs")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     CREATED_FIELD_NUMBER: _ClassVar[int]
     PICKED_PARTS_FIELD_NUMBER: _ClassVar[int]
+    ALLOWED_PAIRS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     created: _containers.RepeatedCompositeFieldContainer[CreatedNode]
     picked_parts: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., picked_parts: _Optional[_Iterable[str]] = ...) -> None: ...
+    allowed_pairs: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., created: _Optional[_Iterable[_Union[CreatedNode, _Mapping]]] = ..., picked_parts: _Optional[_Iterable[str]] = ..., allowed_pairs: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ...) -> None: ...
 
 class CreatedNode(_message.Message):
     __slots__ = ("uid", "name")
