@@ -57,7 +57,7 @@ TOUCHING = {
     "tool to elsewhere": attach("cup", "right.lbr_iiwa_link_7"),
     "attachment": attach("left", "right.lbr_iiwa_link_7"),
     "another tool": create(nodes_pb2.Node(name="new", parent="left.lbr_iiwa_link_7", tool=nodes_pb2.Tool())),
-    "pick": scene_pb2.Command(pick_part=scene_pb2.PickPart(robot="left", part="loose")),
+    "pick": scene_pb2.Command(pick_part=scene_pb2.PickPart(robot="left", part="loose", max_distance_meters=2.0)),
     "place": scene_pb2.Command(place_part=scene_pb2.PlacePart(robot="left")),
     "tool state": scene_pb2.Command(set_tool_state=scene_pb2.SetToolState(tool="cup", state="off")),
     "choice of tool": scene_pb2.Command(select_tool=scene_pb2.SelectTool(robot="left")),

@@ -193,25 +193,20 @@ def attached(change: Change, node: Node, parent: Node, parent_t_node: Pose | Non
     else:
         place = parent_t_node
     before = change.structure
-    state = _parted(structure, change.state, node)
-    after = replace(change, structure=structure, state=_placed(structure, state, node.uid, place))
+    after = replace(change, structure=structure, state=_placed(structure, change.state, node.uid, place))
     for tool in structure.below(node.uid):
         if tool.kind is Kind.TOOL and _robots(before, tool) != _robots(structure, tool):
             refuse_while_tools_move(change, [tool])
             check_names(structure, tool)
-            after = _mounted(_dismounted(after, tool), tool)
+            after = _mounted(_dismounted(_parted(after, node), tool), tool)
     return after
 
 
-def _parted(structure: Structure, state: State, node: Node) -> State:
-    """Return the state in which a node and what hangs below it touches nothing else because an import found it so."""
-    if not any(one.built for one in state.allowed_pairs.values()):
-        return state
-    below = {one.uid for one in structure.below(node.uid)}
-    kept = {
-        pair: one for pair, one in state.allowed_pairs.items() if not one.built or len(below.intersection(pair)) != 1
-    }
-    return replace(state, allowed_pairs=kept)
+def _parted(change: Change, node: Node) -> Change:
+    """Return the world in which what hangs below a node may touch nothing else because it did as it was mounted."""
+    below, pairs = {one.uid for one in change.structure.below(node.uid)}, change.state.allowed_pairs
+    kept = {pair: why for pair, why in pairs.items() if not why.built or len(below.intersection(pair)) != 1}
+    return change if len(kept) == len(pairs) else replace(change, state=replace(change.state, allowed_pairs=kept))
 
 
 def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change:

@@ -6,7 +6,7 @@ from google.protobuf.field_mask_pb2 import FieldMask
 
 from virtualrobot._wire.names import unknown_name
 from virtualrobot._wire.services import Services
-from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.errors import InvalidArgumentError, UnknownNameError
 from virtualrobot.robots.description import coordinate_names, described, described_anew
 from virtualrobot.v1 import scene_pb2
 
@@ -16,17 +16,17 @@ def is_target(services: Services, robot: str, name: str) -> bool:
 
     Raises UnknownNameError, which lists both, for neither, and InvalidArgumentError where it may be either.
     """
-    postures, targets = postures_of(services, robot), target_names(services)
-    if name not in postures and name not in targets:  # somebody may have taught it a moment ago
-        postures, targets = postures_of(services, robot, anew=True), target_names(services, anew=True)
-    if name in postures and name in targets:
+    postures, target = postures_of(services, robot), names_target(services, name)
+    if name not in postures and not target:
+        postures = postures_of(services, robot, anew=True)  # somebody may have added it a moment ago
+    if name in postures and target:
         raise InvalidArgumentError(
             f"{name!r} is a posture of {robot!r} and a target; rename one of them, or say which: move_joints with "
             f"postures[{name!r}], or move_pose with an identity pose and reference={name!r}"
         )
-    if name not in postures and name not in targets:
-        raise unknown_name(f"no posture of {robot!r} and no target", name, {*postures, *targets})
-    return name in targets
+    if name not in postures and not target:
+        raise unknown_name(f"no posture of {robot!r} and no target", name, {*postures, *_targets(services)})
+    return target
 
 
 def check_target(services: Services, robot: str, name: str) -> None:
@@ -48,11 +48,20 @@ def postures_of(services: Services, robot: str, anew: bool = False) -> dict[str,
     }
 
 
-def target_names(services: Services, anew: bool = False) -> frozenset[str]:
-    """Return the names of all targets."""
+def names_target(services: Services, name: str) -> bool:
+    """Return whether a name is a target's."""
+    request = scene_pb2.GetSceneRequest(names=[name], read_mask=_KIND)
+    try:
+        said = services.descriptions.get(("target", name), lambda: services.scene.GetScene(request))
+    except UnknownNameError:
+        return False
+    return said.nodes[0].WhichOneof("kind") == "target"
 
-    def read() -> scene_pb2.GetSceneResponse:
-        return services.scene.GetScene(scene_pb2.GetSceneRequest(read_mask=FieldMask(paths=["name", "target"])))
 
-    said = read() if anew else services.descriptions.get("targets", read)
-    return frozenset(node.name for node in said.nodes if node.WhichOneof("kind") == "target")
+def _targets(services: Services) -> list[str]:
+    said = services.scene.GetScene(scene_pb2.GetSceneRequest(read_mask=_KIND))
+    return [node.name for node in said.nodes if node.WhichOneof("kind") == "target"]
+
+
+_KIND = FieldMask(paths=["name", "target"])
+"""Of nodes that are no targets the kind is left out."""

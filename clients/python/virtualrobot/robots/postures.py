@@ -9,7 +9,7 @@ from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.names import unknown_name
 from virtualrobot.errors import NameTakenError
 from virtualrobot.robots.mechanism import JointPositions
-from virtualrobot.robots.named_goals import postures_of, target_names
+from virtualrobot.robots.named_goals import names_target, postures_of
 from virtualrobot.scene.editor import Direct
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Postures(Mapping[str, dict[str, float]]):
         robot = self._robot
         if name in self._now() and not replace:
             raise NameTakenError(f"{robot.name!r} has a posture {name!r}; replace=True puts this one in its place")
-        if name in target_names(robot._services):
+        if names_target(robot._services, name):
             raise NameTakenError(f"{name!r} is a target, and a move there could mean both; choose another name")
         if positions is None:
             here = robot._joints_now()
@@ -80,6 +80,10 @@ class Postures(Mapping[str, dict[str, float]]):
     def __delitem__(self, name: str) -> Never:
         """Refuse, as `__setitem__` does."""
         raise TypeError(f"postures are taken away by remove: postures.remove({name!r})")
+
+    def _ipython_key_completions_(self) -> list[str]:
+        """Return the names that IPython completes."""
+        return list(self)
 
     def _now(self) -> dict[str, dict[str, float]]:
         return postures_of(self._robot._services, self._robot.name)

@@ -12,16 +12,19 @@ from numpy.typing import NDArray
 from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.newest import newest
+from virtualrobot._wire.showing import told
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.leases import Lease, acquire
 from virtualrobot.motions.setpoints import MODES, SetpointStream
+from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.robots.description import coordinate_names
 from virtualrobot.robots.group import Group
 from virtualrobot.robots.mechanism import JointPositions
 from virtualrobot.robots.mounting import mount
 from virtualrobot.robots.mover import Mover
 from virtualrobot.robots.postures import Postures
+from virtualrobot.robots.read_only import read_only
 from virtualrobot.robots.teacher import Teacher
 from virtualrobot.robots.tool import Tool
 from virtualrobot.robots.values import (
@@ -122,8 +125,8 @@ class Robot(Mover, Teacher):
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """All joint coordinates now, in radians and meters."""
-        return self.state.positions
+        """All joint coordinates now, in radians and meters; to be read only, `copy()` is an array of one's own."""
+        return read_only(self.state.positions)
 
     @property
     def tcp(self) -> Matrix:
@@ -223,10 +226,10 @@ class Robot(Mover, Teacher):
 
     def mount(
         self,
-        what: str | Path | Tool,
+        what: Named | Path,
         *,
         name: str | None = None,
-        adapter: str | None = None,
+        adapter: Named | None = None,
         pose: PoseLike | None = None,
         tcp: str | ArrayLike | None = None,
     ) -> Tool:
@@ -236,7 +239,7 @@ class Robot(Mover, Teacher):
 
         Args:
             what: a model to load: `model://` with a name of `client.models()`, a file's path with a `/` in it, or a
-                `Path`; otherwise the name of a node that is there: a tool, a gripper, or an adapter with one.
+                `Path`; otherwise a node that is there, or its name: a tool, a gripper, or an adapter with one.
             name: of what is loaded; by default its own, with a number if that is taken.
             adapter: the link or adapter of this robot that it goes to instead of the flange.
             pose: where its frame is in that of the flange or adapter, 4x4; by default they coincide.
@@ -253,10 +256,10 @@ class Robot(Mover, Teacher):
             >>> hand.close().wait()
             >>> arm.mount("gripper", adapter="plate", pose=virtualrobot.pose(z=0.02))
         """
-        mount(self._services, self.name, what, name, adapter, pose, tcp)
+        mount(self._services, self.name, what, name, None if adapter is None else name_of(adapter), pose, tcp)
         return self.tool()
 
-    def unmount(self, tool: str | Tool | None = None, *, to: str = "world", pose: PoseLike | None = None) -> None:
+    def unmount(self, tool: Named | None = None, *, to: Named = "world", pose: PoseLike | None = None) -> None:
         """Take a tool off: by default the chosen one with its gripper, or a tool, gripper or adapter by name.
 
         It is fixed to the node `to`, such as a rack, at `pose` (4x4 in the frame of that), by default where it is.
@@ -267,16 +270,16 @@ class Robot(Mover, Teacher):
         Example:
             >>> arm.unmount(to="rack")
         """
-        name = tool.name if isinstance(tool, Tool) else tool
-        Direct(self._services).unmount_tool(self.name, name, to, pose)
+        name = None if tool is None else name_of(tool)
+        Direct(self._services).unmount_tool(self.name, name, name_of(to), pose)
 
     def change_tool(
         self,
-        what: str | Tool,
+        what: Named,
         *,
-        rack: str = "world",
+        rack: Named = "world",
         rack_pose: PoseLike | None = None,
-        adapter: str | None = None,
+        adapter: Named | None = None,
         pose: PoseLike | None = None,
         tcp: str | None = None,
     ) -> Tool:
@@ -295,8 +298,8 @@ class Robot(Mover, Teacher):
         """
         batch = Batch()
         if self.state.tool:
-            batch.unmount_tool(self.name, None, rack, rack_pose)
-        batch.mount_tool(self.name, what if isinstance(what, str) else what.name, adapter, pose, tcp)
+            batch.unmount_tool(self.name, None, name_of(rack), rack_pose)
+        batch.mount_tool(self.name, name_of(what), None if adapter is None else name_of(adapter), pose, tcp)
         self._services.apply(batch._commands)
         return self.tool()
 
@@ -314,7 +317,17 @@ class Robot(Mover, Teacher):
 
     def __repr__(self) -> str:
         """Return a line for people."""
-        return f"<Robot {self.name!r} at {self._services.address}>"
+
+        def say() -> str:
+            state = self.state
+            x, y, z = state.world_t_tcp[:3, 3]
+            count = len(self.joint_names)
+            with_tool = f", tool {state.tool!r}" if state.tool else ""
+            moving = f", moved by {', '.join(state.motion_ids)}" if state.motion_ids else ""
+            joints = f"{count} joint{'s' * (count != 1)}"
+            return f"{joints}{with_tool}, tool centre point at ({x:z.3f}, {y:z.3f}, {z:z.3f}) m{moving}"
+
+        return told(f"Robot {self.name!r}", say)
 
     def _repr_html_(self) -> str:
         """Return a table of the joints for notebooks."""
