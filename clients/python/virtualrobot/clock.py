@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default, whole
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot._wire.showing import told
+from virtualrobot._wire.showing import shown, told
 from virtualrobot._wire.signal_values import SignalValue, value_of
 from virtualrobot.errors import CallTimeoutError
 from virtualrobot.motions.motion import Motion
@@ -23,6 +23,7 @@ _MOST_TICKS = 25
 _MODES = {kernel_pb2.CLOCK_MODE_REALTIME: "realtime", kernel_pb2.CLOCK_MODE_STEPPED: "stepped"}
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class ClockState:
     """State of the simulation clock.
@@ -44,6 +45,7 @@ class ClockState:
     late_ticks: int
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class Observation:
     """Observation after a step: all robots and signals by name, the motions that run or ended meanwhile."""

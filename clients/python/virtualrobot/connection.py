@@ -9,6 +9,7 @@ from typing import Unpack
 
 from virtualrobot._wire.arguments import PoseLike, Text, checked
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import shown
 from virtualrobot._wire.transport import Channel, open_channel
 from virtualrobot.clock import Clock
 from virtualrobot.collisions.collisions import Collisions
@@ -24,9 +25,9 @@ from virtualrobot.motions.program import Program, read
 from virtualrobot.plugins import Plugins
 from virtualrobot.progress import OnProgress, show_progress
 from virtualrobot.robots.denavit_hartenberg import Row, table_message
-from virtualrobot.robots.description import described
 from virtualrobot.robots.models import KnownModel, known_models
 from virtualrobot.robots.robot import Robot
+from virtualrobot.robots.robots import Robots
 from virtualrobot.scene.editor import Direct
 from virtualrobot.scene.scene import LoadOptions, Scene
 from virtualrobot.scene.target import Target
@@ -34,12 +35,13 @@ from virtualrobot.sensors.rays import Rays
 from virtualrobot.sensors.sensors import Sensors
 from virtualrobot.session import checked_token, default_address, find_token, split_address, token_path
 from virtualrobot.signals import Signals
-from virtualrobot.v1 import kernel_pb2, motion_pb2, robot_pb2, scene_pb2
+from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2
 from virtualrobot.view.view import View
 
 API_VERSION = "virtualrobot.v1"
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class KernelInfo:
     """Versions, limits and capabilities of a kernel.
@@ -88,6 +90,7 @@ class Client:
 
     Attributes:
         scene: the tree of nodes: `client.scene.add_part(...)`, `client.scene.load(...)`, `print(client.scene.tree())`.
+        robots: robots by name: `client.robots["arm"]`; `client.robots()` returns all.
         signals: signals, like a dictionary.
         clock: the simulation clock.
         view: the picture in the browser.
@@ -107,6 +110,7 @@ class Client:
         self.address = address
         self.info = info
         self.scene = Scene(self._services)
+        self.robots = Robots(self._services)
         self.signals = Signals(self._services)
         self.clock = Clock(self._services)
         self.view = View(self._services, self.scene)
@@ -123,14 +127,11 @@ class Client:
         return self._services
 
     def robot(self, name: str) -> Robot:
-        """Return the robot of this name; raises UnknownNameError, which lists the right ones."""
-        described(self._services, name)  # raises when there is none
-        return Robot(self._services, name)
+        """Return the robot of this name, as `robots[name]` does.
 
-    def robots(self) -> list[Robot]:
-        """Return all robots."""
-        response = self._services.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest())
-        return [Robot(self._services, robot.name) for robot in response.robots]
+        Raises UnknownNameError, which lists the right names, when there is none.
+        """
+        return self.robots[name]
 
     @property
     def targets(self) -> dict[str, Target]:

@@ -11,6 +11,7 @@ from google.protobuf.internal.enum_type_wrapper import EnumTypeWrapper
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import settings_of
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import listed, shown, table_html, told
 from virtualrobot.v1 import plugin_pb2
 
 
@@ -23,6 +24,7 @@ _ISOLATIONS = _words(plugin_pb2.Isolation, "ISOLATION_")
 _STATES = _words(plugin_pb2.PluginState, "PLUGIN_STATE_")
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class ComponentUse:
     """A component at work.
@@ -46,6 +48,7 @@ class ComponentUse:
     group: str = ""
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class Component:
     """Component of a plugin.
@@ -90,6 +93,7 @@ class Component:
         )
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class Plugin:
     """Plugin: the components of one entry point of a Python package.
@@ -171,4 +175,16 @@ class Plugins:
 
     def __repr__(self) -> str:
         """Return a line for people."""
-        return f"<Plugins of the kernel at {self._services.address}>"
+
+        def say() -> str:
+            every = self.list()
+            failed = [plugin.name for plugin in every if not plugin.ok]
+            count = sum(len(plugin.components) for plugin in every)
+            return f"{len(every)} with {count} components; {listed(failed, 'none')} failed"
+
+        return told("Plugins", say)
+
+    def _repr_html_(self) -> str:
+        """Return a table of the components for notebooks."""
+        rows = [[one.kind, one.name, one.description] for one in self.components()]
+        return table_html("Components", [["kind", "component", "description"], *rows])

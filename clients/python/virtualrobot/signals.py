@@ -9,7 +9,7 @@ from typing import Unpack
 
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.services import Services
-from virtualrobot._wire.showing import listed, told
+from virtualrobot._wire.showing import listed, table_html, told
 from virtualrobot._wire.signal_values import GivenValue, SignalValue, set_command, value_message, value_of
 from virtualrobot.errors import CallTimeoutError, InvalidArgumentError
 from virtualrobot.scene.editor import Direct, SignalOptions
@@ -135,6 +135,15 @@ class Signals(MutableMapping[str, SignalValue]):
     def __len__(self) -> int:
         """Return the count of signals."""
         return len(self.read())
+
+    def _ipython_key_completions_(self) -> list[str]:
+        """Return the names that IPython completes."""
+        return list(self)
+
+    def _repr_html_(self) -> str:
+        """Return a table for notebooks."""
+        rows = [[one.name, repr(one.value), one.unit, one.direction, one.description] for one in self.read()]
+        return table_html("Signals", [["signal", "value", "unit", "direction", "description"], *rows])
 
     def __repr__(self) -> str:
         """Return names and values."""

@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from html import escape
 from typing import TYPE_CHECKING
 
+from virtualrobot._wire.showing import table_html
 from virtualrobot.robots.values import RobotState
 from virtualrobot.v1 import nodes_pb2
 
 if TYPE_CHECKING:
     from virtualrobot.robots.robot import Robot
 
+_UNITS = {
+    "revolute": "rad, rad/s",
+    "continuous": "rad, rad/s",
+    "prismatic": "m, m/s",
+    "planar": "m, rad and a second",
+    "floating": "m, quaternion; m/s, rad/s",
+}
 _COUNTS = {"planar": (3, 3), "floating": (7, 6)}
 """Coordinates and velocities of joints that have more than one."""
 
@@ -80,8 +87,8 @@ def joint_rows(robot: Robot, state: RobotState, degrees: bool = False) -> list[l
 
 
 def joint_table_html(robot: Robot) -> str:
-    """Return a robot's joints as an HTML table."""
+    """Return a robot's joints as an HTML table, with their units."""
     head, *rows = joint_rows(robot, robot.state)
-    cells = ["<tr>" + "".join(f"<th>{escape(cell)}</th>" for cell in head) + "</tr>"]
-    cells += ["<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in rows]
-    return f"<b>{escape(robot.name)}</b> (radians, meters)<table>{''.join(cells)}</table>"
+    units = [_UNITS[kind] for kind in robot.joint_types.values()]
+    table = [[*head, "units"], *([*row, unit] for row, unit in zip(rows, units, strict=True))]
+    return table_html(robot.name, table)

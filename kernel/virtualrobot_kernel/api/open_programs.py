@@ -38,7 +38,7 @@ They are tried in turn; after the last one the steps begin from rest, for which 
 
 @dataclass(frozen=True, slots=True)
 class _End:
-    """How steps end a program: whether they close it, and how many its text has then more outside of others."""
+    """End of a program with more steps: whether they close it, and how many its text has more outside of others."""
 
     last: bool
     outer_count: int

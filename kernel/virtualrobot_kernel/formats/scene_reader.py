@@ -76,7 +76,11 @@ class SceneReader:
             value_field = map_value(descriptor)
             target = getattr(message, name)
             for key, value in self._items(node, path, "names and values"):
-                target[key] = self._scalar(value_field, value, f"{path}[{key!r}]")
+                here = f"{path}[{key!r}]"
+                if value_field.message_type is not None:
+                    self.fill(target[key], value, here)
+                else:
+                    target[key] = self._scalar(value_field, value, here)
         elif is_repeated(descriptor):
             target = getattr(message, name)
             for index, item in enumerate(self._list(node, path)):

@@ -141,7 +141,7 @@ def test_tls(start_kernel: StartKernel, tmp_path: Path) -> None:
         assert client.scene.node("world").kind == "world"
     other = tmp_path / "other.pem"
     trustme.CA().cert_pem.write_to_path(other)
-    with pytest.raises(virtualrobot.KernelGoneError, match="not signed by the given root certificate"):
+    with pytest.raises(virtualrobot.KernelGoneError, match="signed by nobody that this program trusts"):
         virtualrobot.connect(kernel.address, root_certificate=other)
     other.write_text("no certificate")
     with pytest.raises(virtualrobot.InvalidArgumentError, match=r"other\.pem is no root certificate"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import virtualrobot
@@ -11,6 +13,27 @@ BENT = [0.0, 0.5, 0.0, -1.2, 0.0, 1.4, 0.0]
 DOWN = virtualrobot.pose(roll=np.pi)
 PALLET = virtualrobot.pose(0.45, 0.35, 0.1)
 MOST_TICKS = 60_000
+
+FILE = """\
+schema_version: 1
+programs:
+  one: {steps: [{pick: {robot: iiwa, part: part}}, {place: {robot: iiwa, parent: pallet}}]}
+steps:
+  - repeat: {count: 2, steps: [{call: {program: one}}]}
+  - pattern:
+      name: place
+      reference: pallet
+      pattern: {columns: 1, rows: 2, row_pitch_meters: 0.1}
+      steps:
+        - move:
+            moves:
+              - robot: iiwa
+                point_to_point:
+                  pose:
+                    reference: place
+                    reference_t_tcp: {position: {z: 0.2}, orientation: {x: 1.0}}
+  - set_speed: {factor: 0.5}
+"""
 
 
 @pytest.fixture
@@ -248,3 +271,17 @@ def test_what_makes_no_sense_is_refused_at_once(client: Client, arm: Robot, wron
     with pytest.raises(virtualrobot.VirtualRobotError, match=words):
         programs[wrong].start(wait=False)
     assert not client.motions()
+
+
+def test_a_file_says_what_python_says(client: Client, arm: Robot, tmp_path: Path) -> None:
+    (file := tmp_path / "program.yaml").write_text(FILE)
+    one = client.program().pick(arm, "part").place(arm, parent="pallet")
+    program = client.program().repeat(2, client.program().call(one, "one"))
+    turn = client.program().move(arm.ptp(virtualrobot.pose(z=0.2) @ DOWN, reference="place"))
+    program.pattern("place", virtualrobot.Pattern(1, 2, row_pitch=0.1), turn, reference="pallet").speed(0.5)
+    box(client, "part", *arm.tcp[:3, 3])
+    plans = [each.plan() for each in (client.read_program(file), program)]
+    np.testing.assert_allclose(plans[0].robots["iiwa"].positions, plans[1].robots["iiwa"].positions, atol=1e-9)
+    motion = client.read_program(file).start(wait=False, on_disconnect="continue")
+    assert (motion.step_count, ended(client, motion).step_path) == (7, "2")
+    assert client.scene.node("part").parent == "pallet"

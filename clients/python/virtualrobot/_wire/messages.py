@@ -18,6 +18,7 @@ from google.protobuf.text_format import MessageToString
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix, checked_pose, pose_from_quaternion, quaternion_of
 from virtualrobot.v1 import geometry_pb2, nodes_pb2
@@ -31,6 +32,7 @@ _DTYPES = {
 _TYPES = {dtype: number for number, dtype in _DTYPES.items()}
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class Stamp:
     """Instant of a state.
@@ -54,6 +56,10 @@ class Stamp:
     tick_length: float
     epoch: int
 
+    @property
+    def _brief(self) -> str:
+        return f"{self.simulation_time:.3f} s, tick {self.tick}"
+
 
 def stamp_of(message: geometry_pb2.Stamp) -> Stamp:
     """Return the stamp of a message."""
@@ -69,6 +75,8 @@ def stamp_of(message: geometry_pb2.Stamp) -> Stamp:
 
 
 M = TypeVar("M", bound=Message)
+_MOST_SHOWN = 200
+"""Greatest size in bytes of a message that is shown field by field."""
 
 
 @dataclass(frozen=True, slots=True, repr=False)
@@ -78,7 +86,10 @@ class Wrapped(Generic[M]):
     _message: M
 
     def __repr__(self) -> str:
-        """Return the type and what the value says, in one line."""
+        """Return the type and what the value says, in one line; of a large one what it tells of."""
+        if (size := self._message.ByteSize()) > _MOST_SHOWN:
+            told = ", ".join(field.name for field, _ in self._message.ListFields())
+            return f"<{type(self).__name__} of {size:,} bytes: {told}>"
         return f"<{type(self).__name__} {MessageToString(self._message, as_one_line=True)}>"
 
 

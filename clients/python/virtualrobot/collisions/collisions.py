@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import Stamp, count_or_default, joint_map, stamp_of
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import shown
 from virtualrobot.collisions.allowed_pairs import AllowedPairs
 from virtualrobot.collisions.configurations import ConfigurationsCheck, check_message, gathered
 from virtualrobot.collisions.meshes import CollisionMesh, list_meshes, use_hulls
@@ -31,6 +32,7 @@ DETAILS = {
 }
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class Check:
     """Result of a collision check: true where something touches.
@@ -50,6 +52,7 @@ class Check:
         return bool(self.pairs)
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class Distance:
     """Distance between two nodes.

@@ -10,11 +10,13 @@ from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import Stamp, array_message, array_of, stamp_of
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.robots.dynamics import Samples, sample_rows
 from virtualrobot.v1 import collision_pb2
 
 
+@shown
 @checked
 @dataclass(frozen=True, slots=True, eq=False)
 class ConfigurationsCheck:

@@ -8,10 +8,12 @@ from dataclasses import dataclass
 from google.protobuf.field_mask_pb2 import FieldMask
 
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import UnknownNameError
 from virtualrobot.v1 import collision_pb2, nodes_pb2, scene_pb2
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class CollisionMesh:
     """Collision shape of a figure's mesh.

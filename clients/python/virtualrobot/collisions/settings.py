@@ -9,7 +9,7 @@ from typing import TypedDict, Unpack
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import Services
-from virtualrobot._wire.showing import told
+from virtualrobot._wire.showing import shown, told
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import collision_pb2, scene_pb2
 
@@ -35,6 +35,7 @@ class GuardCost:
     worst_time: float
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class CollisionSettings:
     """Collision settings of a world.

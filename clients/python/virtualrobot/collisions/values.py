@@ -7,9 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot._wire.showing import shown
 from virtualrobot.v1 import collision_pb2, geometry_pb2
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class Collision:
     """Two nodes that touch and may not.

@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 from virtualrobot._wire.messages import Stamp, stamp_of
 from virtualrobot._wire.services import Services
+from virtualrobot._wire.showing import shown
 from virtualrobot.collisions.values import Collision, collision_of, where
 from virtualrobot.v1 import collision_pb2
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class ReportedCollision:
     """Two nodes that touch and may not.
@@ -27,6 +29,7 @@ class ReportedCollision:
     simulation_time: float
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class CollisionEvent:
     """Event of the collision monitor in a tick; as a text it is a line for people.
@@ -67,6 +70,7 @@ class CollisionEvent:
         return f"{pair} touch{' already' if self.begun.tolerated else ''}{where(self.begun.collision)}"
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class CollisionReport:
     """Report of the collision monitor: collisions now, and events since the report before.

@@ -10,6 +10,7 @@ from pathlib import Path, PurePosixPath
 from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import settings_message, vector_message
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError, PluginFailedError
 from virtualrobot.files.resolver import Resolver, UnresolvedUriError, join_uri
 from virtualrobot.scene.figures import Figure, styled
@@ -23,6 +24,7 @@ _MODELS = (".urdf", ".xacro", ".sdf", ".srdf", ".xml", *_SCENES)
 _UNREADABLE = (MalformedFileError, MissingFileError, InvalidArgumentError, PluginFailedError)
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class Upload:
     """A file and all that it names, now held by the kernel.

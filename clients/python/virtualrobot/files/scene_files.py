@@ -12,6 +12,7 @@ from typing import NoReturn
 from virtualrobot._wire.arguments import PoseLike
 from virtualrobot._wire.messages import pose_message, settings_message
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError, MissingFileError
 from virtualrobot.files.assets import Assets, Upload
 from virtualrobot.files.resolver import Resolver, UnresolvedUriError
@@ -28,6 +29,7 @@ _BASES = {
 }
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class Export:
     """Export by `Scene.export`: `files`, the main one last, and `warnings` of what the format could not express."""

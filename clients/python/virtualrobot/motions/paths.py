@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import group_message, joint_map, value_or_default
 from virtualrobot._wire.services import Services
+from virtualrobot._wire.showing import shown
 from virtualrobot._wire.transport import Waiting
 from virtualrobot.errors import UnknownNameError, WrongStateError
 from virtualrobot.motions import moves
@@ -52,6 +53,7 @@ class PathProgress:
     checks: int
 
 
+@shown
 @checked
 @dataclass(frozen=True, slots=True, eq=False)
 class FreePath:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from virtualrobot._wire.messages import array_of, pose_of, value_or_default
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import shown
 from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.motions.motion import Tracking, check_not_empty
 from virtualrobot.motions.moves import Move, messages_of
@@ -22,6 +23,7 @@ from virtualrobot.v1 import motion_pb2
 Floats = NDArray[np.float64]
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class GroupTrajectory:
     """Tool centre point of a group in n samples.
@@ -42,6 +44,7 @@ class GroupTrajectory:
         return chosen.name or (chosen.base_link, chosen.tip_link), GroupTrajectory(poses, speeds)
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class RobotTrajectory:
     """The motion of one robot in n samples of k joints.
@@ -84,6 +87,7 @@ class RobotTrajectory:
         )
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionPlan:
     """A motion in n samples; the last one is at its end. Steps that wait for a signal take no time.
@@ -127,6 +131,7 @@ class ViolationKind(Enum):
     COLLISION = motion_pb2.VIOLATION_KIND_COLLISION  # m that they are apart
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class Violation:
     """A limit that a motion violates, or a collision on its way.
@@ -190,6 +195,7 @@ class Violation:
         return self.message
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionCheck:
     """Result of checking a motion.

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.services import Services
+from virtualrobot._wire.showing import shown
 from virtualrobot._wire.transport import Stream
 from virtualrobot.errors import (
     CallTimeoutError,
@@ -30,6 +31,7 @@ MODES = {"position": motion_pb2.SETPOINT_MODE_POSITION, "velocity": motion_pb2.S
 Setpoint: TypeAlias = Mapping[str, float | ArrayLike] | ArrayLike
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class StreamState:
     """State of joints that follow their setpoints.

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.messages import pose_of
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import MotionAbortedError, MotionCancelledError
 from virtualrobot.v1 import motion_pb2
 
@@ -32,6 +33,7 @@ class Phase(Enum):
         return self in (Phase.SUCCEEDED, Phase.CANCELLED, Phase.ABORTED)
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class Search:
     """Result of a search: joint positions (rad or m, by name), pose of the tool centre point (4x4) and time (s).
@@ -45,6 +47,7 @@ class Search:
     time: float
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionState:
     """State of a motion at one instant.

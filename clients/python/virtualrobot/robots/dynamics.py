@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import Wrapped, array_message, array_of, vector_message
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2
 
@@ -63,6 +64,7 @@ class EffortViolation:
     limit: float
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class InverseDynamics:
     """Inverse dynamics of a movement of n samples of k joints: efforts and base wrenches.

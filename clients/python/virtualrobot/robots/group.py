@@ -7,9 +7,11 @@ from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.services import Services
+from virtualrobot._wire.showing import listed, told
 from virtualrobot.geometry import Matrix
 from virtualrobot.robots.mechanism import JointPositions
 from virtualrobot.robots.mover import Mover
+from virtualrobot.robots.read_only import read_only
 from virtualrobot.robots.teacher import Teacher
 from virtualrobot.robots.values import JointLimits
 from virtualrobot.scene.editor import Direct
@@ -54,9 +56,9 @@ class Group(Mover, Teacher):
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """Positions of the group's joints now, (k,), radians and meters."""
+        """Positions of the group's joints now, (k,), radians and meters; to be read only, as of `Robot`."""
         here = self._joints_now()
-        return np.array([here[name] for name in self.joint_names])
+        return read_only(np.array([here[name] for name in self.joint_names]))
 
     def set_positions(self, positions: JointPositions) -> None:
         """Put joints of the group somewhere at once, without a motion; values by name, or in order."""
@@ -72,4 +74,4 @@ class Group(Mover, Teacher):
         chosen = self._group
         assert chosen is not None
         words = repr(chosen.name) if chosen.name else f"{chosen.base_link or 'base'} to {chosen.tip_link or 'flange'}"
-        return f"<Group {words} of {self.name!r} at {self._services.address}>"
+        return told(f"Group {words} of {self.name!r}", lambda: f"joints {listed(self.joint_names)}")

@@ -8,7 +8,7 @@ from virtualrobot._wire.services import Services
 from virtualrobot.v1 import scene_pb2
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(frozen=True, slots=True, repr=False)
 class KnownModel:
     """Model that the kernel knows by name: `client.load_robot("model://NAME")`.
 
@@ -39,6 +39,14 @@ class KnownModel:
     reach: float | None
     license: str
     source: str
+
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        numbers = f"{self.axes} axes" if self.axes else self.kind
+        payload = f", {self.payload:g} kg" if self.payload else ""
+        reach = f", {self.reach:g} m" if self.reach else ""
+        missing = "" if self.installed or not self.package else f"; pip install {self.package}"
+        return f"<KnownModel {self.name!r}: {self.description}, {numbers}{payload}{reach}{missing}>"
 
 
 def known_models(services: Services, search: str | None = None, maker: str | None = None) -> list[KnownModel]:

@@ -81,6 +81,10 @@ class Postures(Mapping[str, dict[str, float]]):
         """Refuse, as `__setitem__` does."""
         raise TypeError(f"postures are taken away by remove: postures.remove({name!r})")
 
+    def _ipython_key_completions_(self) -> list[str]:
+        """Return the names that IPython completes."""
+        return list(self)
+
     def _now(self) -> dict[str, dict[str, float]]:
         return postures_of(self._robot._services, self._robot.name)
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.newest import newest
+from virtualrobot._wire.showing import told
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.leases import Lease, acquire
@@ -22,6 +23,7 @@ from virtualrobot.robots.mechanism import JointPositions
 from virtualrobot.robots.mounting import mount
 from virtualrobot.robots.mover import Mover
 from virtualrobot.robots.postures import Postures
+from virtualrobot.robots.read_only import read_only
 from virtualrobot.robots.teacher import Teacher
 from virtualrobot.robots.tool import Tool
 from virtualrobot.robots.values import (
@@ -122,8 +124,8 @@ class Robot(Mover, Teacher):
 
     @property
     def positions(self) -> NDArray[np.float64]:
-        """All joint coordinates now, in radians and meters."""
-        return self.state.positions
+        """All joint coordinates now, in radians and meters; to be read only, `copy()` is an array of one's own."""
+        return read_only(self.state.positions)
 
     @property
     def tcp(self) -> Matrix:
@@ -314,7 +316,17 @@ class Robot(Mover, Teacher):
 
     def __repr__(self) -> str:
         """Return a line for people."""
-        return f"<Robot {self.name!r} at {self._services.address}>"
+
+        def say() -> str:
+            state = self.state
+            x, y, z = state.world_t_tcp[:3, 3]
+            count = len(self.joint_names)
+            with_tool = f", tool {state.tool!r}" if state.tool else ""
+            moving = f", moved by {', '.join(state.motion_ids)}" if state.motion_ids else ""
+            joints = f"{count} joint{'s' * (count != 1)}"
+            return f"{joints}{with_tool}, tool centre point at ({x:z.3f}, {y:z.3f}, {z:z.3f}) m{moving}"
+
+        return told(f"Robot {self.name!r}", say)
 
     def _repr_html_(self) -> str:
         """Return a table of the joints for notebooks."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import Stamp, array_of, pose_of, stamp_of
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import UnreachableError
 from virtualrobot.geometry import Matrix
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2
@@ -39,6 +40,7 @@ class JointLimits:
         )
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class RobotState:
     """State of a robot's joints and tools at one instant.
@@ -96,6 +98,7 @@ class RobotState:
         )
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class Actuator:
     """A motor or a cylinder; its position is `offset` plus the sum of ratio times joint.
@@ -171,6 +174,7 @@ class LinkPair:
     reason: str
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class ForwardSolution:
     """Forward kinematics of a posture: `world_t_tcp`, 4x4, and `world_t_link`, 4x4 by link name."""
@@ -179,6 +183,7 @@ class ForwardSolution:
     world_t_link: dict[str, Matrix]
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class Jacobians:
     """Jacobians of points on a robot: three rows in m above three in rad, per rad or m of each joint.
@@ -208,6 +213,7 @@ class Jacobians:
         )
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class InverseSolution:
     """Joint positions that reach a pose.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from virtualrobot._wire.arguments import PoseLike, checked
 from virtualrobot._wire.messages import pose_of
+from virtualrobot._wire.showing import shown
 from virtualrobot.geometry import Matrix
 from virtualrobot.scene.figures import Figure, Figures
 from virtualrobot.v1 import nodes_pb2
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from virtualrobot.scene.scene import Scene
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class NodeInfo:
     """Description of a node at one instant.

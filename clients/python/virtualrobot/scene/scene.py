@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -16,6 +17,7 @@ from virtualrobot._wire.messages import Stamp, array_of, stamp_of, value_or_defa
 from virtualrobot._wire.names import unknown_name
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import Services
+from virtualrobot._wire.showing import listed, shown, told
 from virtualrobot.collisions.allowed_pairs import AllowedPair, built_pairs
 from virtualrobot.files import scene_files
 from virtualrobot.files.assets import Assets
@@ -31,6 +33,7 @@ if TYPE_CHECKING:
     from virtualrobot.robots.robot import Robot
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class SceneChange:
     """Change of a scene, from `Scene.watch`: the first holds everything.
@@ -308,9 +311,30 @@ class Scene(Editor[Node]):
         """
         return scene_files.save_scene(self._services, self._assets, Path(file), bundle)
 
+    def __getitem__(self, name: str) -> Node:
+        """Return the node of this name; raises UnknownNameError, a KeyError, when there is none."""
+        return self.node(name)
+
+    def __iter__(self) -> Iterator[str]:
+        """Yield the names of all nodes, parents before children."""
+        return iter([node.name for node in self.nodes()])
+
+    def __contains__(self, name: object) -> bool:
+        """Return whether there is a node of this name."""
+        return name in list(self)
+
+    def _ipython_key_completions_(self) -> list[str]:
+        """Return the names that IPython completes."""
+        return list(self)
+
     def __repr__(self) -> str:
         """Return a line for people."""
-        return f"<Scene of the kernel at {self._services.address}>"
+
+        def say() -> str:
+            kinds = Counter(node.kind for node in self.nodes() if node.kind not in ("world", "link"))
+            return listed((f"{count} {kind}{'s' * (count != 1)}" for kind, count in kinds.items()), "empty")
+
+        return told("Scene", say)
 
     def _repr_html_(self) -> str:
         """Return the tree for notebooks."""

@@ -19,6 +19,7 @@ from virtualrobot._wire.messages import (
     value_or_default,
     vector_message,
 )
+from virtualrobot._wire.showing import png, shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
@@ -189,6 +190,7 @@ def image_kinds(names: str | Iterable[str]) -> list[sensing_pb2.ImageKind]:
     return [_one_of(IMAGES, name, "kind of picture") for name in names]
 
 
+@shown
 @checked
 @dataclass(frozen=True, eq=False)
 class CameraReading:
@@ -221,6 +223,10 @@ class CameraReading:
     element_names: tuple[str, ...]
     stereo_baseline: float = 0.0
     right: CameraReading | None = None
+
+    def _repr_png_(self) -> bytes | None:
+        """Return the picture in colour for notebooks; None where it was not asked for."""
+        return None if self.color is None else png(self.color)
 
     def mask(self, name: str) -> NDArray[np.bool_]:
         """Return (h, w) where the node `name` is seen; nowhere where it is not in the picture at all."""

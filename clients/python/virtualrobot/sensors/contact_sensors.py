@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import Wrapped, value_or_default, vector_message
+from virtualrobot._wire.showing import shown
 from virtualrobot.v1 import geometry_pb2, sensing_pb2, sensor_pb2
 
 
@@ -55,6 +56,7 @@ def contact_sensor(
     return ContactSensorSettings(message)
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class Contact:
     """Two elements that are near, or a point where they touch.

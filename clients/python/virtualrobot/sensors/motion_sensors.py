@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import Wrapped, pose_of, seed_of, value_or_default, vector_message
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.v1 import geometry_pb2, sensing_pb2, sensor_pb2
@@ -179,6 +180,7 @@ def _noise(noise: Noise | None) -> sensing_pb2.NoiseModel | None:
     return None if noise is None else noise._message
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class ImuReading:
     """Reading of an inertial measurement unit in its own frame, one tick before the stamp.
@@ -194,6 +196,7 @@ class ImuReading:
     magnetic_field: NDArray[np.float64]
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class EncoderReading:
     """Reading of the encoders of k joints: names, positions (k,) in rad or m, velocities (k,) in rad/s or m/s."""
@@ -203,6 +206,7 @@ class EncoderReading:
     velocities: NDArray[np.float64]
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class PoseReading:
     """Pose `world_t_node` (4, 4) of a pose sensor, and its `linear_velocity` (3,) in m/s in the world's frame."""
@@ -211,6 +215,7 @@ class PoseReading:
     linear_velocity: NDArray[np.float64]
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class WrenchReading:
     """Wrench of a load on a force and torque sensor, in its frame, one tick before the stamp; at rest, the weight.

@@ -18,6 +18,7 @@ from virtualrobot._wire.messages import (
     value_or_default,
     whole,
 )
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
 
@@ -152,6 +153,7 @@ def frame_of(name: str) -> sensor_pb2.ReadingFrame:
     return FRAMES[name]
 
 
+@shown
 @checked
 @dataclass(frozen=True, slots=True, eq=False)
 class RangeReading:

@@ -19,6 +19,7 @@ from virtualrobot._wire.messages import (
     value_or_default,
 )
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError, LimitError
 from virtualrobot.v1 import ray_pb2
 
@@ -26,6 +27,7 @@ MOST_RAYS = 300_000
 """Largest number of rays of a call."""
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class RayHits:
     """First hits of n rays.
@@ -52,6 +54,7 @@ class RayHits:
         return [self.element_names[place] if place >= 0 else "" for place in self.elements.tolist()]
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class RayCasterComparison:
     """Comparison of a ray caster with the first one that answered.

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from virtualrobot._wire.messages import Stamp, pose_of, stamp_of
+from virtualrobot._wire.showing import shown
 from virtualrobot.geometry import Matrix
 from virtualrobot.sensors.cameras import CameraReading, camera_reading_of
 from virtualrobot.sensors.contact_sensors import contacts_of
@@ -51,6 +52,7 @@ class SensorStatus:
     mean_reading_time: float
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
     """Reading of a sensor.
@@ -75,6 +77,10 @@ class Reading:
     missed: int
     world_t_sensor: Matrix
     value: Any
+
+    def _repr_png_(self) -> bytes | None:
+        """Return what a camera saw, for notebooks."""
+        return self.value._repr_png_() if isinstance(self.value, CameraReading) else None
 
     @property
     def range(self) -> RangeReading:
@@ -102,6 +108,7 @@ class ComponentTrial:
     rays: int
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class SensorPreset:
     """A device that a range sensor may be set as: what it is, where its numbers come from, how it is set."""

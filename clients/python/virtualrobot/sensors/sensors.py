@@ -12,7 +12,7 @@ from virtualrobot._wire.messages import settings_message, value_or_default
 from virtualrobot._wire.newest import newest
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot._wire.showing import listed, told
+from virtualrobot._wire.showing import listed, table_html, told
 from virtualrobot.errors import UnknownNameError
 from virtualrobot.scene.editor import Direct
 from virtualrobot.sensors.cameras import image_kinds
@@ -159,6 +159,15 @@ class Sensors(Mapping[str, Sensor]):
     def __len__(self) -> int:
         """Return the count of sensors."""
         return len(self.statuses())
+
+    def _ipython_key_completions_(self) -> list[str]:
+        """Return the names that IPython completes."""
+        return list(self)
+
+    def _repr_html_(self) -> str:
+        """Return a table for notebooks."""
+        rows = [[one.name, one.kind, one.state, f"{one.rate:g} Hz", str(one.readings)] for one in self.statuses()]
+        return table_html("Sensors", [["sensor", "kind", "state", "rate", "readings"], *rows])
 
     def __repr__(self) -> str:
         """Return a line for people."""

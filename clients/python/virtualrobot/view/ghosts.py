@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import array_message, array_of, color_message
+from virtualrobot._wire.showing import shown
 from virtualrobot.motions.paths import FreePath
 from virtualrobot.motions.plans import RobotTrajectory
 from virtualrobot.robots.dynamics import Samples, sample_rows
@@ -22,6 +23,7 @@ MOST = 20
 Positions = Samples | FreePath | RobotTrajectory
 
 
+@shown
 @checked
 @dataclass(frozen=True, slots=True, eq=False)
 class Ghost:

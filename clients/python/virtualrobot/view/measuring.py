@@ -14,6 +14,7 @@ from virtualrobot._wire.arguments import ArrayLike
 from virtualrobot._wire.messages import value_or_default, vector_message
 from virtualrobot._wire.newest import newest
 from virtualrobot._wire.services import Services
+from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import geometry_pb2, view_pb2
 
@@ -21,6 +22,7 @@ Place = Annotated[tuple[str, ArrayLike], "a node's name and a point, such as ('b
 """A point that moves with a node: the node's name (empty: the world), and meters in its frame."""
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class Measure:
     """Distance between two points, and their positions.

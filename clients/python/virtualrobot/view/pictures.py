@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
+from virtualrobot._wire.showing import png, shown
 from virtualrobot._wire.transport import Stream
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import view_pb2
@@ -33,6 +34,7 @@ FORMATS = {
 }
 
 
+@shown
 @checked
 @dataclass(frozen=True, slots=True, eq=False)
 class Picture:
@@ -65,6 +67,16 @@ class Picture:
             )
         return np.frombuffer(self.image, np.uint8).reshape(self.height, self.width, 3)
 
+    def _repr_png_(self) -> bytes | None:
+        """Return the picture for notebooks."""
+        if self.format == "raw":
+            return png(self.pixels)
+        return self.image if self.format == "png" else None
+
+    def _repr_jpeg_(self) -> bytes | None:
+        """Return the picture for notebooks."""
+        return self.image if self.format == "jpeg" else None
+
     def save(self, path: str | Path) -> None:
         """Write the file; its name ends as the format is called."""
         ending = format_of(path)
@@ -73,6 +85,7 @@ class Picture:
         Path(path).write_bytes(self.image)
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class Picked:
     """Surface point under a pixel.

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike
 from virtualrobot._wire.messages import value_or_default, vector_message
+from virtualrobot._wire.showing import shown
 from virtualrobot.v1 import view_pb2
 from virtualrobot.view.ghosts import Ghost, ghost_of
 from virtualrobot.view.measuring import Place, vector_of
@@ -17,6 +18,7 @@ POINT_COLORS = {"distance": view_pb2.POINT_COLOR_DISTANCE, "intensity": view_pb2
 _COLOR_NAMES = {number: name for name, number in POINT_COLORS.items()}
 
 
+@shown
 @dataclass(frozen=True, slots=True)
 class SensorOverlay:
     """Overlay of a sensor; see `View.show_sensor`."""
@@ -28,6 +30,7 @@ class SensorOverlay:
     image: bool
 
 
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class ViewState:
     """State of the picture's set-up; the properties of `View` tell more of each.

@@ -6,16 +6,13 @@ waits until the arm has taken the box away, the arm says `pallet_full_iiwa` at i
 
 from __future__ import annotations
 
-import queue
-from collections.abc import Iterator
-from concurrent.futures import ThreadPoolExecutor
-from contextlib import nullcontext, suppress
-from functools import partial
+from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
+from contextlib import nullcontext
 from pathlib import Path
+from threading import Lock
 
 import numpy as np
-from numpy.typing import NDArray
-from virtualrobot import Client, pose
+from virtualrobot import Client, Pattern, Program, pose
 
 from virtualrobot_apps.demos.palletizing import cell
 from virtualrobot_apps.demos.palletizing.cell import STATIONS, Station
@@ -23,18 +20,10 @@ from virtualrobot_apps.demos.palletizing.film import filmed
 from virtualrobot_apps.demos.viewer import show_viewer
 
 PITCH = 0.5  # meters that the belt moves at a time
+RISE = 0.2  # meters above its place that a box comes from
+PATIENCE = 3600.0  # seconds
+TELLING = Lock()
 COLUMNS, ROWS = 2, 3  # of boxes in a layer
-
-
-def pattern(station: Station, layers: int) -> Iterator[NDArray[np.float64]]:
-    """Yield `pallet_t_box` in order; every second layer is turned by a right angle, so that the stack holds."""
-    length, width, height = station.box
-    for layer in range(layers):
-        for column in range(COLUMNS):
-            for row in range(ROWS):
-                x = (column - (COLUMNS - 1) / 2) * (length + station.gap)
-                y = (row - (ROWS - 1) / 2) * (width + station.gap)
-                yield pose(yaw=layer % 2 * np.pi / 2) @ pose(x, y, (layer + 0.5) * height)
 
 
 def main(client: Client, loop: bool = False, headless: bool = False, layers: int = 3, film: Path | None = None) -> None:
@@ -55,24 +44,16 @@ def main(client: Client, loop: bool = False, headless: bool = False, layers: int
 
 def run(client: Client, layers: int) -> None:
     """Let conveyor and arms work until both pallets are full; print each box, and a table at the end."""
-    count = COLUMNS * ROWS * layers
-    placed: queue.Queue[tuple[str, float]] = queue.Queue()
+    count, start = COLUMNS * ROWS * layers, now(client)
     cycles: dict[str, list[float]] = {station.robot: [] for station in STATIONS}
-    start = now(client)
     with ThreadPoolExecutor(len(STATIONS) + 1) as threads:
         programs = [threads.submit(feed, client, count)]
-        programs += [threads.submit(palletize, client, station, layers, placed) for station in STATIONS]
+        programs += [threads.submit(palletize, client, station, layers, cycles) for station in STATIONS]
         try:
-            while (number := sum(map(len, cycles.values())) + 1) <= len(STATIONS) * count:
-                for program in programs:
-                    if program.done():
-                        program.result()  # raises what the program raised
-                with suppress(queue.Empty):  # never wait for long: Ctrl-C would not get through on Windows
-                    robot, seconds = placed.get(timeout=0.2)
-                    cycles[robot].append(seconds)
-                    print(f"box {number:2} of {len(STATIONS) * count}: {robot:5} {seconds:5.2f} s", flush=True)
-            for program in programs:
-                program.result()
+            while not all(program.done() for program in programs):
+                done, _ = wait(programs, 0.2, FIRST_EXCEPTION)  # never for long: Windows would not hear Ctrl-C
+                for program in done:
+                    program.result()  # raises what the program raised
         except BaseException:
             client.close()  # the other programs hear of it at once, and the kernel stops the arms
             raise
@@ -83,7 +64,7 @@ def run(client: Client, layers: int) -> None:
 
 
 def feed(client: Client, count: int) -> None:
-    """Bring `count` boxes to each arm: the conveyor's program."""
+    """Bring `count` boxes to each arm: the conveyor's program for each move of the belt."""
     conveyor = client.robot("conveyor")
     for move in range(1, count + max(station.moves for station in STATIONS)):
         with client.scene.batch() as batch:
@@ -94,42 +75,55 @@ def feed(client: Client, count: int) -> None:
                 batch.add_part(name, station.figures(), pose=belt_t_box, parent="conveyor.belt")
         if move <= count:
             client.collisions.allowed.change(pair for station in STATIONS for pair in station.touches(move))
-        client.signals["conveyor_running"] = True
-        conveyor.move_joints({"belt": move * PITCH})
         arrived = [f"box_at_{station.robot}" for station in STATIONS if 0 <= move - station.moves < count]
-        client.signals.set({"conveyor_running": False, **dict.fromkeys(arrived, True)})
+        program = client.program().set("conveyor_running").move(conveyor.ptp({"belt": move * PITCH}))
+        program.set("conveyor_running", False)
         for signal in arrived:
-            client.signals.wait_for(signal, False)
+            program.set(signal)
+        for signal in arrived:
+            program.wait(signal, False)
+        program.start(wait=False).wait(timeout=PATIENCE)
 
 
-def palletize(client: Client, station: Station, layers: int, placed: queue.Queue[tuple[str, float]]) -> None:
-    """Put the boxes that come onto the pallet: an arm's program. A box takes from its arrival until the arm is free."""
-    robot, signal = client.robot(station.robot), f"box_at_{station.robot}"
-    home, hold, let_go = robot.positions, *station.tool_states
-    box_t_tcp = pose(z=station.box[2] / 2 - station.grip_depth, roll=np.pi)  # the tool points down
-    belt, pallet = client.scene.pose("conveyor.belt"), client.scene.pose(f"pallet-{station.robot}")
-    pick = pose(station.pick_x, belt[1, 3], belt[2, 3] + station.box[2] / 2, yaw=station.belt_yaw) @ box_t_tcp
-    line = partial(robot.move_linear, velocity=0.5, acceleration=3.0)
-    for number, pallet_t_box in enumerate(pattern(station, layers), start=1):
-        place = pallet @ pallet_t_box @ box_t_tcp
-        above_pick, above_place = (pose(z=station.travel_height - goal[2, 3]) @ goal for goal in (pick, place))
-        # Solved from the same posture each time, so that the elbow does not wander.
-        robot.move_joints(robot.solve_inverse(above_pick, seed=home).by_name())
-        client.signals.wait_for(signal)
-        begin = now(client)
-        line(pick)
-        robot.tool().set(hold)
-        robot.pick(f"{station.robot}-box-{number}")
-        line(above_pick)
-        client.signals[signal] = False
-        robot.move_joints(robot.solve_inverse(above_place, seed=home).by_name())
-        line(place)
-        robot.place(parent=f"pallet-{station.robot}")
-        robot.tool().set(let_go)
-        line(above_place)
-        placed.put((station.robot, now(client) - begin))
-    robot.move_joints(home)
-    client.signals[f"pallet_full_{station.robot}"] = True
+def arm_program(client: Client, station: Station, layers: int) -> Program:
+    """Return an arm's program: put the boxes that come onto the pallet, every second layer turned so that it holds."""
+    robot, signal, pallet = client.robot(station.robot), f"box_at_{station.robot}", f"pallet-{station.robot}"
+    length, width, height = station.box
+    hold, let_go = station.tool_states
+    box_t_tcp = pose(z=height / 2 - station.grip_depth, roll=np.pi)  # the tool points down
+    belt = client.scene.pose("conveyor.belt")
+    pick = pose(station.pick_x, belt[1, 3], belt[2, 3] + height / 2, yaw=station.belt_yaw) @ box_t_tcp
+    home = dict(zip(robot.joint_names, robot.positions.tolist(), strict=True))
+    line = {"velocity": 0.5, "acceleration": 3.0}
+    # Near the same posture each time, so that the elbow does not wander.
+    near = {"prefer": {name: home[name] for name in robot.chain_joint_names}}
+    rise = station.travel_height - pick[2, 3]
+    box = client.program().move(robot.ptp(pose(z=rise) @ pick, **near)).wait(signal)
+    box.pick_at(robot, pick, approach=rise, state=hold, **line, **near).set(signal, False)
+    box.place_at(robot, box_t_tcp, reference="place", approach=RISE, state=let_go, parent=pallet, **line, **near)
+    places = Pattern(
+        *(COLUMNS, ROWS, layers, length + station.gap, width + station.gap, height),
+        pose=pose(z=height / 2),
+        layer_turn=np.pi / 2,
+    )
+    program = client.program().pattern("place", places, box, reference=pallet)
+    return program.move(robot.ptp(home)).set(f"pallet_full_{station.robot}")
+
+
+def palletize(client: Client, station: Station, layers: int, cycles: dict[str, list[float]]) -> None:
+    """Run an arm's program and tell of each box the seconds from when the arm and it are there until it is placed."""
+    motion, begin = arm_program(client, station, layers).start(wait=False), now(client)
+    total = len(STATIONS) * COLUMNS * ROWS * layers
+    for state in motion.watch(max_rate=100):
+        inside, _, step = state.step_path.removeprefix("0[").partition("].")
+        with TELLING:
+            while len(cycles[station.robot]) < (int(inside) if step else total // len(STATIONS)):
+                cycles[station.robot].append(seconds := now(client) - begin)
+                number = sum(map(len, cycles.values()))
+                print(f"box {number:2} of {total}: {station.robot:5} {seconds:5.2f} s", flush=True)
+        if step in ("0", "1"):  # on its way to the belt, or there before the box
+            begin = now(client)
+    motion.wait(timeout=PATIENCE)
 
 
 def now(client: Client) -> float:
