@@ -233,6 +233,8 @@ def test_command_line_tells_each_option(name: str) -> None:
         options = {option for action in _parser()._actions for option in action.option_strings} - {"-h", "--help"}
     elif name == "grade":
         options = long_options(grade)
+    elif name == "new":
+        options = long_options(command)
     else:
         assert long_options(command) >= TARGET
         options = long_options(command) - TARGET

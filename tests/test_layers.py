@@ -63,6 +63,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The client knows nothing of the kernel; an application knows only the client library.
     CLIENT: ("virtualrobot", "numpy", "grpc", "grpc_status", "google", "click", "platformdirs", "prompt_toolkit"),
     APPS: ("virtualrobot_apps", "virtualrobot", "numpy", "click"),
+    # What users get to begin with: a test beside a program.
+    f"{APPS}/new/cells": ("virtualrobot", "numpy", "pytest", "program"),
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Films are written by FFmpeg, where its package is installed.

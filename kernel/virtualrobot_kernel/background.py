@@ -1,8 +1,9 @@
-"""Work that gives way: what it makes may be late, what ticks and calls make may not."""
+"""Manners of the kernel's process: work that gives way to ticks and calls, and threads that share their memory."""
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import os
 import sys
 import threading
@@ -10,6 +11,13 @@ import threading
 NICENESS = 5
 """By how much the thread's niceness grows: a third of the share of a core, where others want it. Measured with ten
 lidars on two busy cores: calls take a tenth less, and as many readings are made; at 10 a third of them is left out."""
+
+ARENAS = 2
+"""Number of arenas of the C library. Two arms loaded, moved, checked and cleared 60 times on two cores took 395 MB with
+two, and 493 MB without a limit, growing by 1 MB each time."""
+
+_ARENA_MAX = -8
+"""M_ARENA_MAX of glibc's malloc.h."""
 
 
 def give_way() -> None:
@@ -21,6 +29,16 @@ def give_way() -> None:
         with contextlib.suppress(OSError):
             thread = threading.get_native_id()
             os.setpriority(os.PRIO_PROCESS, thread, os.getpriority(os.PRIO_PROCESS, thread) + NICENESS)
+
+
+def share_memory() -> None:
+    """Have all threads, from now on, take memory from two arenas of the C library; where it is not glibc, do nothing.
+
+    By default there are eight for each core, and what one thread frees no other one takes: loading and clearing for
+    hours, by threads that take turns, would have each of them grow.
+    """
+    with contextlib.suppress(OSError, AttributeError, TypeError):  # TypeError: on Windows there is no None to load
+        ctypes.CDLL(None).mallopt(_ARENA_MAX, ARENAS)
 
 
 def spare_cores() -> int:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING
 
 from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, given_token, is_loopback, token_path
 
+from virtualrobot_kernel.background import share_memory
 from virtualrobot_kernel.errors import KernelError
 
 if TYPE_CHECKING:
@@ -81,6 +82,7 @@ def _parser() -> argparse.ArgumentParser:
 
 def _serve(options: argparse.Namespace) -> int:
     _check(options)
+    share_memory()
     catalog = _catalog(options)
     compile_all_code()
     from virtualrobot_kernel.api.server import Address

@@ -42,7 +42,14 @@ FENCE = re.compile(
 LIKE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 OWN_KERNEL = re.compile(r"pip install|motion-1\b")
 """In pages that install something or that count motions; others share a kernel."""
-LONG = {"command-line.md", "tutorial-plugin.md", "tutorial-teacher.md", "rays.md", "sensor-models.md"}
+LONG = {
+    "command-line.md",
+    "tutorial-first-cell.md",
+    "tutorial-plugin.md",
+    "tutorial-teacher.md",
+    "rays.md",
+    "sensor-models.md",
+}
 COMMAND_SECONDS = 300
 SPEED = 5.0
 """How much faster than the wall clock the kernels run, so that nobody waits for motions."""

@@ -73,7 +73,7 @@ def test_a_silent_stream_stops_after_its_timeout_of_simulation_time(stepped: Stu
     ("mode", "value", "code", "said"),
     [
         (POSITION, float("nan"), "INVALID_ARGUMENT", "'lbr_iiwa_joint_1' must be a finite number, not nan"),
-        (POSITION, 3.0, "LIMIT_EXCEEDED", "'lbr_iiwa_joint_1' would be at 3, its limits are"),
+        (POSITION, 3.0, "LIMIT_EXCEEDED", "'lbr_iiwa_joint_1' would be at 3 rad, its limits are"),
         (POSITION, -2.0, "LIMIT_EXCEEDED", "'lbr_iiwa_joint_1' would go from 0.02 to -2 within 0.04 s"),
         (VELOCITY, 1e3, "LIMIT_EXCEEDED", "'lbr_iiwa_joint_1' would move at 1000, its limit is"),
     ],

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import ctypes
 import os
 import sys
 import threading
 from concurrent.futures import ThreadPoolExecutor
 
 import pytest
-from virtualrobot_kernel.background import NICENESS, give_way
+from virtualrobot_kernel.background import ARENAS, NICENESS, give_way, share_memory
 
 
 def niceness() -> int:
@@ -30,3 +31,19 @@ def test_where_it_cannot_be_set_nothing_happens(monkeypatch: pytest.MonkeyPatch)
 
     monkeypatch.setattr(os, "setpriority", refuse)
     give_way()
+
+
+def test_the_threads_of_a_process_share_few_arenas_where_its_c_library_has_them(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    asked: list[tuple[int, int]] = []
+
+    class Glibc:
+        def mallopt(self, option: int, value: int) -> None:
+            asked.append((option, value))
+
+    monkeypatch.setattr(ctypes, "CDLL", lambda name: Glibc())
+    share_memory()
+    monkeypatch.setattr(ctypes, "CDLL", lambda name: object())  # another C library
+    share_memory()
+    assert asked == [(-8, ARENAS)]

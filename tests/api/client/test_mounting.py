@@ -140,9 +140,9 @@ def test_tools_are_changed_at_a_rack(client: Client, arm: Robot) -> None:
     assert (cups.name, arm.state.tool_center_point) == ("cups", "cup_2")
     again = arm.change_tool(hand, rack="rack", rack_pose=virtualrobot.pose(y=0.3))
     assert (again.name, arm.tools, client.scene.node("cups").parent) == ("hand.tool", ["hand.tool"], "rack")
-    arm.unmount("hand")
+    arm.unmount(client.scene.node("hand"))
     plate = client.scene.add_adapter("plate", arm.flange, pose=virtualrobot.pose(z=0.02))
-    arm.mount("hand", adapter=plate.name, pose=virtualrobot.pose(z=0.01))
+    arm.mount(client.robot("hand"), adapter=plate, pose=virtualrobot.pose(z=0.01))
     np.testing.assert_allclose(
         client.scene.pose("hand"), client.scene.pose(arm.flange) @ virtualrobot.pose(z=0.03), atol=1e-9
     )
@@ -217,6 +217,12 @@ def test_what_cannot_be_mounted_is_refused_and_changes_nothing(client: Client, a
         with pytest.raises(error, match=words):
             wrong()
     assert {node.name for node in client.scene.nodes()} == names
+    assert (arm.tools, other.tools) == ([], [hand.name])
+    stale = client.scene.revision
+    client.scene.add_object("later")
+    with pytest.raises(virtualrobot.StaleRevisionError), client.scene.batch(stale) as batch:
+        batch.unmount_tool("other")
+        batch.mount_tool("arm", "hand")
     assert (arm.tools, other.tools) == ([], [hand.name])
     motion = other.move_joints([0.2] * 6, speed_factor=0.01, wait=False)
     for wrong in (other.unmount, lambda: other.change_tool("hand")):

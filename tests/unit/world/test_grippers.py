@@ -7,6 +7,7 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.affected_robots import affected_robots
 from virtualrobot_kernel.world.change import Change
+from virtualrobot_kernel.world.collisions import CollisionMode, CollisionSettings
 from virtualrobot_kernel.world.commands import (
     AttachNode,
     Command,
@@ -194,3 +195,13 @@ def test_an_arm_is_asked_before_its_gripper_is_touched(mounted: Change) -> None:
     assert affected(world, UnmountTool("arm")) == {"hand", "arm"}
     assert affected(world, MountTool("arm", "other")) == {"other", "arm"}
     assert affected(world, AttachNode("hand", "world")) == {"hand", "arm"}
+
+
+def test_a_gripper_has_the_mode_of_its_arm_unless_it_has_its_own(mounted: Change) -> None:
+    structure = mounted.structure
+    rail, arm, hand = (structure.node(name).uid for name in ("rail", "arm", "hand"))
+    of_arm = CollisionSettings(modes={arm: CollisionMode.GUARD})
+    assert of_arm.modes_of(structure) == {rail: CollisionMode.OFF, arm: CollisionMode.GUARD, hand: CollisionMode.GUARD}
+    own = CollisionSettings(CollisionMode.STOP, {hand: CollisionMode.MONITOR, arm: CollisionMode.GUARD})
+    assert own.modes_of(structure)[hand] is CollisionMode.MONITOR
+    assert of_arm.modes_of(after(mounted, UnmountTool("arm")).structure)[hand] is CollisionMode.OFF

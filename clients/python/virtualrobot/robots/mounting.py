@@ -10,21 +10,21 @@ from virtualrobot._wire.services import Services
 from virtualrobot.errors import VirtualRobotError
 from virtualrobot.files.assets import Assets
 from virtualrobot.files.scene_files import load_model, model_request
-from virtualrobot.robots.tool import Tool
+from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.scene.editor import Batch, Direct
 
 
 def mount(
     services: Services,
     robot: str,
-    what: str | Path | Tool,
+    what: Named | Path,
     name: str | None,
     adapter: str | None,
     pose: PoseLike | None,
     tcp: str | ArrayLike | None,
 ) -> None:
     """Mount a model or a node on a robot; the arguments are those of `Robot.mount`."""
-    node = what.name if isinstance(what, Tool) else str(what)
+    node = str(what) if isinstance(what, Path) else name_of(what)
     if isinstance(what, Path) or "/" in node:
         request = model_request(name, None, "", "fixed")
         if tcp is None or isinstance(tcp, str):

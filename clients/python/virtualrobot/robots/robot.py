@@ -17,6 +17,7 @@ from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.leases import Lease, acquire
 from virtualrobot.motions.setpoints import MODES, SetpointStream
+from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.robots.description import coordinate_names
 from virtualrobot.robots.group import Group
 from virtualrobot.robots.mechanism import JointPositions
@@ -225,10 +226,10 @@ class Robot(Mover, Teacher):
 
     def mount(
         self,
-        what: str | Path | Tool,
+        what: Named | Path,
         *,
         name: str | None = None,
-        adapter: str | None = None,
+        adapter: Named | None = None,
         pose: PoseLike | None = None,
         tcp: str | ArrayLike | None = None,
     ) -> Tool:
@@ -238,7 +239,7 @@ class Robot(Mover, Teacher):
 
         Args:
             what: a model to load: `model://` with a name of `client.models()`, a file's path with a `/` in it, or a
-                `Path`; otherwise the name of a node that is there: a tool, a gripper, or an adapter with one.
+                `Path`; otherwise a node that is there, or its name: a tool, a gripper, or an adapter with one.
             name: of what is loaded; by default its own, with a number if that is taken.
             adapter: the link or adapter of this robot that it goes to instead of the flange.
             pose: where its frame is in that of the flange or adapter, 4x4; by default they coincide.
@@ -255,10 +256,10 @@ class Robot(Mover, Teacher):
             >>> hand.close().wait()
             >>> arm.mount("gripper", adapter="plate", pose=virtualrobot.pose(z=0.02))
         """
-        mount(self._services, self.name, what, name, adapter, pose, tcp)
+        mount(self._services, self.name, what, name, None if adapter is None else name_of(adapter), pose, tcp)
         return self.tool()
 
-    def unmount(self, tool: str | Tool | None = None, *, to: str = "world", pose: PoseLike | None = None) -> None:
+    def unmount(self, tool: Named | None = None, *, to: Named = "world", pose: PoseLike | None = None) -> None:
         """Take a tool off: by default the chosen one with its gripper, or a tool, gripper or adapter by name.
 
         It is fixed to the node `to`, such as a rack, at `pose` (4x4 in the frame of that), by default where it is.
@@ -269,16 +270,16 @@ class Robot(Mover, Teacher):
         Example:
             >>> arm.unmount(to="rack")
         """
-        name = tool.name if isinstance(tool, Tool) else tool
-        Direct(self._services).unmount_tool(self.name, name, to, pose)
+        name = None if tool is None else name_of(tool)
+        Direct(self._services).unmount_tool(self.name, name, name_of(to), pose)
 
     def change_tool(
         self,
-        what: str | Tool,
+        what: Named,
         *,
-        rack: str = "world",
+        rack: Named = "world",
         rack_pose: PoseLike | None = None,
-        adapter: str | None = None,
+        adapter: Named | None = None,
         pose: PoseLike | None = None,
         tcp: str | None = None,
     ) -> Tool:
@@ -297,8 +298,8 @@ class Robot(Mover, Teacher):
         """
         batch = Batch()
         if self.state.tool:
-            batch.unmount_tool(self.name, None, rack, rack_pose)
-        batch.mount_tool(self.name, what if isinstance(what, str) else what.name, adapter, pose, tcp)
+            batch.unmount_tool(self.name, None, name_of(rack), rack_pose)
+        batch.mount_tool(self.name, name_of(what), None if adapter is None else name_of(adapter), pose, tcp)
         self._services.apply(batch._commands)
         return self.tool()
 

@@ -1,0 +1,1 @@
+"""Ready cells: `virtualrobot new` writes one as a start for your own."""
