@@ -41,8 +41,8 @@ TURN, SHIFT = 0.05, 0.005
 SEED = 20131
 """Seed of these postures: equal models have equal pairs."""
 
-MOST_TRIANGLES = 200_000
-"""Number of triangles of a mesh up to which it is looked at, a fifth of a second; what has more is left as it is."""
+MOST_TRIANGLES = 100_000
+"""Number of triangles of a mesh up to which it is looked at: a second or two; what has more is left as it is."""
 
 AT_LIMIT = 1e-6
 """Distance from its limit, in radians or meters, at which a joint is there."""

@@ -11,6 +11,7 @@ from virtualrobot import Client, pose
 from virtualrobot.collisions.allowed_pairs import AllowedPair
 
 from tests.api.client.conftest import Run
+from tests.kernels import StartKernel
 from tests.unit.formats.models import ROBOTS
 
 KR6 = "model://kr6_r700"
@@ -64,8 +65,9 @@ def test_it_is_saved_with_the_scene_and_undone_by_one_call(cell: Client, tmp_pat
     assert [pair.cause for pair in cell.collisions.allowed.list("table")] == ["client"]
 
 
-def test_models_of_a_scene_file_are_looked_at(client: Client, tmp_path: Path) -> None:
-    (tmp_path / "cell.yaml").write_text(
+def test_models_of_a_scene_file_are_looked_at(client: Client, start_kernel: StartKernel, tmp_path: Path) -> None:
+    file = tmp_path / "cell.yaml"
+    file.write_text(
         f"""
 schema_version: 1
 nodes:
@@ -82,10 +84,12 @@ models:
   parent_t_node: {{position: {{y: 2.0}}}}
 """
     )
-    client.scene.load_scene(tmp_path / "cell.yaml")
+    client.scene.load_scene(file)
     assert STANDS in told(client) and len(told(client)) == 4
     assert built(client) == told(client)
     assert not client.collisions.check()
+    with virtualrobot.connect(start_kernel(str(file)).address) as fresh:
+        assert built(fresh) == told(client)
 
 
 def test_the_command_line_tells_and_undoes_it(cell: Client, run: Run) -> None:

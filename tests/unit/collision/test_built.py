@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from importlib.resources import files
 
 import pytest
 from virtualrobot_kernel.collision.built import built_pairs, mounted_pairs
@@ -23,8 +24,11 @@ from virtualrobot_kernel.world.structure import (
 )
 
 from tests.unit.collision.worlds import ROBOTS, SHAPES, after, robot_nodes, world
+from tests.unit.formats.models import ROBOTS as FILES
 from tests.unit.world.builders import Z, link, shifted
 
+EVERY = {**ROBOTS, "xarm6_gripper": str(FILES["xarm6_gripper"]), "a1": str(FILES["a1"])}
+BUNDLED = files("virtualrobot_plugins.models")
 FIXED, REVOLUTE, PRISMATIC = JointType.FIXED, JointType.REVOLUTE, JointType.PRISMATIC
 X = (1.0, 0.0, 0.0)
 WIDE = JointLimits(-2.0, 2.0, 1.0)
@@ -92,13 +96,20 @@ def loaded(before: Snapshot, *nodes: NodeSpec) -> tuple[Snapshot, tuple[tuple[st
     return after(before, create, *([SetAllowedPairs(built=pairs)] if pairs else [])), pairs
 
 
-@pytest.mark.parametrize("name", sorted(ROBOTS))
+@pytest.mark.parametrize("name", sorted(EVERY))
 def test_nothing_touches_of_a_model_as_loaded(name: str) -> None:
-    then, pairs = loaded(world(), *robot_nodes(ROBOTS[name], name))
+    then, pairs = loaded(world(), *robot_nodes(EVERY[name], name))
     assert touching(then) == set()
     # What is found touches: without it the same pairs are told, and no others.
-    assert touching(world(CreateNodes(robot_nodes(ROBOTS[name], name)))) == {pair[:2] for pair in pairs}
-    assert pairs == loaded(world(), *robot_nodes(ROBOTS[name], name))[1]
+    assert touching(world(CreateNodes(robot_nodes(EVERY[name], name)))) == {pair[:2] for pair in pairs}
+    assert pairs == loaded(world(), *robot_nodes(EVERY[name], name))[1]
+
+
+@pytest.mark.parametrize("file", sorted(one.name for one in BUNDLED.iterdir() if one.name.endswith(".urdf")))
+def test_nothing_touches_of_a_bundled_file_as_loaded(file: str) -> None:
+    """By its file, without the pairs that the table of models by name adds."""
+    then, _ = loaded(world(), *robot_nodes(f"package://virtualrobot_plugins/models/{file}", "robot"))
+    assert touching(then) == set()
 
 
 def test_the_panda_and_its_hand_have_their_reasons() -> None:
