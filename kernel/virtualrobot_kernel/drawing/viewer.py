@@ -22,6 +22,7 @@ from virtualrobot_kernel.drawing.inventory import Inventory, figures_only, joint
 from virtualrobot_kernel.drawing.library import ShapeLibrary
 from virtualrobot_kernel.drawing.measurements import MeasurementLayer
 from virtualrobot_kernel.drawing.page_server import quiet, serve
+from virtualrobot_kernel.drawing.program_panel import ProgramPanel
 from virtualrobot_kernel.drawing.sensor_overlays import SensorLayer
 from virtualrobot_kernel.drawing.stage import Stage
 from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
@@ -160,6 +161,7 @@ class Picture:
         self._sensors = SensorLayer(server)
         self._contacts = ContactLayer(server)
         self._cameras = Cameras(server)
+        self._programs = ProgramPanel(server)
         self._inventory: Inventory | None = None
         self._bounds: np.ndarray | None = None
         self._last: tuple[Snapshot, ViewSettings] | None = None
@@ -198,6 +200,7 @@ class Picture:
         self._measurements.draw(snapshot, settings.measurements, clearances)
         self._sensors.draw(snapshot, settings.sensors, readings)
         self._cameras.follow(settings.camera, self._bounds)
+        self._programs.show(snapshot)
         self._last = snapshot, settings
 
     def _arranged(self, snapshot: Snapshot, settings: ViewSettings) -> bool:

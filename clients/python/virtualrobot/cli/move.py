@@ -95,7 +95,7 @@ def _drawn(motion: Motion) -> None:
         for state in motion.watch():
             if shown:
                 bar = "#" * round(_BAR_WIDTH * state.progress)
-                step = f"  step {state.step} of {steps}" if steps else ""
+                step = f"  step {state.step_path}, {state.step} of {state.step_count}" if steps else ""
                 click.echo(f"\r{name}  [{bar:-<{_BAR_WIDTH}}] {100 * state.progress:3.0f}%{step}", nl=False)
     finally:
         if shown:
