@@ -71,6 +71,7 @@ def served(world: World) -> api.MotionServicer:
         in_worker=asyncio.to_thread,
     )
     kernel.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
+    kernel.submitting = lambda context: lambda commands, revision=None: world.submit(commands, "a test", revision)
     return api.MotionServicer(kernel)
 
 
