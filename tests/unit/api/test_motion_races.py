@@ -71,6 +71,9 @@ def served(world: World) -> api.MotionServicer:
         in_worker=asyncio.to_thread,
     )
     kernel.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
+    kernel.submitting = lambda context: (
+        lambda commands, expected_revision=None: kernel.submit(commands, context, expected_revision)
+    )
     return api.MotionServicer(kernel)
 
 
