@@ -120,7 +120,7 @@ class Program:
         return str(self.rng.choice(names)) if names and self.rng.random() < 0.97 else "nobody"
 
     def create(self) -> None:
-        """Create one to three objects or parts."""
+        """Create one to three objects, parts or targets."""
         commands = []
         for _ in range(self.rng.integers(1, 4)):
             self.count += 1
@@ -131,7 +131,10 @@ class Program:
                 parent_t_node=self.pose(),
                 figures=[nodes_pb2.Figure(box=nodes_pb2.Box(size=size))],
             )
-            getattr(node, str(self.rng.choice(["part", "object", "annotation"]))).SetInParent()
+            getattr(node, str(self.rng.choice(["part", "object", "annotation", "target"]))).SetInParent()
+            if node.HasField("target"):
+                node.target.robot = "iiwa"
+                node.target.joint_positions.update(self.joint_positions("iiwa"))
             commands.append(scene_pb2.Command(create_node=scene_pb2.CreateNode(node=node)))
         if answer := self.apply(*commands):
             self.names += [created.name for created in answer.created]

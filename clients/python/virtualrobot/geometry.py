@@ -40,7 +40,8 @@ def pose(
     for name, angle in zip(("roll", "pitch", "yaw"), values[3:].tolist(), strict=True):
         if abs(angle) > MOST_ANGLE:
             raise InvalidArgumentError(
-                f"{name}={angle:g} is {abs(angle) / (2.0 * np.pi):.3g} turns: degrees? use math.radians({angle:g})"
+                f"{name}={angle:g} is {abs(angle) / (2.0 * np.pi):.3g} turns: degrees? use math.radians({angle:g}); of "
+                f"what has turned so far give math.remainder({angle:g}, math.tau)"
             )
     (cr, cp, cy), (sr, sp, sy) = np.cos(values[3:]), np.sin(values[3:])
     return np.array(

@@ -10,7 +10,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
 
-from tests.kernels import StartKernel
+from tests.kernels import KernelProcess
 
 MOST_LINES = 5
 MOST_LETTERS = 600
@@ -62,15 +62,12 @@ def test_a_line_says_what_is_worth_knowing(client: Client, iiwa: Robot) -> None:
         assert repr(batch) == "<Batch of 2 changes: create_node, update_node>"
 
 
-def test_a_handle_of_a_kernel_that_is_gone_shows_why(start_kernel: StartKernel) -> None:
-    kernel = start_kernel()
-    with virtualrobot.connect(kernel.address) as client:
-        sensor, signals, clock = client.sensors, client.signals, client.clock
-        kernel.process.kill()
-        kernel.process.wait()
-    for one in (client, sensor, signals, clock, client.view, client.collisions):
+def test_a_handle_that_cannot_ask_shows_why(kernel: KernelProcess, iiwa: Robot) -> None:
+    with virtualrobot.connect(kernel.address) as other:
+        arm = other.robot("iiwa")
+    for one in (other, other.sensors, other.signals, other.view, other.collisions, other.scene, other.robots, arm):
         check(one)
-    assert repr(clock) == "<Clock: this client is closed: connect again>"
+    assert repr(other.clock) == "<Clock: this client is closed: connect again>"
 
 
 def test_what_is_told_is_short_however_much_it_holds(client: Client, iiwa: Robot) -> None:

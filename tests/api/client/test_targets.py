@@ -78,6 +78,22 @@ def test_of_all_branches_the_taught_one_is_taken(client: Client) -> None:
     np.testing.assert_allclose(arm.solve_forward(chosen).world_t_tcp, place, atol=1e-6)
 
 
+def test_an_arm_that_is_carried_there_takes_the_taught_posture(client: Client) -> None:
+    rail = client.load_denavit_hartenberg(
+        [{"type": "prismatic", "limits": (0.0, 2.0), "name": "axis"}], convention="standard", name="rail"
+    )
+    arm = client.load_robot("model://ur5e", name="arm", parent=rail.flange)
+    rail.set_positions([0.5])
+    arm.set_positions([0.3, -1.1, 1.4, -0.9, -1.2, 0.5])
+    taught = arm.positions
+    place = arm.teach("pick 1").pose
+    arm.set_positions(arm.solve_inverse(place).solutions[-1])
+    assert np.abs(arm.positions - taught).max() > 0.1
+    rail.set_positions([0.0])
+    plan = client.plan([rail.ptp([0.5]), arm.ptp("pick 1")])
+    np.testing.assert_allclose(plan.robots["arm"].positions[-1], taught, atol=1e-6)
+
+
 def test_a_path_is_found_to_a_target(client: Client, taught: Robot) -> None:
     taught.set_positions(TAUGHT + 0.2)
     path = client.paths.find("iiwa", "pick 1")

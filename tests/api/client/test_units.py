@@ -26,6 +26,8 @@ def test_angles_in_degrees(iiwa: Robot, run: Run) -> None:
         iiwa.set_positions({"lbr_iiwa_joint_2": 45.0})
     with refused("roll=180 is 28.6 turns: degrees? use math.radians(180)"):
         virtualrobot.pose(0.5, 0.0, 0.3, roll=180.0)
+    with refused("of what has turned so far give math.remainder(-20, math.tau)"):
+        virtualrobot.pose(yaw=-20.0)
     with refused("3 rad, its limits"):  # three radians are meant, and refused for what they are
         iiwa.move_joints({"lbr_iiwa_joint_2": 3.0})
     assert "degrees? use `math.radians` or `--degrees`" in run("move", "iiwa", "--joints", "0,90,0,0,0,0,0", code=1)
