@@ -48,7 +48,7 @@ def cell(stubs: Stubs, rng: np.random.Generator) -> None:
         create(tool("gun", "kuka.lbr_iiwa_link_7", random_matrix(rng, 0.1), tip=random_matrix(rng, 0.1))),
         select("kuka", "gun", "tip"),
         create(box("carried", z=0.5)),
-        pick("kuka", "carried"),
+        pick("kuka", "carried", 9.0),
         create(nodes_pb2.Node(name="note", annotation=nodes_pb2.Annotation(), figures=[label])),
     )
     for name in ("kuka", "panda"):

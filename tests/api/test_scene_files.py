@@ -57,7 +57,7 @@ def cell(stubs: Stubs, rng: np.random.Generator) -> None:
         create(box("carried", x=0.5)),
         create(box("5", y=rng.uniform(), parent="carried")),
         create(nodes_pb2.Node(name="note", annotation=nodes_pb2.Annotation(), figures=figures, hidden=True)),
-        pick("kuka", "carried"),
+        pick("kuka", "carried", 9.0),
         scene_pb2.Command(set_tool_state=scene_pb2.SetToolState(tool="hand", state="5")),
     )
     for name in ("kuka", "panda"):
