@@ -58,7 +58,7 @@ def measured(cycles: int, warm: int) -> tuple[float, float]:
 def run() -> list[Row]:
     """Measure and return the row."""
     before, after = measured(CYCLES, WARM)
-    # What the journal takes is Python's objects, about twice their weight.
+    # What the journal takes is Python's objects, which take nearly twice their weight.
     allowed = 1.05 + 2.0 * JOURNAL_KILOBYTES * 1e-3 * (CYCLES - WARM) / before
     name = f"memory after {CYCLES} worlds loaded and cleared"
     return [row(name, after, before, f"the same kernel after {WARM}", "MB", allowed)]

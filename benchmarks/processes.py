@@ -17,10 +17,11 @@ def process(command: Sequence[str], ready: str) -> Iterator[tuple[str, subproces
     """Start a process, wait for the line that begins with `ready`, yield what follows, and end the process."""
     started = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     assert started.stdout
+    reader = threading.Thread(target=started.stdout.read, daemon=True)
     try:
         for line in started.stdout:
             if line.startswith(ready):
-                threading.Thread(target=started.stdout.read, daemon=True).start()
+                reader.start()
                 yield line.removeprefix(ready).strip(), started
                 break
         else:
@@ -28,6 +29,9 @@ def process(command: Sequence[str], ready: str) -> Iterator[tuple[str, subproces
     finally:
         started.terminate()
         started.wait(30)
+        if reader.is_alive():
+            reader.join()
+        started.stdout.close()
 
 
 def kernel(*options: str) -> contextlib.AbstractContextManager[tuple[str, subprocess.Popen[str]]]:

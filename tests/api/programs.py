@@ -280,11 +280,11 @@ class Program:
             )
 
     def steps(self) -> list[motion_pb2.ProgramStep]:
-        """Return up to six steps: moves with zones, signals set and waited for, dwells."""
+        """Return up to six steps: moves with zones, signals set and waited for, dwells, picks and places, rounds."""
         steps = []
         for _ in range(self.rng.integers(1, 7)):
             signal, value = f"signal{self.rng.integers(6)}", bool(self.rng.integers(2))
-            kind = self.rng.integers(5)
+            kind = self.rng.integers(8)
             if kind < 2:
                 robot = str(self.rng.choice(["iiwa", "panda"]))
                 goal = motion_pb2.JointGoal(joint_positions=self.joint_positions(robot))
@@ -301,6 +301,14 @@ class Program:
                 condition = motion_pb2.SignalCondition(signal=signal, value=value_message(value))
                 wait = motion_pb2.WaitSignalStep(condition=condition, timeout_seconds=float(self.rng.uniform(0.1, 1)))
                 steps.append(motion_pb2.ProgramStep(wait_signal=wait))
+            elif kind == 4:
+                pick = scene_pb2.PickPart(robot="panda", part=self.some(self.names), max_distance_meters=3.0)
+                steps.append(motion_pb2.ProgramStep(pick=pick))
+            elif kind == 5:
+                steps.append(motion_pb2.ProgramStep(place=scene_pb2.PlacePart(robot="panda")))
+            elif kind == 6 and steps:
+                repeat = motion_pb2.RepeatStep(count=2, steps=steps[-1:])
+                steps.append(motion_pb2.ProgramStep(repeat=repeat))
             else:
                 dwell = motion_pb2.DwellStep(seconds=float(self.rng.uniform(0.01, 0.5)))
                 steps.append(motion_pb2.ProgramStep(dwell=dwell))

@@ -108,6 +108,33 @@ def test_a_part_is_picked_from_the_running_belt(cell: Stubs) -> None:
     assert speeds[:, 2].max() < 0.005, "it is lifted slowly at first"
     assert np.abs(np.diff(path, 2, axis=0)).max() / TICK**2 < 3.0, "m/s^2"
     assert path[-1, 2] == pytest.approx(SURFACE + 0.05 + 0.1, abs=1e-5)
+
+
+def test_a_program_that_goes_along_picks_by_itself(cell: Stubs) -> None:
+    apply(cell, create(box("part", x=0.4, z=0.05, parent="conveyor.belt")))
+    run_belt(cell)  # 0.2 m/s
+    step(cell, 250)
+    grip = seen(cell)
+    grip[:3, 3] = 0.4, 0.0, 0.1
+    above = grip @ at(z=-0.1)
+    steps = [
+        *(motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[to(cell, pose)])) for pose in (above, grip)),
+        motion_pb2.ProgramStep(pick=scene_pb2.PickPart(robot="arm", part="part")),
+        motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[to(cell, above)])),
+    ]
+    id = go(cell, motion_pb2.StartMotionRequest(spec=motion_pb2.MotionSpec(steps=steps, tracking=tracking(0.9)))).id
+    places: list[np.ndarray] = []
+    picked = 0
+    while motion(cell, id).phase not in (SUCCEEDED, CANCELLED, ABORTED):
+        step(cell)
+        places.append(scene(cell, "part")["part"][:3, 3])
+        picked = picked or (len(places) if motion(cell, id).step == 3 else 0)
+    told = motion(cell, id)
+    assert told.phase == SUCCEEDED, told.end_reason
+    path = np.array(places)
+    speeds = np.diff(path, axis=0)[picked - 5 : picked + 5] / TICK
+    np.testing.assert_allclose(speeds[:, :2], np.tile([0.0, 0.2], (len(speeds), 1)), atol=1e-5)
+    assert path[-1, 2] == pytest.approx(SURFACE + 0.05 + 0.1, abs=1e-5)
     assert not np.any(state(cell, "arm").velocities)
 
 

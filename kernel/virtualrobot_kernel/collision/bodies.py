@@ -85,14 +85,15 @@ def bodies_of(snapshot: Snapshot, shapes: CollisionShapes) -> Bodies:
     figures: list[Figure] = []
     solids: list[Solid] = []
     uids: list[int] = []
-    elements: dict[int, tuple[int, ...]] = {}
+    places: dict[int, list[int]] = {}
     for uid, figure in collision_figures(snapshot):
         solid = shapes.get(figure.geometry)
         if solid is not None:
-            elements[uid] = (*elements.get(uid, ()), len(figures))
+            places.setdefault(uid, []).append(len(figures))
             figures.append(figure)
             solids.append(solid)
             uids.append(uid)
+    elements = {uid: tuple(own) for uid, own in places.items()}
     allowed = allowed_pairs(structure, by_clients)
     robots = np.array([allowed.groups[uid] for uid in uids], np.int64)
     return Bodies(

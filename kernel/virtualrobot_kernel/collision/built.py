@@ -28,7 +28,7 @@ from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.apply_tools import as_mounted
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import ClearWorld, Command, CreateNodes, MountTool, SetAllowedPairs
-from virtualrobot_kernel.world.figures import Figure, Mesh
+from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Figure, Geometry, Mesh, Sphere
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind, LinkData, Structure
 
@@ -262,8 +262,8 @@ def _near(
 def _box(figure: Figure, shapes: CollisionShapes) -> tuple[Floats, Floats] | None:
     """Return centre and half (3,) of the box around a figure in its own frame; None for what is not looked at."""
     if not isinstance(figure.geometry, Mesh):
-        solid = shapes.get(figure.geometry)
-        return None if solid is None else (solid.centre, solid.half + solid.radius)
+        half = _half(figure.geometry)
+        return None if half is None else (np.zeros(3), np.array(half))
     try:
         vertices, faces = stacked(shapes.meshes(figure.geometry))
     except KernelError:
@@ -273,6 +273,20 @@ def _box(figure: Figure, shapes: CollisionShapes) -> tuple[Floats, Floats] | Non
     low, high = (end(vertices, axis=0).astype(np.float64) for end in (np.min, np.max))
     # A hull is within the box too; what the mesh reaches out of it makes the hull thicker by less than the box is long.
     return 0.5 * (low + high), 0.5 * (high - low) * (2.0 if figure.geometry.collision_hull_vertices else 1.0)
+
+
+def _half(geometry: Geometry) -> tuple[float, float, float] | None:
+    """Return half the extents of a primitive; None for what nothing touches. Its middle is the figure's origin."""
+    match geometry:
+        case Box((x, y, z)):
+            return 0.5 * x, 0.5 * y, 0.5 * z
+        case Sphere(radius):
+            return radius, radius, radius
+        case Capsule(radius, length):
+            return radius, radius, 0.5 * length + radius
+        case Cylinder(radius, length) | Cone(radius, length):
+            return radius, radius, 0.5 * length
+    return None
 
 
 def _touching(placed: Placed, own: NDArray[np.int64], asked: NDArray[np.bool_], uids: Sequence[int]) -> set[Pair]:

@@ -95,6 +95,8 @@ def append_motion(change: Change, command: AppendMotion, forward: Forward) -> Ch
 def go_on(change: Change, command: GoOn, forward: Forward) -> Change:
     """Let a motion go on whose orders were done; the world thread alone gives this command."""
     motion = running_motion(change.state, command.id)
+    if not motion.running.orders:
+        raise KernelError(f"{motion.id!r} waits for no order", reason=Reason.WRONG_STATE, motion=motion.id)
     return replaced(change, replace(motion, running=motion.running.obeyed()))
 
 

@@ -303,16 +303,19 @@ class World:
 
     def _obey(self) -> None:
         """Do what motions want done in the world, as commands of theirs; end those whose orders are refused."""
-        for motion in self.snapshot.state.motions:
-            if orders := motion.running.orders:
-                try:
-                    self._do(motion, orders)
-                except Exception as error:
-                    if not isinstance(error, KernelError):
-                        log.exception("an order of %r failed inside the kernel", motion.id)
-                    reason = Cancellation(EndCause.STEP_REFUSED, f"step {motion.step_path}: {error}")
-                    self._applied((CancelMotion(motion.id, reason),), motion.id)
-                    self._supervise_change()
+        for id in [motion.id for motion in self.snapshot.state.motions if motion.running.orders]:
+            # As it is now: what another one has done may have ended it.
+            motion = next((one for one in self.snapshot.state.motions if one.id == id), None)
+            if motion is None or not (orders := motion.running.orders):
+                continue
+            try:
+                self._do(motion, orders)
+            except Exception as error:
+                if not isinstance(error, KernelError):
+                    log.exception("an order of %r failed inside the kernel", id)
+                reason = Cancellation(EndCause.STEP_REFUSED, f"step {motion.step_path}: {error}")
+                self._applied((CancelMotion(id, reason),), id)
+                self._supervise_change()
 
     def _do(self, motion: Motion, orders: Sequence[object]) -> None:
         """Do the orders of a motion all or none, if the parts are there that it waits for."""

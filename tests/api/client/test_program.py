@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import signal
@@ -199,3 +200,14 @@ def test_an_open_program_is_fed_line_by_line(client: Client, arm: Robot) -> None
     np.testing.assert_allclose(arm.tcp, corners[-1], atol=1e-5)
     with pytest.raises(virtualrobot.WrongStateError, match="has ended"):
         motion.append(client.program().dwell(0.1))
+
+
+def test_a_file_stands_before_a_step_and_asks(
+    arm: Robot, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (file := tmp_path / "program.yaml").write_text(FILE.replace("there", "part") + "  - dwell: {seconds: 0.02}\n")
+    monkeypatch.setattr("sys.stdin", io.StringIO("s\n\n"))
+    told = run("run", str(file), "--break", "0")
+    assert re.findall(r"before step (\S+):", told) == ["0", "1"]
+    assert told.splitlines()[-1].endswith("is done")
+    assert arm.positions[0] == pytest.approx(0.3, abs=1e-9)

@@ -285,3 +285,23 @@ def test_a_file_says_what_python_says(client: Client, arm: Robot, tmp_path: Path
     motion = client.read_program(file).start(wait=False, on_disconnect="continue")
     assert (motion.step_count, ended(client, motion).step_path) == (7, "2")
     assert client.scene.node("part").parent == "pallet"
+
+
+def test_a_guarded_arm_carries_what_stood_on_the_table_and_nothing_is_put_into_it(client: Client, arm: Robot) -> None:
+    """What touched before it was picked may go apart; a step that would make a touch is refused, changing nothing."""
+    point = arm.tcp[:3, 3]
+    client.scene.add_object(
+        "board", [virtualrobot.box(0.2, 0.2, 0.02)], pose=virtualrobot.pose(*(point - [0.0, 0.0, 0.05]))
+    )
+    box(client, "part", *(point - [0.0, 0.0, 0.02]))
+    client.scene.add_object("lump", [virtualrobot.box(0.1, 0.1, 0.1)], pose=virtualrobot.pose(5.0))
+    client.collisions.set(robots={"iiwa": "guard"})
+    up = virtualrobot.pose(z=0.1) @ arm.tcp
+    program = (
+        client.program().pick(arm, "part").move(arm.linear(up)).attach("lump", "cup", pose=virtualrobot.pose(z=-0.1))
+    )
+    state = ended(client, program.start(wait=False, on_disconnect="continue")).state
+    assert (state.end_cause, state.step) == ("step_refused", 2)
+    assert "would touch" in state.end_reason
+    np.testing.assert_allclose(arm.tcp, up, atol=1e-6)
+    assert client.scene.node("lump").parent == "world"

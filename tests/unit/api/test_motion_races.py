@@ -70,7 +70,9 @@ def served(world: World) -> api.MotionServicer:
         monitor=SimpleNamespace(latest=SimpleNamespace(touching=())),
         in_worker=asyncio.to_thread,
     )
-    kernel.submit = lambda commands, context, revision=None: world.submit(commands, "a test", revision)
+    kernel.submit = lambda commands, context, expected_revision=None: world.submit(
+        commands, "a test", expected_revision
+    )
     kernel.submitting = lambda context: (
         lambda commands, expected_revision=None: kernel.submit(commands, context, expected_revision)
     )

@@ -54,7 +54,7 @@ def test_every_command_has_help(run: Callable[..., tuple[int, str, str]], comman
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("foo",), "No such command 'foo'"),
+        (("foo",), "there is no command 'foo'"),
         (("load",), "Missing argument 'FILE'"),
         (("load", "x.stl", "--at", "1,2"), "has 2 numbers; 3 or 6 are wanted"),
         (("load", "x.stl", "--at", "a,b,c"), "is not numbers"),

@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 from importlib.resources import files
 
+import numpy as np
 import pytest
-from virtualrobot_kernel.collision.built import built_pairs, mounted_pairs
+from virtualrobot_kernel.collision.built import _box, built_pairs, mounted_pairs
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.world.commands import ClearWorld, CreateNodes, MountTool, SetAllowedPairs
-from virtualrobot_kernel.world.figures import Box, Figure, Pose
+from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Figure, Frame, Geometry, Pose, Sphere
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import (
     Joint,
@@ -119,6 +120,16 @@ def test_the_panda_and_its_hand_have_their_reasons() -> None:
         ("link5", "hand", "touch as built"),
         ("leftfinger", "rightfinger", "close on each other"),
     }
+
+
+@pytest.mark.parametrize(
+    "geometry", [Box((0.2, 0.4, 0.6)), Sphere(0.3), Capsule(0.1, 0.5), Cylinder(0.1, 0.5), Cone(0.2, 0.5), Frame(0.2)]
+)
+def test_boxes_come_before_solids_and_are_as_large(geometry: Geometry) -> None:
+    solid, box_around = SHAPES.get(geometry), _box(Figure(geometry), SHAPES)
+    assert (solid is None) == (box_around is None)
+    if solid is not None and box_around is not None:
+        np.testing.assert_allclose(box_around, (solid.centre, solid.half + solid.radius), atol=1e-12)
 
 
 def test_links_that_overlap_however_they_turn_touch_as_built() -> None:

@@ -19,6 +19,7 @@ from virtualrobot_kernel.world.commands import (
     Command,
     CreateNodes,
     CreateSignal,
+    GoOn,
     PauseMotion,
     PickPart,
     PlacePart,
@@ -178,3 +179,22 @@ def test_orders_are_journalled_and_replayed_bit_for_bit(world: World) -> None:
     np.testing.assert_array_equal(again.state.parent_t_node, last.state.parent_t_node)
     assert again.structure.node("box").parent == last.structure.node("box").parent
     assert ends(again.state) == ends(last.state)
+
+
+def test_orders_of_one_tick_are_done_in_turn_and_each_by_itself(world: World) -> None:
+    """The second one asks for what the first has taken, and is aborted; nobody else lets a motion go on."""
+    world.submit([arm(), arm("other"), CreateNodes((part("box", shifted(x=1.0)),))]).result(GUARD)
+    for name in ("arm", "other"):
+        stages = (
+            Stage(None, (), ((0.0, 0),), wait=Wait(0.1)),
+            Stage(None, (), ((0.0, 1),), orders=(PickPart(name, "box"),)),
+        )
+        world.submit([StartMotion(((name, "a"),), Program(stages, np.zeros(1), 2))]).result(GUARD)
+    refused = world.submit([GoOn("motion-1")]).exception(GUARD)
+    assert isinstance(refused, KernelError)
+    assert "waits for no order" in str(refused)
+    world.step(100).result(GUARD)
+    first, second = sorted(world.snapshot.state.ended, key=lambda motion: motion.id)
+    assert (first.phase, second.phase) == (Phase.SUCCEEDED, Phase.ABORTED)
+    assert second.cancellation is not None
+    assert second.cancellation.reason.startswith("step 1: the part 'box' is held by the tool 'arm_gripper'")

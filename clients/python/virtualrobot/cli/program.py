@@ -7,6 +7,8 @@ import click
 from virtualrobot.cli.move import follow, show_notes
 from virtualrobot.cli.options import GO_ON, Target, target_options
 from virtualrobot.cli.plan import limits_only, verdict
+from virtualrobot.motions.motion import Motion
+from virtualrobot.motions.state import Phase
 
 _EXAMPLE = """
 \b
@@ -30,9 +32,24 @@ Example of a FILE; names are those of MotionSpec in the contract:
     is_flag=True,
     help="Tell whether it keeps all limits and touches nothing, with exit code 0 or 1; nothing moves.",
 )
+@click.option(
+    "--break",
+    "breakpoints",
+    metavar="STEP",
+    multiple=True,
+    help="Stand before this step, such as 4 or 4[2].0, and ask; may be given again.",
+)
 @limits_only
 @target_options
-def run(target: Target, file: str, preempt: bool, no_wait: bool, check: bool, limits_only: bool) -> int:
+def run(
+    target: Target,
+    file: str,
+    preempt: bool,
+    no_wait: bool,
+    check: bool,
+    limits_only: bool,
+    breakpoints: tuple[str, ...],
+) -> int:
     """Run the program in FILE (YAML) and show how far it is; Ctrl-C stops it on its path.
 
     All steps are planned before anything moves. What the planner makes other than it was asked to is told.
@@ -44,17 +61,22 @@ def run(target: Target, file: str, preempt: bool, no_wait: bool, check: bool, li
         if check:
             found = steps.check(collisions=not limits_only)
             if found.first_violation is not None:
-                click.echo(f"step {found.first_violation.step}: ", nl=False)
+                click.echo(f"step {found.first_violation.step_path}: ", nl=False)
             return verdict(file, found, limits_only)
         if client.clock.mode == "stepped" and not no_wait:
             click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
         motion = steps.start(
-            wait=False, preempt=True if preempt else None, on_disconnect="continue" if no_wait else None
+            wait=False,
+            preempt=True if preempt else None,
+            on_disconnect="continue" if no_wait else None,
+            breakpoints=breakpoints,
         )
         show_notes(motion)
         if no_wait:
             click.echo(f"started {motion.id}: {motion.planned_duration:.2f} s")
             return 0
+        if breakpoints:
+            _ask_at_steps(motion)
         follow(motion)
         click.echo(f"{motion.id} is done")
         if motion.search is not None:
@@ -62,3 +84,18 @@ def run(target: Target, file: str, preempt: bool, no_wait: bool, check: bool, li
             where = f"at {x:z.4f}, {y:z.4f}, {z:z.4f}" if motion.search.found else "nothing"
             click.echo(f"found {where}")
     return 0
+
+
+def _ask_at_steps(motion: Motion) -> None:
+    """Ask how to go on each time a program pauses, until it has ended; Ctrl-C cancels it."""
+    try:
+        while True:
+            state = next(one for one in motion.watch() if one.phase is Phase.PAUSED or one.phase.ended)
+            if state.phase.ended:
+                return
+            asked = f"before step {state.step_path}: Enter goes on, s makes one step"
+            answer = click.prompt(asked, default="", show_default=False, prompt_suffix=" ")
+            (motion.run_step if answer.strip() == "s" else motion.resume)()
+    except (KeyboardInterrupt, click.Abort):
+        motion.cancel("interrupted from the keyboard")
+        raise

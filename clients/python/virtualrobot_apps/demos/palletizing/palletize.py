@@ -10,6 +10,7 @@ from concurrent.futures import FIRST_EXCEPTION, ThreadPoolExecutor, wait
 from contextlib import nullcontext
 from pathlib import Path
 from threading import Lock
+from typing import Any
 
 import numpy as np
 from virtualrobot import Client, Pattern, Program, pose
@@ -96,7 +97,7 @@ def arm_program(client: Client, station: Station, layers: int) -> Program:
     home = dict(zip(robot.joint_names, robot.positions.tolist(), strict=True))
     line = {"velocity": 0.5, "acceleration": 3.0}
     # Near the same posture each time, so that the elbow does not wander.
-    near = {"prefer": {name: home[name] for name in robot.chain_joint_names}}
+    near: dict[str, Any] = {"prefer": {name: home[name] for name in robot.chain_joint_names}}
     rise = station.travel_height - pick[2, 3]
     box = client.program().move(robot.ptp(pose(z=rise) @ pick, **near)).wait(signal)
     box.pick_at(robot, pick, approach=rise, state=hold, **line, **near).set(signal, False)
