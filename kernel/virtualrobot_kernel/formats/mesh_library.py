@@ -32,7 +32,7 @@ class MeshLibrary:
     """
 
     def __init__(
-        self, store: AssetStore, importers: Importers | None = None, limit_bytes: int = 1024 * MEBIBYTE
+        self, store: AssetStore, importers: Importers | None = None, limit_bytes: int = 256 * MEBIBYTE
     ) -> None:
         """Take the files from `store`; forget what was not asked for longest when over `limit_bytes`."""
         self.store = store

@@ -273,7 +273,7 @@ def test_bad_tables_are_refused_by_row_and_field(fields: dict[str, Any], message
 
 
 @pytest.mark.parametrize("base", [nodes_pb2.JOINT_TYPE_PLANAR, nodes_pb2.JOINT_TYPE_FLOATING])
-def test_a_known_arm_that_is_a_scene_stands_on_any_base(base: int) -> None:
+def test_a_known_arm_that_is_a_scene_stands_on_any_base(base: nodes_pb2.JointType) -> None:
     """The arms of our tables are scenes of links, which carry a base joint of their own."""
     files = disk()
     library = MeshLibrary(files.store, XacroOnly(MODELS))
