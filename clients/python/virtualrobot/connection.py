@@ -22,6 +22,7 @@ from virtualrobot.motions.motion import Motion, Tracking
 from virtualrobot.motions.moves import Move
 from virtualrobot.motions.paths import Paths
 from virtualrobot.motions.program import Program, read
+from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.plugins import Plugins
 from virtualrobot.progress import OnProgress, show_progress
 from virtualrobot.robots.denavit_hartenberg import Row, table_message
@@ -274,15 +275,15 @@ class Client:
         messages = self._services.motion.ListMotions(request).motions
         return [Motion(self._services, message) for message in messages]
 
-    def stop(self, *robots: str) -> list[Motion]:
+    def stop(self, *robots: Named) -> list[Motion]:
         """Cancel every motion, or every motion of these robots; return them."""
-        return motion.stop(self._services, robots)
+        return motion.stop(self._services, map(name_of, robots))
 
-    def lease(self, *robots: str, take: bool = False, owner: str | None = None) -> Lease:
+    def lease(self, *robots: Named, take: bool = False, owner: str | None = None) -> Lease:
         """Lease robots, all or none, so that nobody but this client moves them; return the lease, a context manager.
 
         Args:
-            robots: their names; several are leased together.
+            robots: the robots, or their names; several are leased together.
             take: takes the robots over from whoever has them, and stops their motions.
             owner: the owner's name for people who are refused; by default user, machine and program.
 
@@ -293,7 +294,7 @@ class Client:
             >>> with client.lease("left", "right", owner="cell 3"):
             ...     client.move_together([left.ptp("home"), right.ptp("home")])
         """
-        return acquire(self._services, robots, owner, take)
+        return acquire(self._services, list(map(name_of, robots)), owner, take)
 
     def leases(self) -> list[LeaseInfo]:
         """Return who has leased which robots, oldest lease first."""

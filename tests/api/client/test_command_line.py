@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import signal
@@ -76,6 +77,21 @@ def test_a_robot_moves(run: Run, client: Client, iiwa: Robot) -> None:
     run("move", "iiwa", "--pose", "0.5,0,0.5,0,180,0", "--degrees", "--reference", "iiwa")
     np.testing.assert_allclose(iiwa.tcp, virtualrobot.pose(0.5, 0, 0.5, pitch=np.pi), atol=3e-3)
     assert "45.0000" in (run("move", "iiwa", "lbr_iiwa_joint_1=45", "--degrees"), run("state", "--degrees"))[1]
+
+
+def test_the_state_tells_the_step_by_its_path_and_asks_once(run: Run, client: Client, iiwa: Robot) -> None:
+    client.signals.create("go")
+    client.load_denavit_hartenberg([(0.5, 0.0, 0.0, 0.0)], convention="standard", name="other")
+    steps = client.program().dwell(100.0).set("go", True)
+    client.clock.set_stepped()
+    motion = client.program().repeat(2, steps).start(wait=False)
+    client.clock.step(2)
+    assert motion.step_path == "0[0].0"
+    assert repr(motion).endswith(", step 0[0].0>")
+    assert f"motion {motion.id}: waiting, " in (said := run("state")) and said.endswith(" (0[0].0)\n")
+    answers = [json.loads(line)["rpc"] for line in run("--json", "state").splitlines() if line.startswith("{")]
+    assert (answers.count("GetRobotStates"), answers.count("GetSignals")) == (1, 1)
+    motion.cancel()
 
 
 def test_refusals_are_one_line(run: Run, iiwa: Robot) -> None:

@@ -60,3 +60,14 @@ def test_values_that_fit_nothing_are_refused(iiwa: Robot) -> None:
         iiwa.solve_inverse_dynamics(velocities=[np.nan, 0, 0, 0, 0, 0, 0])
     with pytest.raises(wrong, match="a mass is above 0 kg"):
         virtualrobot.inertial(0.0)
+
+
+def test_gravity_torques_tell_of_bodies_without_a_mass(
+    client: Client, iiwa: Robot, caplog: pytest.LogCaptureFixture
+) -> None:
+    iiwa.gravity_torques()
+    assert not caplog.records
+    light = client.load_denavit_hartenberg([(0.5, 0.0, 0.0, 0.0), (0.5, 0.0, 0.0, 0.0)], convention="standard")
+    assert set(light.gravity_torques().values()) == {0.0}
+    warnings = light.solve_inverse_dynamics().warnings
+    assert warnings and tuple(caplog.messages) == warnings

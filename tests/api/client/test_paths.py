@@ -54,6 +54,17 @@ def test_zones_are_for_who_wants_them(cell: Client) -> None:
     assert not any(step.move.HasField("zone") for step in path.program._spec.steps)
 
 
+def test_robots_may_stand_for_their_names(cell: Client, iiwa: Robot) -> None:
+    path = cell.paths.find(iiwa, {**LEFT, "lbr_iiwa_joint_7": 0.5})
+    assert path.straight
+    assert not cell.collisions.check(robots=[iiwa])
+    assert cell.collisions.check_configurations(iiwa, path.waypoints, robots=[iiwa]).free.all()
+    assert cell.collisions.distance(iiwa).distance == cell.collisions.distance("iiwa").distance
+    assert cell.stop(iiwa) == []
+    with cell.lease(iiwa) as lease:
+        assert lease.robots == ("iiwa",)
+
+
 def test_refusals_are_exceptions(cell: Client) -> None:
     with pytest.raises(virtualrobot.CollisionError, match="touches 'wall'"):
         cell.paths.find("iiwa", {**LEFT, "lbr_iiwa_joint_1": 0.0})

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterator
+from dataclasses import is_dataclass
 from typing import Any
 
 import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot._wire.arguments import _ITEMS, _signature, checked
+from virtualrobot.clock import Clock
+from virtualrobot.collisions.collisions import Collisions
+from virtualrobot.signals import Signals
 from virtualrobot.v1 import motion_pb2, signal_pb2
 
 from tests.unit.client.test_public_api import API
@@ -142,3 +146,40 @@ def test_moves_of_a_file_are_a_first_step() -> None:
     assert program._spec.steps[0].move.moves[0].robot == "arm"
     assert not program._spec.moves
     assert program._spec.steps[1].set_signal.value == signal_pb2.SignalValue(boolean=True)
+
+
+HANDLES = [
+    one
+    for one in API
+    if inspect.isclass(one)
+    and one.__name__ not in UNCHECKED
+    and not is_dataclass(one)
+    and any(name.startswith(f"{one.__name__}.") for name, *_ in TAKING)
+]
+"""Classes whose objects handle what the kernel has."""
+
+
+@pytest.mark.parametrize("one", HANDLES, ids=[one.__name__ for one in HANDLES])
+def test_handles_take_no_attribute_that_changes_nothing(one: type) -> None:
+    handle = object.__new__(one)
+    for name in ("no_such_attribute", "state", "name"):
+        with pytest.raises(AttributeError, match=rf"the attribute '{name}' of {one.__name__} cannot be set"):
+            setattr(handle, name, 1)
+    handle._own = 1  # pyright: ignore[reportAttributeAccessIssue]
+    assert handle._own == 1  # pyright: ignore[reportAttributeAccessIssue]
+
+
+@pytest.mark.parametrize(
+    ("one", "name", "right"),
+    [
+        (Collisions, "mode", r"call set\(mode=\.\.\.\)"),
+        (Collisions, "look_ahead", r"call set\(look_ahead=\.\.\.\)"),
+        (virtualrobot.Robot, "speed", "set 'speed_factor'"),
+        (virtualrobot.Robot, "positions", r"call set_positions\(\.\.\.\)"),
+        (Clock, "speed", "set 'speed_factor'"),
+        (Signals, "foo", r"set the entry \['foo'\]"),
+    ],
+)
+def test_a_refused_attribute_tells_the_right_call(one: type, name: str, right: str) -> None:
+    with pytest.raises(AttributeError, match=f"the attribute '{name}' of {one.__name__} cannot be set; {right}$"):
+        setattr(object.__new__(one), name, 1)

@@ -9,6 +9,7 @@ import os
 import typing
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import is_dataclass
+from difflib import get_close_matches
 from functools import cache, wraps
 from pathlib import Path
 from types import FunctionType, NoneType, UnionType
@@ -44,9 +45,12 @@ def checked(one: One) -> One:
 
     An argument that is not what its annotation says is refused by InvalidArgumentError with its name, its value and
     what would be right. None stands for the default of an option and of a parameter that is given by name only.
+    The objects of such a class, which handle what the kernel has, take no attribute that would change nothing there.
     """
     if not inspect.isclass(one):
         return _checking(one)  # pyright: ignore[reportArgumentType, reportReturnType] a function of the same signature
+    if not is_dataclass(one):
+        one.__setattr__ = _set_known  # pyright: ignore[reportAttributeAccessIssue]
     for name, member in list(vars(one).items()):
         if isinstance(member, property) and member.fset is not None:
             setattr(one, name, property(member.fget, _checking(member.fset, name), member.fdel, member.__doc__))  # pyright: ignore[reportArgumentType]
@@ -55,6 +59,37 @@ def checked(one: One) -> One:
         ):
             setattr(one, name, _checking(member))
     return one  # pyright: ignore[reportReturnType] it was narrowed by the look whether it is a dataclass
+
+
+def _set_known(self: object, name: str, value: object) -> None:
+    """Set an attribute that is private, has a setter, or is set by a function of the object itself."""
+    known = getattr(type(self), name, None)
+    if not (name.startswith("_") or (isinstance(known, property) and known.fset is not None)):
+        caller = inspect.currentframe()
+        caller = caller.f_back if caller is not None else None
+        if caller is None or caller.f_locals.get("self") is not self:
+            raise AttributeError(_refusal(type(self), name), name=name, obj=self)
+    object.__setattr__(self, name, value)
+
+
+def _refusal(one: type, name: str) -> str:
+    """Return that an attribute cannot be set, and the call that the writer may have meant."""
+    settable = [own for own, member in inspect.getmembers(one) if isinstance(member, property) and member.fset]
+    setter = getattr(one, "set", None)
+    near = [own for own in settable if own.startswith(name)] or get_close_matches(name, settable, n=1)
+    if setter is not None and name in _signature(inspect.unwrap(setter), "").named:
+        right = f"; call set({name}=...)"
+    elif hasattr(one, f"set_{name}"):
+        right = f"; call set_{name}(...)"
+    elif near:
+        right = f"; set {near[0]!r}"
+    elif hasattr(one, "__setitem__"):
+        right = f"; set the entry [{name!r}]"
+    elif settable:
+        right = f"; those that can are {', '.join(settable)}"
+    else:
+        right = ""
+    return f"the attribute {name!r} of {one.__name__} cannot be set{right}"
 
 
 class _Signature(NamedTuple):

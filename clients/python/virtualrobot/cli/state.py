@@ -72,22 +72,26 @@ def step(target: Target, ticks: int, realtime: bool) -> None:
 
 def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
     """Return clock, robots, signals and running motions as text."""
+    from virtualrobot.robots.values import RobotState
     from virtualrobot.tables import aligned, joint_rows
+    from virtualrobot.v1 import robot_pb2
 
     clock = client.clock.read()
     lines = [
         f"{clock.mode} clock: {clock.stamp.simulation_time:.3f} s, tick {clock.stamp.tick} of "
         f"{1000 * clock.tick_length:g} ms, real-time factor {clock.real_time_factor:.2f}"
     ]
-    for robot in [client.robot(name) for name in robots] if robots else client.robots():
-        now = robot.state
+    answer = client.services.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest(names=robots))
+    for message in answer.robots:
+        robot, now = client.robot(message.name), RobotState.of(message, answer.stamp)
         lines += ["", f"{robot.name}  speed factor {now.speed_factor:g}  {_tools(now.tool, now.tool_states)}".rstrip()]
         lines.append("  tcp  " + _place(now.world_t_tcp, degrees))
         lines += [f"  groups  {names}"] if (names := ", ".join(robot.groups)) else []
         lines += [f"  {line}" for line in aligned(joint_rows(robot, now, degrees))]
     if not robots:
-        lines += [""] * bool(client.signals)
-        lines += [f"signal {signal.name}: {signal_text(signal)}" for signal in client.signals.read()]
+        signals = client.signals.read()
+        lines += [""] * bool(signals)
+        lines += [f"signal {signal.name}: {signal_text(signal)}" for signal in signals]
     motions = [motion for motion in client.motions() if not robots or set(motion.robots) & set(robots)]
     lines += [""] * bool(motions)
     lines += [_motion(motion) for motion in motions]
@@ -96,8 +100,10 @@ def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
 
 def _motion(motion: Motion) -> str:
     robots = f" of {', '.join(motion.robots)}" if motion.robots else ""
-    step = f", step {motion.step} of {motion.step_count}" if motion.step_count else ""
-    return f"motion {motion.id}{robots}: {motion.phase.name.lower()}, {100 * motion.progress:.0f}%{step}"
+    now = motion.state
+    step = f", step {now.step} of {now.step_count}" if now.step_count else ""
+    step += f" ({now.step_path})" if now.step_path not in ("", str(now.step)) else ""
+    return f"motion {now.id}{robots}: {now.phase.name.lower()}, {100 * now.progress:.0f}%{step}"
 
 
 def _tools(chosen: str, states: dict[str, str]) -> str:

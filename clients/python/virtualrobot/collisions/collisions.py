@@ -19,6 +19,7 @@ from virtualrobot.collisions.settings import CollisionRules
 from virtualrobot.collisions.values import Collision, collision_of, point_of
 from virtualrobot.collisions.watch import CollisionReport, watch_collisions
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.robots.dynamics import Samples
 from virtualrobot.v1 import collision_pb2
 
@@ -85,7 +86,7 @@ class Collisions(CollisionRules):
         self.allowed = AllowedPairs(services)
 
     def check(
-        self, configurations: Configurations | None = None, *, detail: str = "pairs", robots: Iterable[str] = ()
+        self, configurations: Configurations | None = None, *, detail: str = "pairs", robots: Iterable[Named] = ()
     ) -> Check:
         """Return what touches and may not, now or if robots stood elsewhere.
 
@@ -103,19 +104,19 @@ class Collisions(CollisionRules):
         if detail not in DETAILS:
             raise InvalidArgumentError(f"detail is one of {', '.join(DETAILS)}, not {detail!r}")
         request = collision_pb2.CheckCollisionRequest(
-            configurations=_messages(configurations), detail=DETAILS[detail], robots=robots
+            configurations=_messages(configurations), detail=DETAILS[detail], robots=map(name_of, robots)
         )
         response = self._services.collision.CheckCollision(request, timeout=LONG_TIMEOUT_SECONDS)
         return Check(tuple(map(collision_of, response.pairs)), response.check_seconds, stamp_of(response.stamp))
 
     def check_configurations(
         self,
-        robot: str,
+        robot: Named,
         positions: Samples,
         *,
         joint_names: Sequence[str] = (),
         others: Mapping[str, Samples] | None = None,
-        robots: Iterable[str] = (),
+        robots: Iterable[Named] = (),
         progress: Callable[[float], None] | None = None,
     ) -> ConfigurationsCheck:
         """Return which of n configurations are free, in the world as it is now.
@@ -140,14 +141,17 @@ class Collisions(CollisionRules):
             >>> found = client.collisions.check_configurations("arm", samples)
             >>> print(samples[found.free])
         """
+        robot = name_of(robot)
         if others and robot in others:
             raise InvalidArgumentError(f"{robot!r} is among the others too; give its joints once")
         asked = {robot: (positions, joint_names), **{name: (rows, ()) for name, rows in (others or {}).items()}}
-        request = check_message(asked, robots)
+        request = check_message(asked, map(name_of, robots))
         with self._services.collision.CheckConfigurations(request) as stream:
             return gathered(stream, request.configurations[0].positions.shape[0], progress)
 
-    def distance(self, *first: str, to: Iterable[str] = (), configurations: Configurations | None = None) -> Distance:
+    def distance(
+        self, *first: Named, to: Iterable[Named] = (), configurations: Configurations | None = None
+    ) -> Distance:
         """Return how far some nodes, such as a robot, are from everything else: the nearest pair that may not touch.
 
         Args:
@@ -161,14 +165,16 @@ class Collisions(CollisionRules):
         """
         found = self._distances(first, to, 0.0, configurations)
         if not found:
-            raise InvalidArgumentError(f"there is nothing from which {', '.join(first)} could keep a distance")
+            raise InvalidArgumentError(
+                f"there is nothing from which {', '.join(map(name_of, first))} could keep a distance"
+            )
         return found[0]
 
     def distances(
         self,
-        *first: str,
+        *first: Named,
         max_distance: float,
-        to: Iterable[str] = (),
+        to: Iterable[Named] = (),
         configurations: Configurations | None = None,
     ) -> list[Distance]:
         """Return all pairs of nodes that are at most so far apart and may not touch, the nearest first.
@@ -180,10 +186,17 @@ class Collisions(CollisionRules):
         return self._distances(first, to, max_distance, configurations)
 
     def _distances(
-        self, first: Iterable[str], second: Iterable[str], max_distance: float, configurations: Configurations | None
+        self,
+        first: Iterable[Named],
+        second: Iterable[Named],
+        max_distance: float,
+        configurations: Configurations | None,
     ) -> list[Distance]:
         request = collision_pb2.MeasureDistancesRequest(
-            first=first, second=second, range_meters=max_distance, configurations=_messages(configurations)
+            first=map(name_of, first),
+            second=map(name_of, second),
+            range_meters=max_distance,
+            configurations=_messages(configurations),
         )
         response = self._services.collision.MeasureDistances(request, timeout=LONG_TIMEOUT_SECONDS)
         return [

@@ -258,7 +258,8 @@ class Motion:
     def __repr__(self) -> str:
         """Return a line for people, as it was last told."""
         state = self._state
-        return f"<Motion {state.title}: {state.phase.name.lower()}, {100 * state.progress:.0f}%>"
+        step = f", step {state.step_path}" if state.step_path else ""
+        return f"<Motion {state.title}: {state.phase.name.lower()}, {100 * state.progress:.0f}%{step}>"
 
 
 @checked

@@ -18,6 +18,7 @@ from virtualrobot.errors import UnknownNameError, WrongStateError
 from virtualrobot.motions import moves
 from virtualrobot.motions.motion import Motion, StartOptions
 from virtualrobot.motions.program import Program
+from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.robots.description import joints_now
 from virtualrobot.robots.named_goals import is_target
 from virtualrobot.v1 import motion_pb2, path_pb2
@@ -118,7 +119,7 @@ class Paths:
 
     def find(
         self,
-        robot: str,
+        robot: Named,
         goal: Mapping[str, float] | str | ArrayLike,
         *,
         start: Mapping[str, float] | None = None,
@@ -137,7 +138,7 @@ class Paths:
         All else stands as it does now; the part that the robot holds goes along.
 
         Args:
-            robot: the robot.
+            robot: the robot, or its name.
             goal: joint values by name, the name of a posture or a target, or a 4x4 pose of the tool centre point.
             start: joints that are elsewhere at the start of the path; without it, it begins where the robot stands.
             reference: the node in whose frame the pose is.
@@ -160,6 +161,7 @@ class Paths:
             LimitError: when a joint cannot be there.
             WrongStateError: when the kernel does not have the library ompl.
         """
+        robot = name_of(robot)
         if planner not in PLANNERS:
             raise UnknownNameError(f"there is no planner {planner!r}; give one of {', '.join(PLANNERS)}")
         if isinstance(goal, str) and is_target(self._services, robot, goal):

@@ -56,6 +56,7 @@ class RobotTrajectory:
         velocities: (n, k), rad/s or m/s.
         accelerations: (n, k), rad/s^2 or m/s^2.
         efforts: (n, k), effort of each joint on the link that it moves, tools and held parts included: N m or N.
+            Bodies without a mass weigh nothing; `Robot.solve_inverse_dynamics` names them in its `warnings`.
         world_t_tcp: (n, 4, 4), pose of the chosen tool centre point in the world's frame.
         tcp_speeds: (n,), its speed in m/s.
         groups: the tool centre points of its groups that are moved, by name, or by (base link, tip link).

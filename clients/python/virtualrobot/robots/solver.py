@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -17,6 +18,8 @@ from virtualrobot.robots.mechanism import JointPositions, Mechanism
 from virtualrobot.robots.redundancy import Lock, Prefer, redundancy
 from virtualrobot.robots.values import ForwardSolution, InverseSolution, Jacobians
 from virtualrobot.v1 import robot_pb2
+
+log = logging.getLogger(__name__)
 
 
 @checked
@@ -137,8 +140,13 @@ class Solver(Mechanism):
         return InverseDynamics.of(self._services.robot.SolveInverseDynamics(request))
 
     def gravity_torques(self, positions: Mapping[str, float] | None = None) -> dict[str, float]:
-        """Return what holds each joint at rest, N m (sliding joints: N), now or with some joints elsewhere."""
+        """Return what holds each joint at rest, N m (sliding joints: N), now or with some joints elsewhere.
+
+        A body without a mass weighs nothing here; the log warns of it, as `InverseDynamics.warnings` does.
+        """
         found = self.solve_inverse_dynamics({**self._joints_now(), **(positions or {})})
+        for warning in found.warnings:
+            log.warning("%s", warning)  # where nobody sets up logging, Python prints it
         return dict(zip(found.joint_names, found.gravity_efforts[0].tolist(), strict=True))
 
     @property
