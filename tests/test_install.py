@@ -23,7 +23,7 @@ SCRIPTS = "Scripts" if os.name == "nt" else "bin"
 # All that the client may bring: what pyproject.toml names, what that needs, and the installer.
 CLIENT_PACKAGES = {
     *("virtualrobot", "grpcio", "grpcio-status", "protobuf", "googleapis-common-protos", "typing-extensions"),
-    *("numpy", "click", "colorama", "platformdirs", "pip", "setuptools"),
+    *("numpy", "click", "colorama", "platformdirs", "prompt-toolkit", "wcwidth", "pip", "setuptools"),
 }
 IMPORT_ALL = """
 import importlib, pkgutil, virtualrobot, virtualrobot_apps

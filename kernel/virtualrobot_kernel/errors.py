@@ -75,7 +75,8 @@ class UnknownNameError(KernelError):
         # Of many names only the neighbours in the alphabet: comparing with all of them would hold up the world.
         place = bisect_left(names, name)
         neighbours = names[max(0, place - NEIGHBOURS) : place + NEIGHBOURS]
-        close = get_close_matches(name[:LONGEST_NAME], neighbours, n=3)
+        begun = [one for one in neighbours if name and one.startswith(name)]
+        close = list(dict.fromkeys((*begun, *get_close_matches(name[:LONGEST_NAME], neighbours, n=3))))[:3]
         near = close or names[:8]
         said = ", ".join(map(repr, near))
         if close:

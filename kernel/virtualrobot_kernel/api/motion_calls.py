@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from virtualrobot.v1 import motion_pb2
 
@@ -15,8 +15,9 @@ from virtualrobot_kernel.collision.report import Report
 from virtualrobot_kernel.collision.transitions import watched
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.planning.notes import Note, NoteKind
-from virtualrobot_kernel.planning.program import MotionSpec
+from virtualrobot_kernel.planning.program import MotionSpec, MoveStep, Step
 from virtualrobot_kernel.planning.stages import check_steps
+from virtualrobot_kernel.planning.steps import named_error
 from virtualrobot_kernel.planning.together import joints_of, moved_arms, solved_robots
 from virtualrobot_kernel.planning.tracking import arms_joints
 from virtualrobot_kernel.world.actuators import coupled_joints
@@ -110,8 +111,8 @@ async def requested(
         snapshot, spec = kernel.world.snapshot, motion_spec(message, said)
         if said.rest is not None:
             check_steps(snapshot, said.every, open=True)
-            joints_of(snapshot, MotionSpec(steps=said.every).every_move)
-        joints = joints_of(snapshot, spec.every_move)
+            _joints_of(snapshot, said.every)
+        joints = joints_of(snapshot, spec.moves) | _joints_of(snapshot, spec.steps)
         if spec.tracking is not None:
             joints = arms_joints(joints, moved_arms(snapshot, spec.every_move))
         return spec, joints, solved_robots(snapshot, spec.every_move)
@@ -120,3 +121,16 @@ async def requested(
         return work()
     # Thousands of steps would hold up every other call.
     return await kernel.in_worker(work)
+
+
+def _joints_of(snapshot: Snapshot, steps: Sequence[Step]) -> set[tuple[int, str]]:
+    """Return the joints (robot uid, name) that steps move; raise KernelError that names the step."""
+    found: set[tuple[int, str]] = set()
+    for number, step in enumerate(steps):
+        if isinstance(step, MoveStep):
+            try:
+                found |= joints_of(snapshot, step.moves)
+            except KernelError as error:
+                named_error(error, number, step)
+                raise
+    return found

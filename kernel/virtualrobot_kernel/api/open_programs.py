@@ -50,8 +50,8 @@ class OpenPrograms:
     def __init__(self, kernel: KernelServices) -> None:
         """Know of no program yet."""
         self._kernel = kernel
-        self.decided: set[str] = set()
-        """Programs whose own text is not over yet."""
+        self.decided: dict[str, bool] = {}
+        """Programs whose own text is not over yet, and whether more may be appended when it is."""
         self._ends: dict[str, PlannedRun] = {}
         self._turns: WeakValueDictionary[str, asyncio.Lock] = WeakValueDictionary()
 
@@ -76,10 +76,12 @@ class OpenPrograms:
                     step_count=count,
                 )
             if request.id in self.decided:
+                open = self.decided[request.id]
+                why = (
+                    " before its text has come to its last decision" if open else ": it was not started as an open one"
+                )
                 raise KernelError(
-                    f"nothing can be appended to {request.id!r} before its text has come to its last decision",
-                    reason=Reason.WRONG_STATE,
-                    motion=request.id,
+                    f"nothing can be appended to {request.id!r}{why}", reason=Reason.WRONG_STATE, motion=request.id
                 )
             text = program_text(request.steps, request.programs, request.breakpoints, count, program.outer_count)
             if text.rest is not None:

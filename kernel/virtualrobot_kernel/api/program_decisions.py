@@ -32,7 +32,7 @@ class Decisions:
 
         submit: queues commands with the leases of the client that started it.
         """
-        self._programs.decided.add(id)
+        self._programs.decided[id] = open
         task = asyncio.get_running_loop().create_task(self._go_on(id, rest, submit, open))
         self._tasks.add(task)
         task.add_done_callback(self._tasks.discard)
@@ -57,7 +57,7 @@ class Decisions:
             log.exception("the program %r failed inside the kernel", id)
             self._end(id, f"it failed inside the kernel: {type(error).__name__}")
         finally:
-            self._programs.decided.discard(id)
+            self._programs.decided.pop(id, None)
 
     async def _reached(self, id: str, rest: Continuation, begun: int) -> Snapshot | None:
         """Return the world when a program has got to a decision; None when it has ended before.

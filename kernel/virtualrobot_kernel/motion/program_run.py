@@ -146,19 +146,19 @@ class ProgramRun:
         return replace(self, running=self.running.pause(), phase=Phase.PAUSING)
 
     def resume(self) -> ProgramRun:
-        """Return the program going on after a pause; one that runs or waits as it is.
+        """Return the program going on after a pause, past the end of a step that was to be the last one.
 
-        Raises KernelError (WRONG_STATE) when it is stopping or has ended.
+        One that runs or waits does as it does. Raises KernelError (WRONG_STATE) when it is stopping or has ended.
         """
         if self.phase in (Phase.RUNNING, Phase.WAITING, Phase.STARVED):
-            return self
+            return replace(self, steps=False) if self.steps else self
         _refuse(self, "resumed")
         if self.running is not None and not self._stands:
-            return replace(self, running=self.running.resume(), phase=Phase.RUNNING)
+            return replace(self, running=self.running.resume(), phase=Phase.RUNNING, steps=False)
         if self.at == len(self.program.stages):
-            return replace(self, phase=Phase.STARVED)
+            return replace(self, phase=Phase.STARVED, steps=False)
         waits = self.program.stages[self.at].wait is not None
-        return replace(self, phase=Phase.WAITING if waits else Phase.RUNNING)
+        return replace(self, phase=Phase.WAITING if waits else Phase.RUNNING, steps=False)
 
     def step(self) -> ProgramRun:
         """Return the program going on to the end of its stage, where it pauses.

@@ -65,6 +65,7 @@ def test_it_is_saved_with_the_scene_and_undone_by_one_call(cell: Client, tmp_pat
     assert [pair.cause for pair in cell.collisions.allowed.list("table")] == ["client"]
 
 
+@pytest.mark.long
 def test_models_of_a_scene_file_are_looked_at(client: Client, start_kernel: StartKernel, tmp_path: Path) -> None:
     file = tmp_path / "cell.yaml"
     file.write_text(

@@ -85,6 +85,32 @@ def test_a_program_goes_on_step_by_step(client: Client, arm: Robot) -> None:
     assert motion.phase is Phase.SUCCEEDED
 
 
+@pytest.mark.parametrize("pauses", [True, False])
+def test_what_is_resumed_within_a_step_goes_on_past_its_end(client: Client, arm: Robot, pauses: bool) -> None:
+    program = client.program().dwell(0.1).dwell(0.1).dwell(0.1).dwell(0.1)
+    motion = program.start(breakpoints=["0", "3"], wait=False, on_disconnect="continue")
+    paused(client, motion)
+    motion.run_step()
+    client.clock.step(2)
+    if pauses:
+        motion.pause()
+        until(client, motion, Phase.PAUSED)
+        assert motion.step_path == "0"
+    motion.resume()
+    client.clock.step()
+    assert paused(client, motion) == "3"
+    motion.resume()
+    client.clock.step()
+    until(client, motion, Phase.SUCCEEDED)
+
+
+def test_nothing_is_appended_before_the_last_decision(client: Client, arm: Robot) -> None:
+    program = client.program().dwell(0.1).if_("full", then=turned(client, arm, 0.2))
+    motion = program.start(open=True, wait=False, on_disconnect="continue")
+    with pytest.raises(virtualrobot.WrongStateError, match="before its text has come to its last decision"):
+        motion.append(client.program().dwell(1.0))
+
+
 @pytest.mark.parametrize("full", [True, False])
 def test_a_signal_decides_when_the_step_is_reached(client: Client, arm: Robot, full: bool) -> None:
     one, other = turned(client, arm, 0.2), turned(client, arm, -0.2)
@@ -117,7 +143,7 @@ def test_a_loop_without_an_end_goes_on_until_it_is_cancelled(client: Client, arm
     """Each round is planned while the one before is done."""
     program = client.program().while_(turned(client, arm, 0.1).move(arm.ptp({JOINT: 0.0})))
     motion = program.start(wait=False, on_disconnect="continue")
-    with pytest.raises(virtualrobot.WrongStateError, match="before its text has come to its last decision"):
+    with pytest.raises(virtualrobot.WrongStateError, match="it was not started as an open one"):
         motion.append(client.program().dwell(1.0))
     for _ in range(MOST_STEPS):
         if motion.step_path.startswith("0[4]"):

@@ -59,6 +59,7 @@ def test_a_move_to_a_target_takes_the_posture_in_which_it_was_taught(client: Cli
     )
 
 
+@pytest.mark.long
 def test_of_all_branches_the_taught_one_is_taken(client: Client) -> None:
     """An arm of six axes has eight postures for this pose; whichever it is in, it goes to that of the target."""
     arm = client.load_robot("model://ur5e", name="arm")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,6 +10,7 @@ from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import check_enum, finite, pose, vector
+from virtualrobot_kernel.units import degrees_question, millimetres_question
 
 
 def place_count(pattern: motion_pb2.Pattern, what: str) -> int:
@@ -23,9 +24,12 @@ def place_count(pattern: motion_pb2.Pattern, what: str) -> int:
 def places(pattern: motion_pb2.Pattern, what: str) -> Iterator[NDArray[np.float64]]:
     """Yield reference_t_place (4, 4) of each place in order; raise KernelError that names the field that is wrong."""
     check_enum(pattern, "order")
-    names = ("column_pitch_meters", "row_pitch_meters", "layer_pitch_meters", "layer_turn_radians")
-    across, along, up, turn = (finite(getattr(pattern, name), f"{what}.{name}") for name in names)
+    pitches = ("column_pitch_meters", "row_pitch_meters", "layer_pitch_meters")
+    across, along, up = (_meant(getattr(pattern, name), f"{what}.{name}", millimetres_question) for name in pitches)
+    turn = _meant(pattern.layer_turn_radians, f"{what}.layer_turn_radians", degrees_question)
     offset = np.array(vector(pattern.layer_offset, f"{what}.layer_offset"))
+    for value in offset:
+        _meant(value, f"{what}.layer_offset", millimetres_question)
     base = np.eye(4)
     if pattern.HasField("reference_t_pattern"):
         base = pose(pattern.reference_t_pattern, f"{what}.reference_t_pattern")
@@ -45,6 +49,13 @@ def places(pattern: motion_pb2.Pattern, what: str) -> Iterator[NDArray[np.float6
                 layer * up,
             )
             yield frame @ place
+
+
+def _meant(value: float, what: str, question: Callable[[float], str]) -> float:
+    """Return a finite number; raise KernelError where its size asks whether it is in another unit."""
+    if asked := question(finite(value, what)):
+        raise KernelError(f"{what} is too large{asked}", field=what)
+    return value
 
 
 def _in_order(pattern: motion_pb2.Pattern) -> Iterator[tuple[int, int]]:
