@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from virtualrobot._wire.arguments import checked
+from virtualrobot._wire.arguments import Count, checked
 from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default, whole
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown, told
@@ -113,7 +113,7 @@ class Clock:
         """Let time go on only by `step`."""
         return _state(self._services.kernel.SetClock(kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_STEPPED)))
 
-    def step(self, ticks: int = 1) -> Observation:
+    def step(self, ticks: Count = 1) -> Observation:
         """Let time go on by some ticks; return the state after the last one.
 
         Raises:

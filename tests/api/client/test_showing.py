@@ -136,6 +136,14 @@ def test_pictures_and_tables_are_shown_in_notebooks(client: Client, iiwa: Robot)
     assert "<td>iiwa</td><td>7</td>" in client.robots._repr_html_()
 
 
+def test_a_check_names_its_pairs(client: Client) -> None:
+    client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="arm")
+    client.scene.add_object("wall", virtualrobot.box(0.3, 0.3, 0.3), pose=virtualrobot.pose(z=0.8))
+    found = client.collisions.check()
+    assert found.pairs and f"{found.pairs[0].first!r} touches {found.pairs[0].second!r}" in repr(found)
+    check(found)
+
+
 def test_names_complete(client: Client, iiwa: Robot) -> None:
     client.scene.add_range_sensor("lidar")
     client.signals.create("part")

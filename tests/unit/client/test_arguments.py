@@ -148,6 +148,28 @@ def test_moves_of_a_file_are_a_first_step() -> None:
     assert program._spec.steps[1].set_signal.value == signal_pb2.SignalValue(boolean=True)
 
 
+@pytest.mark.parametrize("wrong", [-1, 0, 1.5, True])
+def test_what_there_is_one_of_at_least_is_told_so(wrong: int) -> None:
+    program = virtualrobot.Program.__new__(virtualrobot.Program)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=rf"count is {wrong}; .* a whole number, at least 1$"):
+        program.repeat(wrong, program)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=rf"ticks is {wrong}; .* a whole number, at least 1$"):
+        object.__new__(Clock).step(wrong)
+
+
+def test_a_program_that_calls_itself_is_told_so() -> None:
+    program = virtualrobot.Program.__new__(virtualrobot.Program)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="the program calls itself"):
+        program.call(program)
+
+
+def test_an_empty_name_of_a_tool_is_told_so() -> None:
+    with pytest.raises(
+        virtualrobot.InvalidArgumentError, match=r"what is ''; it must be a node, its name \(not empty\)"
+    ):
+        object.__new__(virtualrobot.Robot).mount("")
+
+
 HANDLES = [
     one
     for one in API

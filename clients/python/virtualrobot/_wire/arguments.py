@@ -30,6 +30,9 @@ else:
 Text = Annotated[str, "a text"]
 """Words that may be empty. Any other `str` of a public function is a name or a choice, and an empty one is refused."""
 
+Count = Annotated[int, "a whole number, at least 1"]
+"""Number of things of which there is at least one."""
+
 PoseLike = Annotated[ArrayLike, "a 4x4 array, as virtualrobot.pose() makes it"]
 """A pose; as of every annotated type, the words are those of the error."""
 
@@ -269,6 +272,7 @@ def _is_array(value: object) -> bool:
 _TESTS: dict[Any, Callable[[Any], bool]] = {
     bool: lambda value: isinstance(value, bool | np.bool_),
     int: _is_count,
+    Count: lambda value: _is_count(value) and operator.index(value) >= 1,
     float: _is_number,
     str: lambda value: _is_text(value) and value != "",
     Text: _is_text,
@@ -279,6 +283,7 @@ _TESTS: dict[Any, Callable[[Any], bool]] = {
 _WORDS: dict[Any, str] = {
     bool: "True or False",
     int: "a whole number from 0 on",
+    Count: "a whole number, at least 1",
     float: "a number",
     str: "a text that is not empty",
     Path: "a path",

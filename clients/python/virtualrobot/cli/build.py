@@ -45,7 +45,19 @@ color_option = click.option("--color", help="A name such as red, or #rrggbb.")
 size_option = click.option("--size", type=Numbers(3), metavar="X,Y,Z", required=True, help="The edges in meters.")
 
 
-@click.group(epilog=_EXAMPLES)
+class _Kinds(click.Group):
+    """Kinds of things to add."""
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return the command of a kind; raise UsageError, with those that there are, for another word."""
+        if args and not args[0].startswith("-") and args[0] not in self.commands:
+            ctx.fail(f"there is no {args[0]!r} to add; it is one of {', '.join(self.list_commands(ctx))}")
+        return super().resolve_command(ctx, args)
+
+
+@click.group(cls=_Kinds, epilog=_EXAMPLES)
 @target_options
 @click.pass_context
 def add(ctx: click.Context, target: Target) -> None:

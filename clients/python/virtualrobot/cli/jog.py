@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 
 import click
 
@@ -58,6 +59,8 @@ def jog(
     if keys:
         if joint is not None or along or about or frame or node or velocity is not None or distance is not None:
             raise click.UsageError("with --keys the keys say what moves, and how far")
+        if sys.stdin is None or not sys.stdin.isatty():
+            raise click.UsageError("--keys needs a terminal; without one give JOINT, --along or --about")
         from virtualrobot.cli.key_jog import jog_by_keys
 
         with target.connect() as client:

@@ -19,7 +19,7 @@ from virtualrobot.collisions.settings import CollisionRules
 from virtualrobot.collisions.values import Collision, collision_of, point_of
 from virtualrobot.collisions.watch import CollisionReport, watch_collisions
 from virtualrobot.errors import InvalidArgumentError
-from virtualrobot.motions.steps import Named, name_of
+from virtualrobot.motions.steps import Named, NodeNamed, name_of
 from virtualrobot.robots.dynamics import Samples
 from virtualrobot.v1 import collision_pb2
 
@@ -150,7 +150,7 @@ class Collisions(CollisionRules):
             return gathered(stream, request.configurations[0].positions.shape[0], progress)
 
     def distance(
-        self, *first: Named, to: Iterable[Named] = (), configurations: Configurations | None = None
+        self, *first: NodeNamed, to: Iterable[NodeNamed] = (), configurations: Configurations | None = None
     ) -> Distance:
         """Return how far some nodes, such as a robot, are from everything else: the nearest pair that may not touch.
 
@@ -172,9 +172,9 @@ class Collisions(CollisionRules):
 
     def distances(
         self,
-        *first: Named,
+        *first: NodeNamed,
         max_distance: float,
-        to: Iterable[Named] = (),
+        to: Iterable[NodeNamed] = (),
         configurations: Configurations | None = None,
     ) -> list[Distance]:
         """Return all pairs of nodes that are at most so far apart and may not touch, the nearest first.
@@ -187,8 +187,8 @@ class Collisions(CollisionRules):
 
     def _distances(
         self,
-        first: Iterable[Named],
-        second: Iterable[Named],
+        first: Iterable[NodeNamed],
+        second: Iterable[NodeNamed],
         max_distance: float,
         configurations: Configurations | None,
     ) -> list[Distance]:

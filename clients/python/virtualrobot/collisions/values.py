@@ -33,6 +33,11 @@ class Collision:
     depth: float | None
     depth_approximate: bool
 
+    @property
+    def _brief(self) -> str:
+        """Return it in a few words, among others."""
+        return f"{self.first!r} touches {self.second!r}"
+
 
 def collision_of(pair: collision_pb2.CollisionPair) -> Collision:
     """Return two nodes that touch from a message."""

@@ -8,7 +8,7 @@ from typing import Unpack
 
 from google.protobuf.internal.containers import RepeatedCompositeFieldContainer
 
-from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
+from virtualrobot._wire.arguments import ArrayLike, Count, PoseLike, checked
 from virtualrobot._wire.messages import pose_message, value_or_default, vector_message
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
@@ -188,7 +188,7 @@ class Program:
         self._steps.add(place_at=handled(step, robot, goal, options))
         return self
 
-    def repeat(self, count: int, steps: Program) -> Program:
+    def repeat(self, count: Count, steps: Program) -> Program:
         """Add a step that makes the steps of a program `count` times.
 
         Example:
@@ -201,6 +201,8 @@ class Program:
 
     def call(self, steps: Program, name: str | None = None) -> Program:
         """Add a step that makes the steps of another program, which is told once however often it is called."""
+        if steps is self:
+            raise InvalidArgumentError("the program calls itself; give call another one")
         known = self._spec.programs
         wanted = motion_pb2.SubProgram(steps=steps._steps)
         name = name or next((one for one, program in known.items() if program == wanted), f"program-{len(known)}")

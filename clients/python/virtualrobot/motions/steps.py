@@ -27,6 +27,10 @@ Named: TypeAlias = Annotated[str | HasName, "a robot or its name"]
 """A robot, or its name."""
 
 
+NodeNamed: TypeAlias = Annotated[str | HasName, "a node, its name (not empty)"]
+"""A node, such as a tool, or its name."""
+
+
 class AtOptions(TypedDict, total=False):
     """Options of steps that go somewhere and handle a part there.
 

@@ -17,7 +17,7 @@ from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.leases import Lease, acquire
 from virtualrobot.motions.setpoints import MODES, SetpointStream
-from virtualrobot.motions.steps import Named, name_of
+from virtualrobot.motions.steps import NodeNamed, name_of
 from virtualrobot.robots.description import coordinate_names
 from virtualrobot.robots.group import Group
 from virtualrobot.robots.mechanism import JointPositions
@@ -226,10 +226,10 @@ class Robot(Mover, Teacher):
 
     def mount(
         self,
-        what: Named | Path,
+        what: NodeNamed | Path,
         *,
         name: str | None = None,
-        adapter: Named | None = None,
+        adapter: NodeNamed | None = None,
         pose: PoseLike | None = None,
         tcp: str | ArrayLike | None = None,
     ) -> Tool:
@@ -259,7 +259,7 @@ class Robot(Mover, Teacher):
         mount(self._services, self.name, what, name, None if adapter is None else name_of(adapter), pose, tcp)
         return self.tool()
 
-    def unmount(self, tool: Named | None = None, *, to: Named = "world", pose: PoseLike | None = None) -> None:
+    def unmount(self, tool: NodeNamed | None = None, *, to: NodeNamed = "world", pose: PoseLike | None = None) -> None:
         """Take a tool off: by default the chosen one with its gripper, or a tool, gripper or adapter by name.
 
         It is fixed to the node `to`, such as a rack, at `pose` (4x4 in the frame of that), by default where it is.
@@ -275,11 +275,11 @@ class Robot(Mover, Teacher):
 
     def change_tool(
         self,
-        what: Named,
+        what: NodeNamed,
         *,
-        rack: Named = "world",
+        rack: NodeNamed = "world",
         rack_pose: PoseLike | None = None,
-        adapter: Named | None = None,
+        adapter: NodeNamed | None = None,
         pose: PoseLike | None = None,
         tcp: str | None = None,
     ) -> Tool:

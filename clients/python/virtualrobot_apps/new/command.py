@@ -34,9 +34,19 @@ def write(name: str, folder: Path) -> list[Path]:
     return [Path(shutil.copyfile(file, folder / file.name)) for file in files]
 
 
+class _Folder(click.Path):
+    """A folder with a name; an empty word would be the folder that one stands in."""
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        """Return the path; raise BadParameter for an empty word."""
+        if value == "":
+            self.fail("the name of the folder is empty; leave it out for a folder called as the cell", param, ctx)
+        return Path(str(value))
+
+
 @click.command(short_help="Write a ready cell: a scene, a program and a test.")
 @click.argument("cell", type=click.Choice(names()), required=False)
-@click.argument("folder", type=click.Path(path_type=Path), required=False)
+@click.argument("folder", type=_Folder(), required=False)
 def new(cell: str | None, folder: Path | None) -> None:
     """Write the ready CELL into FOLDER: a scene, a program and a test that pass as they are; without CELL list all.
 
