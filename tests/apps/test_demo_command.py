@@ -77,13 +77,13 @@ def test_an_interrupt_ends_it_and_its_kernel(sign: signal.Signals) -> None:
 def test_a_film_of_it_opens_though_it_is_interrupted(tmp_path: Path) -> None:
     film = tmp_path / "film.mp4"
     with started(5, "--record", str(film)) as process:
-        lines_until(process, "box  1 of")
+        lines_until(process, "box  3 of")
         process.send_signal(signal.SIGINT)
         output, _ = process.communicate(timeout=60)
     assert (process.returncode, "Traceback" in output) == (130, False), output
     with av.open(str(film)) as opened:
         frames = [frame.to_ndarray(format="rgb24") for frame in opened.decode(video=0)]
-    assert len(frames) > 1
+    assert frames, "how many are drawn by then is the machine's affair"
     assert frames[0].shape == (720, 1280, 3)
     assert frames[-1].std() > 20.0, "there is something to see"
 
