@@ -1,4 +1,4 @@
-"""What a kernel's memory comes to when worlds are loaded and cleared for long, against itself after the first ones.
+"""Memory of a kernel in which worlds are loaded and cleared for long, against itself after the first ones.
 
 A cycle loads an iiwa, a Panda and a box, watches for collisions, solves, moves, scans and clears the world. What may
 grow is bounded: the journal to 64 MiB (63 kB a cycle), arms, ended motions and events to some hundreds each.

@@ -13,7 +13,7 @@ from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.joint_path import JointPath
 from virtualrobot_kernel.collision.scene import CollisionScene, Nearest
 from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact, first_contact
-from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.planning.robots import with_state
 from virtualrobot_kernel.world.braking import BrakePath
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import JointType, Structure
@@ -84,7 +84,7 @@ def pictured(snapshot: Snapshot, way: BrakePath, row: int) -> Snapshot:
     row %= len(way.positions)
     tools = next(held for begin, held in reversed(way.tools) if begin <= row)
     state = replace(snapshot.state, q=way.positions[row], tool_states=tools)
-    return replace(snapshot, state=state, world_t_node=world_poses(snapshot.structure, state))
+    return with_state(snapshot, state)
 
 
 def distance(scene: CollisionScene, snapshot: Snapshot, pair: Pair, reach: float = 2.0 * APART) -> float:

@@ -22,7 +22,7 @@ from virtualrobot_kernel.collision.placed import Placed
 from virtualrobot_kernel.collision.touching import touches
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.numeric.boxes import overlapping_boxes
-from virtualrobot_kernel.planning.robots import standing_at, world_poses
+from virtualrobot_kernel.planning.robots import standing_at, with_state, world_poses
 from virtualrobot_kernel.shapes.submesh import stacked
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.apply_tools import as_mounted
@@ -104,7 +104,7 @@ def built_pairs(
         return ()
     nodes = change.structure.nodes
     new = {uid for uid in change.created if isinstance(uid, int) and (names is None or nodes[uid].name in names)}
-    return touching_as_built(_then(snapshot, change), new, shapes)
+    return touching_as_built(with_state(snapshot, change.state, change.structure), new, shapes)
 
 
 def mounted_pairs(snapshot: Snapshot, commands: Sequence[Command], shapes: CollisionShapes) -> tuple[Named, ...]:
@@ -117,7 +117,7 @@ def mounted_pairs(snapshot: Snapshot, commands: Sequence[Command], shapes: Colli
         if isinstance(command, MountTool) and structure.uid_by_name.keys() >= {command.robot, command.node}:
             top = as_mounted(structure, structure.node(command.robot), structure.node(command.node))
             new |= {node.uid for node in structure.below(top.uid) if node.kind is not Kind.PART}
-    return touching_as_built(_then(snapshot, change), (), shapes, new)
+    return touching_as_built(with_state(snapshot, change.state, structure), (), shapes, new)
 
 
 def _applied(snapshot: Snapshot, commands: Sequence[Command]) -> Change | None:
@@ -126,11 +126,6 @@ def _applied(snapshot: Snapshot, commands: Sequence[Command]) -> Change | None:
         return apply(snapshot.structure, snapshot.state, commands, world_poses)
     except KernelError:
         return None
-
-
-def _then(snapshot: Snapshot, change: Change) -> Snapshot:
-    world = world_poses(change.structure, change.state)
-    return replace(snapshot, structure=change.structure, state=change.state, world_t_node=world)
 
 
 def touching_as_built(

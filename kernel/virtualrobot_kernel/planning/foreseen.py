@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import cast
 
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.program import Program
-from virtualrobot_kernel.planning.robots import standing_at, world_poses
+from virtualrobot_kernel.planning.robots import standing_at, with_state, world_poses
 from virtualrobot_kernel.planning.steps import Column
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
@@ -37,8 +36,7 @@ def obeyed(snapshot: Snapshot, orders: Sequence[object]) -> tuple[Snapshot, str]
         if error.reason is not Reason.WRONG_STATE:
             raise
         return snapshot, str(error)
-    poses = world_poses(change.structure, change.state)
-    return replace(snapshot, structure=change.structure, state=change.state, world_t_node=poses), ""
+    return with_state(snapshot, change.state, change.structure), ""
 
 
 def after(snapshot: Snapshot, joints: Sequence[Column], program: Program, first: int = 0) -> list[World]:

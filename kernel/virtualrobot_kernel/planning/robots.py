@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.change import with_positions
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, Group, chain_links
 from virtualrobot_kernel.world.state import Snapshot, State
-from virtualrobot_kernel.world.structure import JointType, LinkData, Node, RobotData, RobotIndex, Structure
+from virtualrobot_kernel.world.structure import Node, RobotData, RobotIndex, Structure
 from virtualrobot_kernel.world.tcp import world_t_tcp
 
 REMEMBERED = 256
@@ -109,8 +109,13 @@ def standing_at(snapshot: Snapshot, q_index: NDArray[np.int32] | EllipsisType, q
     """Return the world with coordinates `q_index` (k,), or all (...), at q, and nothing else different."""
     everything = snapshot.state.q.copy()
     everything[q_index] = q
-    state = replace(snapshot.state, q=everything)
-    return replace(snapshot, state=state, world_t_node=world_poses(snapshot.structure, state))
+    return with_state(snapshot, replace(snapshot.state, q=everything))
+
+
+def with_state(snapshot: Snapshot, state: State, structure: Structure | None = None) -> Snapshot:
+    """Return the world in another state, and with another structure if one is given, all nodes where they are then."""
+    structure = structure or snapshot.structure
+    return replace(snapshot, structure=structure, state=state, world_t_node=world_poses(structure, state))
 
 
 _arms: OrderedDict[tuple[RobotIndex, Group, int, bytes], Arm] = OrderedDict()
@@ -137,10 +142,7 @@ def arm_of(snapshot: Snapshot, robot: Node, group: Group = WHOLE) -> Arm:
 
 def _built(structure: Structure, state: State, robot: Node, group: Group, base: int, path: list[int]) -> Arm:
     index, tip = structure.robots[robot.uid], path[0] if path else base
-    moving = any(
-        isinstance(data := structure.nodes[uid].data, LinkData) and data.joint.type is not JointType.FIXED
-        for uid in path
-    )
+    moving = any(structure.nodes[uid].is_moved for uid in path)
     rows = np.array([structure.rows[uid] for uid in reversed(path)], np.int32)
     if not moving:
         return Arm(robot, group, base, tip, np.empty(0, np.int32), rows, None)

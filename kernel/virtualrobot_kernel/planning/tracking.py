@@ -32,7 +32,7 @@ from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion, Tracking
 from virtualrobot_kernel.world.preconditions import Aspect, TcpPath, preconditions_of
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Joint, JointType, LinkData, Node
+from virtualrobot_kernel.world.structure import Joint, JointType, Node
 
 LARGEST_WINDOW = 100.0
 """Largest window in meters or radians: each centimetre of it is checked."""
@@ -142,8 +142,7 @@ def _frame(
     for _, arm in arms:
         carrying = {node.uid for node in structure.ancestors(arm.base)}
         for uid in above:
-            data = structure.nodes[uid].data
-            if uid not in carrying and isinstance(data, LinkData) and data.joint.type is not JointType.FIXED:
+            if uid not in carrying and structure.nodes[uid].is_moved:
                 owner = structure.robot_of(uid)
                 assert owner is not None  # it is a link
                 found[uid] = owner.uid, int(structure.forest.q_index[structure.rows[uid]])
@@ -178,7 +177,7 @@ def _check_carriers(snapshot: Snapshot, robot: Node, arm: Arm, name: str, moved:
     structure = snapshot.structure
     common = {node.uid for node in structure.ancestors(structure.node(name).uid)}
     for node in structure.ancestors(arm.base):
-        if node.uid in common or not isinstance(node.data, LinkData) or node.data.joint.type is JointType.FIXED:
+        if node.uid in common or not node.is_moved:
             continue
         owner = structure.robot_of(node.uid)
         assert owner is not None  # it is a link

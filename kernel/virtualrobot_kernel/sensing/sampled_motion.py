@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.planning.robots import with_state
 from virtualrobot_kernel.sensing.reading import Moment
 from virtualrobot_kernel.world.state import Snapshot
 
@@ -104,5 +104,4 @@ def _a_tick_before(snapshot: Snapshot) -> Snapshot:
         for joint, at_q, at_v in zip(robot.joints, robot.q_start, robot.v_start, strict=True):
             if joint.type.coordinate_count == 1:
                 q[at_q] -= state.v[at_v] * snapshot.tick_seconds
-    before = replace(state, q=q, tick=state.tick - 1)
-    return replace(snapshot, state=before, world_t_node=world_poses(structure, before))
+    return with_state(snapshot, replace(state, q=q, tick=state.tick - 1))

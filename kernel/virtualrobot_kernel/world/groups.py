@@ -143,8 +143,7 @@ def _named_chain(structure: Structure, robot: Node, group: JointGroup) -> tuple[
     places = {structure.forest.q_index[structure.rows[uid]] for uid in own}
     for uid in path:
         data = structure.nodes[uid].data
-        moves = isinstance(data, LinkData) and data.joint.type is not JointType.FIXED
-        if moves and structure.forest.q_index[structure.rows[uid]] not in places:
+        if structure.nodes[uid].is_moved and structure.forest.q_index[structure.rows[uid]] not in places:
             assert isinstance(data, LinkData)
             raise _no_chain(robot, group, f"the joint {data.joint.name!r}, which is not in it, lies between its joints")
     return base, path

@@ -18,7 +18,7 @@ from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.groups import WHOLE, Group, chain_links
 from virtualrobot_kernel.world.index import moved_links
 from virtualrobot_kernel.world.state import State
-from virtualrobot_kernel.world.structure import JointType, LinkData, Node, RobotData, Structure, ToolData
+from virtualrobot_kernel.world.structure import LinkData, Node, RobotData, Structure, ToolData
 from virtualrobot_kernel.world.tcp import chosen_tcp
 
 TOLERANCE = 1e-6
@@ -110,7 +110,7 @@ def preconditions_of(
             # What carries both the arm and its goal may be moved with both.
             for uid in sorted(above ^ {node.uid for node in structure.ancestors(reference)}):
                 wanted[uid, Aspect.PARENT, ""] = wanted[uid, Aspect.PLACE, ""] = None
-                if _moves(structure, uid):
+                if structure.nodes[uid].is_moved:
                     wanted[uid, Aspect.JOINT, ""] = None
                     if moving.isdisjoint(structure.coordinates_at(structure.rows[uid])):
                         wanted[uid, Aspect.POSITION, ""] = None
@@ -153,11 +153,6 @@ def _same(aspect: Aspect, now: object, then: object) -> bool:
         assert isinstance(now, np.ndarray) and isinstance(then, np.ndarray)
         return now.shape == then.shape and bool((np.abs(now - then) <= TOLERANCE).all())
     return now == then
-
-
-def _moves(structure: Structure, uid: int) -> bool:
-    data = structure.nodes[uid].data
-    return isinstance(data, LinkData) and data.joint.type is not JointType.FIXED
 
 
 def _joint(structure: Structure, state: State, node: Node, key: Key) -> object:

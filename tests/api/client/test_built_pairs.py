@@ -1,4 +1,4 @@
-"""What touches as a model is built or stands: allowed on load, told, saved, undone by one call; the rest stays red."""
+"""Pairs that touch as a model is built or stands: allowed on load, told, saved, undone by a call; the rest is red."""
 
 from __future__ import annotations
 

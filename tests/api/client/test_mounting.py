@@ -264,7 +264,7 @@ def test_ghosts_and_files_show_the_gripper(client: Client, arm: Robot, tmp_path:
 
 
 def test_ghosts_carry_the_gripper_as_it_is(client: Client, arm: Robot) -> None:
-    """What is drawn of a ghost is what is drawn of the arm that stands there."""
+    """A ghost is drawn as the arm is that stands there."""
     arm.mount("model://robotiq_2f_140", name="hand").close().wait()
     upright = [0.0, -1.5708, 0.0, -1.5708, 0.0, 0.0]
     arm.set_positions(upright)

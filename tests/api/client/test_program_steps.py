@@ -294,7 +294,7 @@ def test_a_file_says_what_python_says(client: Client, arm: Robot, tmp_path: Path
 
 
 def test_a_guarded_arm_carries_what_stood_on_the_table_and_nothing_is_put_into_it(client: Client, arm: Robot) -> None:
-    """What touched before it was picked may go apart; a step that would make a touch is refused, changing nothing."""
+    """Touches from before a pick may come apart; a step that would make one is refused, changing nothing."""
     point = arm.tcp[:3, 3]
     client.scene.add_object(
         "board", [virtualrobot.box(0.2, 0.2, 0.02)], pose=virtualrobot.pose(*(point - [0.0, 0.0, 0.05]))

@@ -1,4 +1,4 @@
-"""What objects show at a prompt."""
+"""Objects at a prompt, and what they show."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from virtualrobot.v1 import motion_pb2, signal_pb2
 from tests.unit.client.test_public_api import API
 
 NOTHING = object()
-"""What no argument can be."""
+"""Value that no argument can have."""
 UNCHECKED = {
     "FilmFile", "FilmThread", "KernelInfo", "Recording", "RobotTrajectory", "MotionPlan", "Wrapped", "Stamp",
 }  # fmt: skip

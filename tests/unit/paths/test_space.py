@@ -1,4 +1,4 @@
-"""What a path search counts as contact: pairs that the arm moves against each other, whatever else touches."""
+"""Contacts as a path search counts them: pairs that the arm moves against each other, whatever else touches."""
 
 from __future__ import annotations
 

@@ -45,11 +45,15 @@ class Jog:
             return replace(self, frame=FRAMES[(FRAMES.index(self.frame) + 1) % len(FRAMES)])
         return replace(self, joint=int(key) - 1) if key in "123456789" else None
 
+    def joint_of(self, robot: Robot | Group) -> str:
+        """Return the joint that is chosen, or the last one where there are not so many."""
+        names = robot.chain_joint_names
+        return names[min(self.joint, len(names) - 1)]
+
     def move(self, key: str, robot: Robot | Group) -> Move | None:
         """Return the move that a key means; None for one that moves nothing."""
         if key in "+-":
-            names = robot.chain_joint_names
-            joint = names[min(self.joint, len(names) - 1)]
+            joint = self.joint_of(robot)
             slides = robot.joint_types[joint] == "prismatic"
             distance = self.step if slides else 10.0 * self.step
             return robot.joint_jog(joint, (0.1 if slides else 0.5) * (1.0 if key == "+" else -1.0), distance)
@@ -101,12 +105,9 @@ def jog_by_keys(robot: Robot | Group, source: Input | None = None, output: Outpu
 
     def text() -> str:
         x, y, z = robot.tcp[:3, 3]
-        names = robot.chain_joint_names
         step = f"step {1000.0 * jog.step:g} mm, {math.degrees(10.0 * jog.step):.3g} deg"
-        joint = names[min(jog.joint, len(names) - 1)]
-        return (
-            f"{HELP}\n{robot.name} at {x:z.4f} {y:z.4f} {z:z.4f} m   {step}   frame {jog.frame}   joint {joint}\n{said}"
-        )
+        where = f"{robot.name} at {x:z.4f} {y:z.4f} {z:z.4f} m"
+        return f"{HELP}\n{where}   {step}   frame {jog.frame}   joint {jog.joint_of(robot)}\n{said}"
 
     control = FormattedTextControl(text)
     app: Application[None] = Application(

@@ -17,6 +17,7 @@ from virtualrobot._wire.messages import (
     vector_message,
 )
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.geometry import pose as at
 from virtualrobot.v1 import nodes_pb2
 
 
@@ -138,17 +139,11 @@ def table(
     thickness: of the top. leg: the edge of a leg; a table that has no room for legs is a block.
     """
     if not min(x, y) > 2.0 * leg or not height > thickness:
-        return (box(x, y, height, color=color, pose=_at(0.0, 0.0, height / 2.0)),)
+        return (box(x, y, height, color=color, pose=at(z=height / 2.0)),)
     below = height - thickness
     places = ((a * (x - leg) / 2.0, b * (y - leg) / 2.0) for a in (-1.0, 1.0) for b in (-1.0, 1.0))
-    legs = (box(leg, leg, below, color=color, pose=_at(*place, below / 2.0)) for place in places)
-    return (box(x, y, thickness, color=color, pose=_at(0.0, 0.0, height - thickness / 2.0)), *legs)
-
-
-def _at(x: float, y: float, z: float) -> np.ndarray:
-    pose = np.eye(4)
-    pose[:3, 3] = x, y, z
-    return pose
+    legs = (box(leg, leg, below, color=color, pose=at(*place, below / 2.0)) for place in places)
+    return (box(x, y, thickness, color=color, pose=at(z=height - thickness / 2.0)), *legs)
 
 
 @checked

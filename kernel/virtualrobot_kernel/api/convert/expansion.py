@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from google.protobuf.message import Message
 from numpy.typing import NDArray
-from virtualrobot.v1 import motion_pb2
+from virtualrobot.v1 import motion_pb2, scene_pb2
 
 from virtualrobot_kernel.api.convert.patterns import place_count, places
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
@@ -268,28 +268,24 @@ def _at_steps(step: motion_pb2.ProgramStep, what: str) -> list[motion_pb2.Progra
         if wish.HasField(width):
             if getattr(wish, state):
                 raise KernelError(f"{what} has {state} and {width}; give one of them", field=f"{what}.{width}")
-            return [move(tool_state=motion_pb2.ToolStateMove(width_meters=getattr(wish, width)))]
-        return [move(tool_state=motion_pb2.ToolStateMove(state=getattr(wish, state)))] if getattr(wish, state) else []
+            opening = motion_pb2.ToolStateMove(width_meters=getattr(wish, width))
+        elif getattr(wish, state):
+            opening = motion_pb2.ToolStateMove(state=getattr(wish, state))
+        else:
+            return []
+        return [move(tool_state=opening)]
 
     go = move(point_to_point=motion_pb2.PointToPoint(pose=at(approach)))
     if wish.HasField("redundancy"):
         go.move.moves[0].redundancy.CopyFrom(wish.redundancy)
-    handle = motion_pb2.ProgramStep()
-    if picks:
-        found = step.pick_at
-        handle.pick.robot, handle.pick.part, handle.pick.max_distance_meters = (
-            found.robot,
-            found.part,
-            found.max_distance_meters,
-        )
-    else:
-        handle.place.robot, handle.place.part, handle.place.parent = (
-            wish.robot,
-            wish.part,
-            step.place_at.parent,
-        )
     # Held while the fingers move, so that they may touch it.
-    there = [handle, *opened("")] if picks else [*opened(""), handle]
+    if picks:
+        distance = step.pick_at.max_distance_meters
+        pick = scene_pb2.PickPart(robot=wish.robot, part=wish.part, max_distance_meters=distance)
+        there = [motion_pb2.ProgramStep(pick=pick), *opened("")]
+    else:
+        place = scene_pb2.PlacePart(robot=wish.robot, part=wish.part, parent=step.place_at.parent)
+        there = [*opened(""), motion_pb2.ProgramStep(place=place)]
     lines = [line(0.0)] if approach else []
     away = [line(retreat)] if retreat else []
     return [*opened("_before"), go, *lines, *there, *away]
