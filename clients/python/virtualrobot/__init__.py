@@ -90,7 +90,7 @@ _MODULES = {
     "robots.dynamics": ("inertial",),
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "CollisionError",
-        "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError", "LeasedError", "LimitError",
+        "ConflictError", "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError", "LeasedError", "LimitError",
         "MalformedFileError", "MissingFileError", "MotionAbortedError", "MotionCancelledError",
         "MotionEndedError", "NameTakenError", "PlanOutdatedError",
         "PluginFailedError", "RobotBusyError", "SingularityError", "StaleRevisionError", "TooLargeError",
