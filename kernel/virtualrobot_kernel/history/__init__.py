@@ -1,1 +1,1 @@
-"""History of the world: how commands and states are written, and what is made of them later."""
+"""History of the world: every batch that was applied, kept, found again, undone and replayed."""
