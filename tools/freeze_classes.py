@@ -1,4 +1,4 @@
-"""Schema of what the journal keeps, frozen in `kernel/virtualrobot_kernel/history/schema.json`: every version of every class that was ever written.
+"""Schema of what the journal keeps: every version of every class that was ever written, in `history/schema.json`.
 
     python tools/freeze_classes.py
 
@@ -24,7 +24,9 @@ def frozen() -> Frozen:
     return json.loads(FILE.read_text()) if FILE.exists() else {}
 
 
-def faults(known: Frozen, now: Mapping[str, tuple[int, list[str]]], migrations: Mapping[tuple[str, int], object]) -> list[str]:
+def faults(
+    known: Frozen, now: Mapping[str, tuple[int, list[str]]], migrations: Mapping[tuple[str, int], object]
+) -> list[str]:
     """Return what is wrong with the classes as they are now, a sentence each that says what would be right."""
     found = []
     for tag, versions in known.items():

@@ -1,4 +1,4 @@
-"""Codec: values of frozen classes to bytes and back, bit for bit, by their annotations alone. Never code, as pickle has.
+"""Codec: values of frozen classes to bytes and back, bit for bit, by their annotations alone.
 
 A document is MessagePack: [format, classes, shared, root]. `classes` names each class that is in it, and its version:
 [tag, version, tag, version, ...]; whatever is not known is so refused before anything is read. A value of a class is
@@ -381,7 +381,7 @@ class Codec:
         writer.digests |= known[2]
         return known[1]
 
-    def _encode_any(self, value: object, writer: _Writer) -> object:  # noqa: C901, PLR0911
+    def _encode_any(self, value: object, writer: _Writer) -> object:
         cls = type(value)
         if cls in PLAIN:
             return value
@@ -394,8 +394,8 @@ class Codec:
             return self._encode_record(value, writer)
         if isinstance(value, np.ndarray):
             return _encode_array(value, writer)
-        if cls is tuple or cls is list:
-            return [TUPLE if cls is tuple else LIST, *[self._encode_any(one, writer) for one in typing.cast("Any", value)]]
+        if cls in (tuple, list) and isinstance(value, (tuple, list)):
+            return [TUPLE if cls is tuple else LIST, *[self._encode_any(one, writer) for one in value]]
         if isinstance(value, Mapping):
             items = (one for pair in value.items() for one in pair)
             return [MAP, *[self._encode_any(one, writer) for one in items]]
@@ -416,7 +416,7 @@ class Codec:
 
         return read
 
-    def _decode_any(self, raw: Any, reader: _Reader) -> Any:  # noqa: ANN401, PLR0911
+    def _decode_any(self, raw: Any, reader: _Reader) -> Any:  # noqa: ANN401
         if type(raw) is _Reference:
             if raw.code == SHARED:
                 return reader.shared[int.from_bytes(raw.data, "little")]

@@ -1,4 +1,4 @@
-"""Image of a whole world as a checkpoint has it: its nodes and its state. All else of a structure follows from these."""
+"""Image of a whole world as a checkpoint has it: its nodes and its state, from which all else follows."""
 
 from __future__ import annotations
 
