@@ -77,7 +77,7 @@ class Parts:
 
 @dataclass(slots=True, eq=False)
 class _Writer:
-    """What is known of a document while it is written."""
+    """Document that is being written: its classes, its shared values and their places, and the digests of its parts."""
 
     parts: _PartWriter | None
     classes: dict[str, int] = dataclasses.field(default_factory=dict)
@@ -97,7 +97,7 @@ class _PartWriter:
 
 @dataclass(slots=True, eq=False)
 class _Reader:
-    """What is known of a document while it is read: its classes with their versions, its shared values, its parts."""
+    """Document that is being read: its classes with their versions, what gives its parts, and its shared values."""
 
     classes: list[tuple[_Form, int]]
     part: Callable[[bytes], Any]
@@ -114,7 +114,7 @@ class _Reference:
 
 @dataclass(slots=True, eq=False)
 class _Form:
-    """How values of one class are written."""
+    """Form in which values of one class are written."""
 
     cls: type
     tag: str
