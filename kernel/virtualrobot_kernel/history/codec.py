@@ -121,7 +121,7 @@ class _Form:
     version: int
     names: tuple[str, ...] = ()
     fields: Callable[[Any], tuple[Any, ...]] = tuple
-    encoders: tuple[Encode | None, ...] = ()
+    encoders: tuple[Encode | None, ...] = ()  # none where all fields are written as they are
     decoders: tuple[Decode, ...] = ()
     make: Callable[..., Any] = tuple
     shared: bool = False
@@ -260,7 +260,8 @@ class Codec:
         else:
             form.fields = lambda value: tuple(getattr(value, name) for name in names)
         pairs = [self._converters(hints[name], f"{_path(cls)}.{name}") for name in names]
-        form.encoders = tuple(encode for encode, _ in pairs)
+        encoders = tuple(encode for encode, _ in pairs)
+        form.encoders = encoders if any(encoders) else ()
         form.decoders = tuple(decode for _, decode in pairs)
         form.make = cls
         if dataclasses.is_dataclass(cls):
@@ -313,8 +314,11 @@ class Codec:
 
     def _items(self, item: object, make: type, where: str) -> tuple[Encode | None, Decode]:
         encode, decode = self._converters(item, where)
+        allowed = _plain_types(item)
 
         def read(raw: object, reader: _Reader) -> object:
+            if allowed.issuperset(map(type, _listed(raw))):  # the same, quicker
+                return make(typing.cast("list[Any]", raw))
             return make([decode(one, reader) for one in _listed(raw)])
 
         if encode is None:
@@ -348,8 +352,13 @@ class Codec:
     def _encode_fields(self, value: object, writer: _Writer) -> list[Any]:
         form = self._forms[type(value)]
         place = writer.classes.setdefault(form.tag, len(writer.classes))
-        fields = zip(form.encoders, form.fields(value), strict=True)
-        return [place, *[encode(one, writer) if encode else one for encode, one in fields]]
+        fields = form.fields(value)
+        if not form.encoders:
+            return [place, *fields]
+        return [
+            place,
+            *[encode(one, writer) if encode else one for encode, one in zip(form.encoders, fields, strict=True)],
+        ]
 
     def _encode_record(self, value: object, writer: _Writer) -> object:
         form = self._forms.get(type(value))
@@ -536,6 +545,11 @@ def _plain(*classes: type) -> Decode:
     """Return what reads values that are written as they are: an int may stand for a float, a NumPy scalar for both."""
     wider = {bool: (np.bool_,), int: (bool, np.integer), float: (int, np.floating, np.integer)}
     return _checked(*classes, *(one for cls in classes for one in wider.get(cls, ())))
+
+
+def _plain_types(hint: object) -> frozenset[type]:
+    """Return types of values with an annotation that are read as they are."""
+    return frozenset({float: {float, int}, int: {int}, str: {str}, bool: {bool}}.get(typing.cast("type", hint), ()))
 
 
 def _checked(*classes: type) -> Decode:
