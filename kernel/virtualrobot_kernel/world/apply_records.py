@@ -66,7 +66,7 @@ class Conflict(KernelError):
 def restore_records(change: Change, command: RestoreRecords, forward: Forward) -> Change:
     """Return the world with the restored values, and nothing else changed.
 
-    Raises Conflict, which names what stands in the way, and KernelError (ROBOT_BUSY) while a robot moves that it is about.
+    Raises Conflict, which names what stands in the way, and KernelError (ROBOT_BUSY) while a robot of it moves.
     """
     _refuse_while_moving(change, command)
     for table, key, found in command.found.items():
@@ -145,8 +145,10 @@ def _check_found(change: Change, table: str, key: Key, found: object, restored: 
 
 def _changed_of(now: Presence, found: Presence) -> str:
     """Return the table of the first field in which a node differs from what it was."""
-    tables = (table for table, name in FIELDS.items() if not alike(table, *(getattr(n.node, name) for n in (now, found))))
-    return next(tables, "poses")
+    for table, name in FIELDS.items():
+        if not alike(table, getattr(now.node, name), getattr(found.node, name)):
+            return table
+    return "poses"
 
 
 def _with_nodes(change: Change, restored: Values) -> Change:
@@ -230,7 +232,9 @@ def _check_nothing_else(before: Change, after: Change, command: RestoreRecords) 
     """Raise Conflict when anything else would change: it was set since, by whomever."""
     for table, key, old, new in records(before, after):
         if key not in getattr(command.restored, table):
-            raise Conflict(f"{words(before.structure, table, key, old, new)} was set since and would be lost", table, key)
+            raise Conflict(
+                f"{words(before.structure, table, key, old, new)} was set since and would be lost", table, key
+            )
 
 
 def _check_consistent(after: Change, restored: Values) -> None:
@@ -246,10 +250,11 @@ def _check_consistent(after: Change, restored: Values) -> None:
         for node in touched.values()
         if node.kind in (Kind.ROBOT, Kind.LINK, Kind.TOOL) and (robot := structure.robot_of(node.uid))
     }
-    about = next(iter(uids), 0)
+    about = 0
     try:
         check_count(len(structure.nodes))
-        for about, node in touched.items():
+        for node in touched.values():
+            about = node.uid
             check_figures(node.name, node.data, node.figures)
             check_names(structure, node)
             if node.kind is Kind.TOOL:

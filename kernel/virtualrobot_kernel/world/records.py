@@ -1,8 +1,8 @@
 """Records of a change: the values before and after it of all that undo covers.
 
-Undo covers the tree and what people set in it: nodes, names, parents, poses, figures, data, tools that robots work with,
-speed factors, allowed pairs, collision settings, and which signals and tools' states there are. It doesn't cover where
-joints are, motions, values of signals, and which sensors run.
+Undo covers the tree and what people set in it: nodes, names, parents, poses, figures, data, tools that robots work
+with, speed factors, allowed pairs, collision settings, and which signals and tools' states there are. It doesn't cover
+where joints are, motions, values of signals, and which sensors run.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ Key = int | str | tuple[int, int]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Presence:
-    """Node with all that comes and goes with it: its pose, its joint's coordinates (nq,), and whether it, a sensor, runs.
+    """Node with all that comes and goes with it: its pose, its joint's coordinates, and whether it, a sensor, runs.
 
-    `q` is empty for a node that no joint of its own moves; radians or meters.
+    `q` (nq,), radians or meters, is empty for a node that no joint of its own moves.
     """
 
     node: Node
@@ -42,8 +42,8 @@ class Presence:
 class Values:
     """Values of what undo covers, by what they are of: nodes by uid, signals by name. None: it is not there.
 
-    `nodes` has those that come or go; the tables after it the fields of nodes that stay. The tables from `modes` on have
-    the settings of all robots at `EVERYWHERE`.
+    `nodes` has those that come or go; the tables after it have the fields of nodes that stay. The last three tables
+    have what is set for all robots at `EVERYWHERE`.
     """
 
     nodes: Mapping[int, Presence | None] = field(default_factory=dict)

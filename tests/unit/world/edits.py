@@ -119,7 +119,8 @@ def _weigh(rng: Rng, change: Change) -> Command:
 def _rejoint(rng: Rng, change: Change) -> Command:
     node = change.structure.node(_one(rng, _names(change, Kind.LINK)))
     assert isinstance(node.data, LinkData)
-    joint = replace(node.data.joint, name=_word(rng), limits=replace(node.data.joint.limits, velocity=rng.uniform(1, 2)))
+    joint = node.data.joint
+    joint = replace(joint, name=_word(rng), limits=replace(joint.limits, velocity=rng.uniform(1, 2)))
     return commands.UpdateNode(node.name, data=replace(node.data, joint=joint))
 
 
@@ -218,7 +219,21 @@ def _clear(rng: Rng, change: Change) -> Command:
 
 
 EDITS: tuple[Callable[[Rng, Change], Command], ...] = (
-    *(_create, _create, _create, _create_arm, _rename, _move, _hide, _figure, _weigh, _rejoint, _remove, _attach, _pick),
+    *(
+        _create,
+        _create,
+        _create,
+        _create_arm,
+        _rename,
+        _move,
+        _hide,
+        _figure,
+        _weigh,
+        _rejoint,
+        _remove,
+        _attach,
+        _pick,
+    ),
     *(_place, _select, _mount, _unmount, _postures, _groups, _kinematics, _robot, _components, _create_signal),
     *(_remove_signal, _allow, _forbid, _collisions, _speed, _clear),
 )
