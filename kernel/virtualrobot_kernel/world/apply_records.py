@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any, cast
+from typing import Any
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world import index
@@ -265,8 +265,8 @@ def _check_consistent(after: Change, restored: Values) -> None:
         raise Conflict(str(error), "data", about) from None
     for robot, selection in restored.selections.items():
         if selection is not None and selection.tool:
-            tool = structure.nodes.get(selection.tool)
-            known = isinstance(tool, Node) and tool.uid in structure.tools.get(robot, ())
-            if not known or selection.tool_center_point not in cast(ToolData, tool.data).tool_center_points:
+            tool = structure.nodes.get(selection.tool) if selection.tool in structure.tools.get(robot, ()) else None
+            points = tool.data.tool_center_points if tool and isinstance(tool.data, ToolData) else {}
+            if selection.tool_center_point not in points:
                 name = structure.nodes[robot].name
                 raise Conflict(f"the tool that {name!r} worked with is not there", "nodes", selection.tool)

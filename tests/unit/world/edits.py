@@ -72,7 +72,7 @@ class _Nothing(Exception):
 def _one(rng: Rng, names: Sequence[str]) -> str:
     if not names:
         raise _Nothing
-    return names[rng.integers(len(names))]
+    return names[int(rng.integers(len(names)))]
 
 
 def _names(change: Change, *kinds: Kind) -> list[str]:
@@ -189,7 +189,7 @@ def _remove_signal(rng: Rng, change: Change) -> Command:
 
 def _allow(rng: Rng, change: Change) -> Command:
     pair = _one(rng, _names(change)), _one(rng, _names(change)), _word(rng)
-    return commands.SetAllowedPairs(**{("allow", "built")[rng.integers(2)]: (pair,)})
+    return commands.SetAllowedPairs(built=(pair,)) if rng.integers(2) else commands.SetAllowedPairs(allow=(pair,))
 
 
 def _forbid(rng: Rng, change: Change) -> Command:
