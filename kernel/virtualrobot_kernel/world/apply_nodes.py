@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -135,6 +135,8 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
     elif changes:
         change = replace(change, structure=(index.renamed if renamed else index.replaced)(change.structure, new))
     if renamed:
+        now = change.structure.nodes
+        _refuse_while_named(change.state, [old for uid, old in before.nodes.items() if now[uid].name != old.name])
         change = replace(change, structure=with_nodes_renamed(before, change.structure))
     if rejointed and (robot := change.structure.robot_of(node.uid)):
         check_robot(change, robot.uid)
@@ -160,6 +162,7 @@ def remove_node(change: Change, command: RemoveNode, forward: Forward) -> Change
     gone = {other.uid for other in below}
     refuse_while_robot_moves(change, node)
     refuse_while_tools_move(change, below)
+    _refuse_while_named(change.state, below)
     for uid in gone & change.structure.robots.keys():
         refuse_while_robot_moves(change, change.structure.nodes[uid])
     nodes = {uid: kept for uid, kept in change.structure.nodes.items() if uid not in gone}
@@ -168,6 +171,19 @@ def remove_node(change: Change, command: RemoveNode, forward: Forward) -> Change
     if node.kind is Kind.LINK and robot is not None:
         check_robot(change, robot.uid)
     return change
+
+
+def _refuse_while_named(state: State, nodes: Iterable[Node]) -> None:
+    """Raise KernelError (WRONG_STATE) for nodes that a running program looks up by name when it is there."""
+    names = {node.uid: node.name for node in nodes}
+    for motion in state.motions:
+        for uid in motion.nodes & names.keys():
+            raise KernelError(
+                f"the program {motion.id!r} names the node {names[uid]!r}; wait for its end or cancel it",
+                reason=Reason.WRONG_STATE,
+                node=names[uid],
+                motion=motion.id,
+            )
 
 
 def attach_node(change: Change, command: AttachNode, forward: Forward) -> Change:

@@ -247,7 +247,7 @@ class StartMotion:
 
     `joints` names the program's columns as (robot, joint); `tool_states` (step, tool, state) become true when their
     step is done; `searcher` is the robot that searches in the last step, if one does; `tracking` is what it goes along
-    with, if anything.
+    with, if anything; `nodes` and `signals` are named by steps that are planned when they are reached.
     """
 
     joints: tuple[tuple[str, str], ...]
@@ -256,6 +256,8 @@ class StartMotion:
     searcher: str = ""
     preconditions: Preconditions = ()
     tracking: Tracking | None = None
+    nodes: tuple[str, ...] = ()
+    signals: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
