@@ -34,7 +34,7 @@ def _nothing(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401
     return ()
 
 
-def _everything(snapshot: Snapshot, command: commands.ClearWorld) -> Iterable[int]:
+def _everything(snapshot: Snapshot, command: commands.ClearWorld | commands.RestoreWorld) -> Iterable[int]:
     return snapshot.structure.robots
 
 
@@ -232,5 +232,6 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.StopMotions: _nothing,
     commands.StopRobots: _nothing,
     commands.RestoreRecords: _restored,
+    commands.RestoreWorld: _everything,
 }
 """Function by command class that gives the robots (uids) which a command affects; each new command needs an entry."""

@@ -8,6 +8,7 @@ from typing import Any
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import (
+    apply_checkpoint,
     apply_collisions,
     apply_motions,
     apply_nodes,
@@ -62,6 +63,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.StopMotions: apply_motions.stop_motions,
     commands.StopRobots: apply_motions.stop_robots,
     commands.RestoreRecords: apply_records.restore_records,
+    commands.RestoreWorld: apply_checkpoint.restore_world,
 }
 
 
