@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from enum import Enum
 
 from virtualrobot_kernel.history.journal import Told
-from virtualrobot_kernel.history.labels import Done, label
+from virtualrobot_kernel.history.labels import Done, distance, label
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.commands import Command, RestoreRecords
 from virtualrobot_kernel.world.difference import alike, difference
@@ -15,7 +15,7 @@ from virtualrobot_kernel.world.records import EVERYWHERE, Difference
 from virtualrobot_kernel.world.structure import Structure
 
 DRAG_SECONDS = 0.5
-"""Longest time (s, of the wall clock) between two changes of the same things that are one step, as a drag gives them."""
+"""Longest time (s, of the wall clock) between changes of the same things that are one step, as a drag gives them."""
 
 
 class StepKind(Enum):
@@ -88,7 +88,7 @@ class Step:
 
 
 def step_of(told: Told, undone: Callable[[int], Step | None]) -> Step | None:
-    """Return the step of an entry, None for one that is none; `undone` gives the step of a number that is taken back."""
+    """Return the step of an entry, None for one that is none; `undone` gives the step of a number."""
     entry = told.entry
     batch = entry.commands
     if all(isinstance(command, EACH_TICK) for command in batch):
@@ -121,7 +121,7 @@ def step_of(told: Told, undone: Callable[[int], Step | None]) -> Step | None:
     )
 
 
-def drawn_out(before: Step, step: Step, told: Told) -> Step | None:
+def drawn_out(before: Step, step: Step) -> Step | None:
     """Return two steps of one author as one, as of a drag; None when they are not.
 
     They are one when the second one changed the very same things soon after, from what the first one made of them.
@@ -134,9 +134,11 @@ def drawn_out(before: Step, step: Step, told: Told) -> Step | None:
         return None
     if not all(alike(table, getattr(one.new, table)[key], old) for table, key, old in other.old.items()):
         return None
-    drawn = Difference(one.old, other.new)
-    text = label(told.entry.commands, Done(told.before, told.after, drawn))
-    return replace(step, first_number=before.first_number, label=text, difference=drawn)
+    text = step.label
+    if other.keys == {("poses", uid) for uid in step.touched} and len(step.touched) == 1:
+        (uid,) = step.touched
+        text = f"moved {step.names[0]!r}{distance(one.old.poses[uid], other.new.poses[uid])}"
+    return replace(step, first_number=before.first_number, label=text, difference=Difference(one.old, other.new))
 
 
 def _kind(batch: Sequence[Command], changed: Difference) -> StepKind:

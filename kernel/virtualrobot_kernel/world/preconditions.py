@@ -118,7 +118,9 @@ def preconditions_of(
     wanted |= dict.fromkeys((uid, Aspect.POSTURE, name) for uid, name in postures)
     wanted |= dict.fromkeys((uid, Aspect.STATE if name else Aspect.WIDTHS, name) for uid, name in tool_states)
     return tuple(
-        Precondition(uid, (node := structure.nodes[uid]).name, aspect, key, READERS[aspect](structure, state, node, key))
+        Precondition(
+            uid, (node := structure.nodes[uid]).name, aspect, key, READERS[aspect](structure, state, node, key)
+        )
         for uid, aspect, key in wanted
     )
 
