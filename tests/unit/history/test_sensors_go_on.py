@@ -37,7 +37,7 @@ class Room:
 def readings(start: Snapshot | None, batches: dict[int, list[Command]], last: int) -> tuple[list[Reading], Snapshot]:
     """Return what is read up to a tick, and the world then; `batches` are commands by tick."""
     clock = Clock(Mode.STEPPED, 1.0, round(TICK * 1e9))
-    given = (start.structure, start.state) if start else ()
+    given = (start.structure, start.state) if start else (None, None)
     world = World(world_poses, MemoryJournal(), clock, *given)
     sensors = Sensors(world, Room())  # pyright: ignore[reportArgumentType]
     told: list[Reading] = []
