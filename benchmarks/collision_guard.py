@@ -16,6 +16,7 @@ from virtualrobot_kernel.world.store import World
 
 from benchmarks.collision_cell import collision_cell
 from benchmarks.rows import Row, row
+from tests.unit.journals import entries_of
 
 TICK_MILLISECONDS = 4.0
 WAIT = 600.0
@@ -44,7 +45,7 @@ def guarded(arms: int, meshes: int, ticks: int) -> tuple[GuardCost, int]:
             if tick == 20:  # compiled code is loaded by then, and the geometry is made
                 warm, guard.cost = guard.cost, GuardCost()
         assert warm.ticks
-        stops = sum(entry.author == guard.author for entry in world.journal.entries())
+        stops = sum(entry.author == guard.author for entry in entries_of(world))
         return guard.cost, stops
     finally:
         world.close()

@@ -34,6 +34,7 @@ from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.history.journal import Journal
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
@@ -47,7 +48,6 @@ from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import SetAllowedPairs
-from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.store import World
 
 if TYPE_CHECKING:
@@ -95,7 +95,8 @@ class Kernel:
         self._processes = Processes(self._sensing.shapes)
         self._mailbox = Mailbox()
         clock = Clock(settings.mode, 1.0, settings.tick_nanoseconds)
-        self.world = World(world_poses, MemoryJournal(), clock, inputs=self._mailbox.take)
+        self._journal = Journal(())
+        self.world = World(world_poses, self._journal, clock, inputs=self._mailbox.take)
         self._guard = CollisionGuard(self._sensing.solids, self.world)
         self._sensors = Sensors(self.world, self._sensing)
         self._monitor = Monitor(self.world, self._sensing.solids)
@@ -105,7 +106,8 @@ class Kernel:
         self._shut_down = shut_down
 
     def start(self) -> int:
-        """Start the world and the API; return the port."""
+        """Start the journal, the world and the API; return the port."""
+        self._journal.start()
         self.world.start()
         return self._server.start()
 
@@ -156,6 +158,7 @@ class Kernel:
         self._sensors.close()
         self._monitor.close()
         self.world.close()
+        self._journal.close()
         self._workers.shutdown(wait=False, cancel_futures=True)
         self._renderers.close()
         self._limiter.close()

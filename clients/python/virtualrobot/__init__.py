@@ -92,9 +92,9 @@ _MODULES = {
     "robots.dynamics": ("inertial",),
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "CollisionError",
-        "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError", "LeasedError", "LimitError",
-        "MalformedFileError", "MissingFileError", "MotionAbortedError", "MotionCancelledError",
-        "MotionEndedError", "NameTakenError", "PlanOutdatedError",
+        "ConflictError", "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError",
+        "LeasedError", "LimitError", "MalformedFileError", "MissingFileError", "MotionAbortedError",
+        "MotionCancelledError", "MotionEndedError", "NameTakenError", "PlanOutdatedError",
         "PluginFailedError", "RobotBusyError", "RoleTooLowError", "SingularityError", "StaleRevisionError",
         "TooLargeError", "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
     ),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
@@ -28,22 +28,34 @@ PARTS = 8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Entry:
-    """Entry of a batch that was applied: the number of ticks before it, its author, and its commands."""
+    """Entry of a batch that was applied: the number of ticks before it, its author, and its commands.
+
+    `wall_time` (seconds since 1970) is for people: clocks are set back, and entries are in their order without it.
+    """
 
     tick: int
     author: str
     commands: tuple[Command, ...]
+    wall_time: float = 0.0
+
+
+Answer = Callable[[Exception | None], None]
+"""Answer to whoever gave a batch: it is kept (None), or it could not be."""
 
 
 class Journal(Protocol):
-    """Log of applied batches. The world thread calls `append`; anyone may read the rest."""
+    """Log of applied batches. The world thread alone calls it, and each method returns at once."""
 
-    def append(self, entry: Entry, structure: Structure, state: State) -> None:
-        """Write one entry at the end; structure and state are the world before it."""
+    def admit(self, commands: Sequence[Command]) -> None:
+        """Raise KernelError when these commands could not be kept; the world is left as it is then."""
         ...
 
-    def entries(self) -> Sequence[Entry]:
-        """Return the entries that are kept, oldest first."""
+    def append(self, entry: Entry, before: Change, after: Change) -> None:
+        """Keep one entry after all others."""
+        ...
+
+    def answer(self, answer: Answer) -> None:
+        """Call `answer`, from any thread, once all entries so far are kept."""
         ...
 
 
@@ -70,14 +82,21 @@ class MemoryJournal:
         self._last: list[Entry] = []
         self._bytes = 0
 
-    def append(self, entry: Entry, structure: Structure, state: State) -> None:
-        """Write one entry at the end; structure and state are the world before it. The oldest ones may go."""
+    def admit(self, commands: Sequence[Command]) -> None:
+        """Admit all commands: the oldest entries make room."""
+
+    def append(self, entry: Entry, before: Change, after: Change) -> None:
+        """Keep one entry after all others. The oldest ones may go."""
         size = weight(entry)
         if not self._parts or len(self._last) >= self._part_entries or self._bytes + size > self._part_bytes:
             self._last, self._bytes = [], 0
-            self._parts = (*self._parts[1 - PARTS :], Record(structure, state, self._last))
+            self._parts = (*self._parts[1 - PARTS :], Record(before.structure, before.state, self._last))
         self._last.append(entry)
         self._bytes += size
+
+    def answer(self, answer: Answer) -> None:
+        """Answer at once."""
+        answer(None)
 
     def entries(self) -> Sequence[Entry]:
         """Return the entries that are kept, oldest first."""

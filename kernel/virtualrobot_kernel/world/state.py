@@ -63,6 +63,7 @@ class EndCause(Enum):
     COLLISION = "collision"
     STEP_REFUSED = "step refused"
     PART_TIMEOUT = "part timeout"
+    WORLD_RESTORED = "world restored"
 
     @property
     def aborts(self) -> bool:
@@ -70,7 +71,10 @@ class EndCause(Enum):
         return self not in WANTED_ENDS
 
 
-WANTED_ENDS = (EndCause.CALL, EndCause.STOP, EndCause.PREEMPTED, EndCause.WORLD_CLEARED, EndCause.LEASE_TAKEN)
+WANTED_ENDS = (
+    *(EndCause.CALL, EndCause.STOP, EndCause.PREEMPTED, EndCause.WORLD_CLEARED, EndCause.LEASE_TAKEN),
+    EndCause.WORLD_RESTORED,
+)
 """Causes that somebody wanted: motions that end by them are CANCELLED, others ABORTED."""
 
 
@@ -105,10 +109,10 @@ class Motion:
 
     `q_index` says where each column of the path goes in q, and `v_index` where those that are `rated` go in v;
     `joints` names the columns as (robot uid, coordinate); `tool_states` (step, tool uid, state) become true when their
-    step is done; `step_count` is 0 for moves that are no program; `signals` are all that it names; `searcher` is the
-    robot that searches (a uid; 0: none) and `search` what it came to; `tracked_joint` is the joint (robot uid, name)
-    that the motion goes along with, and `tracked_at` where that is in q and v, None when it is gone; `end_tick` is 0
-    until it has ended.
+    step is done; `step_count` is 0 for moves that are no program; `signals` are all that it names, and `nodes`
+    (uids) those that steps name which are planned when they are reached; `searcher` is the robot that searches (a
+    uid; 0: none) and `search` what it came to; `tracked_joint` is the joint (robot uid, name) that the motion goes
+    along with, and `tracked_at` where that is in q and v, None when it is gone; `end_tick` is 0 until it has ended.
     """
 
     id: str
@@ -121,6 +125,7 @@ class Motion:
     tool_states: tuple[tuple[int, int, str], ...] = ()
     step_count: int = 0
     signals: frozenset[str] = frozenset()
+    nodes: frozenset[int] = frozenset()
     searcher: int = 0
     search: Search | None = None
     tracked_joint: tuple[int, str] | None = None

@@ -224,7 +224,7 @@ class World:
             return
         try:
             if isinstance(item, _Batch):
-                item.done.set_result(self._apply(item))
+                self._apply(item)
             elif isinstance(item, _Step):
                 item.done.set_result(self._step(item.ticks))
             else:
@@ -235,7 +235,8 @@ class World:
             log.exception("a command failed inside the kernel; the world is as it was before")
             item.done.set_exception(error)
 
-    def _apply(self, batch: _Batch) -> Applied:
+    def _apply(self, batch: _Batch) -> None:
+        """Apply a batch; the journal answers it once it is kept, with what supervisors did about it."""
         before = self.snapshot
         check_revision(before.structure, batch.expected_revision)
         if batch.permit is not None:
@@ -243,15 +244,24 @@ class World:
         change = self._applied(batch.commands, batch.author, self._supervisors)
         applied = Applied(self.snapshot, change.created, change.picked)
         self._supervise_change()
-        return applied
+
+        def answer(failed: Exception | None) -> None:
+            if failed is None:
+                batch.done.set_result(applied)
+            else:
+                batch.done.set_exception(failed)
+
+        self._journal.answer(answer)
 
     def _applied(self, commands: tuple[Command, ...], author: str, admitting: Sequence[Supervisor] = ()) -> Change:
         before = self.snapshot
+        self._journal.admit(commands)
         change = apply(before.structure, before.state, commands, self._forward)
         after = self._later(change.structure, change.state)
         for supervisor in admitting:
             supervisor.admit(before, after, commands)
-        self._journal.append(Entry(before.state.tick, author, commands), before.structure, before.state)
+        entry = Entry(before.state.tick, author, commands, after.wall_time)
+        self._journal.append(entry, Change(before.structure, before.state), change)
         self._publish(after)
         return change
 
@@ -345,7 +355,8 @@ class World:
         if inputs := self._inputs():
             later, entry = taken(self.snapshot, state, inputs, self._forward)
             if entry is not None:
-                self._journal.append(entry, self.snapshot.structure, state)
+                structure = self.snapshot.structure
+                self._journal.append(entry, Change(structure, state), Change(structure, later))
             return later
         return state
 

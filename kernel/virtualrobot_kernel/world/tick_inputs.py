@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import time
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -66,4 +67,4 @@ def taken(
     if not accepted:
         return state, None
     writers = ", ".join(dict.fromkeys(item.writer for item in accepted))
-    return state, Entry(state.tick, writers, tuple(item.command for item in accepted))
+    return state, Entry(state.tick, writers, tuple(item.command for item in accepted), time.time())

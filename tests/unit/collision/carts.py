@@ -18,6 +18,7 @@ from virtualrobot_kernel.world.state import Snapshot, State
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, LinkData, NodeSpec, RobotData
 
+from tests.unit.journals import entries_of
 from tests.unit.world.builders import shifted
 
 RADIUS = 0.1
@@ -76,7 +77,7 @@ def replayed(world: World) -> State:
     """Return the state of a world replayed from its journal alone, from the beginning."""
     now = world.snapshot
     begin = State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
-    return replay(index.empty(), begin, world.journal.entries(), now.state.tick, now.tick_seconds, world_poses).state
+    return replay(index.empty(), begin, entries_of(world), now.state.tick, now.tick_seconds, world_poses).state
 
 
 def place(snapshot: Snapshot, name: str = "cart") -> float:

@@ -40,6 +40,7 @@ from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
 from tests.unit.collision.carts import RADIUS, WAIT, block, cart, drive, mode, place, replayed
 from tests.unit.collision.sweepers import BALL, body, growing, slider
 from tests.unit.collision.worlds import SHAPES
+from tests.unit.journals import entries_of
 from tests.unit.planning.cell import chain
 from tests.unit.world.builders import part, shifted
 
@@ -95,7 +96,7 @@ def test_a_cart_stops_before_a_block_in_the_last_tick_in_which_it_can(world: Wor
     assert last(world).reason.startswith("'cart.ball' would touch 'block' in 0.")
     assert world.snapshot.state.v[0] == 0.0
     assert guard.cost.ticks > 100 and guard.cost.worst_seconds >= guard.cost.seconds / guard.cost.ticks
-    assert world.journal.entries()[-1].author == "collision guard"
+    assert entries_of(world)[-1].author == "collision guard"
     assert replayed(world).q.tobytes() == world.snapshot.state.q.tobytes()
     do(world, drive(float(world.snapshot.state.q[0]), 0.0))
     assert place(step(world, 700)) == 0.0, "back it may go"
@@ -106,7 +107,7 @@ def test_a_motion_that_touches_nothing_is_what_it_is_without_a_guard(world: Worl
     do(world, drive(0.0, 1.9))
     step(world, 700)
     assert world.snapshot.state.ended[-1].cancellation is None
-    assert [entry.author for entry in world.journal.entries()] == ["", ""]
+    assert [entry.author for entry in entries_of(world)] == ["", ""]
     assert place(world.snapshot) == 1.9
 
 
@@ -259,7 +260,7 @@ def test_an_obstacle_that_is_put_where_it_would_brake_makes_it_brake_at_once(
     assert speed == pytest.approx(1.0)
     do(world, UpdateNode("block", parent_t_node=shifted(x=place(now) + 0.25)))
     assert world.snapshot.state.motions[0].cancellation is not None
-    assert world.journal.entries()[-1].tick == now.state.tick
+    assert entries_of(world)[-1].tick == now.state.tick
 
 
 def test_what_was_put_into_the_way_too_late_keeps_nobody_from_going_away(world: World, guard: CollisionGuard) -> None:

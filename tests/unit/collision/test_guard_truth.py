@@ -17,6 +17,7 @@ from virtualrobot_kernel.world.state import EndCause
 
 from tests.unit.collision.guarded import Cell, belt_cell, cell_of, nearest_later, run, started, stream, touching
 from tests.unit.collision.worlds import ROBOTS, robot_nodes
+from tests.unit.journals import entries_of
 from tests.unit.planning import tracking_cell
 
 CAUTION = 0.0005
@@ -33,7 +34,7 @@ def kind(request: pytest.FixtureRequest) -> str:
 def look(cell: Cell) -> int:
     """Fail where anything touches, or where a stop came too soon; return how many stops there were."""
     pictures = cell.pictures
-    stops = [entry for entry in cell.world.journal.entries() if entry.author == "collision guard"]
+    stops = [entry for entry in entries_of(cell.world) if entry.author == "collision guard"]
     near = {tick + row for tick in (*(entry.tick for entry in stops), max(pictures) - AROUND) for row in range(AROUND)}
     ends = {motion.end_tick - row for motion in cell.world.snapshot.state.ended for row in range(AROUND)}
     chosen = [pictures[tick] for tick in sorted(pictures) if tick % 20 == 0 or tick in near | ends]
@@ -53,7 +54,7 @@ def look(cell: Cell) -> int:
 
 def replayed_alike(cell: Cell) -> None:
     """Fail unless a replay of the journal, without a guard, gives the same bits."""
-    now, entries = cell.world.snapshot, cell.world.journal.entries()
+    now, entries = cell.world.snapshot, entries_of(cell.world)
     again = replay(*cell.begin, entries, now.state.tick, now.tick_seconds, world_poses)
     assert again.state.q.tobytes() == now.state.q.tobytes()
     assert [motion.end_tick for motion in again.state.ended] == [motion.end_tick for motion in now.state.ended]

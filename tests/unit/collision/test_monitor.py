@@ -35,6 +35,7 @@ from virtualrobot_kernel.world.structure import Kind
 from tests.unit.collision.carts import ACCELERATION, WAIT, block, cart, drive, first_tick, mode, place, replayed
 from tests.unit.collision.sweepers import body
 from tests.unit.collision.worlds import SHAPES
+from tests.unit.journals import entries_of
 from tests.unit.world.builders import shifted
 
 Happened = list[tuple[int, str]]
@@ -103,8 +104,8 @@ def test_a_touch_is_told_in_its_tick_and_stops_in_it(cell: Cell, rng: np.random.
     assert cell.told == [(tick, "cart.ball/box begun"), (tick, "stopped cart: 'cart.ball' touches 'box'")]
     ended = cell.world.snapshot.state.ended[-1]
     assert ended.cancellation == Cancellation(EndCause.COLLISION, "'cart.ball' touches 'box'")
-    assert cell.world.journal.entries()[-1].tick == tick
-    assert cell.world.journal.entries()[-1].author == "collision monitor"
+    assert entries_of(cell.world)[-1].tick == tick
+    assert entries_of(cell.world)[-1].author == "collision monitor"
     # Braking from at most 1 m/s takes v^2 / 2a = 0.125 m, and v a / 2j more until the jerk has let it begin.
     assert place(cell.world.snapshot) < wall - 0.2 + 0.125 + 1.0 * ACCELERATION / 80.0 + 0.01
     touch = cell.monitor.latest.touching[0]

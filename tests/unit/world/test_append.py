@@ -22,6 +22,7 @@ from virtualrobot_kernel.world.journal import MemoryJournal, replay
 from virtualrobot_kernel.world.state import Signal, State
 from virtualrobot_kernel.world.store import World
 
+from tests.unit.journals import entries_of
 from tests.unit.world.builders import LIMITS, TICK, arm
 
 GUARD = 30.0
@@ -63,7 +64,7 @@ def running(world: World) -> ProgramRun:
 def test_appends_are_replayed_and_keep_limits(world: World, rng: np.random.Generator) -> None:
     seen: list[State] = []
     world.listen_ticks(lambda snapshot: seen.append(snapshot.state))
-    first, since = world.snapshot, len(world.journal.entries())
+    first, since = world.snapshot, len(entries_of(world))
     end, joined, count = started(world, to(a=0.5)), 0, 1
     for _ in range(15):
         factors = [SetSpeedFactor("", float(rng.uniform(0.5, 1.0)))] if rng.random() < 0.2 else []
@@ -81,7 +82,7 @@ def test_appends_are_replayed_and_keep_limits(world: World, rng: np.random.Gener
         world.step(100).result(GUARD)
     last = world.snapshot.state
     assert joined > 3 and (last.ended[-1].running.phase, last.ended[-1].step_count) == (Phase.SUCCEEDED, count)
-    again = replay(first.structure, first.state, world.journal.entries()[since:], last.tick, TICK, world_poses).state
+    again = replay(first.structure, first.state, entries_of(world)[since:], last.tick, TICK, world_poses).state
     np.testing.assert_array_equal(again.q, last.q)
     np.testing.assert_array_equal(again.v, last.v)
     assert [one.end_tick for one in again.ended] == [one.end_tick for one in last.ended]

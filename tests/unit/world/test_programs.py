@@ -33,6 +33,7 @@ from virtualrobot_kernel.world.journal import MemoryJournal, replay
 from virtualrobot_kernel.world.state import EndCause, Signal, State
 from virtualrobot_kernel.world.store import World
 
+from tests.unit.journals import entries_of
 from tests.unit.world.builders import TICK, arm, part, shifted
 
 GUARD = 30.0
@@ -104,7 +105,7 @@ def test_a_run_is_replayed_bit_for_bit(world: World, rng: np.random.Generator) -
             world.submit([steered(rng, state)]).exception(GUARD)
         world.step(int(rng.integers(1, 80))).result(GUARD)
     last = world.snapshot.state
-    again = replay(first.structure, first.state, world.journal.entries(), last.tick, TICK, world_poses).state
+    again = replay(first.structure, first.state, entries_of(world), last.tick, TICK, world_poses).state
     np.testing.assert_array_equal(again.q, last.q)
     np.testing.assert_array_equal(again.v, last.v)
     assert dict(again.signals) == dict(last.signals)
@@ -117,7 +118,7 @@ def test_a_run_is_replayed_bit_for_bit(world: World, rng: np.random.Generator) -
     slowly.start()
     every = []
     slowly.listen(lambda: every.append(dict(slowly.snapshot.state.signals)))
-    for entry in world.journal.entries():
+    for entry in entries_of(world):
         while slowly.snapshot.state.tick < entry.tick:
             slowly.step(1).result(GUARD)
         slowly.submit(entry.commands).result(GUARD)
@@ -169,12 +170,12 @@ def test_orders_are_journalled_and_replayed_bit_for_bit(world: World) -> None:
     assert motion.cancellation is not None
     assert (motion.phase, motion.cancellation.cause) == (Phase.ABORTED, EndCause.STEP_REFUSED)
     assert motion.cancellation.reason.startswith("step 3: the tool 'arm_gripper' holds")
-    assert [entry.author for entry in world.journal.entries()[2:]] == ["motion-1"] * 3
+    assert [entry.author for entry in entries_of(world)[2:]] == ["motion-1"] * 3
     # It was carried: as far about the arm's axis as the arm has gone.
     np.testing.assert_allclose(
         last.world_t(last.structure.node("box").uid)[:2, 3], [np.cos(0.3), np.sin(0.3)], atol=1e-9
     )
-    again = replay(first.structure, first.state, world.journal.entries(), last.state.tick, TICK, world_poses)
+    again = replay(first.structure, first.state, entries_of(world), last.state.tick, TICK, world_poses)
     np.testing.assert_array_equal(again.state.q, last.state.q)
     np.testing.assert_array_equal(again.state.parent_t_node, last.state.parent_t_node)
     assert again.structure.node("box").parent == last.structure.node("box").parent

@@ -29,6 +29,7 @@ from virtualrobot_kernel.world.journal import MemoryJournal, replay, weight
 from virtualrobot_kernel.world.state import Signal, Snapshot
 from virtualrobot_kernel.world.store import MAX_STEPS, World
 
+from tests.unit.journals import entries_of
 from tests.unit.world.builders import arm, part, shifted
 
 TICK = 4_000_000
@@ -259,14 +260,14 @@ def test_a_run_is_replayed_from_its_journal_bit_for_bit(world: World, rng: np.ra
         ][choice]
         world.submit([command], "b").exception(GUARD)  # a refusal leaves no trace in the journal
     last = world.snapshot
-    again = replay(first.structure, first.state, world.journal.entries(), last.state.tick, 0.004, world_poses)
+    again = replay(first.structure, first.state, entries_of(world), last.state.tick, 0.004, world_poses)
     assert again.state.tick == last.state.tick
     assert again.state.q.tobytes() == last.state.q.tobytes()
     assert again.state.v.tobytes() == last.state.v.tobytes()
     assert again.state.signals == last.state.signals
     assert [m.id for m in again.state.ended] == [m.id for m in last.state.ended]
     assert world_poses(again.structure, again.state).tobytes() == last.world_t_node.tobytes()
-    assert {entry.author for entry in world.journal.entries()} <= {"a", "b"}
+    assert {entry.author for entry in entries_of(world)} <= {"a", "b"}
 
 
 def test_time_goes_on_after_a_tick_that_failed(caplog: pytest.LogCaptureFixture) -> None:

@@ -16,6 +16,7 @@ from virtualrobot_kernel.world.journal import MemoryJournal, replay
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, Snapshot
 from virtualrobot_kernel.world.store import MOST_INTERVENTIONS, World
 
+from tests.unit.journals import entries_of
 from tests.unit.world.builders import arm
 from tests.unit.world.test_store import GUARD, TICK, turn
 
@@ -77,7 +78,7 @@ def test_commands_that_are_not_admitted_change_nothing(world: World) -> None:
     before = world.snapshot
     with pytest.raises(KernelError, match="not that"):
         world.submit([arm()]).result(GUARD)
-    assert world.snapshot is before and not world.journal.entries()
+    assert world.snapshot is before and not entries_of(world)
     assert not supervisor.asked
 
 
@@ -89,7 +90,7 @@ def test_what_is_wanted_after_a_tick_is_done_in_it_and_replayed(world: World, rn
     assert world.snapshot.state.motions[0].cancellation is not None
     assert world.snapshot.state.tick == tick
     end = world.step(1000).result(GUARD)
-    entries = world.journal.entries()
+    entries = entries_of(world)
     assert [(entry.tick, entry.author) for entry in entries] == [(0, ""), (tick, "tests")]
     again = replay(
         World(world_poses, MemoryJournal(), Clock(Mode.STEPPED, 1.0, TICK)).snapshot.structure,
@@ -116,7 +117,7 @@ def test_a_tick_is_made_again_after_a_stop(world: World) -> None:
     world.supervise(supervisor)
     end = world.step(1000).result(GUARD)
     assert end.state.ended[-1].cancellation == Cancellation(EndCause.COLLISION, "tests")
-    stopped = world.journal.entries()[-1].tick
+    stopped = entries_of(world)[-1].tick
     assert supervisor.asked.count(("before", stopped)) == 2, "the tick in question is asked about again"
     assert bound < end.state.q[0] < 1.0
     assert math.isclose(end.state.v[0], 0.0)
