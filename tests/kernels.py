@@ -30,6 +30,7 @@ from virtualrobot.v1 import (
     scene_pb2_grpc,
     sensor_pb2_grpc,
     signal_pb2_grpc,
+    token_pb2_grpc,
     view_pb2_grpc,
 )
 
@@ -57,6 +58,7 @@ class Stubs:
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
         self.history = history_pb2_grpc.HistoryServiceStub(channel)
+        self.token = token_pb2_grpc.TokenServiceStub(channel)
         self.path = path_pb2_grpc.PathServiceStub(channel)
 
 

@@ -33,7 +33,7 @@ LISTED_APART = frozenset({StepKind.MOTION, StepKind.SIGNAL, StepKind.OTHER})
 
 log = logging.getLogger(__name__)
 Mine = Callable[[str], bool]
-"""Whether an author is the one who asks."""
+"""Test of an author: whether it is the one who asks."""
 
 
 @dataclass(frozen=True, slots=True)

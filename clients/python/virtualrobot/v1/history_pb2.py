@@ -25,59 +25,70 @@ _sym_db = _symbol_database.Default()
 from google.protobuf import timestamp_pb2 as google_dot_protobuf_dot_timestamp__pb2
 from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb2
 from virtualrobot.v1 import lease_pb2 as virtualrobot_dot_v1_dot_lease__pb2
+from virtualrobot.v1 import token_pb2 as virtualrobot_dot_v1_dot_token__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1dvirtualrobot/v1/history.proto\x12\x0fvirtualrobot.v1\x1a\x1fgoogle/protobuf/timestamp.proto\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/lease.proto\"\xe9\x01\n\x04Step\x12\x0e\n\x06number\x18\x01 \x01(\x04\x12\x14\n\x0c\x66irst_number\x18\x02 \x01(\x04\x12\'\n\x04kind\x18\x03 \x01(\x0e\x32\x19.virtualrobot.v1.StepKind\x12\r\n\x05label\x18\x04 \x01(\t\x12\x0e\n\x06\x61uthor\x18\x05 \x01(\t\x12\x0c\n\x04mine\x18\x06 \x01(\x08\x12(\n\x04time\x18\x07 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\x12\x0c\n\x04tick\x18\x08 \x01(\x04\x12\r\n\x05nodes\x18\t \x03(\t\x12\x0e\n\x06undone\x18\n \x01(\x08\x12\x0e\n\x06undoes\x18\x0b \x01(\x04\"\xea\x01\n\x10ListStepsRequest\x12\x0c\n\x04node\x18\x01 \x01(\t\x12\x0e\n\x06\x61uthor\x18\x02 \x01(\t\x12\x11\n\tonly_mine\x18\x03 \x01(\x08\x12)\n\x05since\x18\x04 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\x12)\n\x05until\x18\x05 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\x12(\n\x05kinds\x18\x06 \x03(\x0e\x32\x19.virtualrobot.v1.StepKind\x12\x11\n\tpage_size\x18\x07 \x01(\r\x12\x12\n\npage_token\x18\x08 \x01(\t\"y\n\x11ListStepsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12$\n\x05steps\x18\x02 \x03(\x0b\x32\x15.virtualrobot.v1.Step\x12\x17\n\x0fnext_page_token\x18\x03 \x01(\t\"(\n\x11WatchStepsRequest\x12\x13\n\x0b\x66rom_number\x18\x01 \x01(\x04\"a\n\x12WatchStepsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12$\n\x05steps\x18\x02 \x03(\x0b\x32\x15.virtualrobot.v1.Step\"T\n\x0bUndoRequest\x12\x11\n\tonly_mine\x18\x01 \x01(\x08\x12\x13\n\x06number\x18\x02 \x01(\x04H\x00\x88\x01\x01\x12\x12\n\nrequest_id\x18\x03 \x01(\tB\t\n\x07_number\"\x81\x01\n\x0cUndoResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12#\n\x04step\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Step\x12%\n\x06undone\x18\x03 \x01(\x0b\x32\x15.virtualrobot.v1.Step\"T\n\x0bRedoRequest\x12\x11\n\tonly_mine\x18\x01 \x01(\x08\x12\x13\n\x06number\x18\x02 \x01(\x04H\x00\x88\x01\x01\x12\x12\n\nrequest_id\x18\x03 \x01(\tB\t\n\x07_number\"\x81\x01\n\x0cRedoResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12#\n\x04step\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Step\x12%\n\x06redone\x18\x03 \x01(\x0b\x32\x15.virtualrobot.v1.Step\"\x89\x01\n\nCheckpoint\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x0e\n\x06\x61uthor\x18\x02 \x01(\t\x12(\n\x04time\x18\x03 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\x12\x0c\n\x04tick\x18\x04 \x01(\x04\x12\x12\n\nnode_count\x18\x05 \x01(\r\x12\x11\n\tautomatic\x18\x06 \x01(\x08\";\n\x17\x43reateCheckpointRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x12\n\nrequest_id\x18\x02 \x01(\t\"r\n\x18\x43reateCheckpointResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12/\n\ncheckpoint\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.Checkpoint\"\x18\n\x16ListCheckpointsRequest\"r\n\x17ListCheckpointsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x30\n\x0b\x63heckpoints\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.Checkpoint\"<\n\x18RestoreCheckpointRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x12\n\nrequest_id\x18\x02 \x01(\t\"\xa0\x01\n\x19RestoreCheckpointResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12/\n\ncheckpoint\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.Checkpoint\x12+\n\x06\x62\x65\x66ore\x18\x03 \x01(\x0b\x32\x1b.virtualrobot.v1.Checkpoint\"\'\n\x17RemoveCheckpointRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\"r\n\x18RemoveCheckpointResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12/\n\ncheckpoint\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.Checkpoint*\xb9\x01\n\x08StepKind\x12\x19\n\x15STEP_KIND_UNSPECIFIED\x10\x00\x12\x12\n\x0eSTEP_KIND_EDIT\x10\x01\x12\x12\n\x0eSTEP_KIND_UNDO\x10\x02\x12\x12\n\x0eSTEP_KIND_REDO\x10\x03\x12\x14\n\x10STEP_KIND_MOTION\x10\x04\x12\x14\n\x10STEP_KIND_SIGNAL\x10\x05\x12\x13\n\x0fSTEP_KIND_OTHER\x10\x06\x12\x15\n\x11STEP_KIND_RESTORE\x10\x07\x32\xfd\x05\n\x0eHistoryService\x12R\n\tListSteps\x12!.virtualrobot.v1.ListStepsRequest\x1a\".virtualrobot.v1.ListStepsResponse\x12W\n\nWatchSteps\x12\".virtualrobot.v1.WatchStepsRequest\x1a#.virtualrobot.v1.WatchStepsResponse0\x01\x12I\n\x04Undo\x12\x1c.virtualrobot.v1.UndoRequest\x1a\x1d.virtualrobot.v1.UndoResponse\"\x04\xa0\xbb\x18\x01\x12I\n\x04Redo\x12\x1c.virtualrobot.v1.RedoRequest\x1a\x1d.virtualrobot.v1.RedoResponse\"\x04\xa0\xbb\x18\x01\x12g\n\x10\x43reateCheckpoint\x12(.virtualrobot.v1.CreateCheckpointRequest\x1a).virtualrobot.v1.CreateCheckpointResponse\x12\x64\n\x0fListCheckpoints\x12\'.virtualrobot.v1.ListCheckpointsRequest\x1a(.virtualrobot.v1.ListCheckpointsResponse\x12p\n\x11RestoreCheckpoint\x12).virtualrobot.v1.RestoreCheckpointRequest\x1a*.virtualrobot.v1.RestoreCheckpointResponse\"\x04\xa0\xbb\x18\x01\x12g\n\x10RemoveCheckpoint\x12(.virtualrobot.v1.RemoveCheckpointRequest\x1a).virtualrobot.v1.RemoveCheckpointResponseb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1dvirtualrobot/v1/history.proto\x12\x0fvirtualrobot.v1\x1a\x1fgoogle/protobuf/timestamp.proto\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/lease.proto\x1a\x1bvirtualrobot/v1/token.proto\"\xe9\x01\n\x04Step\x12\x0e\n\x06number\x18\x01 \x01(\x04\x12\x14\n\x0c\x66irst_number\x18\x02 \x01(\x04\x12\'\n\x04kind\x18\x03 \x01(\x0e\x32\x19.virtualrobot.v1.StepKind\x12\r\n\x05label\x18\x04 \x01(\t\x12\x0e\n\x06\x61uthor\x18\x05 \x01(\t\x12\x0c\n\x04mine\x18\x06 \x01(\x08\x12(\n\x04time\x18\x07 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\x12\x0c\n\x04tick\x18\x08 \x01(\x04\x12\r\n\x05nodes\x18\t \x03(\t\x12\x0e\n\x06undone\x18\n \x01(\x08\x12\x0e\n\x06undoes\x18\x0b \x01(\x04\"\xea\x01\n\x10ListStepsRequest\x12\x0c\n\x04node\x18\x01 \x01(\t\x12\x0e\n\x06\x61uthor\x18\x02 \x01(\t\x12\x11\n\tonly_mine\x18\x03 \x01(\x08\x12)\n\x05since\x18\x04 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\x12)\n\x05until\x18\x05 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\x12(\n\x05kinds\x18\x06 \x03(\x0e\x32\x19.virtualrobot.v1.StepKind\x12\x11\n\tpage_size\x18\x07 \x01(\r\x12\x12\n\npage_token\x18\x08 \x01(\t\"y\n\x11ListStepsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12$\n\x05steps\x18\x02 \x03(\x0b\x32\x15.virtualrobot.v1.Step\x12\x17\n\x0fnext_page_token\x18\x03 \x01(\t\"(\n\x11WatchStepsRequest\x12\x13\n\x0b\x66rom_number\x18\x01 \x01(\x04\"a\n\x12WatchStepsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12$\n\x05steps\x18\x02 \x03(\x0b\x32\x15.virtualrobot.v1.Step\"T\n\x0bUndoRequest\x12\x11\n\tonly_mine\x18\x01 \x01(\x08\x12\x13\n\x06number\x18\x02 \x01(\x04H\x00\x88\x01\x01\x12\x12\n\nrequest_id\x18\x03 \x01(\tB\t\n\x07_number\"\x81\x01\n\x0cUndoResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12#\n\x04step\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Step\x12%\n\x06undone\x18\x03 \x01(\x0b\x32\x15.virtualrobot.v1.Step\"T\n\x0bRedoRequest\x12\x11\n\tonly_mine\x18\x01 \x01(\x08\x12\x13\n\x06number\x18\x02 \x01(\x04H\x00\x88\x01\x01\x12\x12\n\nrequest_id\x18\x03 \x01(\tB\t\n\x07_number\"\x81\x01\n\x0cRedoResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12#\n\x04step\x18\x02 \x01(\x0b\x32\x15.virtualrobot.v1.Step\x12%\n\x06redone\x18\x03 \x01(\x0b\x32\x15.virtualrobot.v1.Step\"\x89\x01\n\nCheckpoint\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x0e\n\x06\x61uthor\x18\x02 \x01(\t\x12(\n\x04time\x18\x03 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\x12\x0c\n\x04tick\x18\x04 \x01(\x04\x12\x12\n\nnode_count\x18\x05 \x01(\r\x12\x11\n\tautomatic\x18\x06 \x01(\x08\";\n\x17\x43reateCheckpointRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x12\n\nrequest_id\x18\x02 \x01(\t\"r\n\x18\x43reateCheckpointResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12/\n\ncheckpoint\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.Checkpoint\"\x18\n\x16ListCheckpointsRequest\"r\n\x17ListCheckpointsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x30\n\x0b\x63heckpoints\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.Checkpoint\"<\n\x18RestoreCheckpointRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x12\n\nrequest_id\x18\x02 \x01(\t\"\xa0\x01\n\x19RestoreCheckpointResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12/\n\ncheckpoint\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.Checkpoint\x12+\n\x06\x62\x65\x66ore\x18\x03 \x01(\x0b\x32\x1b.virtualrobot.v1.Checkpoint\"\'\n\x17RemoveCheckpointRequest\x12\x0c\n\x04name\x18\x01 \x01(\t\"r\n\x18RemoveCheckpointResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12/\n\ncheckpoint\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.Checkpoint*\xb9\x01\n\x08StepKind\x12\x19\n\x15STEP_KIND_UNSPECIFIED\x10\x00\x12\x12\n\x0eSTEP_KIND_EDIT\x10\x01\x12\x12\n\x0eSTEP_KIND_UNDO\x10\x02\x12\x12\n\x0eSTEP_KIND_REDO\x10\x03\x12\x14\n\x10STEP_KIND_MOTION\x10\x04\x12\x14\n\x10STEP_KIND_SIGNAL\x10\x05\x12\x13\n\x0fSTEP_KIND_OTHER\x10\x06\x12\x15\n\x11STEP_KIND_RESTORE\x10\x07\x32\xa7\x06\n\x0eHistoryService\x12X\n\tListSteps\x12!.virtualrobot.v1.ListStepsRequest\x1a\".virtualrobot.v1.ListStepsResponse\"\x04\xa8\xbb\x18\x01\x12]\n\nWatchSteps\x12\".virtualrobot.v1.WatchStepsRequest\x1a#.virtualrobot.v1.WatchStepsResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x12M\n\x04Undo\x12\x1c.virtualrobot.v1.UndoRequest\x1a\x1d.virtualrobot.v1.UndoResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x03\x12M\n\x04Redo\x12\x1c.virtualrobot.v1.RedoRequest\x1a\x1d.virtualrobot.v1.RedoResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x03\x12m\n\x10\x43reateCheckpoint\x12(.virtualrobot.v1.CreateCheckpointRequest\x1a).virtualrobot.v1.CreateCheckpointResponse\"\x04\xa8\xbb\x18\x02\x12j\n\x0fListCheckpoints\x12\'.virtualrobot.v1.ListCheckpointsRequest\x1a(.virtualrobot.v1.ListCheckpointsResponse\"\x04\xa8\xbb\x18\x01\x12t\n\x11RestoreCheckpoint\x12).virtualrobot.v1.RestoreCheckpointRequest\x1a*.virtualrobot.v1.RestoreCheckpointResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x03\x12m\n\x10RemoveCheckpoint\x12(.virtualrobot.v1.RemoveCheckpointRequest\x1a).virtualrobot.v1.RemoveCheckpointResponse\"\x04\xa8\xbb\x18\x03\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'virtualrobot.v1.history_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
+  _globals['_HISTORYSERVICE'].methods_by_name['ListSteps']._loaded_options = None
+  _globals['_HISTORYSERVICE'].methods_by_name['ListSteps']._serialized_options = b'\250\273\030\001'
+  _globals['_HISTORYSERVICE'].methods_by_name['WatchSteps']._loaded_options = None
+  _globals['_HISTORYSERVICE'].methods_by_name['WatchSteps']._serialized_options = b'\250\273\030\001'
   _globals['_HISTORYSERVICE'].methods_by_name['Undo']._loaded_options = None
-  _globals['_HISTORYSERVICE'].methods_by_name['Undo']._serialized_options = b'\240\273\030\001'
+  _globals['_HISTORYSERVICE'].methods_by_name['Undo']._serialized_options = b'\240\273\030\001\250\273\030\003'
   _globals['_HISTORYSERVICE'].methods_by_name['Redo']._loaded_options = None
-  _globals['_HISTORYSERVICE'].methods_by_name['Redo']._serialized_options = b'\240\273\030\001'
+  _globals['_HISTORYSERVICE'].methods_by_name['Redo']._serialized_options = b'\240\273\030\001\250\273\030\003'
+  _globals['_HISTORYSERVICE'].methods_by_name['CreateCheckpoint']._loaded_options = None
+  _globals['_HISTORYSERVICE'].methods_by_name['CreateCheckpoint']._serialized_options = b'\250\273\030\002'
+  _globals['_HISTORYSERVICE'].methods_by_name['ListCheckpoints']._loaded_options = None
+  _globals['_HISTORYSERVICE'].methods_by_name['ListCheckpoints']._serialized_options = b'\250\273\030\001'
   _globals['_HISTORYSERVICE'].methods_by_name['RestoreCheckpoint']._loaded_options = None
-  _globals['_HISTORYSERVICE'].methods_by_name['RestoreCheckpoint']._serialized_options = b'\240\273\030\001'
-  _globals['_STEPKIND']._serialized_start=2159
-  _globals['_STEPKIND']._serialized_end=2344
-  _globals['_STEP']._serialized_start=145
-  _globals['_STEP']._serialized_end=378
-  _globals['_LISTSTEPSREQUEST']._serialized_start=381
-  _globals['_LISTSTEPSREQUEST']._serialized_end=615
-  _globals['_LISTSTEPSRESPONSE']._serialized_start=617
-  _globals['_LISTSTEPSRESPONSE']._serialized_end=738
-  _globals['_WATCHSTEPSREQUEST']._serialized_start=740
-  _globals['_WATCHSTEPSREQUEST']._serialized_end=780
-  _globals['_WATCHSTEPSRESPONSE']._serialized_start=782
-  _globals['_WATCHSTEPSRESPONSE']._serialized_end=879
-  _globals['_UNDOREQUEST']._serialized_start=881
-  _globals['_UNDOREQUEST']._serialized_end=965
-  _globals['_UNDORESPONSE']._serialized_start=968
-  _globals['_UNDORESPONSE']._serialized_end=1097
-  _globals['_REDOREQUEST']._serialized_start=1099
-  _globals['_REDOREQUEST']._serialized_end=1183
-  _globals['_REDORESPONSE']._serialized_start=1186
-  _globals['_REDORESPONSE']._serialized_end=1315
-  _globals['_CHECKPOINT']._serialized_start=1318
-  _globals['_CHECKPOINT']._serialized_end=1455
-  _globals['_CREATECHECKPOINTREQUEST']._serialized_start=1457
-  _globals['_CREATECHECKPOINTREQUEST']._serialized_end=1516
-  _globals['_CREATECHECKPOINTRESPONSE']._serialized_start=1518
-  _globals['_CREATECHECKPOINTRESPONSE']._serialized_end=1632
-  _globals['_LISTCHECKPOINTSREQUEST']._serialized_start=1634
-  _globals['_LISTCHECKPOINTSREQUEST']._serialized_end=1658
-  _globals['_LISTCHECKPOINTSRESPONSE']._serialized_start=1660
-  _globals['_LISTCHECKPOINTSRESPONSE']._serialized_end=1774
-  _globals['_RESTORECHECKPOINTREQUEST']._serialized_start=1776
-  _globals['_RESTORECHECKPOINTREQUEST']._serialized_end=1836
-  _globals['_RESTORECHECKPOINTRESPONSE']._serialized_start=1839
-  _globals['_RESTORECHECKPOINTRESPONSE']._serialized_end=1999
-  _globals['_REMOVECHECKPOINTREQUEST']._serialized_start=2001
-  _globals['_REMOVECHECKPOINTREQUEST']._serialized_end=2040
-  _globals['_REMOVECHECKPOINTRESPONSE']._serialized_start=2042
-  _globals['_REMOVECHECKPOINTRESPONSE']._serialized_end=2156
-  _globals['_HISTORYSERVICE']._serialized_start=2347
-  _globals['_HISTORYSERVICE']._serialized_end=3112
+  _globals['_HISTORYSERVICE'].methods_by_name['RestoreCheckpoint']._serialized_options = b'\240\273\030\001\250\273\030\003'
+  _globals['_HISTORYSERVICE'].methods_by_name['RemoveCheckpoint']._loaded_options = None
+  _globals['_HISTORYSERVICE'].methods_by_name['RemoveCheckpoint']._serialized_options = b'\250\273\030\003'
+  _globals['_STEPKIND']._serialized_start=2188
+  _globals['_STEPKIND']._serialized_end=2373
+  _globals['_STEP']._serialized_start=174
+  _globals['_STEP']._serialized_end=407
+  _globals['_LISTSTEPSREQUEST']._serialized_start=410
+  _globals['_LISTSTEPSREQUEST']._serialized_end=644
+  _globals['_LISTSTEPSRESPONSE']._serialized_start=646
+  _globals['_LISTSTEPSRESPONSE']._serialized_end=767
+  _globals['_WATCHSTEPSREQUEST']._serialized_start=769
+  _globals['_WATCHSTEPSREQUEST']._serialized_end=809
+  _globals['_WATCHSTEPSRESPONSE']._serialized_start=811
+  _globals['_WATCHSTEPSRESPONSE']._serialized_end=908
+  _globals['_UNDOREQUEST']._serialized_start=910
+  _globals['_UNDOREQUEST']._serialized_end=994
+  _globals['_UNDORESPONSE']._serialized_start=997
+  _globals['_UNDORESPONSE']._serialized_end=1126
+  _globals['_REDOREQUEST']._serialized_start=1128
+  _globals['_REDOREQUEST']._serialized_end=1212
+  _globals['_REDORESPONSE']._serialized_start=1215
+  _globals['_REDORESPONSE']._serialized_end=1344
+  _globals['_CHECKPOINT']._serialized_start=1347
+  _globals['_CHECKPOINT']._serialized_end=1484
+  _globals['_CREATECHECKPOINTREQUEST']._serialized_start=1486
+  _globals['_CREATECHECKPOINTREQUEST']._serialized_end=1545
+  _globals['_CREATECHECKPOINTRESPONSE']._serialized_start=1547
+  _globals['_CREATECHECKPOINTRESPONSE']._serialized_end=1661
+  _globals['_LISTCHECKPOINTSREQUEST']._serialized_start=1663
+  _globals['_LISTCHECKPOINTSREQUEST']._serialized_end=1687
+  _globals['_LISTCHECKPOINTSRESPONSE']._serialized_start=1689
+  _globals['_LISTCHECKPOINTSRESPONSE']._serialized_end=1803
+  _globals['_RESTORECHECKPOINTREQUEST']._serialized_start=1805
+  _globals['_RESTORECHECKPOINTREQUEST']._serialized_end=1865
+  _globals['_RESTORECHECKPOINTRESPONSE']._serialized_start=1868
+  _globals['_RESTORECHECKPOINTRESPONSE']._serialized_end=2028
+  _globals['_REMOVECHECKPOINTREQUEST']._serialized_start=2030
+  _globals['_REMOVECHECKPOINTREQUEST']._serialized_end=2069
+  _globals['_REMOVECHECKPOINTRESPONSE']._serialized_start=2071
+  _globals['_REMOVECHECKPOINTRESPONSE']._serialized_end=2185
+  _globals['_HISTORYSERVICE']._serialized_start=2376
+  _globals['_HISTORYSERVICE']._serialized_end=3183
 # @@protoc_insertion_point(module_scope)
