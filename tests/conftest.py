@@ -25,6 +25,9 @@ pytest_plugins = ["tests.kernels"]
 GIVEN_SEED = os.environ.get("VIRTUALROBOT_TEST_SEED", "")
 """Seed that repeats a failure, or hunts for one; without it each test has the seed of its name."""
 
+HUNT_SECONDS = "VIRTUALROBOT_HUNT_SECONDS"
+"""Name in the environment of the time (s) that a hunt leaves to tests which take as long as they are given."""
+
 
 def seed_of(node: pytest.Item | pytest.Collector) -> int:
     """Return the seed of a test, class or file: the same in every run and on every machine."""
@@ -38,6 +41,14 @@ def pytest_itemcollected(item: pytest.Item) -> None:
         item.add_marker("drawn")
     if "seed" in fixtures or hasattr(getattr(item, "cls", None), "seed"):
         item.add_marker("seeded")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what only `make hunt` has the minutes for."""
+    if HUNT_SECONDS not in os.environ:
+        left_out = [item for item in items if item.get_closest_marker("hunted")]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in left_out]
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -70,6 +81,12 @@ def seed(request: pytest.FixtureRequest) -> int:
 def rng(seed: int) -> np.random.Generator:
     """Return a generator on the printed seed."""
     return np.random.default_rng(seed)
+
+
+@pytest.fixture
+def hunt_seconds() -> float:
+    """Return the time (s) that tests marked as hunted have together."""
+    return float(os.environ[HUNT_SECONDS])
 
 
 @pytest.fixture
