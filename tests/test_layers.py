@@ -34,7 +34,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "motion": ("numeric",),
     "world": ("motion",),
     "inputs": ("world",),
-    "history": ("world",),
+    "history": ("motion", "world"),
     "shapes": ("world",),
     "messages": ("motion", "world"),
     "planning": ("components", "motion", "numeric", "world"),
@@ -83,7 +83,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/serve.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.compiled.cache", "virtualrobot.session"),
     f"{KERNEL}/world": room("world"),
     f"{KERNEL}/inputs": room("inputs"),
-    f"{KERNEL}/history": room("history"),
+    # Documents are MessagePack.
+    f"{KERNEL}/history": room("history", "msgspec"),
     f"{KERNEL}/numeric": room("numeric", "numba", "virtualrobot_sdk.compiled"),
     # ruckig and toppra make the time laws of what is planned, and ruckig in the tick the next step of what follows
     # setpoints, which nobody can plan: a pure function of a few microseconds.

@@ -18,6 +18,7 @@ from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.server import Address, Server
+from virtualrobot_kernel.api.token_table import TokenTable
 from virtualrobot_kernel.collision.built import built_pairs
 from virtualrobot_kernel.collision.clearances import measured
 from virtualrobot_kernel.collision.geometry import CollisionShapes
@@ -66,6 +67,8 @@ class Settings:
     mode: Mode = Mode.REALTIME
     tick_nanoseconds: int = 4_000_000
     viewer_port: int = 0
+    tokens_file: Path | None = None
+    """File of the tokens with roles; None: they are kept in memory, until the kernel ends."""
 
 
 class Kernel:
@@ -77,6 +80,7 @@ class Kernel:
         self._catalog = catalog
         self._solvers = Solvers(catalog)
         self._importers = Importers(catalog)
+        self._tokens = TokenTable(settings.address.token, settings.tokens_file)
         self._viewer: Viewer | None = None
         self._assets = AssetStore()
         self._meshes = MeshLibrary(self._assets, self._importers)
@@ -185,6 +189,7 @@ class Kernel:
             renderers=self._renderers,
             importers=self._importers,
             leases=LeaseTable(),
+            tokens=self._tokens,
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
             shut_down=self._shut_down,

@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.world import preconditions
 from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.apply_robots import tool_state
-from virtualrobot_kernel.world.apply_signals import check_program
+from virtualrobot_kernel.world.apply_signals import check_program, named
 from virtualrobot_kernel.world.change import (
     Change,
     Forward,
@@ -156,7 +156,8 @@ def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
         rated=rated,
         tool_states=(*motion.tool_states, *tool_states),
         step_count=program.step_count,
-        signals=motion.signals | program.signals,
+        signals=motion.signals | program.signals | {named(state, name).name for name in command.signals},
+        nodes=motion.nodes | {structure.node(name).uid for name in command.nodes},
         searcher=structure.robot(command.searcher)[0].uid if command.searcher else 0,
     )
 

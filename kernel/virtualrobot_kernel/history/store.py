@@ -1,0 +1,541 @@
+"""Store of the history: one SQLite database, in a file or in memory, whose rows carry checksums.
+
+Bytes in, bytes out: what they say is the codec's. One thread writes; any thread may read.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import struct
+import threading
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from virtualrobot_kernel.errors import KernelError, MalformedFileError, Reason
+
+FORMAT = 1
+"""Number of the tables' form, the database's `user_version`."""
+
+ROWS_AT_ONCE = 500
+"""Number of rows that are read at once: between them the writer may tidy up."""
+
+QUICK_CHECK_BYTES = 256 * 1024 * 1024
+"""Greatest size of a database that is looked through as a whole when it is opened."""
+
+PAGE_BYTES = 4096
+
+UNSOUND = (TypeError, AttributeError, ValueError, OverflowError, struct.error)
+"""Errors that the check of a damaged row may come to, before its checksum is compared."""
+
+_TABLES = (
+    "CREATE TABLE about (key TEXT PRIMARY KEY, value) WITHOUT ROWID",
+    "CREATE TABLE entries (seq INTEGER PRIMARY KEY, tick INTEGER, time REAL, author TEXT, label TEXT, kind TEXT, "
+    "commands BLOB, records BLOB, crc INTEGER)",
+    "CREATE TABLE touched (uid INTEGER, seq INTEGER, PRIMARY KEY (uid, seq)) WITHOUT ROWID",
+    "CREATE TABLE checkpoints (id INTEGER PRIMARY KEY AUTOINCREMENT, seq INTEGER, tick INTEGER, name TEXT, "
+    "author TEXT, time REAL, body BLOB, parts BLOB, crc INTEGER)",
+    "CREATE TABLE parts (hash BLOB PRIMARY KEY, body BLOB, crc INTEGER)",
+    "CREATE TABLE hashes (first_tick INTEGER PRIMARY KEY, hashes BLOB, crc INTEGER)",
+)
+_ENTRY = "seq, tick, time, author, label, kind, commands, records, crc"
+_CHECKPOINT = "id, seq, tick, name, author, time, body, parts, crc"
+
+PART_HASH_BYTES = 16
+"""Length of a part's hash."""
+
+HASH_BYTES = 8
+"""Length of the hash of a tick."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Row:
+    """Row of the journal: a batch that was applied.
+
+    Attributes:
+        seq: its number, from 1, without gaps: the order of truth.
+        tick: the number of ticks before it.
+        time: of the wall clock, for people: seconds since 1970.
+        author: who gave it.
+        label: what it did, in words.
+        kind: what sort of step it is.
+        commands: the encoded commands.
+        records: the encoded difference that it made, for undo; None where undo does not cover it.
+        touched: the nodes (uids) that it was about.
+    """
+
+    seq: int
+    tick: int
+    time: float
+    author: str
+    label: str
+    kind: str
+    commands: bytes
+    records: bytes | None = None
+    touched: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckpointRow:
+    """World at a moment: `seq` is the last entry that it has in it, `tick` its tick; `name` is "" for the kernel's own.
+
+    body: encoded, without its parts. parts: their hashes, in the order in which the body names them.
+    """
+
+    id: int
+    seq: int
+    tick: int
+    name: str
+    author: str
+    time: float
+    body: bytes = b""
+    parts: tuple[bytes, ...] = ()
+
+
+Connection = Any
+"""Connection of `sqlite3`, or of anything else with its `execute`, `executemany` and `close`."""
+
+
+def connect(path: str) -> Connection:
+    """Return a connection to a database that commits by itself, for any thread."""
+    made = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=10.0, cached_statements=256)
+    made.text_factory = lambda text: text.decode("utf-8", "surrogateescape")  # checksums find what is damaged
+    return made
+
+
+class Store:
+    """Journal, checkpoints and hashes of ticks in one database.
+
+    Whatever fails in SQLite while it is written is raised as its own error; nothing of that transaction is kept then.
+    """
+
+    def __init__(
+        self,
+        path: Path | None = None,
+        seed: int = 0,
+        power: bool = False,
+        connect: Callable[[str], Connection] = connect,
+    ) -> None:
+        """Open the database at `path`, or make it; None: one in memory.
+
+        Args:
+            path: the file. Beside it SQLite keeps two more while it is open, `-wal` and `-shm`.
+            seed: the number with which checksums begin, the folder's own.
+            power: whether each transaction is safe from a loss of power, too, not only from the end of the process.
+            connect: makes connections.
+
+        Raises:
+            KernelError: MALFORMED_FILE when the database is damaged or another folder's, WRONG_STATE when a newer
+                version wrote it.
+        """
+        self.path = path
+        self.warnings: list[str] = []
+        self._seed = seed
+        self._power = power
+        self._closed = False
+        name = ":memory:" if path is None else str(path)
+        last_commit = _last_commit(Path(f"{path}-wal")) if path else 0
+        try:
+            self._writer = connect(name)
+            self._writing = threading.RLock()
+            self._prepare(path is not None, last_commit)
+            self._reader, self._reading = self._writer, self._writing
+            if path is not None:
+                self._reader, self._reading = connect(name), threading.RLock()
+        except sqlite3.DatabaseError as error:
+            raise self.damaged(str(error)) from error
+
+    def _prepare(self, is_file: bool, last_commit: int) -> None:
+        run = self._writer.execute
+        (found,) = run("PRAGMA user_version").fetchone()
+        if found > FORMAT:
+            raise KernelError(
+                f"{self.path} was written by a newer version, in form {found}; this one knows {FORMAT}",
+                reason=Reason.WRONG_STATE,
+                file=self.path,
+            )
+        if found == 0 and last_commit:
+            raise self.damaged(f"what {self.path}-wal holds can't be read")
+        if found == 0:
+            run(f"PRAGMA page_size={PAGE_BYTES}")
+            run("PRAGMA auto_vacuum=INCREMENTAL")
+        if is_file:
+            run("PRAGMA journal_mode=WAL").fetchall()
+            run("PRAGMA wal_autocheckpoint=0").fetchall()
+        run(f"PRAGMA synchronous={'FULL' if self._power else 'NORMAL'}")
+        if found == 0:
+            run("BEGIN IMMEDIATE")
+            for table in _TABLES:
+                run(table)
+            run("INSERT INTO about VALUES ('seed', ?)", (self._seed,))
+            run(f"PRAGMA user_version={FORMAT}")
+            run("COMMIT")
+            return
+        if run("SELECT value FROM about WHERE key = 'seed'").fetchone() != (self._seed,):
+            raise self.damaged("it belongs to another folder")
+        if is_file:
+            self._check(last_commit)
+
+    def _check(self, last_commit: int) -> None:
+        """Look at what a crash or damage may have left; warn of what was written last and can't be read."""
+        _, frames, _ = self._writer.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
+        if last_commit > max(frames, 0):
+            self.warnings.append(
+                f"{self.path}-wal: pages {max(frames, 0) + 1} to {last_commit} were not written as a whole or are "
+                "damaged, and are left out: what was changed last may be missing"
+            )
+        (pages,) = self._writer.execute("PRAGMA page_count").fetchone()
+        if pages * PAGE_BYTES <= QUICK_CHECK_BYTES:
+            said = [line for (line,) in self._writer.execute("PRAGMA quick_check(3)").fetchall()]
+            if said != ["ok"]:
+                raise self.damaged("; ".join(said).replace("\n", " "))
+
+    def damaged(self, what: str) -> MalformedFileError:
+        """Return the error that says what is wrong with the database."""
+        return MalformedFileError(f"{self.path or 'the journal'} is damaged: {what}", file=self.path or "")
+
+    def close(self) -> None:
+        """Close the database; what SQLite keeps beside it is put in, so that one file is left."""
+        with self._writing, self._reading:
+            if self._closed:
+                return
+            self._closed = True
+            if self._reader is not self._writer:
+                self._reader.close()
+            self._writer.close()
+
+    # What is written, by one thread.
+
+    def write(
+        self,
+        rows: Sequence[Row],
+        hashes: tuple[int, bytes] | None = None,
+        safe: bool = False,
+    ) -> None:
+        """Write rows, and the hashes of ticks from a first one on, as one transaction.
+
+        safe: it and all before it survive a loss of power, too.
+        """
+        with self._writing:
+            run = self._writer.execute
+            if safe and not self._power:
+                run("PRAGMA synchronous=FULL")
+            try:
+                if len(rows) == 1 and not rows[0].touched and hashes is None:
+                    run(f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?,?,?,?)", self._entry(rows[0]))
+                    return
+                with self._transaction():
+                    self._writer.executemany(
+                        f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?,?,?,?)", map(self._entry, rows)
+                    )
+                    touched = [(uid, row.seq) for row in rows for uid in row.touched]
+                    if touched:
+                        self._writer.executemany("INSERT OR IGNORE INTO touched VALUES (?,?)", touched)
+                    if hashes is not None:
+                        first, data = hashes
+                        run("INSERT OR REPLACE INTO hashes VALUES (?,?,?)", (first, data, self._crc(first, data)))
+            finally:
+                if safe and not self._power:
+                    run("PRAGMA synchronous=NORMAL")
+
+    def add_checkpoint(
+        self,
+        seq: int,
+        tick: int,
+        name: str,
+        author: str,
+        time: float,
+        body: bytes,
+        parts: Sequence[bytes],
+        new: Mapping[bytes, bytes],
+    ) -> int:
+        """Write a checkpoint and those of its parts (by hash) that are new; return its id."""
+        with self._writing, self._transaction():
+            self._writer.executemany(
+                "INSERT OR IGNORE INTO parts VALUES (?,?,?)",
+                [(key, data, self._crc(len(data), key, data)) for key, data in new.items()],
+            )
+            said = (seq, tick, name, author, time, body, b"".join(parts))
+            ((id,),) = self._writer.execute(
+                "INSERT INTO checkpoints (seq, tick, name, author, time, body, parts, crc) VALUES (?,?,?,?,?,?,?,?) "
+                "RETURNING id",
+                (*said, self._checkpoint_crc(*said)),
+            ).fetchall()
+            return id
+
+    def remove_checkpoints(self, ids: Iterable[int]) -> None:
+        """Take checkpoints out, and the parts that no other one has."""
+        with self._writing, self._transaction():
+            run = self._writer.execute
+            gone: set[bytes] = set()
+            for id in ids:
+                for (blob,) in run("SELECT parts FROM checkpoints WHERE id = ?", (id,)).fetchall():
+                    gone.update(_split(blob))
+                run("DELETE FROM checkpoints WHERE id = ?", (id,))
+            for (blob,) in run("SELECT parts FROM checkpoints").fetchall():
+                gone.difference_update(_split(blob))
+            self._writer.executemany("DELETE FROM parts WHERE hash = ?", [(key,) for key in gone])
+
+    def forget(self, seq: int, tick: int, most: int = 2_000) -> bool:
+        """Delete at most so many of the entries up to `seq` and hashes of ticks before `tick`; return whether any."""
+        with self._writing, self._transaction():
+            run = self._writer.execute
+            (first,) = run("SELECT min(seq) FROM entries").fetchone()
+            if first is None or first > seq:
+                run("DELETE FROM hashes WHERE first_tick < ?", (tick,))
+                return False
+            last = min(seq, first + most - 1)
+            run("DELETE FROM entries WHERE seq <= ?", (last,))
+            run("DELETE FROM touched WHERE seq <= ?", (last,))
+            run("INSERT OR REPLACE INTO about VALUES ('forgotten', ?)", (last,))
+            return True
+
+    def tidy(self) -> None:
+        """Bring what SQLite keeps beside the database into it, and give freed pages back."""
+        with self._writing:
+            self._writer.execute("PRAGMA incremental_vacuum(256)").fetchall()
+            self._writer.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
+
+    @property
+    def size_bytes(self) -> int:
+        """Return how large the database is without its free pages."""
+        with self._reading:
+            (pages,) = self._reader.execute("PRAGMA page_count").fetchone()
+            (free,) = self._reader.execute("PRAGMA freelist_count").fetchone()
+        return (pages - free) * PAGE_BYTES
+
+    # What is read, by any thread.
+
+    @property
+    def last_seq(self) -> int:
+        """Return the number of the last entry; 0 when there was none yet."""
+        with self._reading:
+            run = self._reader.execute
+            ((last,), (forgotten,)) = run(
+                "SELECT max(seq) FROM entries UNION ALL SELECT max(value) FROM about WHERE key = 'forgotten'"
+            ).fetchall()
+            (noted,) = run("SELECT max(seq) FROM checkpoints").fetchone()
+        return max(last or 0, forgotten or 0, noted or 0)
+
+    @property
+    def forgotten(self) -> int:
+        """Return the number of the last entry that was thinned out; 0 when none was."""
+        with self._reading:
+            row = self._reader.execute("SELECT value FROM about WHERE key = 'forgotten'").fetchone()
+        return row[0] if row else 0
+
+    def rows(self, since: int = 0, until: int | None = None) -> Iterator[Row]:
+        """Yield the rows after the entry `since`, up to and with the entry `until` (None: the last), in their order.
+
+        Raises KernelError (MALFORMED_FILE), which names the row, when one is damaged or missing.
+        """
+        since = max(since, self.forgotten)
+        until = self.last_seq if until is None else until
+        while since < until:
+            found = self._all(
+                f"SELECT {_ENTRY} FROM entries WHERE seq > ? AND seq <= ? ORDER BY seq LIMIT {ROWS_AT_ONCE}",
+                since,
+                until,
+            )
+            for one in found:
+                if one[0] != since + 1:
+                    break
+                yield self._checked(one)
+                since += 1
+            else:
+                if found:
+                    continue
+            raise self.damaged(f"the entry {since + 1} is missing")
+
+    def row(self, seq: int) -> Row | None:
+        """Return one row with what it touched, or None when it isn't kept; raise KernelError when it is damaged."""
+        found = self._all(f"SELECT {_ENTRY} FROM entries WHERE seq = ?", seq)
+        return self._checked(found[0]) if found else None
+
+    def find(
+        self, where: str = "1", values: Sequence[object] = (), most: int = 100, newest_first: bool = True
+    ) -> list[Row]:
+        """Return at most so many rows for which a condition of SQL on the columns of `entries` holds.
+
+        `where` is the kernel's own text and never a client's; what clients say goes into `values`.
+        """
+        order = "DESC" if newest_first else "ASC"
+        return [
+            self._checked(one)
+            for one in self._all(
+                f"SELECT {_ENTRY} FROM entries WHERE {where} ORDER BY seq {order} LIMIT ?", *values, most
+            )
+        ]
+
+    def checkpoints(self) -> list[CheckpointRow]:
+        """Return all checkpoints without their bodies, oldest first."""
+        return [
+            CheckpointRow(*one)
+            for one in self._all("SELECT id, seq, tick, name, author, time FROM checkpoints ORDER BY seq, id")
+        ]
+
+    def checkpoint(self, id: int) -> CheckpointRow | None:
+        """Return a checkpoint, or None when there is none; raise KernelError (MALFORMED_FILE) when it is damaged."""
+        found = self._all(f"SELECT {_CHECKPOINT} FROM checkpoints WHERE id = ?", id)
+        if not found:
+            return None
+        crc, said = found[0][-1], found[0][1:-1]
+        try:
+            sound = crc == self._checkpoint_crc(*said)
+        except UNSOUND:
+            sound = False
+        if not sound:
+            raise self.damaged(f"the checkpoint {id} has a wrong checksum")
+        return CheckpointRow(id, *said[:-1], parts=tuple(_split(said[-1])))
+
+    def parts(self, keys: Sequence[bytes]) -> list[bytes]:
+        """Return the bodies of parts by their hashes; raise KernelError when one is missing or damaged."""
+        found = []
+        for key in keys:
+            row = self._all("SELECT body, crc FROM parts WHERE hash = ?", key)
+            if not row:
+                raise self.damaged(f"the part {key.hex()} is missing")
+            body, crc = row[0]
+            if not isinstance(body, bytes) or crc != self._crc(len(body), key, body):
+                raise self.damaged(f"the part {key.hex()} has a wrong checksum")
+            found.append(body)
+        return found
+
+    def hashes(self, since: int = 0) -> Iterator[tuple[int, bytes]]:
+        """Yield (first tick, hashes of it and those after it) that reach the tick `since` or come after it.
+
+        Raises KernelError (MALFORMED_FILE) when one is damaged.
+        """
+        at = since
+        begun = self._all("SELECT max(first_tick) FROM hashes WHERE first_tick <= ?", since)[0][0]
+        at = since if begun is None else begun
+        while found := self._all(
+            "SELECT first_tick, hashes, crc FROM hashes WHERE first_tick >= ? ORDER BY first_tick LIMIT 100", at
+        ):
+            for first, data, crc in found:
+                if not isinstance(data, bytes) or crc != self._crc(first, data):
+                    raise self.damaged(f"the hashes from tick {first} on have a wrong checksum")
+                yield first, data
+            at = found[-1][0] + 1
+
+    @property
+    def last_tick(self) -> int:
+        """Return the last tick of which anything was written."""
+        ticks = self._all(
+            "SELECT max(tick) FROM (SELECT tick FROM checkpoints UNION ALL SELECT * FROM "
+            "(SELECT tick FROM entries ORDER BY seq DESC LIMIT 1))"
+        )[0][0]
+        last = self._all("SELECT first_tick, length(hashes) FROM hashes ORDER BY first_tick DESC LIMIT 1")
+        return max(ticks or 0, last[0][0] + last[0][1] // HASH_BYTES - 1 if last else 0)
+
+    def check(self) -> int:
+        """Look at every row; return how many entries there are. Raises KernelError, which names what is damaged."""
+        said = [line for (line,) in self._all("PRAGMA integrity_check(3)")]
+        if said != ["ok"]:
+            raise self.damaged("; ".join(said).replace("\n", " "))
+        for checkpoint in self.checkpoints():
+            found = self.checkpoint(checkpoint.id)
+            self.parts(found.parts if found else ())
+        for _ in self.hashes():
+            pass
+        return sum(1 for _ in self.rows())
+
+    def _all(self, sql: str, *values: object) -> list[tuple[Any, ...]]:
+        with self._reading:
+            try:
+                return self._reader.execute(sql, values).fetchall()
+            except sqlite3.DatabaseError as error:
+                raise self.damaged(str(error)) from error
+
+    def _transaction(self) -> _Transaction:
+        return _Transaction(self._writer)
+
+    def _checked(self, one: Sequence[Any]) -> Row:
+        *said, crc = one
+        try:
+            row = Row(*said)
+            sound = crc == self._entry(row)[-1]
+        except UNSOUND:
+            sound = False
+        if not sound:
+            raise self.damaged(f"the entry {one[0]} has a wrong checksum")
+        return row
+
+    def _entry(self, row: Row) -> tuple[Any, ...]:
+        author, label, kind, records = row.author.encode(), row.label.encode(), row.kind.encode(), row.records
+        head = struct.pack(
+            "<dIIIi", row.time, len(author), len(label), len(kind), -1 if records is None else len(records)
+        )
+        crc = self._crc(
+            row.seq, head, row.tick.to_bytes(8, "little"), author, label, kind, row.commands, records or b""
+        )
+        return row.seq, row.tick, row.time, row.author, row.label, row.kind, row.commands, records, crc
+
+    def _checkpoint_crc(
+        self, seq: int, tick: int, name: str, author: str, time: float, body: bytes, parts: bytes
+    ) -> int:
+        texts = name.encode(), author.encode()
+        head = struct.pack("<qdIII", tick, time, *map(len, texts), len(body))
+        return self._crc(seq, head, *texts, body, parts)
+
+    def _crc(self, number: int, *pieces: bytes) -> int:
+        """Return the checksum of a number and bytes, which begins with the folder's seed."""
+        crc = zlib.crc32(number.to_bytes(8, "little"), self._seed)
+        for piece in pieces:
+            crc = zlib.crc32(piece, crc)
+        return crc
+
+
+class _Transaction:
+    """Transaction that is kept as a whole, or not at all when anything is raised in it."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def __enter__(self) -> None:
+        self._connection.execute("BEGIN IMMEDIATE")
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is None:
+            try:
+                self._connection.execute("COMMIT")
+                return
+            except BaseException:
+                self._roll_back()
+                raise
+        self._roll_back()
+
+    def _roll_back(self) -> None:
+        if self._connection.in_transaction:  # SQLite does it by itself after some errors
+            self._connection.execute("ROLLBACK")
+
+
+def _split(parts: bytes) -> Iterator[bytes]:
+    return (parts[at : at + PART_HASH_BYTES] for at in range(0, len(parts), PART_HASH_BYTES))
+
+
+def _last_commit(path: Path) -> int:
+    """Return the number of the last page in a write-ahead log that ends a transaction of its present run; 0: none.
+
+    Pages of earlier runs have other salts (https://www.sqlite.org/fileformat2.html#walformat). A page whose salts
+    differ by a few bits is a damaged one of this run.
+    """
+    try:
+        file = open(path, "rb")
+    except FileNotFoundError:
+        return 0
+    with file:
+        head = file.read(32)
+        if len(head) < 32:
+            return 0
+        salts = int.from_bytes(head[16:24], "big")
+        number, last = 0, 0
+        while len(frame := file.read(24)) == 24:
+            number += 1
+            near = (int.from_bytes(frame[8:16], "big") ^ salts).bit_count() <= 2
+            if near and frame[4:8] != bytes(4):
+                last = number
+            file.seek(PAGE_BYTES, 1)
+    return last
