@@ -68,7 +68,7 @@ class Replay:
         self._keeping = threading.Lock()
         self._kept: list[_Kept] = []
         self.warnings: dict[int, str] = {}
-        """What could not be repeated, in words by the number of its entry."""
+        """Entries that could not be repeated, in words by their number."""
         if not store.forgotten:
             empty = Moment(0, index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]))
             self._kept.append(_Kept(0, 0, lambda: empty))
