@@ -10,7 +10,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.affected_robots import robots_of_records
 from virtualrobot_kernel.world.apply_sensors import with_sensors_running
-from virtualrobot_kernel.world.change import Change, Forward, rebuilt
+from virtualrobot_kernel.world.change import Change, Forward, rebuilt, shortened
 from virtualrobot_kernel.world.commands import RestoreRecords
 from virtualrobot_kernel.world.consistency import (
     check_count,
@@ -159,6 +159,9 @@ def _with_nodes(change: Change, restored: Values) -> Change:
         for uid, one in getattr(restored, table).items():
             changed.setdefault(uid, {})[name] = one
     poses = dict(restored.poses)
+    gone = restored.nodes.keys()
+    if gone and not changed and not poses and not any(restored.nodes.values()) and index.ends_with(structure, gone):
+        return shortened(change, gone)  # what was created last goes again
     if restored.nodes or not all(_is_simple(structure, structure.nodes[uid], given) for uid, given in changed.items()):
         nodes = dict(structure.nodes)
         for uid, given in changed.items():
