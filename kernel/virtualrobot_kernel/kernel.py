@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from virtualrobot_kernel.api.convert.presets import presets
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import LeaseTable
+from virtualrobot_kernel.api.limits import Limits
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.api.token_table import TokenTable
@@ -67,6 +68,9 @@ class Settings:
     mode: Mode = Mode.REALTIME
     tick_nanoseconds: int = 4_000_000
     viewer_port: int = 0
+    limits: Limits = field(default_factory=Limits)
+    folders: tuple[Path, ...] | None = None
+    """Folders that files named in calls must lie below, besides known packages; None: anywhere."""
     tokens_file: Path | None = None
     """File of the tokens with roles; None: they are kept in memory, until the kernel ends."""
 
@@ -82,8 +86,8 @@ class Kernel:
         self._importers = Importers(catalog)
         self._tokens = TokenTable(settings.address.token, settings.tokens_file)
         self._viewer: Viewer | None = None
-        self._assets = AssetStore()
-        self._meshes = MeshLibrary(self._assets, self._importers)
+        self._assets = AssetStore(settings.limits.asset_bytes, settings.limits.assets_bytes)
+        self._meshes = MeshLibrary(self._assets, self._importers, folders=settings.folders)
         self._view = ViewStore()
         load = self._meshes.load
         looks = AppearanceLibrary(with_arrows(load))
@@ -145,7 +149,9 @@ class Kernel:
         self._view.tell(warnings)
         self._solvers.check_choices(commands)
         check_choices(commands, self._sensing)
-        self.world.submit(commands, f"scene file {path}").result()
+        limits = self._settings.limits
+        limits.check_triangles(self.world.snapshot, commands, self._meshes)
+        self.world.submit(commands, f"scene file {path}", permit=limits.check_nodes).result()
 
     def close(self) -> None:
         """End all calls with UNAVAILABLE, then every thread."""
@@ -190,6 +196,7 @@ class Kernel:
             importers=self._importers,
             leases=LeaseTable(),
             tokens=self._tokens,
+            limits=self._settings.limits,
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
             shut_down=self._shut_down,
