@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import zlib
@@ -15,6 +16,9 @@ from tests.tiers import Draws
 # A shell that starts the tests in the background makes them ignore Ctrl-C, and they would hand that on to the processes
 # that some tests send Ctrl-C to.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+# Each worker collects thousands of tests, which all stay: to look for garbage among them is a sixth of what tests cost.
+gc.disable()
 
 pytest_plugins = ["tests.kernels"]
 
@@ -51,6 +55,12 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Give the plugins' test suites, and programs that a test starts, the seed of the test's class or file."""
     os.environ["VIRTUALROBOT_TEST_SEED"] = str(seed_of(item.parent or item))
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage again, but not among what has been collected."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_make_parametrize_id(val: object) -> str | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import gc
 import importlib
 import logging
 import os
@@ -83,6 +84,8 @@ def _parser() -> argparse.ArgumentParser:
 def _serve(options: argparse.Namespace) -> int:
     _check(options)
     share_memory()
+    # What modules make as they are loaded stays: to look for garbage among it takes a fifth of the start's time.
+    gc.disable()
     catalog = _catalog(options)
     compile_all_code()
     from virtualrobot_kernel.api.server import Address
@@ -117,6 +120,8 @@ def _serve(options: argparse.Namespace) -> int:
         with _token_file(options, token, port):
             if options.scene:
                 kernel.load(options.scene)
+            gc.freeze()  # nor is it looked at later, between ticks and as the process ends
+            gc.enable()
             print(f"listening on {options.host}:{port}", flush=True)
             if not options.headless:
                 print(f"viewer at {kernel.start_viewer()}", flush=True)
