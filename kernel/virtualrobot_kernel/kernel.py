@@ -34,7 +34,9 @@ from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import MissingFileError
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.history.checkpoints import Checkpoints
 from virtualrobot_kernel.history.journal import Journal
+from virtualrobot_kernel.history.steps import Steps
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
@@ -95,7 +97,8 @@ class Kernel:
         self._processes = Processes(self._sensing.shapes)
         self._mailbox = Mailbox()
         clock = Clock(settings.mode, 1.0, settings.tick_nanoseconds)
-        self._journal = Journal(())
+        self._steps, self._checkpoints = Steps(), Checkpoints()
+        self._journal = Journal((self._steps, self._checkpoints))
         self.world = World(world_poses, self._journal, clock, inputs=self._mailbox.take)
         self._guard = CollisionGuard(self._sensing.solids, self.world)
         self._sensors = Sensors(self.world, self._sensing)
@@ -187,6 +190,8 @@ class Kernel:
             monitor=self._monitor,
             guard=self._guard,
             renderers=self._renderers,
+            steps=self._steps,
+            checkpoints=self._checkpoints,
             importers=self._importers,
             leases=LeaseTable(),
             tokens=self._tokens,
