@@ -33,7 +33,7 @@ def _nothing(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401
     return ()
 
 
-def _everything(snapshot: Snapshot, command: commands.ClearWorld) -> Iterable[int]:
+def _everything(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 any command
     return snapshot.structure.robots
 
 
@@ -203,5 +203,6 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.CancelMotion: _cancelled,
     commands.StopMotions: _nothing,
     commands.StopRobots: _nothing,
+    commands.RestartWorld: _everything,
 }
 """Function by command class that gives the robots (uids) which a command affects; each new command needs an entry."""

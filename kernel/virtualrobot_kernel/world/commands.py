@@ -374,6 +374,11 @@ class StopRobots:
     cancellation: Cancellation
 
 
+@dataclass(frozen=True, slots=True)
+class RestartWorld:
+    """Command of a kernel that goes on from where another one ended: all is at rest, motions are aborted."""
+
+
 Command = (
     CreateNodes
     | UpdateNode
@@ -411,4 +416,5 @@ Command = (
     | CancelMotion
     | StopMotions
     | StopRobots
+    | RestartWorld
 )

@@ -63,6 +63,7 @@ class EndCause(Enum):
     COLLISION = "collision"
     STEP_REFUSED = "step refused"
     PART_TIMEOUT = "part timeout"
+    KERNEL_RESTARTED = "kernel restarted"
 
     @property
     def aborts(self) -> bool:
