@@ -44,6 +44,7 @@ class Reason(Enum):
     LEASE_ENDED = "LEASE_ENDED"
     COLLISION = "COLLISION"
     PLAN_OUTDATED = "PLAN_OUTDATED"
+    CONFLICT = "CONFLICT"
 
 
 class KernelError(Exception):

@@ -90,9 +90,9 @@ _MODULES = {
     "robots.dynamics": ("inertial",),
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "CollisionError",
-        "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError", "LeasedError", "LimitError",
-        "MalformedFileError", "MissingFileError", "MotionAbortedError", "MotionCancelledError",
-        "MotionEndedError", "NameTakenError", "PlanOutdatedError",
+        "ConflictError", "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError",
+        "LeasedError", "LimitError", "MalformedFileError", "MissingFileError", "MotionAbortedError",
+        "MotionCancelledError", "MotionEndedError", "NameTakenError", "PlanOutdatedError",
         "PluginFailedError", "RobotBusyError", "SingularityError", "StaleRevisionError", "TooLargeError",
         "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
     ),

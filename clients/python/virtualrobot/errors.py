@@ -162,6 +162,12 @@ class CollisionError(VirtualRobotError):
     default_reason = "COLLISION"
 
 
+class ConflictError(VirtualRobotError):
+    """An undo of what is not as it was left; `metadata` tells `step`, `author` and `label` of who changed it since."""
+
+    default_reason = "CONFLICT"
+
+
 class CallTimeoutError(VirtualRobotError, TimeoutError):
     """The kernel did not answer, or what was waited for did not happen, in time."""
 

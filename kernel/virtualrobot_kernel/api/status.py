@@ -39,6 +39,7 @@ CODES = {
     Reason.LEASE_ENDED: grpc.StatusCode.FAILED_PRECONDITION,
     Reason.COLLISION: grpc.StatusCode.FAILED_PRECONDITION,
     Reason.PLAN_OUTDATED: grpc.StatusCode.ABORTED,
+    Reason.CONFLICT: grpc.StatusCode.FAILED_PRECONDITION,
 }
 
 

@@ -30,7 +30,7 @@ RETRY_SECONDS = 1.0
 """Time (s) after which it is tried again to keep what could not be."""
 
 MOST_UNKEPT = 100_000
-"""Greatest number of entries that are tried again; of what stops and measures come in after them nothing is kept."""
+"""Greatest number of entries that are tried again; with more of them nothing is kept until the kernel starts anew."""
 
 STOPPING = (StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints, SetMeasuredJoints)
 """Commands that stop, slow, pause or end motions, or tell where robots are: done though nothing can be kept."""
@@ -80,6 +80,7 @@ class Journal:
         self._number = last_number
         self._ticked = ticked
         self._unkept: list[Told] = []
+        self._given_up = False
         self._queue: queue.SimpleQueue[Told | Answer | None] = queue.SimpleQueue()
         self._failed: KernelError | None = None
         self._thread = threading.Thread(target=self._run, name="history", daemon=True)
@@ -140,7 +141,7 @@ class Journal:
 
     def _keep(self, told: Sequence[Told]) -> None:
         """Have entries kept, with those that could not be before."""
-        if not told and not self._unkept:
+        if self._given_up or not (told or self._unkept):
             return
         together = [*self._unkept, *told]
         try:
@@ -149,7 +150,9 @@ class Journal:
         except Exception as error:
             if self._failed is None:
                 log.exception("entry %d can't be kept; the world takes no more changes until it is", together[0].number)
-            self._unkept = together[:MOST_UNKEPT]
+            self._unkept = together
+            if len(together) > MOST_UNKEPT:
+                self._unkept, self._given_up = [], True
             self._failed = KernelError(
                 f"the journal can't be written: {error}. Nothing can be changed until it can, and what was changed "
                 "since is lost if the kernel ends; robots can be stopped. Make room on its disk, or mend its folder",

@@ -13,7 +13,7 @@ SIZE = 4096
 
 
 class LastTick:
-    """Number of the last tick. Two places are written in turn, so that one is whole when the process ends at any time."""
+    """Number of the last tick, written to two places in turn: one of them is whole whenever the process ends."""
 
     def __init__(self, path: Path, seed: int) -> None:
         """Open or make the file at `path`; checksums begin with `seed`."""

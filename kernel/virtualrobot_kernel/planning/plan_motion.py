@@ -178,6 +178,6 @@ def _assumed(now: Snapshot, worlds: Sequence[World], parts: Sequence[Part], step
         world = worlds[place][1] if place else now
         for fact in preconditions_by(world, moves, moved):
             if not place or holds(fact, now.structure, now.state):
-                found.setdefault((fact.node.uid, fact.aspect, fact.key), fact)
+                found.setdefault((fact.uid, fact.aspect, fact.key), fact)
         moves, place = [], place + 1
     return tuple(found.values())

@@ -11,6 +11,7 @@ from virtualrobot_kernel.world import (
     apply_collisions,
     apply_motions,
     apply_nodes,
+    apply_records,
     apply_robots,
     apply_sensors,
     apply_setpoints,
@@ -61,6 +62,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.StopMotions: apply_motions.stop_motions,
     commands.StopRobots: apply_motions.stop_robots,
     commands.RestartWorld: apply_motions.restart_world,
+    commands.RestoreRecords: apply_records.restore_records,
 }
 
 

@@ -19,6 +19,7 @@ from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
+from virtualrobot_kernel.world.records import Values
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal
 from virtualrobot_kernel.world.structure import JointGroup, NodeData, NodeSpec
 
@@ -379,6 +380,18 @@ class RestartWorld:
     """Command of a kernel that goes on from where another one ended: all is at rest, motions are aborted."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class RestoreRecords:
+    """Command to set what undo covers to other values, where it still has those of `found`; all or nothing.
+
+    undoes: the step of the journal that this takes back.
+    """
+
+    found: Values
+    restored: Values
+    undoes: int = 0
+
+
 Command = (
     CreateNodes
     | UpdateNode
@@ -417,4 +430,5 @@ Command = (
     | StopMotions
     | StopRobots
     | RestartWorld
+    | RestoreRecords
 )

@@ -63,6 +63,7 @@ class EndCause(Enum):
     COLLISION = "collision"
     STEP_REFUSED = "step refused"
     PART_TIMEOUT = "part timeout"
+    WORLD_RESTORED = "world restored"
     KERNEL_RESTARTED = "kernel restarted"
 
     @property
@@ -71,7 +72,10 @@ class EndCause(Enum):
         return self not in WANTED_ENDS
 
 
-WANTED_ENDS = (EndCause.CALL, EndCause.STOP, EndCause.PREEMPTED, EndCause.WORLD_CLEARED, EndCause.LEASE_TAKEN)
+WANTED_ENDS = (
+    *(EndCause.CALL, EndCause.STOP, EndCause.PREEMPTED, EndCause.WORLD_CLEARED, EndCause.LEASE_TAKEN),
+    EndCause.WORLD_RESTORED,
+)
 """Causes that somebody wanted: motions that end by them are CANCELLED, others ABORTED."""
 
 
