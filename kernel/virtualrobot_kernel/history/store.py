@@ -27,6 +27,9 @@ QUICK_CHECK_BYTES = 256 * 1024 * 1024
 
 PAGE_BYTES = 4096
 
+MOST_FRAMES = 4096
+"""Number of pages beside the database from which the writer waits until they are brought into it."""
+
 UNSOUND = (TypeError, AttributeError, ValueError, OverflowError, struct.error)
 """Errors that the check of a damaged row may come to, before its checksum is compared."""
 
@@ -142,8 +145,11 @@ class Store:
             self._writing = threading.RLock()
             self._prepare(path is not None, last_commit)
             self._reader, self._reading = self._writer, self._writing
+            self._tidier, self._tidying = None, threading.Lock()
             if path is not None:
                 self._reader, self._reading = connect(name), threading.RLock()
+                self._tidier = connect(name)
+                self._tidier.execute("PRAGMA synchronous=NORMAL")
         except sqlite3.DatabaseError as error:
             raise self.damaged(str(error)) from error
 
@@ -204,41 +210,30 @@ class Store:
             self._closed = True
             if self._reader is not self._writer:
                 self._reader.close()
+            if self._tidier is not None:
+                self._tidier.close()
             self._writer.close()
 
     # What is written, by one thread.
 
-    def write(
-        self,
-        rows: Sequence[Row],
-        hashes: tuple[int, bytes] | None = None,
-        safe: bool = False,
-    ) -> None:
-        """Write rows, and the hashes of ticks from a first one on, as one transaction.
-
-        safe: it and all before it survive a loss of power, too.
-        """
+    def write(self, rows: Sequence[Row]) -> None:
+        """Write rows as one transaction."""
+        sql = f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?,?,?,?)"
         with self._writing:
-            run = self._writer.execute
-            if safe and not self._power:
-                run("PRAGMA synchronous=FULL")
-            try:
-                if len(rows) == 1 and not rows[0].touched and hashes is None:
-                    run(f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?,?,?,?)", self._entry(rows[0]))
-                    return
-                with self._transaction():
-                    self._writer.executemany(
-                        f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?,?,?,?)", map(self._entry, rows)
-                    )
-                    touched = [(uid, row.seq) for row in rows for uid in row.touched]
-                    if touched:
-                        self._writer.executemany("INSERT OR IGNORE INTO touched VALUES (?,?)", touched)
-                    if hashes is not None:
-                        first, data = hashes
-                        run("INSERT OR REPLACE INTO hashes VALUES (?,?,?)", (first, data, self._crc(first, data)))
-            finally:
-                if safe and not self._power:
-                    run("PRAGMA synchronous=NORMAL")
+            if len(rows) == 1 and not rows[0].touched:
+                self._writer.execute(sql, self._entry(rows[0]))  # by itself a transaction, in half the time
+                return
+            with self._transaction():
+                self._writer.executemany(sql, map(self._entry, rows))
+                touched = [(uid, row.seq) for row in rows for uid in row.touched]
+                if touched:
+                    self._writer.executemany("INSERT OR IGNORE INTO touched VALUES (?,?)", touched)
+
+    def add_hashes(self, first_tick: int, hashes: bytes) -> None:
+        """Write the hashes of ticks from a first one on, `HASH_BYTES` each."""
+        with self._writing:
+            said = first_tick, hashes, self._crc(first_tick, hashes)
+            self._writer.execute("INSERT OR REPLACE INTO hashes VALUES (?,?,?)", said)
 
     def add_checkpoint(
         self,
@@ -279,24 +274,38 @@ class Store:
             self._writer.executemany("DELETE FROM parts WHERE hash = ?", [(key,) for key in gone])
 
     def forget(self, seq: int, tick: int, most: int = 2_000) -> bool:
-        """Delete at most so many of the entries up to `seq` and hashes of ticks before `tick`; return whether any."""
+        """Delete at most so many of the entries up to `seq`; return whether more may be left.
+
+        When none is left, hashes of ticks before `tick` are deleted. A checkpoint with the entry `seq` in it must be
+        there.
+        """
         with self._writing, self._transaction():
             run = self._writer.execute
             (first,) = run("SELECT min(seq) FROM entries").fetchone()
-            if first is None or first > seq:
-                run("DELETE FROM hashes WHERE first_tick < ?", (tick,))
-                return False
-            last = min(seq, first + most - 1)
-            run("DELETE FROM entries WHERE seq <= ?", (last,))
-            run("DELETE FROM touched WHERE seq <= ?", (last,))
-            run("INSERT OR REPLACE INTO about VALUES ('forgotten', ?)", (last,))
-            return True
+            more = first is not None and first <= seq
+            if first is not None and more:
+                last = min(seq, first + most - 1)
+                run("DELETE FROM entries WHERE seq <= ?", (last,))
+                run("INSERT OR REPLACE INTO about VALUES ('forgotten', ?)", (last,))
+            else:
+                run("DELETE FROM touched WHERE seq <= ?", (seq,))
+                begun = "SELECT max(first_tick) FROM hashes WHERE first_tick <= ?"
+                run(f"DELETE FROM hashes WHERE first_tick < ({begun})", (tick,))
+            run("PRAGMA incremental_vacuum(512)").fetchall()
+        return more
 
     def tidy(self) -> None:
-        """Bring what SQLite keeps beside the database into it, and give freed pages back."""
-        with self._writing:
-            self._writer.execute("PRAGMA incremental_vacuum(256)").fetchall()
-            self._writer.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
+        """Bring what SQLite keeps beside the database into it; what was written before survives a loss of power then.
+
+        Others write meanwhile: not in the way of the writer, unless it never pauses.
+        """
+        if self._tidier is None:
+            return
+        with self._tidying:
+            _, frames, moved = self._tidier.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
+            if frames > moved and frames > MOST_FRAMES:
+                with self._writing:
+                    self._tidier.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
 
     @property
     def size_bytes(self) -> int:

@@ -34,11 +34,12 @@ def filled(store: Store, rng: np.random.Generator, count: int = 30) -> list[Row]
     rows = [row(seq, rng) for seq in range(1, count + 1)]
     store.write(rows[:1])
     store.add_checkpoint(1, 3, "begin", "me", 1.8e9, b"body", [b"a" * 16], {b"a" * 16: b"part a"})
-    store.write(rows[1:10], hashes=(0, rng.bytes(80)))
-    store.write(rows[10:], safe=True)
+    store.write(rows[1:10])
+    store.add_hashes(0, rng.bytes(80))
+    store.write(rows[10:])
     keys = [b"a" * 16, b"b" * 16]
     store.add_checkpoint(count, 3 * count, "", "kernel", 1.8e9, b"other body", keys, {keys[1]: b"part b"})
-    store.write([], hashes=(10, rng.bytes(160)))
+    store.add_hashes(10, rng.bytes(160))
     return rows
 
 
