@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import logging
 import re
-from collections.abc import Sequence
 from dataclasses import replace
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.folder import JOURNAL, LAST_TICK, Folder
-from virtualrobot_kernel.history.journal import Journal, Keeper
+from virtualrobot_kernel.history.journal import Journal
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.recorder import Recorder
 from virtualrobot_kernel.history.recovery import recovered
+from virtualrobot_kernel.history.steps import Steps
 from virtualrobot_kernel.history.store import Store
+from virtualrobot_kernel.history.stored_steps import StoredSteps
 from virtualrobot_kernel.history.upkeep import MEBIBYTE, Rules, Upkeep
 from virtualrobot_kernel.world.change import Forward
 
@@ -56,6 +57,7 @@ class History:
     Attributes:
         store: what is kept.
         journal: what the world tells.
+        steps: what people see of it, undo and redo.
         upkeep: makes checkpoints.
         begin: the moment that the world begins from.
         goes_on: whether there was something to go on from.
@@ -68,7 +70,6 @@ class History:
         forward: Forward,
         rules: Rules | None = None,
         power: bool = False,
-        keepers: Sequence[Keeper] = (),
     ) -> None:
         """Read what a folder has (None: nothing is kept in files); nothing is written before `start`.
 
@@ -78,7 +79,6 @@ class History:
             forward: the forward pass.
             rules: what is kept how long; None: the usual.
             power: whether an answer is safe from a loss of power.
-            keepers: who else keeps entries, after the store.
 
         Raises KernelError when what the world was can't be read.
         """
@@ -97,8 +97,9 @@ class History:
         self.goes_on = self.begin.number > 0 or self.begin.state.tick > 0
         rules = rules or rules_of(None, folder is not None)
         self.upkeep = Upkeep(self.store, codec, rules, self.begin, self._last_tick)
-        self.recorder = Recorder(self.store, codec, self.upkeep)
-        self.journal = Journal((self.recorder, *keepers), self.begin.number, self.upkeep.ticked)
+        recorder = Recorder(self.store, codec, self.upkeep)
+        self.steps = Steps(StoredSteps(self.store, codec))
+        self.journal = Journal((recorder, self.steps), self.begin.number, self.upkeep.ticked)
 
     def start(self) -> None:
         """Start the threads."""

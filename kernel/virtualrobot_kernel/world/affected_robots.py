@@ -233,5 +233,6 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.StopRobots: _nothing,
     commands.RestartWorld: _everything,
     commands.RestoreRecords: _restored,
+    commands.RestoreWorld: _everything,
 }
 """Function by command class that gives the robots (uids) which a command affects; each new command needs an entry."""

@@ -8,6 +8,7 @@ from typing import Any
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import (
+    apply_checkpoint,
     apply_collisions,
     apply_motions,
     apply_nodes,
@@ -63,6 +64,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.StopRobots: apply_motions.stop_robots,
     commands.RestartWorld: apply_motions.restart_world,
     commands.RestoreRecords: apply_records.restore_records,
+    commands.RestoreWorld: apply_checkpoint.restore_world,
 }
 
 

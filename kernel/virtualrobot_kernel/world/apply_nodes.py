@@ -27,7 +27,7 @@ from virtualrobot_kernel.world.consistency import (
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.renaming import with_joint_renamed, with_nodes_renamed
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light, MotionSensor, RangeSensor
-from virtualrobot_kernel.world.state import Cancellation, EndCause, Selection, State
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Selection, State
 from virtualrobot_kernel.world.structure import (
     WORLD_UID,
     Kind,
@@ -227,17 +227,8 @@ def _parted(change: Change, node: Node) -> Change:
 
 def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change:
     """Take everything away but the root; running motions end where they are."""
-    ended = tuple(
-        replace(
-            motion,
-            running=motion.running.abort(),
-            cancellation=Cancellation(EndCause.WORLD_CLEARED, "the world was cleared"),
-            end_tick=change.state.tick,
-        )
-        for motion in change.state.motions
-    )
     root = {WORLD_UID: change.structure.nodes[WORLD_UID]}
-    ended = (*change.state.ended, *ended)
+    ended = (*change.state.ended, *all_ended(change.state, EndCause.WORLD_CLEARED, "the world was cleared"))
     state = replace(
         change.state,
         motions=(),
@@ -248,6 +239,15 @@ def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change
         epoch=change.state.epoch + 1,
     )
     return rebuilt(replace(change, state=state), root, change.structure.next_uid, {})
+
+
+def all_ended(state: State, cause: EndCause, reason: str) -> tuple[Motion, ...]:
+    """Return the running motions, ended where they are."""
+    cancellation = Cancellation(cause, reason)
+    return tuple(
+        replace(motion, running=motion.running.abort(), cancellation=cancellation, end_tick=state.tick)
+        for motion in state.motions
+    )
 
 
 @contextmanager

@@ -20,8 +20,8 @@ from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
 from virtualrobot_kernel.world.records import Values
-from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal
-from virtualrobot_kernel.world.structure import JointGroup, NodeData, NodeSpec
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, State
+from virtualrobot_kernel.world.structure import JointGroup, Node, NodeData, NodeSpec
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -392,6 +392,18 @@ class RestoreRecords:
     undoes: int = 0
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class RestoreWorld:
+    """Command to put the world back to how it was at a checkpoint: these nodes, in the order of their rows, and state.
+
+    Motions end, all stands still, time goes on, and what only grows goes on growing: uids, names of motions, epoch.
+    """
+
+    checkpoint: str
+    nodes: tuple[Node, ...]
+    state: State
+
+
 Command = (
     CreateNodes
     | UpdateNode
@@ -431,4 +443,5 @@ Command = (
     | StopRobots
     | RestartWorld
     | RestoreRecords
+    | RestoreWorld
 )

@@ -216,7 +216,7 @@ def _declared(signal: Signal) -> tuple[object, ...]:
 def _kept(table: str, value: Any, now: Any) -> Any:  # noqa: ANN401 what the table holds
     if value is None or now is None:
         return value
-    if table == "signals":
+    if table == "signals" and type(value.value) is type(now.value):
         return replace(value, value=now.value)
     return now if table == "tool_states" else value
 

@@ -25,10 +25,7 @@ def test_what_was_promised_is_there_and_nothing_else(
     vfs = LossyVFS(disk)
     (tmp_path / "disk").mkdir()
     store = Store(tmp_path / "disk" / "j.db", SEED, power=power, connect=vfs.connect)
-    rows = [
-        Row(n, n, 0.0, "me", f"step {n}", "edit", rng.bytes(int(rng.choice([40, 300, 9000]))))
-        for n in range(1, ROWS + 1)
-    ]
+    rows = [Row(n, n, 0.0, "me", rng.bytes(int(rng.choice([40, 300, 9000])))) for n in range(1, ROWS + 1)]
     begun, notes, at = len(disk.steps), [(0, 0)], 0
     while at < ROWS:
         count = int(rng.integers(1, 4))

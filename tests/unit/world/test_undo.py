@@ -33,10 +33,10 @@ def done(change: Change, *batch: Command) -> tuple[Change, Difference]:
 
 
 def is_same(one: Change, other: Change) -> bool:
-    """Return whether two worlds are the same but for what only grows: uids, revision, starts of sensors, epoch."""
+    """Return whether two worlds are the same but for values of signals and what only grows, such as uids."""
     a, b = one.structure, other.structure
     before, now = one.state, other.state
-    maps = ("signals", "tool_states", "selections", "speed_factors", "speed_factor", "allowed_pairs", "collisions")
+    maps = ("tool_states", "selections", "speed_factors", "speed_factor", "allowed_pairs", "collisions")
     return (
         same(tuple(a.nodes.values()), tuple(b.nodes.values()))
         and all(getattr(before, name) == getattr(now, name) for name in maps)
