@@ -28,6 +28,7 @@ from virtualrobot.v1 import (
     scene_pb2_grpc,
     sensor_pb2_grpc,
     signal_pb2_grpc,
+    token_pb2_grpc,
     view_pb2_grpc,
 )
 
@@ -54,6 +55,7 @@ class Stubs:
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
+        self.token = token_pb2_grpc.TokenServiceStub(channel)
         self.path = path_pb2_grpc.PathServiceStub(channel)
 
 

@@ -30,6 +30,7 @@ from virtualrobot.v1 import (
     sensing_pb2,
     sensor_pb2,
     signal_pb2,
+    token_pb2,
     view_pb2,
 )
 from virtualrobot_kernel.api.status import CODES
@@ -57,6 +58,7 @@ MODULES = (
     sensing_pb2,
     sensor_pb2,
     signal_pb2,
+    token_pb2,
     view_pb2,
 )
 FENCED = re.compile(r"^(```|~~~).*?^\1", re.MULTILINE | re.DOTALL)

@@ -45,6 +45,7 @@ class Reason(Enum):
     COLLISION = "COLLISION"
     PLAN_OUTDATED = "PLAN_OUTDATED"
     CONFLICT = "CONFLICT"
+    ROLE_TOO_LOW = "ROLE_TOO_LOW"
 
 
 class KernelError(Exception):

@@ -18,6 +18,7 @@ from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.server import Address, Server
+from virtualrobot_kernel.api.token_table import TokenTable
 from virtualrobot_kernel.collision.built import built_pairs
 from virtualrobot_kernel.collision.clearances import measured
 from virtualrobot_kernel.collision.geometry import CollisionShapes
@@ -69,6 +70,7 @@ class Settings:
         mode: how its time runs.
         tick_nanoseconds: the length of a tick, that of the folder where there is one.
         viewer_port: the first port that its viewer tries.
+        tokens_file: the file of the tokens with roles; None: they are kept in memory, until the kernel ends.
         folder: where its world and its history are kept; None: they end with it. It closes the folder.
         rules: how much of the history is kept; None: the usual.
         power: whether what is answered survives a loss of power, and not only the end of the process.
@@ -78,6 +80,7 @@ class Settings:
     mode: Mode = Mode.REALTIME
     tick_nanoseconds: int = 4_000_000
     viewer_port: int = 0
+    tokens_file: Path | None = None
     folder: Folder | None = None
     rules: Rules | None = None
     power: bool = False
@@ -92,6 +95,7 @@ class Kernel:
         self._catalog = catalog
         self._solvers = Solvers(catalog)
         self._importers = Importers(catalog)
+        self._tokens = TokenTable(settings.address.token, settings.tokens_file)
         self._viewer: Viewer | None = None
         folder = settings.folder
         self._assets = AssetStore(folder=folder and folder.path / ASSETS, sync=settings.power)
@@ -152,7 +156,8 @@ class Kernel:
     def load(self, path: Path) -> None:
         """Load a scene file; raise KernelError when something in it is wrong, or the folder has a world already."""
         folder = self._settings.folder
-        if folder is not None and self._history.goes_on:
+        begin = self._history.begin
+        if folder is not None and (len(begin.structure.nodes) > 1 or begin.state.signals):
             begun = f", which began with {folder.project.scene}" if folder.project.scene else ""
             raise KernelError(
                 f"{folder.path} has a world already{begun}; leave out the scene file {path}, or take another folder",
@@ -218,6 +223,7 @@ class Kernel:
             renderers=self._renderers,
             importers=self._importers,
             leases=LeaseTable(),
+            tokens=self._tokens,
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
             shut_down=self._shut_down,

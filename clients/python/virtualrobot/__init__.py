@@ -81,6 +81,8 @@ if TYPE_CHECKING:
     from virtualrobot.sensors.readings import Reading as Reading
     from virtualrobot.sensors.readings import SensorStatus as SensorStatus
     from virtualrobot.sensors.sensors import Sensor as Sensor
+    from virtualrobot.tokens import NewToken as NewToken
+    from virtualrobot.tokens import TokenInfo as TokenInfo
     from virtualrobot.view.ghosts import Ghost as Ghost
 
 _MODULES = {
@@ -93,8 +95,8 @@ _MODULES = {
         "ConflictError", "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError",
         "LeasedError", "LimitError", "MalformedFileError", "MissingFileError", "MotionAbortedError",
         "MotionCancelledError", "MotionEndedError", "NameTakenError", "PlanOutdatedError",
-        "PluginFailedError", "RobotBusyError", "SingularityError", "StaleRevisionError", "TooLargeError",
-        "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
+        "PluginFailedError", "RobotBusyError", "RoleTooLowError", "SingularityError", "StaleRevisionError",
+        "TooLargeError", "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
     ),
     "scene.figures": ("Figure", "box", "capsule", "cone", "cylinder", "frame", "sphere", "table"),
     "scene.node": ("NodeInfo",),
@@ -102,6 +104,7 @@ _MODULES = {
     "view.ghosts": ("Ghost",),
     "robots.group": ("Group",),
     "leases": ("Lease", "LeaseInfo"),
+    "tokens": ("NewToken", "TokenInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
     "motions.motion": ("Motion", "Tracking"),
     "motions.steps": ("Pattern",),

@@ -36,6 +36,7 @@ from virtualrobot.sensors.rays import Rays
 from virtualrobot.sensors.sensors import Sensors
 from virtualrobot.session import checked_token, default_address, find_token, split_address, token_path
 from virtualrobot.signals import Signals
+from virtualrobot.tokens import Tokens, role_name
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2
 from virtualrobot.view.view import View
 
@@ -57,6 +58,8 @@ class KernelInfo:
         max_asset_bytes: size of the largest file that can be uploaded.
         viewer_url: the address of the viewer for a browser on its machine; empty without viewer.
         process_id: its process number on its machine.
+        role: what this client may do: `observer`, `operator`, `engineer` or `admin`.
+        token_name: the name of its token; empty for the kernel's own, and where none is wanted.
     """
 
     version: str
@@ -68,6 +71,8 @@ class KernelInfo:
     max_asset_bytes: int
     viewer_url: str
     process_id: int
+    role: str = ""
+    token_name: str = ""
 
     @staticmethod
     def of(message: kernel_pb2.GetInfoResponse) -> KernelInfo:
@@ -82,6 +87,8 @@ class KernelInfo:
             message.max_asset_bytes,
             message.viewer_url,
             message.process_id,
+            role_name(message.role),
+            message.token_name,
         )
 
 
@@ -99,6 +106,7 @@ class Client:
         plugins: the kernel's plugins: `client.plugins.list()`.
         rays: ray casts: `client.rays.cast(...)`.
         collisions: collisions and distances: `client.collisions.check()`.
+        tokens: who is let in, and with which role: `client.tokens.create("panel", "operator")`.
         paths: free ways around what stands in between: `client.paths.find("arm", goal)`.
         sensors: sensors by name: `client.sensors["lidar"].read()`.
         info: versions, limits and capabilities of the kernel, as it was when connected, a `KernelInfo`.
@@ -121,6 +129,7 @@ class Client:
         self.collisions = Collisions(self._services)
         self.sensors = Sensors(self._services)
         self.paths = Paths(self._services)
+        self.tokens = Tokens(self._services)
 
     @property
     def services(self) -> Services:

@@ -168,6 +168,12 @@ class ConflictError(VirtualRobotError):
     default_reason = "CONFLICT"
 
 
+class RoleTooLowError(VirtualRobotError, PermissionError):
+    """A call or command that this client's role may not give; `metadata` has `needs` and `has`, the roles."""
+
+    default_reason = "ROLE_TOO_LOW"
+
+
 class CallTimeoutError(VirtualRobotError, TimeoutError):
     """The kernel did not answer, or what was waited for did not happen, in time."""
 

@@ -1,14 +1,20 @@
-"""Author of a command: kept in the journal with it."""
+"""Author of a command: kept in the journal with it, so that it tells who did what."""
 
 from __future__ import annotations
 
 from typing import Any
 
+from virtualrobot_kernel.api.token_table import CALLER
+
 
 def author(context: Any) -> str:  # noqa: ANN401 grpc.aio.ServicerContext, which servicers need not know
-    """Return the name that the client gives itself (metadata `client-name`), its machine and its port."""
+    """Return the name that the client gives itself (metadata `client-name`), its machine and its port.
+
+    Before it stands the name of the call's token, which nobody gives himself; the kernel's own has none.
+    """
     metadata = dict(context.invocation_metadata() or ())
-    return f"{metadata.get('client-name', 'client')} at {context.peer()}"
+    client = f"{metadata.get('client-name', 'client')} at {context.peer()}"
+    return f"{name} with {client}" if (name := CALLER.get().name) else client
 
 
 def person(context: Any) -> str:  # noqa: ANN401 grpc.aio.ServicerContext, which servicers need not know

@@ -17,6 +17,8 @@ from virtualrobot_kernel.api.convert.states import (
     robots_named,
 )
 from virtualrobot_kernel.api.kernel_services import MAX_MESSAGE_BYTES, KernelServices
+from virtualrobot_kernel.api.token import ROLES
+from virtualrobot_kernel.api.token_table import CALLER
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
 from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.messages.values import finite, stamp
@@ -37,6 +39,7 @@ CAPABILITIES = (
     "plugins",
     "scene.bundle",
     "signals",
+    "tokens",
     "viewer",
 )
 
@@ -61,6 +64,8 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
             max_asset_bytes=self._kernel.assets.limit_bytes,
             viewer_url=url,
             process_id=os.getpid(),
+            role=ROLES.write(CALLER.get().role),
+            token_name=CALLER.get().name,
         )
 
     async def GetClock(self, request: kernel_pb2.GetClockRequest, context: object) -> kernel_pb2.GetClockResponse:

@@ -14,6 +14,7 @@ from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
 from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.token_table import CALLER, TokenTable
 from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.monitor import Monitor
 from virtualrobot_kernel.collision.pool import ScenePool
@@ -31,7 +32,7 @@ from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.world.commands import Command
-from virtualrobot_kernel.world.store import Applied, World
+from virtualrobot_kernel.world.store import Applied, Permit, World
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
@@ -67,6 +68,7 @@ class KernelServices:
     renderers: RendererPool
     importers: Importers
     leases: LeaseTable
+    tokens: TokenTable
     viewer_url: Callable[[], str]
     viewer_count: Callable[[], int]
     shut_down: Callable[[], None]
@@ -91,15 +93,19 @@ class KernelServices:
     def submitting(self, context: object) -> Callable[..., Future[Applied]]:
         """Return what queues the commands of a client's call, from any thread: (commands, expected revision or None).
 
-        Commands are refused when they touch robots that others have leased.
+        Commands are refused when they touch robots that others have leased; an operator's also when nobody has.
         """
         # Asked for here and now: what a call carries is known to its own task only.
-        who, permit = author(context), self.leases.permit(CARRIED.get())
+        who, permit = author(context), self.permit()
 
         def submit(commands: Sequence[Command], expected_revision: int | None = None) -> Future[Applied]:
             return self.world.submit(commands, who, expected_revision, permit)
 
         return submit
+
+    def permit(self) -> Permit:
+        """Return what lets those commands into the world that the call of this task may give."""
+        return self.leases.permit(CARRIED.get(), CALLER.get().moves_leased_only)
 
     def submit(
         self, commands: Sequence[Command], context: object, expected_revision: int | None = None

@@ -38,13 +38,15 @@ from virtualrobot.v1 import (
     sensor_pb2_grpc,
     signal_pb2,
     signal_pb2_grpc,
+    token_pb2,
+    token_pb2_grpc,
     view_pb2,
     view_pb2_grpc,
 )
 
 from virtualrobot_kernel.api.asset import AssetServicer
 from virtualrobot_kernel.api.collision import CollisionServicer
-from virtualrobot_kernel.api.interceptors import Errors, Leasing, Token
+from virtualrobot_kernel.api.interceptors import Errors, Leasing
 from virtualrobot_kernel.api.kernel import KernelServicer
 from virtualrobot_kernel.api.kernel_services import MAX_MESSAGE_BYTES, MAX_SENT_BYTES, KernelServices
 from virtualrobot_kernel.api.lease import LeaseServicer
@@ -54,9 +56,11 @@ from virtualrobot_kernel.api.plugin import PluginServicer
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.ray import RayServicer
 from virtualrobot_kernel.api.robot import RobotServicer
+from virtualrobot_kernel.api.roles import Tokens
 from virtualrobot_kernel.api.scene import SceneServicer
 from virtualrobot_kernel.api.sensor import SensorServicer
 from virtualrobot_kernel.api.signal import SignalServicer
+from virtualrobot_kernel.api.token import TokenServicer
 from virtualrobot_kernel.api.view import ViewServicer
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.store import World
@@ -76,6 +80,7 @@ SERVICES = (
     (plugin_pb2, plugin_pb2_grpc.add_PluginServiceServicer_to_server, PluginServicer),
     (motion_pb2, motion_pb2_grpc.add_MotionServiceServicer_to_server, MotionServicer),
     (path_pb2, path_pb2_grpc.add_PathServiceServicer_to_server, PathServicer),
+    (token_pb2, token_pb2_grpc.add_TokenServiceServicer_to_server, TokenServicer),
     (lease_pb2, lease_pb2_grpc.add_LeaseServiceServicer_to_server, LeaseServicer),
     (signal_pb2, signal_pb2_grpc.add_SignalServiceServicer_to_server, SignalServicer),
     (sensor_pb2, sensor_pb2_grpc.add_SensorServiceServicer_to_server, SensorServicer),
@@ -159,10 +164,10 @@ class Server:
         self._loop = asyncio.get_running_loop()
         self._stop = asyncio.Event()
         publications = Publications(self._world, self._loop)
-        tokens = [Token(self._address.token)] if self._address.token else []
         kernel = self._kernel(publications)
         services = [service for module, _, _ in SERVICES for service in module.DESCRIPTOR.services_by_name.values()]
-        errors, leasing = Errors(publications, kernel.view.under_way), Leasing(services, kernel)
+        tokens = [] if kernel.tokens.is_open else [Tokens(services, kernel.tokens)]
+        errors, leasing = Errors(publications, kernel.view.under_way, kernel.tokens), Leasing(services, kernel)
         options = (*OPTIONS, ("grpc.max_allowed_incoming_connections", _most_connections()))
         server = grpc.aio.server(interceptors=[*tokens, errors, leasing], options=options)
         names = [reflection.SERVICE_NAME, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name]

@@ -40,6 +40,7 @@ CODES = {
     Reason.COLLISION: grpc.StatusCode.FAILED_PRECONDITION,
     Reason.PLAN_OUTDATED: grpc.StatusCode.ABORTED,
     Reason.CONFLICT: grpc.StatusCode.FAILED_PRECONDITION,
+    Reason.ROLE_TOO_LOW: grpc.StatusCode.PERMISSION_DENIED,
 }
 
 

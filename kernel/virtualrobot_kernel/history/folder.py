@@ -31,6 +31,7 @@ LOCK = "lock"
 JOURNAL = "journal.db"
 LAST_TICK = "last_tick"
 ASSETS = "assets"
+TOKENS = "tokens.json"
 
 NANOSECONDS = 4_000_000
 """Length of a tick (ns) in a new folder, when nobody says another one."""

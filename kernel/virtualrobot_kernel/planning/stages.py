@@ -59,7 +59,10 @@ class Part:
         named = tuple(paths[number] for _, number in self.steps) if paths else ()
         places = tuple(columns[joint] for joint in self.joints)
         rest = {"orders": self.orders, "paths": named, "pauses": self.pauses}
-        return Stage(self.plan, places, self.steps, self.marks, self.wait, **rest)
+        # Times come of arrays; as plain numbers they are the same wherever they are read again.
+        steps = tuple((float(time), number) for time, number in self.steps)
+        marks = tuple((float(time), name, value) for time, name, value in self.marks)
+        return Stage(self.plan, places, steps, marks, self.wait, **rest)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

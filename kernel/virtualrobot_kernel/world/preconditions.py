@@ -117,11 +117,10 @@ def preconditions_of(
                         wanted[uid, Aspect.POSITION, ""] = None
     wanted |= dict.fromkeys((uid, Aspect.POSTURE, name) for uid, name in postures)
     wanted |= dict.fromkeys((uid, Aspect.STATE if name else Aspect.WIDTHS, name) for uid, name in tool_states)
+    facts = ((structure.nodes[uid], aspect, key) for uid, aspect, key in wanted)
     return tuple(
-        Precondition(
-            uid, (node := structure.nodes[uid]).name, aspect, key, READERS[aspect](structure, state, node, key)
-        )
-        for uid, aspect, key in wanted
+        Precondition(node.uid, node.name, aspect, key, READERS[aspect](structure, state, node, key))
+        for node, aspect, key in facts
     )
 
 

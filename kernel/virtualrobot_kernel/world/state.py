@@ -161,6 +161,17 @@ class JointValues:
     v: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True)
+class SensorStart:
+    """Start of a sensor: its number among all starts, and the tick from which its readings and its noise are counted.
+
+    One that is started while it runs has a number anew, and the tick of before.
+    """
+
+    number: int
+    tick: int
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
     """World at one tick. Arrays are never written to after they are published.
@@ -171,7 +182,7 @@ class State:
     parent_t_node (N, 4, 4): where each node is in its parent's frame, a row for each node.
     allowed_pairs: nodes (uids, the smaller first) that clients or imports let touch each other, and why.
     collisions: what is done about collisions.
-    running_sensors: the number of its start for each sensor (a uid) that runs; `sensor_starts` counts them all.
+    running_sensors: the start of each sensor (a uid) that runs; `sensor_starts` counts all starts.
     epoch: counts how often the world was replaced as a whole.
     """
 
@@ -191,7 +202,7 @@ class State:
     speed_factor: float = 1.0
     allowed_pairs: Mapping[tuple[int, int], Allowance] = field(default_factory=dict)
     collisions: CollisionSettings = NOTHING_SET
-    running_sensors: Mapping[int, int] = field(default_factory=dict)
+    running_sensors: Mapping[int, SensorStart] = field(default_factory=dict)
     sensor_starts: int = 0
     epoch: int = 0
 

@@ -19,6 +19,7 @@ from virtualrobot.v1 import (
     scene_pb2_grpc,
     sensor_pb2_grpc,
     signal_pb2_grpc,
+    token_pb2_grpc,
     view_pb2_grpc,
 )
 
@@ -42,6 +43,7 @@ class Services:
         self.view = view_pb2_grpc.ViewServiceStub(channel)
         self.plugin = plugin_pb2_grpc.PluginServiceStub(channel)
         self.lease = lease_pb2_grpc.LeaseServiceStub(channel)
+        self.token = token_pb2_grpc.TokenServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)

@@ -44,6 +44,7 @@ _COMMANDS = {
     "unmount": ("virtualrobot.cli.work", "Take a tool or a gripper off a robot."),
     "lease": ("virtualrobot.cli.work", "Lease robots, so that nobody else moves them."),
     "leases": ("virtualrobot.cli.state", "Show who has leased which robots."),
+    "token": ("virtualrobot.cli.token", "Make, show or withdraw tokens with roles."),
     "signal": ("virtualrobot.cli.signals", "Show, set, create or wait for signals."),
     "clock": ("virtualrobot.cli.work", "Show or set how time runs."),
     "step": ("virtualrobot.cli.state", "Let time go on by some ticks."),
