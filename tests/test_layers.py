@@ -70,6 +70,14 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
+    # Recordings are written by the libraries of their formats, where these are installed.
+    f"{CLIENT}/recording": ("virtualrobot", "numpy", "google"),
+    f"{CLIENT}/recording/mcap_file.py": ("virtualrobot", "google", "mcap"),
+    f"{CLIENT}/recording/parquet_file.py": ("virtualrobot", "pyarrow"),
+    **{
+        f"{CLIENT}/recording/{name}.py": ("virtualrobot", "numpy", "google", "foxglove_schemas_protobuf")
+        for name in ("entities", "mcap_output", "readings", "scenery", "transforms")
+    },
     # The composition root knows every room; `serve` writes the token where the client's rule says.
     KERNEL: (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.worker"),
     f"{KERNEL}/serve.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.compiled.cache", "virtualrobot.session"),

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Unpack
 
 from virtualrobot._wire.arguments import PoseLike, Text, checked
+from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown
 from virtualrobot._wire.transport import Channel, open_channel
@@ -25,6 +26,8 @@ from virtualrobot.motions.program import Program, read
 from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.plugins import Plugins
 from virtualrobot.progress import OnProgress, show_progress
+from virtualrobot.recording.recording import Recorded, Recording
+from virtualrobot.recording.start import RecordingOptions, start
 from virtualrobot.robots.denavit_hartenberg import Row, table_message
 from virtualrobot.robots.models import KnownModel, known_models
 from virtualrobot.robots.robot import Robot
@@ -283,6 +286,49 @@ class Client:
         request = motion_pb2.ListMotionsRequest(running_only=running_only)
         messages = self._services.motion.ListMotions(request).motions
         return [Motion(self._services, message) for message in messages]
+
+    def record(
+        self,
+        path: str | Path,
+        *,
+        duration: float,
+        told: Callable[[Recording], None] | None = None,
+        **options: Unpack[RecordingOptions],
+    ) -> Recorded:
+        """Record so much simulation time (s) to a file, and return what is in it.
+
+        `path` ends with .mcap (all topics, for Foxglove, PlotJuggler and readers of MCAP), .csv or .parquet (a table of
+        joints, tool centre points and signals). `told` is called several times a second. Ctrl-C leaves a whole file. It
+        needs packages: `pip install 'virtualrobot[record]'` for .mcap, `[parquet]` for .parquet.
+
+        Raises:
+            InvalidArgumentError: when the file's name has another ending, is there already, or cannot be written.
+            UnknownNameError: when there is no such topic.
+            WrongStateError: when a package is missing, or the file cannot be written any more.
+
+        Example:
+            >>> client.record("run.mcap", duration=10.0, topics=["/robots/*", "/transforms*"]).counts
+            {'/robots/arm/joint_states': 2500, '/robots/arm/tcp': 2500, '/transforms': 2500, '/transforms/fixed': 3}
+        """
+        with self.start_recording(path, duration=duration, **options) as recording:
+            while not recording.wait(0.25):
+                if told is not None:
+                    told(recording)
+            return recording.finish()
+
+    def start_recording(
+        self, path: str | Path, *, duration: float | None = None, **options: Unpack[RecordingOptions]
+    ) -> Recording:
+        """Begin to record while the program goes on; the end of the block makes the file whole.
+
+        The arguments are those of `record`. Without a block, `finish()` does the same, and tells what is in the file.
+
+        Example:
+            >>> with client.start_recording("move.parquet"):
+            ...     robot.move_joints(goal)
+        """
+        check_options(options, RecordingOptions, "a recording")
+        return start(self._services, path, duration, options)
 
     def stop(self, *robots: Named) -> list[Motion]:
         """Cancel every motion, or every motion of these robots; return them."""

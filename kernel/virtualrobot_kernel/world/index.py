@@ -78,7 +78,7 @@ def appends(structure: Structure, new: Mapping[int, Node]) -> bool:
     A link more shifts the coordinates of all robots created after its own, and a node that returns goes where it was.
     """
     few = 0 < FEW * len(new) <= len(structure.nodes)
-    later = few and [*new] == sorted(new) and min(new) > next(reversed(structure.nodes))
+    later = few and [*new] == sorted(new) and min(new) > max(structure.nodes)
     return later and not any(node.kind is Kind.LINK and node.parent in structure.nodes for node in new.values())
 
 

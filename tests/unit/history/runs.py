@@ -33,10 +33,11 @@ from tests.unit.world.test_programs import NAMES, program, steered
 
 @dataclass(frozen=True)
 class Run:
-    """Entries of a run, and the worlds before each; the last one is that after all."""
+    """Entries of a run, and the worlds before each; the last one is that after all. `ticks` are those of each tick."""
 
     entries: Sequence[Entry]
     worlds: Sequence[tuple[Structure, State]]
+    ticks: Sequence[tuple[Structure, State]]
 
     @property
     def last(self) -> tuple[Structure, State]:
@@ -62,6 +63,7 @@ def random_run(rng: np.random.Generator, batches: int) -> Run:
     """Return a run of so many batches, some ticks between them."""
     change = empty()
     entries: list[Entry] = []
+    ticks: list[tuple[Structure, State]] = []
     worlds: list[tuple[Structure, State]] = []
     first = [arm(), *(CreateSignal(Signal(name, False)) for name in NAMES), CreateNodes((part("cup", shifted(1.0)),))]
     for number in range(batches):
@@ -75,8 +77,9 @@ def random_run(rng: np.random.Generator, batches: int) -> Run:
         state = later.state
         for _ in range(rng.integers(1, 40)):
             state = advance(later.structure, state, TICK, world_poses)
+            ticks.append((later.structure, state))
         change = Change(later.structure, state)
-    return Run(entries, [*worlds, (change.structure, change.state)])
+    return Run(entries, [*worlds, (change.structure, change.state)], ticks)
 
 
 def drawn(rng: np.random.Generator, change: Change) -> tuple[Command, ...]:

@@ -51,7 +51,7 @@ _COMMANDS = {
     "plugins": ("virtualrobot.cli.plugins", "Show plugins and their components."),
     "kinematics": ("virtualrobot.cli.plugins", "Show or swap what solves a robot's kinematics."),
     "capture": ("virtualrobot.cli.pictures", "Take a picture, without a browser."),
-    "record": ("virtualrobot.cli.pictures", "Film the world, without a browser."),
+    "record": ("virtualrobot.cli.recording", "Record joints, scene, sensors and signals, or a film."),
     "pixel": ("virtualrobot.cli.pictures", "Tell what is under a pixel."),
     "measure": ("virtualrobot.cli.pictures", "Tell how far two points are apart."),
     "collision": ("virtualrobot.cli.collision", "Show what touches, what may, and how far things are apart."),
