@@ -9,12 +9,12 @@ import time
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from hashlib import blake2b
 
 from virtualrobot_kernel.history.codec import Codec, Parts
 from virtualrobot_kernel.history.journal import Told
 from virtualrobot_kernel.history.last_tick import LastTick
-from virtualrobot_kernel.history.store import HASH_BYTES, CheckpointRow, Store
+from virtualrobot_kernel.history.store import CheckpointRow, Store
+from virtualrobot_kernel.history.tick_hash import tick_hash
 from virtualrobot_kernel.history.world_image import image_of
 from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import Structure
@@ -158,7 +158,7 @@ class Upkeep:
         self.now()
         ticks = [self._ticks.popleft() for _ in range(len(self._ticks))]
         first, before = self._hashes or (ticks[0].state.tick if ticks else 0, b"")
-        hashes = before + b"".join(tick_hash(one.state) for one in ticks)
+        hashes = before + b"".join(tick_hash(one.structure, one.state) for one in ticks)
         self._motion_ticks += sum(len(one.state.motions) for one in ticks)
         if hashes:
             self._hashes = first, hashes
@@ -196,8 +196,3 @@ class Upkeep:
             fits = min((one for one in store.checkpoints() if one.seq >= cut), key=lambda one: one.seq)
             wanted = fits if wanted is None else max(wanted, fits, key=lambda one: one.seq)
         return wanted
-
-
-def tick_hash(state: State) -> bytes:
-    """Return the hash of what a tick makes: the coordinates and the velocities of all joints, bit for bit."""
-    return blake2b(state.q.tobytes() + state.v.tobytes(), digest_size=HASH_BYTES).digest()
