@@ -221,6 +221,8 @@ class Kernel:
             monitor=self._monitor,
             guard=self._guard,
             renderers=self._renderers,
+            steps=self._history.steps,
+            checkpoints=self._history.checkpoints,
             importers=self._importers,
             leases=LeaseTable(),
             tokens=self._tokens,

@@ -28,6 +28,7 @@ CAPABILITIES = (
     "assets",
     "clock.realtime",
     "clock.stepped",
+    "history",
     "leases",
     "motion.circular",
     "motion.group",
