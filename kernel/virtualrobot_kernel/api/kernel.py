@@ -29,6 +29,7 @@ CAPABILITIES = (
     "assets",
     "clock.realtime",
     "clock.stepped",
+    "history",
     "leases",
     "motion.circular",
     "motion.group",
