@@ -100,7 +100,7 @@ class History:
         self.upkeep = Upkeep(self.store, codec, rules, self.begin, self._last_tick)
         recorder = Recorder(self.store, codec, self.upkeep)
         self.steps = Steps(StoredSteps(self.store, codec))
-        self.checkpoints = Checkpoints()
+        self.checkpoints = Checkpoints(self.store, codec, self.upkeep)
         self.journal = Journal((recorder, self.steps, self.checkpoints), self.begin.number, self.upkeep.ticked)
 
     def start(self) -> None:
