@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from virtualrobot_kernel.api.convert.presets import presets
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import LeaseTable
+from virtualrobot_kernel.api.limits import Limits
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.api.token_table import TokenTable
@@ -74,6 +75,8 @@ class Settings:
         folder: where its world and its history are kept; None: they end with it. It closes the folder.
         rules: how much of the history is kept; None: the usual.
         power: whether what is answered survives a loss of power, and not only the end of the process.
+        limits: what calls are refused by.
+        folders: where files must lie that calls name, besides known packages; None: anywhere.
     """
 
     address: Address
@@ -84,6 +87,8 @@ class Settings:
     folder: Folder | None = None
     rules: Rules | None = None
     power: bool = False
+    limits: Limits = field(default_factory=Limits)
+    folders: tuple[Path, ...] | None = None
 
 
 class Kernel:
@@ -97,9 +102,10 @@ class Kernel:
         self._importers = Importers(catalog)
         self._tokens = TokenTable(settings.address.token, settings.tokens_file)
         self._viewer: Viewer | None = None
-        folder = settings.folder
-        self._assets = AssetStore(folder=folder and folder.path / ASSETS, sync=settings.power)
-        self._meshes = MeshLibrary(self._assets, self._importers)
+        folder, limits = settings.folder, settings.limits
+        files = folder and folder.path / ASSETS
+        self._assets = AssetStore(limits.asset_bytes, limits.assets_bytes, files, settings.power)
+        self._meshes = MeshLibrary(self._assets, self._importers, folders=settings.folders)
         self._view = ViewStore()
         load = self._meshes.load
         looks = AppearanceLibrary(with_arrows(load))
@@ -177,7 +183,9 @@ class Kernel:
         self._view.tell(warnings)
         self._solvers.check_choices(commands)
         check_choices(commands, self._sensing)
-        self.world.submit(commands, f"scene file {path}").result()
+        limits = self._settings.limits
+        limits.check_triangles(self.world.snapshot, commands, self._meshes)
+        self.world.submit(commands, f"scene file {path}", permit=limits.check_nodes).result()
         if folder is not None:
             folder.name_scene(path.name)
 
@@ -226,6 +234,7 @@ class Kernel:
             importers=self._importers,
             leases=LeaseTable(),
             tokens=self._tokens,
+            limits=self._settings.limits,
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
             shut_down=self._shut_down,
