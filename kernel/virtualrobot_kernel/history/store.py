@@ -414,11 +414,13 @@ class Store:
         Those with smaller numbers than `before`. `where` is the kernel's own text; what clients say is in `values`.
         Raises KernelError when one is damaged.
         """
-        sql = f"SELECT {_STEP} FROM steps WHERE number < ? AND {where} ORDER BY number DESC LIMIT {ROWS_AT_ONCE}"
+        sql = f"SELECT {_STEP} FROM steps WHERE number < ? AND {where} ORDER BY number DESC LIMIT ?"
         at = before if before is not None else 2**62
-        while found := self._all(sql, at, *values):
+        most = 4  # whoever undoes wants the newest one
+        while found := self._all(sql, at, *values, most):
             yield from map(self._checked_step, found)
             at = found[-1][0]
+            most = min(4 * most, ROWS_AT_ONCE)
 
     def checkpoints(self) -> list[CheckpointRow]:
         """Return all checkpoints without their bodies, oldest first."""

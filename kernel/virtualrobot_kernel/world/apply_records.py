@@ -61,7 +61,9 @@ class Conflict(KernelError):
 
     def __init__(self, message: str, table: str, key: Key) -> None:
         """Say what stands in the way."""
-        super().__init__(message, **({"aspect": table} if table else {}))
+        super().__init__(message)
+        if table:
+            self.metadata["aspect"] = table
         self.table, self.key = table, key
 
 

@@ -186,7 +186,7 @@ def test_all_of_it_is_there_after_a_restart(start_kernel: StartKernel, tmp_path:
         client.scene.add_object("table")
         move(client, 0.1)
         client.history.checkpoint("noon")
-        move(client, 0.3)
+        client.scene.hide("table")
         client.undo()
     kernel.process.kill()
     kernel.process.wait()
@@ -194,12 +194,12 @@ def test_all_of_it_is_there_after_a_restart(start_kernel: StartKernel, tmp_path:
     with virtualrobot.connect(kernel.address, name="ann") as client:
         assert x(client) == 0.1
         assert [step.label for step in client.history.list(mine=True, limit=3)] == [
-            "took back: moved 'table' by 0.20 m",
-            "moved 'table' by 0.20 m",
+            "took back: hid 'table'",
+            "hid 'table'",
             "moved 'table' by 0.10 m",
         ]
         client.redo()
-        assert x(client) == 0.3
+        assert client.scene["table"].hidden
         client.undo()
         client.undo()
         assert x(client) == 0.0
