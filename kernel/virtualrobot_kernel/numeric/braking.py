@@ -208,6 +208,26 @@ def _points(breaks: Floats, begin: float, end: float) -> int:
 
 
 @inlined
+def _allowed(breaks: Floats, terms: Floats, limits: Floats, u: float, along: Floats) -> None:
+    """Write what velocity, acceleration and jerk (3,) joints with limits (3, k) allow along a path straight from u."""
+    piece = piece_at(breaks, u)
+    local = min(max(u, breaks[0]), breaks[terms.shape[0]]) - breaks[piece]
+    along[:] = math.inf
+    for j in range(terms.shape[2]):
+        direction = 0.0
+        for power in range(terms.shape[1] - 1, 0, -1):
+            direction = direction * local + power * terms[piece, power, j]
+        if direction != 0.0:
+            for order in range(3):
+                along[order] = min(along[order], limits[order, j] / abs(direction))
+
+
+@inlined
+def _total(phases: tuple[float, float, float]) -> float:
+    return phases[0] + phases[1] + phases[2]
+
+
+@inlined
 def _choose_brake(
     breaks: Floats,
     terms: Floats,
@@ -222,72 +242,53 @@ def _choose_brake(
     those that are keeps the limits.
     """
     u, speed, slope = state
-    if speed <= 0.0 and slope == 0.0:
-        brake[:, 0] = math.inf
-        brake[0] = 0.0
-        brake[0, 1] = u
-        return BRAKES if left > _SOONER else GOES_ON, 0.0
-    count = terms.shape[2]
-    bounds = np.empty((3, count))
-    along = np.full(3, math.inf)
-    acceleration = math.inf
-    jerk = math.inf
-    piece = piece_at(breaks, u)
-    end = breaks[breaks.shape[0] - 1]
-    x = min(max(u, breaks[0]), end) - breaks[piece]
-    for j in range(count):
-        direction = 0.0
-        for power in range(terms.shape[1] - 1, 0, -1):
-            direction = direction * x + power * terms[piece, power, j]
-        direction = abs(direction)
-        bounds[0, j] = limits[0, j] * (1.0 + _ROUNDING)
-        bounds[1, j] = limits[1, j] * (1.0 + SLACK)
-        bounds[2, j] = limits[2, j] * (1.0 + SLACK)
-        if direction > 0.0:
-            acceleration = min(acceleration, limits[1, j] / direction)
-            jerk = min(jerk, limits[2, j] / direction)
-            for order in range(3):
-                along[order] = min(along[order], bounds[order, j] / direction)
-    # With less of both none is quicker: so the rest need not be looked at, where the motion runs to its goal.
-    quickest = _phases(speed, slope, acceleration, jerk)
-    if not quickest[0] + quickest[1] + quickest[2] + _SOONER < left:
-        return GOES_ON, 0.0
+    end = breaks[terms.shape[0]]
+    slack = np.array([1.0 + _ROUNDING, 1.0 + SLACK, 1.0 + SLACK])
+    bounds = limits * slack.reshape((3, 1))
+    along = np.empty(3)
+    _allowed(breaks, terms, limits, u, along)
+    acceleration, jerk = along[1:]
+    along *= slack
+    # Of brakes with the same share of the jerk less acceleration takes longer: so they are merged, soonest first.
     shares = _SHARES.shape[0]
-    seconds = np.empty(shares * shares)
-    for i in range(shares):
-        for k in range(shares):
-            phases = _phases(speed, slope, _SHARES[k] * acceleration, _SHARES[i] * jerk)
-            seconds[i * shares + k] = phases[0] + phases[1] + phases[2]
+    nexts = np.zeros(shares, np.int64)
+    seconds = np.empty(shares)
+    for row in range(shares):
+        seconds[row] = _total(_phases(speed, slope, _SHARES[0] * acceleration, _SHARES[row] * jerk))
     result = GOES_ON
     before = -1.0
-    before_jerk = 0.0
+    before_jerk = -1.0
     # Where the brake before was beyond, this one likely is, too.
     coarse = 0
     fine = 0
+    in_fine = False
     while True:
-        # The soonest that is left; of equally soon ones that with the least jerk, and each once.
-        soonest = seconds.shape[0] - 1
-        for which in range(soonest - 1, -1, -1):
-            if seconds[which] < seconds[soonest]:
-                soonest = which
-        duration = seconds[soonest]
-        if not duration + _SOONER < left:
+        row = shares - 1
+        for other in range(shares - 2, -1, -1):
+            if seconds[other] < seconds[row]:
+                row = other
+        soonest = seconds[row]
+        if not soonest + _SOONER < left:
             return result, 0.0
-        seconds[soonest] = math.inf
-        share = _SHARES[soonest // shares]
-        if duration == before and share == before_jerk:
+        share = _SHARES[row] * jerk
+        phases = _phases(speed, slope, _SHARES[nexts[row]] * acceleration, share)
+        nexts[row] += 1
+        seconds[row] = math.inf
+        if nexts[row] < shares:
+            seconds[row] = _total(_phases(speed, slope, _SHARES[nexts[row]] * acceleration, share))
+        if soonest == before and share == before_jerk:
             continue
-        before = duration
+        before = soonest
         before_jerk = share
-        phases = _phases(speed, slope, _SHARES[soonest % shares] * acceleration, share * jerk)
-        duration, reach = _integrate(u, speed, slope, share * jerk, phases, brake)
+        duration, reach = _integrate(u, speed, slope, share, phases, brake)
         if not reach <= end:
             continue
         result = STAYS
         points = _points(breaks, u, reach)
-        if _beyond(breaks, terms, bounds, along, brake, duration, points, fine, 1) >= 0:
+        if in_fine and _beyond(breaks, terms, bounds, along, brake, duration, points, fine, 1) >= 0:
             continue
         found = _beyond(breaks, terms, bounds, along, brake, duration, _COARSE, coarse, _COARSE + _SIDES)
+        in_fine = found < 0
         if found >= 0:
             coarse = found
             continue
@@ -328,18 +329,42 @@ def _time_left(duration: float, state: Floats) -> float:
 def _choose_brakes(motion: _Motion, state: Floats, left: float, brakes: Floats, ends: Floats) -> int:
     """Write a brake for each track (t, 3, 5), and their durations (s) (t,); return what it comes to."""
     rate, rate_slope, _, _ = ramp_state(state[GOAL], state[LENGTH], state[COEFFICIENTS:], state[ELAPSED])
-    result = BRAKES
+    tracks = motion.shapes.shape[0]
+    states = np.empty((tracks, 3))
+    along = np.empty(3)
     first = 0
-    for track in range(motion.shapes.shape[0]):
+    for track in range(tracks):
         law_breaks, law = one_of(motion.breaks, motion.terms, motion.shapes[track, 2])
         if law.shape[1] != 4:
             return STAYS  # the law u = tau of a timed trajectory
         u, u1, u2 = scalar_state(law_breaks, law, state[TAU])
+        states[track, 0] = u
+        states[track, 1] = u1 * rate
+        states[track, 2] = u2 * rate * rate + u1 * rate_slope
         breaks, rated = one_of(motion.breaks, motion.terms, motion.shapes[track, 1])
         limits = motion.limits[:, first : first + rated.shape[2]]
         first += rated.shape[2]
-        now = (u, u1 * rate, u2 * rate * rate + u1 * rate_slope)
-        came, ends[track] = _choose_brake(breaks, rated, limits, now, left, brakes[track])
+        # With less of both none is quicker: so the rest need not be looked at, where the motion runs to its goal.
+        quickest = 0.0
+        if states[track, 1] > 0.0 or states[track, 2] != 0.0:
+            _allowed(breaks, rated, limits, u, along)
+            quickest = _total(_phases(states[track, 1], states[track, 2], along[1], along[2]))
+        if not quickest + _SOONER < left:
+            return GOES_ON
+    result = BRAKES
+    first = 0
+    for track in range(tracks):
+        breaks, rated = one_of(motion.breaks, motion.terms, motion.shapes[track, 1])
+        limits = motion.limits[:, first : first + rated.shape[2]]
+        first += rated.shape[2]
+        u, speed, slope = states[track]
+        if speed <= 0.0 and slope == 0.0:
+            brakes[track, :, 0] = math.inf
+            brakes[track, 0] = 0.0
+            brakes[track, 0, 1] = u
+            ends[track] = 0.0
+            continue
+        came, ends[track] = _choose_brake(breaks, rated, limits, (u, speed, slope), left, brakes[track])
         if came == GOES_ON:
             return GOES_ON
         if came == STAYS:
