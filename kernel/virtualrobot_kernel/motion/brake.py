@@ -11,6 +11,7 @@ from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
@@ -19,6 +20,8 @@ from virtualrobot_kernel.numeric import braking
 
 #: Path parameter u of a track and its first two derivatives by time (1/s, 1/s²).
 PathState = tuple[float, float, float]
+#: For each track its brake, a law u(t), t >= 0; none while the motion does not brake.
+Brakes = tuple[PiecewisePolynomial, ...]
 
 _NO_TABLE = (np.empty((0, 3, 0)), np.empty((0, 2, 0)), np.empty(0), np.empty(0))
 
@@ -36,11 +39,11 @@ class RateState(NamedTuple):
 class Change(NamedTuple):
     """Change of a motion that asks for one.
 
-    brakes: for each track its brake, a law u(t), t >= 0; none where it does not brake. ramp: the one that it follows
-    now, or None. waits: whether it wants a change and none fits yet.
+    brakes: none where it does not brake. ramp: the one that it follows now, or None. waits: whether it wants a change
+    and none fits yet.
     """
 
-    brakes: tuple[PiecewisePolynomial, ...]
+    brakes: Brakes
     ramp: RateRamp | None
     waits: bool
 
@@ -64,24 +67,22 @@ def change(plan: Plan, now: RateState, wanted: float, *, stops: bool) -> Change:
     later without; where none keeps them, the shortest of a fixed list of ramps that does. A ramp that does not fit is
     chosen when waiting for a better moment has taken long enough.
     """
-    came, _, state, brakes, ends, _ = _asked(plan, now, (), wanted, stops=stops, asks=True, dt=0.0, most=0)
-    if came == braking.BRAKES:
-        return Change(tuple(map(_law, brakes, ends.tolist())), None, False)
-    if came == braking.RAMPS:
-        goal, length, *coefficients = state[braking.GOAL :].tolist()
+    answer = _asked(plan, now, wanted, stops=stops, asks=True)
+    if answer.came == braking.BRAKES:
+        return Change(tuple(map(_law, answer.brakes, answer.ends.tolist())), None, False)
+    if answer.came == braking.RAMPS:
+        goal, length, *coefficients = answer.state[braking.GOAL :].tolist()
         return Change((), RateRamp(goal, length, tuple(coefficients)), False)
-    return Change((), None, came == braking.STAYS)
+    return Change((), None, answer.came == braking.STAYS)
 
 
-def stop_ahead(
-    plan: Plan, now: RateState, brakes: tuple[PiecewisePolynomial, ...], dt: float, most: int, *, asks: bool
-) -> StopAhead:
+def stop_ahead(plan: Plan, now: RateState, begun: Brakes, dt: float, most: int, *, asks: bool) -> StopAhead:
     """Return how a motion stops, in ticks of `dt` seconds and at most so many of them.
 
-    brakes: those that it has begun; asks: whether it begins to stop now.
+    begun: the brakes that it has begun; asks: whether it begins to stop now.
     """
-    came, rows, _, _, _, reached = _asked(plan, now, brakes, 0.0, stops=True, asks=asks, dt=dt, most=most)
-    return StopAhead(rows, came == braking.AT_GOAL, tuple(reached.tolist()))
+    answer = _asked(plan, now, 0.0, stops=True, asks=asks, begun=begun, dt=dt, most=most)
+    return StopAhead(answer.positions, answer.came == braking.AT_GOAL, tuple(answer.reached.tolist()))
 
 
 def brake_state(brake: PiecewisePolynomial, t: float) -> PathState:
@@ -113,38 +114,50 @@ def nominal_time(law: PiecewisePolynomial, u: float, low: float) -> float:
     return tau
 
 
+class _Answer(NamedTuple):
+    """Answer of `brake_ahead`, with all that it has written."""
+
+    came: int
+    positions: Array
+    state: Array
+    brakes: Array
+    ends: Array
+    reached: Array
+
+
 def _asked(
     plan: Plan,
     now: RateState,
-    brakes: tuple[PiecewisePolynomial, ...],
     wanted: float,
     *,
     stops: bool,
     asks: bool,
-    dt: float,
-    most: int,
-) -> tuple[int, Array, Array, Array, Array, Array]:
-    """Return what a motion comes to, positions, its state, its brakes, their ends, and where they lead."""
-    tracks, ramp = len(plan.tracks), now.ramp
-    table = _NO_TABLE
-    while True:
+    begun: Brakes = (),
+    dt: float = 0.0,
+    most: int = 0,
+) -> _Answer:
+    """Return what a motion comes to; its braking table is made only where nothing can be told without it."""
+
+    def ask(table: tuple[Array, ...], stop_time: float, begin: float) -> _Answer:
+        ramp, tracks = now.ramp, len(plan.tracks)
         state = np.array([*now[:4], ramp.goal, ramp.length, *ramp.coefficients])
-        laws, ends, reached = np.empty((tracks, 3, 5)), np.full(tracks, -1.0), np.empty(tracks)
-        for law, brake, track in zip(laws, brakes, range(tracks), strict=False):
-            count = len(brake.coefficients)
-            law[:, 0] = np.inf
-            law[:count, 0] = brake.breaks[:-1]
-            law[:count, 1:] = brake.coefficients[:, :, 0]
-            ends[track] = brake.end
-        arrays, times = _arrays(plan), (0.0, 0.0, plan.duration)
-        if table is not _NO_TABLE:
-            times = (plan.braking.stop_time, plan.braking.begin, plan.duration)
-        came, rows = braking.brake_ahead(
-            *arrays, *table, np.array(times), stops, asks, wanted, dt, most, state, laws, ends, reached
+        brakes, ends, reached = np.full((tracks, 3, 5), np.inf), np.full(tracks, -1.0), np.empty(tracks)
+        for track, law in enumerate(begun):
+            count = len(law.coefficients)
+            brakes[track, :count, 0] = law.breaks[:-1]
+            brakes[track, :count, 1:] = law.coefficients[:, :, 0]
+            ends[track] = law.end
+        times = np.array([stop_time, begin, plan.duration])
+        came, positions = braking.brake_ahead(
+            *_arrays(plan), *table, times, stops, asks, wanted, dt, most, state, brakes, ends, reached
         )
-        if came != braking.NEEDS_TABLE:
-            return came, rows, state, laws, ends, reached
-        table = (plan.braking.table, plan.braking.beyond, plan.braking.max_acceleration, plan.braking.max_jerk)
+        return _Answer(came, positions, state, brakes, ends, reached)
+
+    answer = ask(_NO_TABLE, 0.0, 0.0)
+    if answer.came == braking.NEEDS_TABLE:
+        data = plan.braking
+        answer = ask((data.table, data.beyond, data.max_acceleration, data.max_jerk), data.stop_time, data.begin)
+    return answer
 
 
 def _law(brake: Array, end: float) -> PiecewisePolynomial:
@@ -154,19 +167,17 @@ def _law(brake: Array, end: float) -> PiecewisePolynomial:
 
 # Beside the plans, which the journal keeps for good, and only for the last ones, as their braking tables.
 @lru_cache(maxsize=256)
-def _arrays(plan: Plan) -> tuple[Array, ...]:
+def _arrays(plan: Plan) -> tuple[NDArray[np.int64], Array, Array, Array, Array]:
     """Return a plan's polynomials, limits and goal as `brake_ahead` takes them."""
     shapes, breaks, terms = [], [], []
-    places = [0, 0]
     for track in plan.tracks:
-        for part in (track.path, track.rated, track.time_law):
-            if part is track.path and part is track.rated and len(shapes) % 3 == 1:
-                shapes.append(shapes[-1])
+        for part in (track.path, track.quasi, track.time_law):
+            if part is None:
+                shapes.append(shapes[-1])  # the path's own derivatives are the velocities
                 continue
-            shapes.append([*places, *part.coefficients.shape])
+            shapes.append((sum(map(len, breaks)), sum(map(len, terms)), *part.coefficients.shape))
             breaks.append(part.breaks)
             terms.append(part.coefficients.ravel())
-            places = [places[0] + breaks[-1].size, places[1] + terms[-1].size]
     limits = np.stack([plan.max_velocity, plan.max_acceleration, plan.max_jerk])
     shaped = np.array(shapes, np.int64).reshape(-1, 3, 5)
     return shaped, np.concatenate(breaks), np.concatenate(terms), limits, plan.goal

@@ -143,8 +143,8 @@ def _way(motion: Motion, override: float, dt: float) -> _Way:
             return rest._replace(positions=np.concatenate([np.array(rows), rest.positions[1:]]))
         now = now.advance(dt, override)
         rows.append(now.sample()[0])
-    stands = isinstance(now, ProgramRun) and now.running is not None
-    reached = tuple(u for u, _, _ in now.running.path_states) if stands else None
+    moving = now.running if isinstance(now, ProgramRun) else None
+    reached = tuple(u for u, _, _ in moving.path_states) if moving is not None else None
     return _Way(np.array(rows), lambda: now, reached)
 
 
