@@ -102,10 +102,11 @@ picture: $(VENV)/installed-dev
 	@$(BIN)/python tools/picture_sensors.py docs/pictures
 	@$(BIN)/python tools/picture_cameras.py docs/pictures
 
-# The pictures of docs/motion-profiles.md, docs/sensor-models.md and docs/avoidance.md.
-profiles: $(VENV)/installed-kernel
+# The pictures of docs/motion-profiles.md, docs/sensor-models.md, docs/recording.md and docs/avoidance.md.
+profiles: $(VENV)/installed-dev
 	@$(BIN)/python tools/plot_motions.py docs/pictures
 	@$(BIN)/python tools/plot_sensor_models.py docs/pictures
+	@$(BIN)/python tools/plot_recording.py docs/pictures
 	@$(BIN)/virtualrobot avoid --headless --stepped --plot docs/pictures/avoidance.svg
 
 clean:

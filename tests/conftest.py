@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import zlib
@@ -16,10 +17,16 @@ from tests.tiers import Draws
 # that some tests send Ctrl-C to.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+# Each worker collects thousands of tests, which all stay: to look for garbage among them is a sixth of what tests cost.
+gc.disable()
+
 pytest_plugins = ["tests.kernels"]
 
 GIVEN_SEED = os.environ.get("VIRTUALROBOT_TEST_SEED", "")
 """Seed that repeats a failure, or hunts for one; without it each test has the seed of its name."""
+
+HUNT_SECONDS = "VIRTUALROBOT_HUNT_SECONDS"
+"""Name in the environment of the time (s) that a hunt leaves to tests which take as long as they are given."""
 
 
 def seed_of(node: pytest.Item | pytest.Collector) -> int:
@@ -36,10 +43,24 @@ def pytest_itemcollected(item: pytest.Item) -> None:
         item.add_marker("seeded")
 
 
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave out what only `make hunt` has the minutes for."""
+    if HUNT_SECONDS not in os.environ:
+        left_out = [item for item in items if item.get_closest_marker("hunted")]
+        config.hook.pytest_deselected(items=left_out)
+        items[:] = [item for item in items if item not in left_out]
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Give the plugins' test suites, and programs that a test starts, the seed of the test's class or file."""
     os.environ["VIRTUALROBOT_TEST_SEED"] = str(seed_of(item.parent or item))
+
+
+def pytest_collection_finish() -> None:
+    """Look for garbage again, but not among what has been collected."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_make_parametrize_id(val: object) -> str | None:
@@ -60,6 +81,12 @@ def seed(request: pytest.FixtureRequest) -> int:
 def rng(seed: int) -> np.random.Generator:
     """Return a generator on the printed seed."""
     return np.random.default_rng(seed)
+
+
+@pytest.fixture
+def hunt_seconds() -> float:
+    """Return the time (s) that tests marked as hunted have together."""
+    return float(os.environ[HUNT_SECONDS])
 
 
 @pytest.fixture

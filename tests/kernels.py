@@ -16,6 +16,8 @@ import pytest
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2_grpc,
+    history_pb2,
+    history_pb2_grpc,
     kernel_pb2,
     kernel_pb2_grpc,
     lease_pb2,
@@ -28,6 +30,7 @@ from virtualrobot.v1 import (
     scene_pb2_grpc,
     sensor_pb2_grpc,
     signal_pb2_grpc,
+    token_pb2_grpc,
     view_pb2_grpc,
 )
 
@@ -54,6 +57,8 @@ class Stubs:
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
+        self.history = history_pb2_grpc.HistoryServiceStub(channel)
+        self.token = token_pb2_grpc.TokenServiceStub(channel)
         self.path = path_pb2_grpc.PathServiceStub(channel)
 
 
@@ -139,6 +144,9 @@ def kernels(folders: pytest.TempPathFactory) -> Iterator[StartKernel]:
         environment: dict[str, str] | None = None,
     ) -> KernelProcess:
         command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", "--headless", *options]
+        if "--files" not in options:
+            # This test run's own folder, and the clone's, whose models tests load.
+            command += ["--files", str(folders.getbasetemp()), "--files", os.getcwd()]
         token_file: Path | None = None
         if token:
             token_file = folders.mktemp("token") / "token"
@@ -185,6 +193,8 @@ def emptied(process: KernelProcess) -> Iterator[Stubs]:
     stubs.kernel.SetClock(kernel_pb2.SetClockRequest(mode=process.mode, speed_factor=1.0))
     # Nodes, signals, motions, speed factor, collision settings and the view.
     stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
+    for checkpoint in stubs.history.ListCheckpoints(history_pb2.ListCheckpointsRequest()).checkpoints:
+        stubs.history.RemoveCheckpoint(history_pb2.RemoveCheckpointRequest(name=checkpoint.name))
     yield stubs
     stubs.channel.close()
 

@@ -18,6 +18,7 @@ from virtualrobot.v1 import (
     collision_pb2,
     errors_pb2,
     geometry_pb2,
+    history_pb2,
     kernel_pb2,
     lease_pb2,
     motion_pb2,
@@ -30,6 +31,7 @@ from virtualrobot.v1 import (
     sensing_pb2,
     sensor_pb2,
     signal_pb2,
+    token_pb2,
     view_pb2,
 )
 from virtualrobot_kernel.api.status import CODES
@@ -45,6 +47,7 @@ MODULES = (
     collision_pb2,
     errors_pb2,
     geometry_pb2,
+    history_pb2,
     kernel_pb2,
     lease_pb2,
     motion_pb2,
@@ -57,6 +60,7 @@ MODULES = (
     sensing_pb2,
     sensor_pb2,
     signal_pb2,
+    token_pb2,
     view_pb2,
 )
 FENCED = re.compile(r"^(```|~~~).*?^\1", re.MULTILINE | re.DOTALL)

@@ -34,7 +34,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "motion": ("numeric",),
     "world": ("motion",),
     "inputs": ("world",),
-    "history": ("world",),
+    "history": ("motion", "world"),
     "shapes": ("world",),
     "messages": ("motion", "world"),
     "planning": ("components", "motion", "numeric", "world"),
@@ -45,7 +45,18 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
-        *("collision", "components", "drawing", "formats", "inputs", "messages", "motion", "paths", "planning"),
+        *(
+            "collision",
+            "components",
+            "drawing",
+            "formats",
+            "history",
+            "inputs",
+            "messages",
+            "motion",
+            "paths",
+            "planning",
+        ),
         *("scenes", "sensing", "world"),
     ),
 }
@@ -70,12 +81,21 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
+    # Recordings are written by the libraries of their formats, where these are installed.
+    f"{CLIENT}/recording": ("virtualrobot", "numpy", "google"),
+    f"{CLIENT}/recording/mcap_file.py": ("virtualrobot", "google", "mcap"),
+    f"{CLIENT}/recording/parquet_file.py": ("virtualrobot", "pyarrow"),
+    **{
+        f"{CLIENT}/recording/{name}.py": ("virtualrobot", "numpy", "google", "foxglove_schemas_protobuf")
+        for name in ("entities", "mcap_output", "readings", "scenery", "transforms")
+    },
     # The composition root knows every room; `serve` writes the token where the client's rule says.
     KERNEL: (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.worker"),
     f"{KERNEL}/serve.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.compiled.cache", "virtualrobot.session"),
     f"{KERNEL}/world": room("world"),
     f"{KERNEL}/inputs": room("inputs"),
-    f"{KERNEL}/history": room("history"),
+    # Documents are MessagePack.
+    f"{KERNEL}/history": room("history", "msgspec"),
     f"{KERNEL}/numeric": room("numeric", "numba", "virtualrobot_sdk.compiled"),
     # ruckig and toppra make the time laws of what is planned, and ruckig in the tick the next step of what follows
     # setpoints, which nobody can plan: a pure function of a few microseconds.

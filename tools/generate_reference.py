@@ -24,7 +24,7 @@ from google.protobuf.descriptor_pb2 import (
     ServiceDescriptorProto,
 )
 from virtualrobot.errors import BY_REASON
-from virtualrobot.v1 import lease_pb2
+from virtualrobot.v1 import lease_pb2, token_pb2
 
 REFERENCE = ROOT / "docs" / "reference"
 PACKAGE = "virtualrobot.v1"
@@ -140,8 +140,15 @@ def service_lines(page: Page, at: int, service: ServiceDescriptorProto, homes: d
         answer = ("stream of " if method.server_streaming else "") + link(method.output_type, homes)
         yield f"### {method.name}\n\n{page.comment(SERVICE, at, PART, place)}\n"
         yield f"`/{PACKAGE}.{service.name}/{method.name}`: {given} → {answer}\n"
+        role = role_of(method.options.Extensions[token_pb2.needs_role])  # pyright: ignore[reportArgumentType] its stub
+        yield f"For the [role](../access.md) {role} and those above it.\n"
         if method.options.Extensions[lease_pb2.needs_lease]:  # pyright: ignore[reportArgumentType] its stub
             yield "Robots that somebody has leased are touched [with that lease](lease.md) only.\n"
+
+
+def role_of(number: int) -> str:
+    """Return a role as people say it."""
+    return token_pb2.Role.Name(number).removeprefix("ROLE_").lower()
 
 
 def message_lines(page: Page, at: int, message: DescriptorProto, homes: dict[str, str]) -> Iterator[str]:
@@ -154,6 +161,8 @@ def message_lines(page: Page, at: int, message: DescriptorProto, homes: dict[str
     yield "| field | type | meaning |\n|---|---|---|"
     for place, entry in enumerate(message.field):
         words = cell(page.comment(MESSAGE, at, PART, place))
+        needed = entry.options.Extensions[token_pb2.command_needs_role]  # pyright: ignore[reportArgumentType] its stub
+        words += f" For the role {role_of(needed)}." if needed else ""
         if entry.HasField("oneof_index") and not entry.proto3_optional:
             oneof = message.oneof_decl[entry.oneof_index].name
             words += f" (One of `{oneof}`.)"

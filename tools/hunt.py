@@ -37,8 +37,9 @@ def main(minutes: float, seed: int | None, room: str) -> None:
 
 def _failed(room: str, seed: int, seconds: float) -> list[str]:
     """Return the tests of a room that fail with a seed, as far as the time goes."""
-    command = [sys.executable, "-m", "pytest", "-q", "-m", "seeded and not long", "-n", "2", "--dist", "loadfile"]
-    environment = {**os.environ, "VIRTUALROBOT_TEST_SEED": str(seed)}
+    chosen = "(seeded or hunted) and not long"
+    command = [sys.executable, "-m", "pytest", "-q", "-m", chosen, "-n", "2", "--dist", "loadfile"]
+    environment = {**os.environ, "VIRTUALROBOT_TEST_SEED": str(seed), "VIRTUALROBOT_HUNT_SECONDS": str(0.9 * seconds)}
     with subprocess.Popen([*command, "--maxfail=3", room], stdout=subprocess.PIPE, text=True, env=environment) as run:
         assert run.stdout is not None
         over = threading.Timer(seconds, run.send_signal, [signal.SIGINT])

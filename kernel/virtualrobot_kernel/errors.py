@@ -44,6 +44,9 @@ class Reason(Enum):
     LEASE_ENDED = "LEASE_ENDED"
     COLLISION = "COLLISION"
     PLAN_OUTDATED = "PLAN_OUTDATED"
+    CONFLICT = "CONFLICT"
+    ROLE_TOO_LOW = "ROLE_TOO_LOW"
+    TOO_MANY_CALLS = "TOO_MANY_CALLS"
 
 
 class KernelError(Exception):

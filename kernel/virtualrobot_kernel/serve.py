@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import gc
 import importlib
 import logging
 import os
@@ -18,8 +19,9 @@ from typing import TYPE_CHECKING
 
 from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, given_token, is_loopback, token_path
 
+from virtualrobot_kernel.api.limits import Limits, described
 from virtualrobot_kernel.background import share_memory
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, Reason
 
 if TYPE_CHECKING:
     from virtualrobot_kernel.components.catalog import Catalog
@@ -68,9 +70,33 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--viewer-port", type=int, default=8080, help="the first port that the viewer tries (default: 8080)"
     )
+    files = "a folder that files named in calls may lie in; repeated for several (default: the working folder)"
+    parser.add_argument("--files", type=Path, action="append", metavar="FOLDER", help=files)
+    names = ", ".join(f"{name} ({default:,})" for name, default, _ in described())
+    parser.add_argument(
+        "--limit", action="append", default=[], metavar="NAME=VALUE", help=f"sets a limit; there are {names}"
+    )
     parser.add_argument("--stepped", action="store_true", help="time goes on only when a client steps it")
     parser.add_argument(
-        "--tick-milliseconds", type=float, default=4.0, help="the length of a tick, from 1 (default: 4)"
+        "--tick-milliseconds", type=float, help="the length of a tick, from 1 (default: that of --data, else 4)"
+    )
+    parser.add_argument(
+        "--data",
+        type=Path,
+        metavar="DIR",
+        help="a folder that keeps world and history: the kernel goes on from it when it is started again",
+    )
+    parser.add_argument(
+        "--durability",
+        choices=("process", "power"),
+        default="process",
+        help="what an answered change survives: the end of the process (default), or a loss of power",
+    )
+    parser.add_argument(
+        "--keep-history",
+        metavar="HOW_MUCH",
+        help="how much of the history is kept: 500MB, 4GB, 12h, 30d, or both as in 4GB,30d "
+        "(default: 4GB with --data, else 64MB)",
     )
     parser.add_argument(
         "--end-with-input", action="store_true", help="end when the standard input does: for child processes"
@@ -83,9 +109,13 @@ def _parser() -> argparse.ArgumentParser:
 def _serve(options: argparse.Namespace) -> int:
     _check(options)
     share_memory()
+    # What modules make as they are loaded stays: to look for garbage among it takes a fifth of the start's time.
+    gc.disable()
     catalog = _catalog(options)
     compile_all_code()
     from virtualrobot_kernel.api.server import Address
+    from virtualrobot_kernel.history.folder import NANOSECONDS, TOKENS, Folder
+    from virtualrobot_kernel.history.history import rules_of
     from virtualrobot_kernel.kernel import Kernel, Settings
     from virtualrobot_kernel.world.clock import Mode
 
@@ -93,11 +123,19 @@ def _serve(options: argparse.Namespace) -> int:
     ended = threading.Event()
     token = "" if options.no_token else _given_token(options) or secrets.token_urlsafe(32)
     tls = [_read(path) for path in (options.tls_certificate, options.tls_key) if path]
+    ticks = None if options.tick_milliseconds is None else round(options.tick_milliseconds * 1e6)
+    folder = Folder(options.data, ticks) if options.data else None
     settings = Settings(
         Address(options.host, options.port, token, *tls),
         Mode.STEPPED if options.stepped else Mode.REALTIME,
-        round(options.tick_milliseconds * 1e6),
+        folder.project.tick_nanoseconds if folder else ticks or NANOSECONDS,
         options.viewer_port,
+        folder and folder.path / TOKENS,
+        folder,
+        rules_of(options.keep_history, folder is not None),
+        options.durability == "power",
+        limits=Limits.of(options.limit),
+        folders=_folders(options),
     )
     kernel = Kernel(settings, catalog, ended.set)
     faults: list[threading.ExceptHookArgs] = []
@@ -117,6 +155,8 @@ def _serve(options: argparse.Namespace) -> int:
         with _token_file(options, token, port):
             if options.scene:
                 kernel.load(options.scene)
+            gc.freeze()  # nor is it looked at later, between ticks and as the process ends
+            gc.enable()
             print(f"listening on {options.host}:{port}", flush=True)
             if not options.headless:
                 print(f"viewer at {kernel.start_viewer()}", flush=True)
@@ -157,7 +197,7 @@ def _check(options: argparse.Namespace) -> None:
     """Refuse to listen beyond this machine without TLS and a token."""
     if bool(options.tls_certificate) != bool(options.tls_key):
         raise KernelError("--tls-certificate and --tls-key go together")
-    if options.tick_milliseconds < 1.0 or options.tick_milliseconds > 100.0:
+    if options.tick_milliseconds is not None and not 1.0 <= options.tick_milliseconds <= 100.0:
         raise KernelError(f"a tick may last 1 to 100 milliseconds, not {options.tick_milliseconds:g}")
     if not 0 <= options.port <= 65535:
         raise KernelError(f"a port is 0 to 65535, not {options.port}")
@@ -167,6 +207,19 @@ def _check(options: argparse.Namespace) -> None:
         raise KernelError(f"{options.host} is reachable from other machines: give --tls-certificate and --tls-key")
     if options.no_token:
         raise KernelError(f"{options.host} is reachable from other machines: --no-token is for this machine only")
+
+
+def _folders(options: argparse.Namespace) -> tuple[Path, ...]:
+    """Return where files may lie that calls name: the given folders, or the working folder, and that of the scene.
+
+    A working folder above the user's own, such as the disk's root, counts for nothing.
+    """
+    if missing := [folder for folder in options.files or () if not folder.is_dir()]:
+        raise KernelError(f"--files names no folder: {missing[0]}", reason=Reason.MISSING_FILE, file=missing[0])
+    here, home = Path.cwd(), Path.home()
+    default = [here] if here == home or not home.is_relative_to(here) else []
+    scene = [options.scene.absolute().parent] if options.scene else []
+    return tuple(dict.fromkeys(folder.absolute() for folder in (*(options.files or default), *scene)))
 
 
 def _catalog(options: argparse.Namespace) -> Catalog:

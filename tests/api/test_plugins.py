@@ -259,9 +259,9 @@ def test_a_component_of_a_plugin_that_failed_is_told_with_the_reason(client: Cli
 
 
 def test_a_kernel_ends_though_a_component_in_its_own_process_never_returns(
-    start_kernel: StartKernel, site: Path, tmp_path: Path
+    start_kernel: StartKernel, tmp_path: Path
 ) -> None:
-    kernel = start_kernel(environment=environment(site))
+    kernel = start_kernel(environment=environment(install(tmp_path / "site", "hangs")))
     with virtualrobot.connect(kernel.address) as client:
         arm = client.load_robot(IIWA, name="arm")
         arm.set_kinematics("hangs_inside", trigger=str(tmp_path / "now"))
@@ -270,6 +270,7 @@ def test_a_kernel_ends_though_a_component_in_its_own_process_never_returns(
         asking.start()
         while "hangs" not in kernel.lines:
             assert asking.is_alive()
+            time.sleep(0.01)
         assert kernel.end() == 0
         asking.join()
     assert re.search(r"ended by force after \d s, while these threads ran: .*solver_\d", kernel.lines[-1])
@@ -298,6 +299,7 @@ def test_others_are_answered_while_a_component_hangs(
         assert other.solve_inverse(pose(2.0) @ REACHED).solved
         other.move_joints(other.positions + 0.001)
         answered += 1
+        time.sleep(0.05)
     asking.join()
     assert answered >= 2
     assert len(said) == 1

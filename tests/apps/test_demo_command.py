@@ -88,6 +88,7 @@ def test_a_film_of_it_opens_though_it_is_interrupted(tmp_path: Path) -> None:
     assert frames[-1].std() > 20.0, "there is something to see"
 
 
+@pytest.mark.long
 def test_it_says_in_one_line_why_it_ends_when_its_kernel_is_killed() -> None:
     if not Path("/proc/self/task").exists():
         pytest.skip("reads child processes from /proc")

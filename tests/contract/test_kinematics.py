@@ -8,7 +8,7 @@ from virtualrobot_sdk.testing import KinematicsContract
 from virtualrobot_sdk.testing.chains import PALLETIZER, PUMA560, kit_chains, palletizer, puma560
 
 KIT = kit_chains()
-FEW = {name: KIT.pop(name) for name in ("puma560_mounted", "iiwa", "stanford", "palletizer")}
+FEW = {name: KIT.pop(name) for name in ("iiwa", "palletizer")}
 
 
 class TestChain(KinematicsContract):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 from virtualrobot_kernel.drawing.view import Ghost
 from virtualrobot_kernel.world.commands import RemoveNode, SetJointPositions, UpdateNode
 from virtualrobot_kernel.world.figures import Box
@@ -11,6 +12,8 @@ from virtualrobot_kernel.world.structure import Joint, JointType, Kind, LinkData
 from tests.drawing.cell import at
 from tests.drawing.conftest import Stage
 from tests.drawing.test_viewer_pixels import is_background, is_green, painted
+
+pytestmark = pytest.mark.long
 
 
 def is_ghost(color: np.ndarray) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import pytest
 from virtualrobot_kernel.sensing.overlays import PointColor, SensorOverlay, turbo
 from virtualrobot_kernel.sensing.reading import Reading, SensorState
 from virtualrobot_kernel.world.commands import RemoveNode, UpdateNode
@@ -14,6 +15,8 @@ from virtualrobot_kernel.world.structure import Kind
 from tests.drawing.cell import at
 from tests.drawing.conftest import Stage
 from tests.unit.sensing.test_overlays import Beams, Scan
+
+pytestmark = pytest.mark.long
 
 NEAR, FAR = (turbo(np.array([part]))[0].astype(int) for part in (0.0, 1.0))
 """The colours of the nearest and of the farthest echo."""

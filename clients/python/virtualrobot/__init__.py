@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from virtualrobot.geometry import pose_from_quaternion as pose_from_quaternion
     from virtualrobot.geometry import quaternion_of as quaternion_of
     from virtualrobot.geometry import roll_pitch_yaw_of as roll_pitch_yaw_of
+    from virtualrobot.history.values import Checkpoint as Checkpoint
+    from virtualrobot.history.values import Step as Step
     from virtualrobot.leases import Lease as Lease
     from virtualrobot.leases import LeaseInfo as LeaseInfo
     from virtualrobot.motions.motion import Motion as Motion
@@ -81,6 +83,8 @@ if TYPE_CHECKING:
     from virtualrobot.sensors.readings import Reading as Reading
     from virtualrobot.sensors.readings import SensorStatus as SensorStatus
     from virtualrobot.sensors.sensors import Sensor as Sensor
+    from virtualrobot.tokens import NewToken as NewToken
+    from virtualrobot.tokens import TokenInfo as TokenInfo
     from virtualrobot.view.ghosts import Ghost as Ghost
 
 _MODULES = {
@@ -90,10 +94,11 @@ _MODULES = {
     "robots.dynamics": ("inertial",),
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "CollisionError",
-        "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError", "LeasedError", "LimitError",
-        "MalformedFileError", "MissingFileError", "MotionAbortedError", "MotionCancelledError",
-        "MotionEndedError", "NameTakenError", "PlanOutdatedError",
-        "PluginFailedError", "RobotBusyError", "SingularityError", "StaleRevisionError", "TooLargeError",
+        "ConflictError", "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError",
+        "LeasedError", "LimitError", "MalformedFileError", "MissingFileError", "MotionAbortedError",
+        "MotionCancelledError", "MotionEndedError", "NameTakenError", "PlanOutdatedError",
+        "PluginFailedError", "RobotBusyError", "RoleTooLowError", "SingularityError", "StaleRevisionError",
+        "TooLargeError", "TooManyCallsError",
         "UnknownNameError", "UnreachableError", "VersionError", "VirtualRobotError", "WrongStateError",
     ),
     "scene.figures": ("Figure", "box", "capsule", "cone", "cylinder", "frame", "sphere", "table"),
@@ -102,6 +107,8 @@ _MODULES = {
     "view.ghosts": ("Ghost",),
     "robots.group": ("Group",),
     "leases": ("Lease", "LeaseInfo"),
+    "history.values": ("Checkpoint", "Step"),
+    "tokens": ("NewToken", "TokenInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
     "motions.motion": ("Motion", "Tracking"),
     "motions.steps": ("Pattern",),

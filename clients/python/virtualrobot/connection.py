@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Unpack
 
 from virtualrobot._wire.arguments import PoseLike, Text, checked
+from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown
 from virtualrobot._wire.transport import Channel, open_channel
@@ -16,7 +17,9 @@ from virtualrobot.collisions.collisions import Collisions
 from virtualrobot.errors import AuthenticationError, InvalidArgumentError, VersionError, WrongStateError
 from virtualrobot.files.assets import Assets
 from virtualrobot.files.scene_files import model_request
-from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases
+from virtualrobot.history.history import History
+from virtualrobot.history.values import Step
+from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases, program_name
 from virtualrobot.motions import motion, plans
 from virtualrobot.motions.motion import Motion, Tracking
 from virtualrobot.motions.moves import Move
@@ -25,6 +28,8 @@ from virtualrobot.motions.program import Program, read
 from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.plugins import Plugins
 from virtualrobot.progress import OnProgress, show_progress
+from virtualrobot.recording.recording import Recorded, Recording
+from virtualrobot.recording.start import RecordingOptions, start
 from virtualrobot.robots.denavit_hartenberg import Row, table_message
 from virtualrobot.robots.models import KnownModel, known_models
 from virtualrobot.robots.robot import Robot
@@ -36,10 +41,12 @@ from virtualrobot.sensors.rays import Rays
 from virtualrobot.sensors.sensors import Sensors
 from virtualrobot.session import checked_token, default_address, find_token, split_address, token_path
 from virtualrobot.signals import Signals
+from virtualrobot.tokens import Tokens, role_name
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2
 from virtualrobot.view.view import View
 
 API_VERSION = "virtualrobot.v1"
+LONGEST_NAME = 200
 
 
 @shown
@@ -57,6 +64,9 @@ class KernelInfo:
         max_asset_bytes: size of the largest file that can be uploaded.
         viewer_url: the address of the viewer for a browser on its machine; empty without viewer.
         process_id: its process number on its machine.
+        role: what this client may do: `observer`, `operator`, `engineer` or `admin`.
+        token_name: the name of its token; empty for the kernel's own, and where none is wanted.
+        limits: the kernel's limits by name, such as `limits["nodes"]`.
     """
 
     version: str
@@ -68,6 +78,9 @@ class KernelInfo:
     max_asset_bytes: int
     viewer_url: str
     process_id: int
+    role: str = ""
+    token_name: str = ""
+    limits: dict[str, int] = field(default_factory=dict)
 
     @staticmethod
     def of(message: kernel_pb2.GetInfoResponse) -> KernelInfo:
@@ -82,6 +95,9 @@ class KernelInfo:
             message.max_asset_bytes,
             message.viewer_url,
             message.process_id,
+            role_name(message.role),
+            message.token_name,
+            {limit.name: limit.value for limit in message.limits},
         )
 
 
@@ -99,8 +115,10 @@ class Client:
         plugins: the kernel's plugins: `client.plugins.list()`.
         rays: ray casts: `client.rays.cast(...)`.
         collisions: collisions and distances: `client.collisions.check()`.
+        tokens: who is let in, and with which role: `client.tokens.create("panel", "operator")`.
         paths: free ways around what stands in between: `client.paths.find("arm", goal)`.
         sensors: sensors by name: `client.sensors["lidar"].read()`.
+        history: who has changed what, and the way back: `client.history.list()`, `client.history.checkpoint()`.
         info: versions, limits and capabilities of the kernel, as it was when connected, a `KernelInfo`.
     """
 
@@ -121,6 +139,8 @@ class Client:
         self.collisions = Collisions(self._services)
         self.sensors = Sensors(self._services)
         self.paths = Paths(self._services)
+        self.history = History(self._services)
+        self.tokens = Tokens(self._services)
 
     @property
     def services(self) -> Services:
@@ -275,6 +295,49 @@ class Client:
         messages = self._services.motion.ListMotions(request).motions
         return [Motion(self._services, message) for message in messages]
 
+    def record(
+        self,
+        path: str | Path,
+        *,
+        duration: float,
+        told: Callable[[Recording], None] | None = None,
+        **options: Unpack[RecordingOptions],
+    ) -> Recorded:
+        """Record so much simulation time (s) to a file, and return what is in it.
+
+        `path` ends with .mcap (all topics, for Foxglove, PlotJuggler and readers of MCAP), .csv or .parquet (a table of
+        joints, tool centre points and signals). `told` is called several times a second. Ctrl-C leaves a whole file. It
+        needs packages: `pip install 'virtualrobot[record]'` for .mcap, `[parquet]` for .parquet.
+
+        Raises:
+            InvalidArgumentError: when the file's name has another ending, is there already, or cannot be written.
+            UnknownNameError: when there is no such topic.
+            WrongStateError: when a package is missing, or the file cannot be written any more.
+
+        Example:
+            >>> client.record("run.mcap", duration=10.0, topics=["/robots/*", "/transforms*"]).counts
+            {'/robots/arm/joint_states': 2500, '/robots/arm/tcp': 2500, '/transforms': 2500, '/transforms/fixed': 3}
+        """
+        with self.start_recording(path, duration=duration, **options) as recording:
+            while not recording.wait(0.25):
+                if told is not None:
+                    told(recording)
+            return recording.finish()
+
+    def start_recording(
+        self, path: str | Path, *, duration: float | None = None, **options: Unpack[RecordingOptions]
+    ) -> Recording:
+        """Begin to record while the program goes on; the end of the block makes the file whole.
+
+        The arguments are those of `record`. Without a block, `finish()` does the same, and tells what is in the file.
+
+        Example:
+            >>> with client.start_recording("move.parquet"):
+            ...     robot.move_joints(goal)
+        """
+        check_options(options, RecordingOptions, "a recording")
+        return start(self._services, path, duration, options)
+
     def stop(self, *robots: Named) -> list[Motion]:
         """Cancel every motion, or every motion of these robots; return them."""
         return motion.stop(self._services, map(name_of, robots))
@@ -299,6 +362,19 @@ class Client:
     def leases(self) -> list[LeaseInfo]:
         """Return who has leased which robots, oldest lease first."""
         return list_leases(self._services)
+
+    def undo(self, number: int | None = None, *, mine: bool = False) -> Step:
+        """Take back the newest edit that stands, of anybody or only of this client; as `History.undo` does.
+
+        Example:
+            >>> client.undo().label
+            "took back: moved 'table' by 0.10 m"
+        """
+        return self.history.undo(number, mine=mine)
+
+    def redo(self, number: int | None = None, *, mine: bool = False) -> Step:
+        """Do again what was undone last, as `History.redo` does."""
+        return self.history.redo(number, mine=mine)
 
     @property
     def speed_factor(self) -> float:
@@ -338,6 +414,7 @@ def connect(
     token_file: str | Path | None = None,
     root_certificate: str | Path | None = None,
     timeout: float = 30.0,
+    name: str | None = None,
     on_progress: OnProgress | None = show_progress,
 ) -> Client:
     """Connect to a kernel and return the client.
@@ -349,6 +426,8 @@ def connect(
         token_file: the file that holds the token.
         root_certificate: a PEM file; beyond this machine TLS is always used, by default with the system's certificates.
         timeout: deadline of a call (s); that of calls that move files is ten minutes.
+        name: what this client calls itself in the history, up to 200 characters; by default user, machine and program.
+            Clients of the same name on one machine count as one where only their own changes are asked for.
         on_progress: is called with a `Progress` while planning, loading or a search for a path takes more than half a
             second; by default a line of stderr shows it where that is a terminal. What it raises ends the call, as
             Ctrl-C does. None: nothing is told.
@@ -374,7 +453,10 @@ def connect(
         raise InvalidArgumentError(str(error)) from error
     target = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     certificate = None if root_certificate is None else Path(root_certificate)
-    channel = open_channel(target, host, token, certificate, timeout)
+    name = program_name() if name is None else name
+    if len(name) > LONGEST_NAME or not name.isprintable():
+        raise InvalidArgumentError(f"name has at most {LONGEST_NAME} characters that can be printed, not {name!r:.80}")
+    channel = open_channel(target, host, token, certificate, timeout, name)
     channel.on_progress = on_progress
     try:
         info = Services(channel, target).kernel.GetInfo(kernel_pb2.GetInfoRequest(), timeout=min(timeout, 10.0))

@@ -162,6 +162,24 @@ class CollisionError(VirtualRobotError):
     default_reason = "COLLISION"
 
 
+class ConflictError(VirtualRobotError):
+    """An undo of what is not as it was left; `metadata` tells `step`, `author` and `label` of who changed it since."""
+
+    default_reason = "CONFLICT"
+
+
+class TooManyCallsError(VirtualRobotError):
+    """More calls a second, or more streams at a time, than this client may have; `metadata` names the limit."""
+
+    default_reason = "TOO_MANY_CALLS"
+
+
+class RoleTooLowError(VirtualRobotError, PermissionError):
+    """A call or command that this client's role may not give; `metadata` has `needs` and `has`, the roles."""
+
+    default_reason = "ROLE_TOO_LOW"
+
+
 class CallTimeoutError(VirtualRobotError, TimeoutError):
     """The kernel did not answer, or what was waited for did not happen, in time."""
 

@@ -1,12 +1,12 @@
-"""Interceptors of every call: the token, decoding, the mapping of errors to statuses, and leases."""
+"""Interceptors of every call: decoding, the mapping of errors to statuses, leases. Tokens have theirs in `roles.py`."""
 
 from __future__ import annotations
 
 import asyncio
-import hmac
 import logging
-from collections.abc import AsyncIterable, AsyncIterator, Awaitable, Callable, Iterable
+from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterable
 from contextlib import aclosing, asynccontextmanager, nullcontext
+from functools import partial
 from inspect import isawaitable
 from typing import Any, NoReturn
 
@@ -15,17 +15,16 @@ from google.protobuf.descriptor import ServiceDescriptor
 from google.protobuf.message import DecodeError, Message
 from virtualrobot.v1 import lease_pb2, motion_pb2, robot_pb2
 
+from virtualrobot_kernel.api.client_load import ClientLoad
 from virtualrobot_kernel.api.convert.expansion import named_robots
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import CARRIED
+from virtualrobot_kernel.api.limits import Limits
 from virtualrobot_kernel.api.publications import Publications, ending
-from virtualrobot_kernel.api.status import trailers
-from virtualrobot_kernel.drawing.under_way import UnderWay
+from virtualrobot_kernel.api.roles import Continuation, abort, check_commands
+from virtualrobot_kernel.api.token_table import CALLER, Account, withdrawn
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.affected_robots import named_nodes
-
-OPEN = "/grpc.health.v1.Health/Check"
-"""Method that needs no token; a watch would, since it stays."""
 
 LEASE_KEY = "virtualrobot-lease"
 """Metadata key of a lease's token; a call may have several."""
@@ -59,39 +58,6 @@ WORK = {
 """Calls that may take long, and what they do, as the page tells who looks at it."""
 
 log = logging.getLogger(__name__)
-Continuation = Callable[[grpc.HandlerCallDetails], Awaitable[grpc.RpcMethodHandler | None]]
-
-
-class Token(grpc.aio.ServerInterceptor):
-    """Interceptor that lets calls pass which carry `authorization: Bearer <token>`."""
-
-    def __init__(self, token: str) -> None:
-        """Demand this token."""
-        self._wanted = f"Bearer {token}".encode()
-
-    async def intercept_service(
-        self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
-    ) -> grpc.RpcMethodHandler | None:
-        """Return the call's own handler, or one that refuses."""
-        handler = await continuation(handler_call_details)
-        details: Any = handler_call_details
-        if handler is None or details.method == OPEN:
-            return handler
-        given = dict(details.invocation_metadata or ()).get("authorization")
-        if given is not None and hmac.compare_digest(_bytes(given), self._wanted):
-            return handler
-        said = "a wrong one" if given is not None else "none"
-        error = KernelError(
-            f"this kernel wants its token as metadata 'authorization: Bearer <token>'; the call has {said}. "
-            "The token is in the file that the kernel names when it starts",
-            reason=Reason.UNAUTHENTICATED,
-        )
-
-        async def refuse(_: object, context: grpc.aio.ServicerContext) -> NoReturn:
-            await _abort(context, error)
-
-        # Whatever the method: so that it is refused at once, before a message is waited for, let alone decoded.
-        return grpc.stream_stream_rpc_method_handler(refuse)
 
 
 class Errors(grpc.aio.ServerInterceptor):
@@ -100,16 +66,26 @@ class Errors(grpc.aio.ServerInterceptor):
     Calls to an ending kernel are refused, except those of grpcio's own services (health, reflection).
     """
 
-    def __init__(self, publications: Publications, under_way: UnderWay) -> None:
-        """Refuse calls once `publications` are closed; calls that may take long are `under_way`."""
-        self._publications, self._under_way = publications, under_way
+    def __init__(self, publications: Publications, kernel: KernelServices) -> None:
+        """Refuse calls once `publications` are closed, and more than the kernel's limits allow.
+
+        The page is told of calls that may take long. When a token is withdrawn its calls end.
+        """
+        self._publications, self._under_way, self._tokens = publications, kernel.view.under_way, kernel.tokens
+        self._limits, self._load = kernel.limits, ClientLoad(kernel.limits)
         self._guarded: dict[str, grpc.RpcMethodHandler] = {}
-        self._running: set[asyncio.Task[object]] = set()
+        self._running: dict[asyncio.Task[object], Account] = {}
+        kernel.tokens.subscribe(self._end_calls)
 
     def end(self) -> None:
         """End calls that still wait for something once `publications` are closed: as SHUTTING_DOWN."""
         for task in self._running:
             task.cancel()
+
+    def _end_calls(self, account: Account) -> None:
+        for task, caller in self._running.items():
+            if caller is account and task is not asyncio.current_task():
+                task.cancel()
 
     async def intercept_service(
         self, continuation: Continuation, handler_call_details: grpc.HandlerCallDetails
@@ -127,14 +103,15 @@ class Errors(grpc.aio.ServerInterceptor):
     def _guard(self, handler: Any, method: str) -> grpc.RpcMethodHandler:  # noqa: ANN401 grpcio has no types for it
         whole = handler.stream_unary if handler.request_streaming else handler.unary_unary
         parts = handler.stream_stream if handler.request_streaming else handler.unary_stream
-        decode = _Decoding if handler.request_streaming else _decoded
+        decode = partial(_Decoding if handler.request_streaming else _decoded, limits=self._limits)
+        is_stream = handler.request_streaming or handler.response_streaming
 
         async def answer(request: Any, context: grpc.aio.ServicerContext) -> Any:  # noqa: ANN401 bytes, or many
-            async with self._told(method, context):
+            async with self._told(method, context, is_stream):
                 return await whole(decode(request, handler.request_deserializer), context)
 
         async def stream(request: Any, context: grpc.aio.ServicerContext) -> None:  # noqa: ANN401 bytes, or many
-            async with self._told(method, context):
+            async with self._told(method, context, is_stream):
                 answers = parts(decode(request, handler.request_deserializer), context)
                 if isawaitable(answers):  # as of grpcio's health service, which writes to the context by itself
                     return await answers
@@ -149,24 +126,29 @@ class Errors(grpc.aio.ServerInterceptor):
         return _like(handler, answer, stream, decoded=True)
 
     @asynccontextmanager
-    async def _told(self, method: str, context: grpc.aio.ServicerContext) -> AsyncIterator[None]:
-        """Abort the call with the status that tells what is raised in this context, or that the kernel is ending."""
-        task = asyncio.current_task()
+    async def _told(self, method: str, context: grpc.aio.ServicerContext, is_stream: bool) -> AsyncIterator[None]:
+        """Abort the call with the status that tells what is raised in this context, or what ends it."""
+        task, caller = asyncio.current_task(), CALLER.get()
         assert task is not None
-        self._running.add(task)
+        self._running[task] = caller
         try:
             if self._publications.closed and method.startswith("/virtualrobot."):
                 raise ending()
-            with self._under_way.doing(WORK[method]) if method in WORK else nullcontext():
+            if not self._tokens.holds(caller):
+                raise withdrawn(caller)
+            with (
+                self._load.of(caller.name or context.peer(), method, is_stream),
+                self._under_way.doing(WORK[method]) if method in WORK else nullcontext(),
+            ):
                 yield
         except asyncio.CancelledError:
-            if not self._publications.closed:
+            if not self._publications.closed and self._tokens.holds(caller):
                 raise  # the caller has gone
-            await _abort(context, ending())
+            await abort(context, ending() if self._publications.closed else withdrawn(caller))
         except Exception as error:
             await _told(error, method, context)
         finally:
-            self._running.discard(task)
+            del self._running[task]
 
 
 class Leasing(grpc.aio.ServerInterceptor):
@@ -209,11 +191,14 @@ class Leasing(grpc.aio.ServerInterceptor):
         return _like(handler, answer, stream)
 
     def _carry(self, request: Any, context: grpc.aio.ServicerContext) -> None:  # noqa: ANN401 any message
-        """Note the leases of a call for the commands that it gives; raise KernelError when they do not do."""
+        """Note the leases of a call for its commands; raise KernelError when they, or its role, do not do."""
         tokens = tuple(str(value) for key, value in context.invocation_metadata() or () if key == LEASE_KEY)
+        caller = CALLER.get()
+        check_commands(request, caller)
         named = NAMED[type(request)](request) if type(request) in NAMED else ()
         snapshot = self._kernel.world.snapshot
-        self._kernel.leases.check(snapshot, named_nodes(snapshot.structure, named), tokens)
+        robots = named_nodes(snapshot.structure, named)
+        self._kernel.leases.check(snapshot, robots, tokens, caller.moves_leased_only)
         CARRIED.set(tokens)
 
 
@@ -224,20 +209,13 @@ async def _told(error: Exception, method: str, context: grpc.aio.ServicerContext
     if not isinstance(error, KernelError):
         log.exception("%s failed inside the kernel", method, exc_info=error)
         error = KernelError(f"the kernel failed: {type(error).__name__}: {error}", reason=Reason.INTERNAL)
-    await _abort(context, error)
+    await abort(context, error)
 
 
-async def _abort(context: grpc.aio.ServicerContext, error: KernelError) -> NoReturn:
-    code, message, metadata = trailers(error)
-    await context.abort(code, message, metadata)
-
-
-def _bytes(value: str | bytes) -> bytes:
-    return value if isinstance(value, bytes) else value.encode()
-
-
-def _decoded(data: bytes, decode: Callable[[bytes], Message]) -> Message:
-    """Return the message; raise KernelError when the bytes are none."""
+def _decoded(data: bytes, decode: Callable[[bytes], Message], limits: Limits) -> Message:
+    """Return the message; raise KernelError when the bytes are none, or too many."""
+    if len(data) > limits.message_bytes:
+        raise limits.refusal("message_bytes", len(data), "a message may have {limit} bytes, not {asked}")
     try:
         return decode(data)
     except DecodeError as error:
@@ -251,14 +229,14 @@ def _decoded(data: bytes, decode: Callable[[bytes], Message]) -> Message:
 class _Decoding:
     """Decoded messages of a client's stream; no generator, which would need to be closed."""
 
-    def __init__(self, data: AsyncIterable[bytes], decode: Callable[[bytes], Message]) -> None:
-        self._data, self._decode = aiter(data), decode
+    def __init__(self, data: AsyncIterable[bytes], decode: Callable[[bytes], Message], limits: Limits) -> None:
+        self._data, self._decode, self._limits = aiter(data), decode, limits
 
     def __aiter__(self) -> _Decoding:
         return self
 
     async def __anext__(self) -> Message:
-        return _decoded(await anext(self._data), self._decode)
+        return _decoded(await anext(self._data), self._decode, self._limits)
 
 
 def _like(handler: Any, unary: Any, stream: Any, decoded: bool = False) -> grpc.RpcMethodHandler:  # noqa: ANN401 grpcio has no types for these

@@ -13,7 +13,9 @@ from typing import ParamSpec, TypeVar
 from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
+from virtualrobot_kernel.api.limits import Limits
 from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.token_table import CALLER, TokenTable
 from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.monitor import Monitor
 from virtualrobot_kernel.collision.pool import ScenePool
@@ -25,19 +27,19 @@ from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.history.checkpoints import Checkpoints
+from virtualrobot_kernel.history.steps import Steps
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.world.commands import Command
-from virtualrobot_kernel.world.store import Applied, World
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.store import Applied, Permit, World
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
-
-MAX_MESSAGE_BYTES = 16 * 1024 * 1024
-"""Greatest message that the server takes; larger things travel as assets, in chunks."""
 
 MAX_SENT_BYTES = 256 * 1024 * 1024
 """Greatest message that the server sends: pictures and clouds go in one piece. The client library takes as much."""
@@ -65,8 +67,12 @@ class KernelServices:
     monitor: Monitor
     guard: CollisionGuard
     renderers: RendererPool
+    steps: Steps
+    checkpoints: Checkpoints
     importers: Importers
     leases: LeaseTable
+    tokens: TokenTable
+    limits: Limits
     viewer_url: Callable[[], str]
     viewer_count: Callable[[], int]
     shut_down: Callable[[], None]
@@ -91,15 +97,25 @@ class KernelServices:
     def submitting(self, context: object) -> Callable[..., Future[Applied]]:
         """Return what queues the commands of a client's call, from any thread: (commands, expected revision or None).
 
-        Commands are refused when they touch robots that others have leased.
+        Commands are refused when they touch robots that others have leased; an operator's also when nobody has.
         """
         # Asked for here and now: what a call carries is known to its own task only.
-        who, permit = author(context), self.leases.permit(CARRIED.get())
+        who, permit = author(context), self.permit()
 
         def submit(commands: Sequence[Command], expected_revision: int | None = None) -> Future[Applied]:
             return self.world.submit(commands, who, expected_revision, permit)
 
         return submit
+
+    def permit(self) -> Permit:
+        """Return what lets those commands into the world that the call of this task may give."""
+        leased = self.leases.permit(CARRIED.get(), CALLER.get().moves_leased_only)
+
+        def check(snapshot: Snapshot, commands: Sequence[Command]) -> None:
+            self.limits.check_nodes(snapshot, commands)
+            leased(snapshot, commands)
+
+        return check
 
     def submit(
         self, commands: Sequence[Command], context: object, expected_revision: int | None = None

@@ -13,6 +13,7 @@ from virtualrobot.v1 import lease_pb2, lease_pb2_grpc
 from virtualrobot_kernel.api.author import author, person
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import Lease, Loss
+from virtualrobot_kernel.api.token_table import CALLER, Account
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.world.commands import StopRobots
@@ -35,6 +36,7 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         self._kernel = kernel
         self._keepers: Counter[str] = Counter()
         self._timers: dict[str, asyncio.TimerHandle] = {}
+        kernel.tokens.subscribe(self._end_leases)
 
     async def AcquireLease(
         self, request: lease_pb2.AcquireLeaseRequest, context: object
@@ -42,7 +44,7 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         """Lease robots, all or none."""
         world = self._kernel.world
         robots, owner = _robots(world.snapshot, request.robots), _owner(request.owner, context)
-        lease = self._kernel.leases.acquire(world.snapshot, robots, owner)
+        lease = self._kernel.leases.acquire(world.snapshot, robots, owner, CALLER.get().name)
         self._expire_later(lease.token)
         # Behind what was let into the queue before; so nobody else's command is applied once this call is answered.
         applied = await asyncio.wrap_future(world.submit([], f"{lease.id} acquired by {author(context)}"))
@@ -54,7 +56,7 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         """Lease robots whoever had them, and stop their motions."""
         world = self._kernel.world
         robots, owner = _robots(world.snapshot, request.robots), _owner(request.owner, context)
-        lease, losers = self._kernel.leases.take(robots, owner)
+        lease, losers = self._kernel.leases.take(robots, owner, CALLER.get().name)
         self._expire_later(lease.token)
         cancellation = Cancellation(EndCause.LEASE_TAKEN, f"the robot was taken over by {owner!r}")
         stop = world.submit([StopRobots(robots, cancellation)], f"{lease.id} taken by {author(context)}")
@@ -123,9 +125,16 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
         """End a lease that no stream keeps alive, and stop its robots; else the end of a stream checks again."""
         del self._timers[token]
         lease = next((one for one in self._kernel.leases.held if one.token == token), None)
-        if self._keepers[token] or lease is None:
-            return
-        reason = f"nobody has kept it alive for {GRACE_SECONDS:g} s"
+        if not self._keepers[token] and lease is not None:
+            self._expire(lease, f"nobody has kept it alive for {GRACE_SECONDS:g} s")
+
+    def _end_leases(self, account: Account) -> None:
+        """End the leases of a token that was withdrawn, and stop their robots."""
+        for lease in self._kernel.leases.held:
+            if lease.holder == account.name:
+                self._expire(lease, f"the token {account.name!r} was withdrawn")
+
+    def _expire(self, lease: Lease, reason: str) -> None:
         self._kernel.leases.end(lease, Loss.EXPIRED, reason)
         cancellation = Cancellation(EndCause.LEASE_EXPIRED, f"the lease of {lease.owner!r} expired: {reason}")
         self._kernel.world.submit([StopRobots(tuple(sorted(lease.robots)), cancellation)], "kernel")

@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from datetime import UTC, datetime
 from enum import Enum
 
+from virtualrobot_kernel.api.token_table import Role
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.affected_robots import affected_robots
 from virtualrobot_kernel.world.commands import Command
@@ -47,6 +48,8 @@ class Lease:
     since: float
     loss: Loss | None = None
     reason: str = ""
+    holder: str = ""
+    """Name of the token that it was acquired with; "" for the kernel's own."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,19 +81,19 @@ class LeaseTable:
         """Return a lease that has robots; raise KernelError, which tells why it has ended."""
         return _held(self._table, token)
 
-    def acquire(self, snapshot: Snapshot, robots: Collection[int], owner: str) -> Lease:
+    def acquire(self, snapshot: Snapshot, robots: Collection[int], owner: str, holder: str = "") -> Lease:
         """Lease robots (uids), all or none; raise KernelError, which names who has one of them."""
         self.check(snapshot, robots, ())
-        lease = self._made(robots, owner)
+        lease = self._made(robots, owner, holder)
         self._publish(lease)
         return lease
 
-    def take(self, robots: Collection[int], owner: str) -> tuple[Lease, list[Lease]]:
+    def take(self, robots: Collection[int], owner: str, holder: str = "") -> tuple[Lease, list[Lease]]:
         """Lease robots (uids) whoever had them; return the lease, and those that lost robots as they were before."""
         losers = [lease for lease in self.held if not lease.robots.isdisjoint(robots)]
         reason = f"taken over by {owner!r}"
         left = [replace(one, robots=one.robots.difference(robots), loss=Loss.TAKEN, reason=reason) for one in losers]
-        lease = self._made(robots, owner)
+        lease = self._made(robots, owner, holder)
         # At once: between two tables the robots would be free.
         self._publish(*left, lease)
         return lease, losers
@@ -99,16 +102,31 @@ class LeaseTable:
         """Make the robots of a lease free."""
         self._publish(replace(lease, robots=frozenset(), loss=loss, reason=reason))
 
-    def check(self, snapshot: Snapshot, robots: Collection[int], tokens: Sequence[str]) -> None:
-        """Raise KernelError when a lease of `tokens` has ended, or one of the robots is leased by none of them."""
+    def check(
+        self, snapshot: Snapshot, robots: Collection[int], tokens: Sequence[str], leased_only: bool = False
+    ) -> None:
+        """Raise KernelError when a lease of `tokens` has ended, or one of the robots is leased by none of them.
+
+        With `leased_only` it may not be free either.
+        """
         table = self._table
         for token in tokens:
             _held(table, token)
         for uid in robots:
             lease = table.by_robot.get(uid)
             # A robot that was removed has nobody to move it.
-            if lease is not None and lease.token not in tokens and uid in snapshot.structure.nodes:
-                name = snapshot.structure.nodes[uid].name
+            if uid not in snapshot.structure.nodes:
+                continue
+            name = snapshot.structure.nodes[uid].name
+            if lease is None and leased_only:
+                raise KernelError(
+                    f"an operator moves and changes what the call has leased, and the robot {name!r} is free: lease it",
+                    reason=Reason.ROLE_TOO_LOW,
+                    robot=name,
+                    needs=Role.ENGINEER.word,
+                    has=Role.OPERATOR.word,
+                )
+            if lease is not None and lease.token not in tokens:
                 since = datetime.fromtimestamp(lease.since, UTC).isoformat(timespec="seconds")
                 raise KernelError(
                     f"the robot {name!r} is leased by {lease.owner!r} since {since}; wait for its release, or take it",
@@ -119,12 +137,12 @@ class LeaseTable:
                     lease=lease.id,
                 )
 
-    def permit(self, tokens: Sequence[str]) -> Permit:
-        """Return what lets those commands into the world that a call with these leases may give."""
+    def permit(self, tokens: Sequence[str], leased_only: bool = False) -> Permit:
+        """Return what lets those commands into the world that a call with these leases may give; as `check`."""
 
         def check(snapshot: Snapshot, commands: Sequence[Command]) -> None:
-            if tokens or self._table.by_robot:
-                self.check(snapshot, affected_robots(snapshot, commands), tokens)
+            if tokens or leased_only or self._table.by_robot:
+                self.check(snapshot, affected_robots(snapshot, commands), tokens, leased_only)
 
         return check
 
@@ -132,9 +150,10 @@ class LeaseTable:
         """Call `listener` after each change, until the returned function is called."""
         return self._listeners.add(listener)
 
-    def _made(self, robots: Collection[int], owner: str) -> Lease:
+    def _made(self, robots: Collection[int], owner: str, holder: str) -> Lease:
         self._count += 1
-        return Lease(f"lease-{self._count}", secrets.token_urlsafe(16), owner, frozenset(robots), time.time())
+        id, token = f"lease-{self._count}", secrets.token_urlsafe(16)
+        return Lease(id, token, owner, frozenset(robots), time.time(), holder=holder)
 
     def _publish(self, *changed: Lease) -> None:
         """Publish a table with these leases as they are now, and without those that ended long ago."""

@@ -18,6 +18,8 @@ from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2,
     collision_pb2_grpc,
+    history_pb2,
+    history_pb2_grpc,
     kernel_pb2,
     kernel_pb2_grpc,
     lease_pb2,
@@ -38,15 +40,18 @@ from virtualrobot.v1 import (
     sensor_pb2_grpc,
     signal_pb2,
     signal_pb2_grpc,
+    token_pb2,
+    token_pb2_grpc,
     view_pb2,
     view_pb2_grpc,
 )
 
 from virtualrobot_kernel.api.asset import AssetServicer
 from virtualrobot_kernel.api.collision import CollisionServicer
-from virtualrobot_kernel.api.interceptors import Errors, Leasing, Token
+from virtualrobot_kernel.api.history import HistoryServicer
+from virtualrobot_kernel.api.interceptors import Errors, Leasing
 from virtualrobot_kernel.api.kernel import KernelServicer
-from virtualrobot_kernel.api.kernel_services import MAX_MESSAGE_BYTES, MAX_SENT_BYTES, KernelServices
+from virtualrobot_kernel.api.kernel_services import MAX_SENT_BYTES, KernelServices
 from virtualrobot_kernel.api.lease import LeaseServicer
 from virtualrobot_kernel.api.motion import MotionServicer
 from virtualrobot_kernel.api.path import PathServicer
@@ -54,9 +59,11 @@ from virtualrobot_kernel.api.plugin import PluginServicer
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.ray import RayServicer
 from virtualrobot_kernel.api.robot import RobotServicer
+from virtualrobot_kernel.api.roles import Tokens
 from virtualrobot_kernel.api.scene import SceneServicer
 from virtualrobot_kernel.api.sensor import SensorServicer
 from virtualrobot_kernel.api.signal import SignalServicer
+from virtualrobot_kernel.api.token import TokenServicer
 from virtualrobot_kernel.api.view import ViewServicer
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.store import World
@@ -76,17 +83,18 @@ SERVICES = (
     (plugin_pb2, plugin_pb2_grpc.add_PluginServiceServicer_to_server, PluginServicer),
     (motion_pb2, motion_pb2_grpc.add_MotionServiceServicer_to_server, MotionServicer),
     (path_pb2, path_pb2_grpc.add_PathServiceServicer_to_server, PathServicer),
+    (token_pb2, token_pb2_grpc.add_TokenServiceServicer_to_server, TokenServicer),
     (lease_pb2, lease_pb2_grpc.add_LeaseServiceServicer_to_server, LeaseServicer),
     (signal_pb2, signal_pb2_grpc.add_SignalServiceServicer_to_server, SignalServicer),
     (sensor_pb2, sensor_pb2_grpc.add_SensorServiceServicer_to_server, SensorServicer),
     (view_pb2, view_pb2_grpc.add_ViewServiceServicer_to_server, ViewServicer),
     (ray_pb2, ray_pb2_grpc.add_RayServiceServicer_to_server, RayServicer),
+    (history_pb2, history_pb2_grpc.add_HistoryServiceServicer_to_server, HistoryServicer),
     (collision_pb2, collision_pb2_grpc.add_CollisionServiceServicer_to_server, CollisionServicer),
 )
 """Messages, registration and servicer of each noun of the contract."""
 
 OPTIONS = (
-    ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
     ("grpc.max_send_message_length", MAX_SENT_BYTES),
     ("grpc.so_reuseport", 0),
     # A client whose machine or network is gone closes nothing. Its streams, and what they hold (leases, motions), end
@@ -103,10 +111,6 @@ OPTIONS = (
     ("grpc.server_handshake_timeout_ms", 5_000),
     ("grpc.max_connection_idle_ms", 60_000),
 )
-
-MOST_CONNECTIONS = 1000
-"""Greatest number of connections at a time, 10 KiB each; more are closed at once."""
-
 
 GRACE_SECONDS = 1.0
 """Time (s) that an ending kernel leaves calls: half of it for their work, then for them to say that it ends."""
@@ -159,11 +163,17 @@ class Server:
         self._loop = asyncio.get_running_loop()
         self._stop = asyncio.Event()
         publications = Publications(self._world, self._loop)
-        tokens = [Token(self._address.token)] if self._address.token else []
         kernel = self._kernel(publications)
         services = [service for module, _, _ in SERVICES for service in module.DESCRIPTOR.services_by_name.values()]
-        errors, leasing = Errors(publications, kernel.view.under_way), Leasing(services, kernel)
-        options = (*OPTIONS, ("grpc.max_allowed_incoming_connections", _most_connections()))
+        tokens = [] if kernel.tokens.is_open else [Tokens(services, kernel.tokens)]
+        errors, leasing = Errors(publications, kernel), Leasing(services, kernel)
+        limits = kernel.limits
+        options = (
+            *OPTIONS,
+            # What is a little too large is refused by the limit's name (`api/interceptors.py`); more is not even read.
+            ("grpc.max_receive_message_length", 2 * limits.message_bytes),
+            ("grpc.max_allowed_incoming_connections", _most_connections(limits.connections)),
+        )
         server = grpc.aio.server(interceptors=[*tokens, errors, leasing], options=options)
         names = [reflection.SERVICE_NAME, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name]
         names += [service.full_name for service in services]
@@ -200,9 +210,9 @@ class Server:
             ) from error
 
 
-def _most_connections() -> int:
+def _most_connections(limit: int) -> int:
     """Return the greatest number of connections: half of the descriptors are for files, processes and the viewer."""
     if resource is None:
-        return MOST_CONNECTIONS
+        return limit
     descriptors, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    return MOST_CONNECTIONS if descriptors == resource.RLIM_INFINITY else min(MOST_CONNECTIONS, descriptors // 2)
+    return limit if descriptors == resource.RLIM_INFINITY else min(limit, descriptors // 2)

@@ -56,7 +56,7 @@ async def stream_setpoints(
     applied = await asyncio.wrap_future(kernel.submit([command], context))
     id, snapshot = str(applied.created[0]), applied.snapshot
     robots = find_motion(snapshot, id).robots
-    feed = _Feed(kernel, id, command.joint_names, writer, kernel.leases.permit(tokens))
+    feed = _Feed(kernel, id, command.joint_names, writer, kernel.permit())
     working = {
         asyncio.create_task(_or_stop(kernel, id, work)) for work in (feed.read(values, requests), feed.refusal())
     }

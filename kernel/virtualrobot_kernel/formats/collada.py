@@ -66,9 +66,13 @@ def unreadable_materials(root: Element) -> list[tuple[Element, str]]:
 
     small = etree.Element(root.tag, root.attrib, nsmap=root.nsmap)
     small.extend(deepcopy(part) for part in children(root, "*") if local_name(part) not in _SHAPES)
-    document = Collada(io.BytesIO(etree.tostring(small)), ignore=[DaeError])
-    known = {f"#{material.id}" for material in document.materials}
-    said = "; ".join(dict.fromkeys(map(str, document.errors)))
+    known: set[str] = set()
+    try:
+        document = Collada(io.BytesIO(etree.tostring(small)), ignore=[DaeError])
+        known.update(f"#{material.id}" for material in document.materials)
+        said = "; ".join(dict.fromkeys(map(str, document.errors)))
+    except Exception as error:  # it raises whatever a broken document makes it run into
+        said = f"{type(error).__name__}: {error}"
     return [
         (use, f"the material {use.get('target', '')!r} cannot be read ({said or 'it is nowhere'})")
         for use in uses

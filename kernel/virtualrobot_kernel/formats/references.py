@@ -155,11 +155,17 @@ def gltf_json(data: bytes, uri: str) -> dict:
     except (ValueError, RecursionError) as error:
         raise malformed(uri, None, f"not glTF: {error}") from error
     if not isinstance(tree, dict) or not all(
-        isinstance(tree.get(kind, []), list) and all(isinstance(entry, dict) for entry in tree.get(kind, []))
+        isinstance(tree.get(kind, []), list) and all(map(_may_be_named, tree.get(kind, [])))
         for kind in ("buffers", "images")
     ):
-        raise malformed(uri, None, "not glTF: expected an object with lists of buffers and images")
+        told = "expected an object with lists of buffers and images, and a text as the `uri` of each"
+        raise malformed(uri, None, f"not glTF: {told}")
     return tree
+
+
+def _may_be_named(entry: object) -> bool:
+    """Return whether something in a list of buffers or images is an object whose name, if it has one, is a text."""
+    return isinstance(entry, dict) and isinstance(entry.get("uri", ""), str)
 
 
 def _scene(data: bytes, uri: str) -> Iterator[tuple[str, str]]:

@@ -16,6 +16,7 @@ from virtualrobot_kernel.motion.program import Program, of_plan
 from virtualrobot_kernel.planning.blending import PlannedRun, alone_run
 from virtualrobot_kernel.planning.foreseen import World, after
 from virtualrobot_kernel.planning.moves import Move
+from virtualrobot_kernel.planning.names import named_nodes, named_signals
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.program import (
     MotionSpec,
@@ -79,7 +80,9 @@ def plan_motion(
         parts, notes, end = plan_parts(snapshot, steps, Tools(solver_of, go_on, near_of), open=open)
         frame = Program((), np.zeros(0), len(steps), open, speeds=speeds, outer_count=spec.outer_count or len(steps))
         command = planned_command(snapshot, parts, steps, frame)
-        notes += [deferred(steps[-1], len(steps) - 1)] if spec.deferred else []
+        if spec.deferred:
+            command = replace(command, nodes=named_nodes(spec.deferred), signals=named_signals(spec.deferred))
+            notes.append(deferred(steps[-1], len(steps) - 1))
         motion = PlannedMotion(command, tuple(notes), end)
     else:
         step = plan_step(snapshot, 0, MoveStep(spec.moves), solver_of, near_of)
@@ -149,15 +152,13 @@ def _paths(parts: Sequence[Part], steps: Sequence[Step], first: int, before: Pro
     """Return what the program's text calls the steps of parts, by number; nothing where it has no names for them."""
     if not any(step.path for step in steps):
         return {}
-    numbers = [number for part in parts for _, number in part.steps]
-    return {
-        number: step_name(steps[number - first], number)
-        if number >= first
-        else before.path_of(number)
-        if before
-        else ""
-        for number in numbers
-    }
+
+    def name(number: int) -> str:
+        if number < first:
+            return before.path_of(number) if before else ""
+        return step_name(steps[number - first], number)
+
+    return {number: name(number) for part in parts for _, number in part.steps}
 
 
 def _assumed(now: Snapshot, worlds: Sequence[World], parts: Sequence[Part], steps: Sequence[Step]) -> Preconditions:
@@ -177,6 +178,6 @@ def _assumed(now: Snapshot, worlds: Sequence[World], parts: Sequence[Part], step
         world = worlds[place][1] if place else now
         for fact in preconditions_by(world, moves, moved):
             if not place or holds(fact, now.structure, now.state):
-                found.setdefault((fact.node.uid, fact.aspect, fact.key), fact)
+                found.setdefault((fact.uid, fact.aspect, fact.key), fact)
         moves, place = [], place + 1
     return tuple(found.values())

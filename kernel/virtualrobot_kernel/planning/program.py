@@ -153,15 +153,15 @@ class TrackingSpec:
 class MotionSpec:
     """Motion that is asked for: moves that go together, or the steps of a program; and the frame it goes along with.
 
-    outer_count: the number of steps that its text has outside of others; 0: as many as steps. deferred: whether what
-    comes after the steps is known only when they are done.
+    outer_count: the number of steps that its text has outside of others; 0: as many as steps. deferred: the steps of
+    a text of which it is known only when they are reached whether they are done; none where all are.
     """
 
     moves: tuple[Move, ...] = ()
     steps: tuple[Step, ...] = ()
     tracking: TrackingSpec | None = None
     outer_count: int = 0
-    deferred: bool = False
+    deferred: tuple[Step, ...] = ()
 
     @property
     def every_move(self) -> tuple[Move, ...]:

@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program import Stage, Wait
 from virtualrobot_kernel.motion.signals import SignalValue
@@ -59,7 +59,10 @@ class Part:
         named = tuple(paths[number] for _, number in self.steps) if paths else ()
         places = tuple(columns[joint] for joint in self.joints)
         rest = {"orders": self.orders, "paths": named, "pauses": self.pauses}
-        return Stage(self.plan, places, self.steps, self.marks, self.wait, **rest)
+        # Times come of arrays; as plain numbers they are the same wherever they are read again.
+        steps = tuple((float(time), number) for time, number in self.steps)
+        marks = tuple((float(time), name, value) for time, name, value in self.marks)
+        return Stage(self.plan, places, steps, marks, self.wait, **rest)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -105,6 +108,8 @@ def plan_parts(
             parts.append(part)
             with _at(place + first, step):
                 there, amiss = obeyed(there, part.orders)
+                if amiss and first == 0 and _lets_go_of_nothing(steps[: place + 1]):
+                    raise KernelError(amiss, reason=Reason.WRONG_STATE)
             if amiss:
                 notes.append(_unforeseen(step, place + first, amiss))
         place += 1
@@ -145,6 +150,8 @@ def check_steps(snapshot: Snapshot, steps: Sequence[Step], first: int = 0, *, op
                     )
                     raise KernelError(f"a program may search in its last step only, {last}")
                 search_of(snapshot, step.moves)
+                for name in (name for move in step.moves for name in move.references):
+                    snapshot.structure.node(name)
 
 
 def joined_places(steps: Sequence[Step], begin: int, first: int) -> tuple[list[int], list[Note]]:
@@ -230,6 +237,16 @@ def _check_names(structure: Structure, step: OrderStep) -> None:
         structure.node(order.parent)
     if isinstance(order, AttachNode):
         structure.node(order.name)
+
+
+def _lets_go_of_nothing(steps: Sequence[Step]) -> bool:
+    """Return whether the last of a program's first steps places, and nothing before it picks, or waits for others.
+
+    What such a step can't do as the program starts it can't do later.
+    """
+    *before, last = steps
+    places = isinstance(last, OrderStep) and isinstance(last.order, PlacePart)
+    return places and all(isinstance(one, (MoveStep, *PASSED)) and not one.pauses for one in before)
 
 
 def _unforeseen(step: Step, number: int, why: str) -> Note:

@@ -296,6 +296,6 @@ def slowed(stage: Stage, factor: float, columns: dict[int, float]) -> Stage:
     return replace(
         stage,
         plan=limited,
-        steps=tuple((time * factor, step) for time, step in stage.steps),
-        marks=tuple((time * factor, signal, value) for time, signal, value in stage.marks),
+        steps=tuple((float(time * factor), step) for time, step in stage.steps),
+        marks=tuple((float(time * factor), signal, value) for time, signal, value in stage.marks),
     )

@@ -127,7 +127,7 @@ def tracked(
         joints=joints,
         program=program,
         # Where the frame's joint stands is what may change.
-        preconditions=tuple(f for f in preconditions if (f.node.uid, f.aspect) != (frame.link, Aspect.POSITION)),
+        preconditions=tuple(f for f in preconditions if (f.uid, f.aspect) != (frame.link, Aspect.POSITION)),
         tracking=Tracking(frame.robot.name, frame.joint.name, tracked),
     )
 

@@ -31,7 +31,7 @@ class Moment:
         snapshot: the world as it is at the reading.
         history: snapshots of earlier ticks, the oldest first, as far back as the reader's `history_seconds` and as the
             sensor has run; without `snapshot`.
-        number: counts the readings since the sensor was started, from 1.
+        number: counts the readings that were due since the sensor was started, from 1.
         rng: made of the sensor's seed and `number`, so the same in every run.
         elapsed: ticks since the sensor was started; 0 for a single reading of one that does not run.
     """

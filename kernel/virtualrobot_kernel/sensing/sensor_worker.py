@@ -54,6 +54,7 @@ class SensorWorker:
         turns: CpuSlots,
         schedule: Schedule | None,
         before: SensorWorker | None = None,
+        first: int = 0,
     ) -> None:
         """Prepare; `start` begins.
 
@@ -64,21 +65,23 @@ class SensorWorker:
             now: returns the world as it is.
             turns: those of sensors that compute in this process.
             schedule: when readings are due; None: only those that are asked for are made.
-            before: the worker whose readings go on to be counted here; None: they are counted anew.
+            before: the worker whose readings go on to be counted here.
+            first: without one, how many readings count as made: those of a kernel that has ended.
         """
         self.node = node
         self.schedule = schedule
         self.fault = ""
         self.reader: Reader | None = None
-        self.number = before.number if before else 0
+        self.number = before.number if before else first
         self.missed = before.missed if before else 0
+        self._timed = before._timed if before else 0
         self._seconds = before._seconds if before else 0.0
         self._make, self._tell, self._now, self._turns = make, tell, now, turns
         self._give_back: Callable[[], None] = lambda: None
         self._cause: Exception | None = None
         self._queue: queue.SimpleQueue[_Ask | type[_Due] | None] = queue.SimpleQueue()
         self._lock = threading.Lock()
-        self._due: Instant | None = None
+        self._due: tuple[Instant, int] | None = None
         self._busy_since: float | None = None
         self._ended = False
         self._ready = threading.Event()
@@ -101,7 +104,7 @@ class SensorWorker:
     @property
     def mean_seconds(self) -> float:
         """Return the mean time of a reading; 0 before the first."""
-        return self._seconds / self.number if self.number else 0.0
+        return self._seconds / self._timed if self._timed else 0.0
 
     def start(self) -> None:
         """Start the thread."""
@@ -109,8 +112,7 @@ class SensorWorker:
 
     def tick(self, instant: Instant) -> None:
         """Have a reading made where one is due; one that was not begun yet is left out for it, and counted."""
-        count = self.schedule.due(instant.snapshot.state.tick) if self.schedule is not None else 0
-        if not count or self._ended:
+        if self.schedule is None or not (count := self.schedule.due(instant.snapshot.state.tick)) or self._ended:
             return
         reader = self.reader
         if reader is not None and self.is_late():
@@ -119,7 +121,7 @@ class SensorWorker:
         with self._lock:
             waiting = self._due is not None
             self.missed += count if waiting else count - 1
-            self._due = instant
+            self._due = instant, self.schedule.count
             self._settled.clear()
         if not waiting:
             self._queue.put(_Due)
@@ -213,15 +215,15 @@ class SensorWorker:
 
     def _read_due(self, reader: Reader) -> None:
         with self._lock:
-            instant, self._due = self._due, None
-            if instant is None or self._ended:
+            due, self._due = self._due, None
+            if due is None or self._ended:
                 return
             self.number += 1
             number, missed = self.number, self.missed
         self._take_turn(reader)
         began = time.monotonic()
         try:
-            content = reader.read(self._moment(instant, number, reader))
+            content = reader.read(self._moment(*due, reader))
         except Exception as error:
             self._failed(error)
             return
@@ -230,8 +232,9 @@ class SensorWorker:
         seconds = time.monotonic() - began
         with self._lock:
             self._seconds += seconds
+            self._timed += 1
             if not self._ended:
-                self._tell(self._reading(instant.snapshot, number, missed, content, SensorState.RUNNING, seconds))
+                self._tell(self._reading(due[0].snapshot, number, missed, content, SensorState.RUNNING, seconds))
             if self._due is None:
                 self._settled.set()
 

@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.apply_sensors import sensor_node, sensor_nodes
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.listeners import Listeners
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, MotionSensor, RangeSensor, Sensor
-from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.state import SensorStart, Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
@@ -60,7 +60,7 @@ class Sensors:
         self.latest: Mapping[int, Reading] = {}
         """The last reading of each sensor that was started, by uid; replaced, never changed."""
         self._structure: Structure | None = None
-        self._starts: Mapping[int, int] = {}
+        self._starts: Mapping[int, SensorStart] = {}
         self._running: tuple[SensorWorker, ...] = ()
         self._asked: dict[int, int] = {}
         self._history: tuple[Snapshot, ...] = ()
@@ -171,18 +171,25 @@ class Sensors:
             fault = str(error)
         if running >= MOST_RUNNING:
             fault = f"{MOST_RUNNING} sensors run already; stop some of them first"
-        schedule = Schedule(snapshot.state.tick, max(1.0, 1.0 / (rate * snapshot.tick_seconds)))
+        # By the state alone: so a kernel that goes on after another one gives the same readings as that would have.
+        start = snapshot.state.running_sensors[node.uid].tick
+        schedule = Schedule(start, max(1.0, 1.0 / (rate * snapshot.tick_seconds)))
+        schedule.due(snapshot.state.tick)
+        first = schedule.count if before is None or not before.fault else 0
         if before is not None and (before.schedule is None or before.fault):
             before = None
-        if before is not None and before.schedule is not None and before.schedule.period == schedule.period:
-            schedule = before.schedule
-        return self._worker(node, schedule, before, fault)
+        return self._worker(node, schedule, before, fault, first)
 
     def _worker(
-        self, node: Node, schedule: Schedule | None, before: SensorWorker | None = None, fault: str = ""
+        self,
+        node: Node,
+        schedule: Schedule | None,
+        before: SensorWorker | None = None,
+        fault: str = "",
+        first: int = 0,
     ) -> SensorWorker:
         turns = self._short_turns if node.kind is Kind.MOTION_SENSOR else self._turns
-        worker = SensorWorker(node, partial(self._make, node), self._tell, self._now, turns, schedule, before)
+        worker = SensorWorker(node, partial(self._make, node), self._tell, self._now, turns, schedule, before, first)
         if fault:
             worker.give_up(fault)
         else:

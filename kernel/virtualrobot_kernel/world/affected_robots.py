@@ -11,7 +11,8 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import Any
 
 from virtualrobot_kernel.world import commands
-from virtualrobot_kernel.world.state import EndCause, SignalDirection, Snapshot
+from virtualrobot_kernel.world.records import EVERYWHERE, Key, Presence
+from virtualrobot_kernel.world.state import EndCause, Signal, SignalDirection, Snapshot, State
 from virtualrobot_kernel.world.structure import Kind, Structure
 
 SET_BY_OWNER = (SignalDirection.OUTPUT, SignalDirection.INTERNAL)
@@ -33,7 +34,7 @@ def _nothing(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401
     return ()
 
 
-def _everything(snapshot: Snapshot, command: commands.ClearWorld) -> Iterable[int]:
+def _everything(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 any command
     return snapshot.structure.robots
 
 
@@ -48,54 +49,54 @@ def _speed(snapshot: Snapshot, command: commands.SetSpeedFactor) -> Iterable[int
 def _created(snapshot: Snapshot, command: commands.CreateNodes) -> Iterable[int]:
     for spec in command.specs:
         for parent in named_nodes(snapshot.structure, [spec.parent]):
-            yield from _owner(snapshot.structure, spec.kind, parent)
+            yield from owner_of(snapshot.structure, spec.kind, parent)
 
 
 def _updated(snapshot: Snapshot, command: commands.UpdateNode) -> Iterable[int]:
     for uid in named_nodes(snapshot.structure, [command.name]):
-        yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
+        yield from owner_of(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
 
 
 def _removed(snapshot: Snapshot, command: commands.RemoveNode) -> Iterable[int]:
     for uid in named_nodes(snapshot.structure, [command.name]):
         for node in snapshot.structure.below(uid):
-            yield from _owner(snapshot.structure, node.kind, node.uid)
+            yield from owner_of(snapshot.structure, node.kind, node.uid)
 
 
 def _attached(snapshot: Snapshot, command: commands.AttachNode) -> Iterable[int]:
     structure = snapshot.structure
     for uid in named_nodes(structure, [command.name]):
         kind = structure.nodes[uid].kind
-        yield from _owner(structure, kind, uid)
+        yield from owner_of(structure, kind, uid)
         for parent in named_nodes(structure, [command.parent]):
-            yield from _owner(structure, kind, parent)
+            yield from owner_of(structure, kind, parent)
 
 
 def _mounted(snapshot: Snapshot, command: commands.MountTool | commands.UnmountTool) -> Iterable[int]:
     structure = snapshot.structure
     yield from _robot(snapshot, command)
     for uid in named_nodes(structure, [command.node, command.parent]):
-        yield from _owner(structure, structure.nodes[uid].kind, uid)
+        yield from owner_of(structure, structure.nodes[uid].kind, uid)
     for uid in named_nodes(structure, [command.robot]) if isinstance(command, commands.UnmountTool) else ():
         yield from structure.grippers_of(uid)
 
 
 def _tool(snapshot: Snapshot, command: commands.SetToolState) -> Iterable[int]:
     for uid in named_nodes(snapshot.structure, [command.tool]):
-        yield from _owner(snapshot.structure, Kind.TOOL, uid)
+        yield from owner_of(snapshot.structure, Kind.TOOL, uid)
 
 
 def _placed(snapshot: Snapshot, command: commands.PlacePart) -> Iterable[int]:
     yield from _robot(snapshot, command)
     for parent in named_nodes(snapshot.structure, [command.parent]):
-        yield from _owner(snapshot.structure, Kind.PART, parent)
+        yield from owner_of(snapshot.structure, Kind.PART, parent)
 
 
 def _started(snapshot: Snapshot, command: commands.StartMotion) -> Iterable[int]:
     structure = snapshot.structure
     yield from named_nodes(structure, (robot for robot, _ in command.joints))
     for tool in named_nodes(structure, (tool for _, tool, _ in command.tool_states)):
-        yield from _owner(structure, Kind.TOOL, tool)
+        yield from owner_of(structure, Kind.TOOL, tool)
     stages = command.program.stages
     marks = {name for stage in stages for _, name, _ in stage.marks}
     yield from _signal_owners(snapshot, marks, SET_BY_OWNER)
@@ -111,7 +112,7 @@ def _appended(snapshot: Snapshot, command: commands.AppendMotion) -> Iterable[in
 def _pairs(snapshot: Snapshot, command: commands.SetAllowedPairs) -> Iterable[int]:
     names = {name for pair in (*command.allow, *command.built, *command.forbid) for name in pair[:2]}
     for uid in named_nodes(snapshot.structure, names):
-        yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
+        yield from owner_of(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
 
 
 def _collision_settings(snapshot: Snapshot, command: commands.SetCollisionSettings) -> Iterable[int]:
@@ -121,12 +122,12 @@ def _collision_settings(snapshot: Snapshot, command: commands.SetCollisionSettin
         yield from snapshot.structure.robots
     yield from named_nodes(snapshot.structure, (robot for robot, _ in command.modes))
     for uid in named_nodes(snapshot.structure, (node for node, _ in command.paddings)):
-        yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
+        yield from owner_of(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
 
 
 def _signal_created(snapshot: Snapshot, command: commands.CreateSignal) -> Iterable[int]:
     for uid in named_nodes(snapshot.structure, [command.owner]):
-        yield from _owner(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
+        yield from owner_of(snapshot.structure, snapshot.structure.nodes[uid].kind, uid)
 
 
 def _signal_removed(snapshot: Snapshot, command: commands.RemoveSignal) -> Iterable[int]:
@@ -142,7 +143,7 @@ def _signal_owners(snapshot: Snapshot, names: Iterable[str], directions: Iterabl
     for name in names:
         signal = snapshot.state.signals.get(name)
         if signal and signal.owner and signal.direction in directions:
-            yield from _owner(snapshot.structure, snapshot.structure.nodes[signal.owner].kind, signal.owner)
+            yield from owner_of(snapshot.structure, snapshot.structure.nodes[signal.owner].kind, signal.owner)
 
 
 def _motion(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 any command that names a motion
@@ -154,7 +155,34 @@ def _cancelled(snapshot: Snapshot, command: commands.CancelMotion) -> Iterable[i
     return _motion(snapshot, command) if command.cancellation.cause is EndCause.PREEMPTED else ()
 
 
-def _owner(structure: Structure, kind: Kind, uid: int) -> Iterable[int]:
+def _restored(snapshot: Snapshot, command: commands.RestoreRecords) -> Iterable[int]:
+    return robots_of_records(snapshot.structure, snapshot.state, command)
+
+
+def robots_of_records(structure: Structure, state: State, command: commands.RestoreRecords) -> set[int]:
+    """Return the robots (uids) that what a command of undo changes is of, hangs on, or will hang on."""
+    found: set[int] = set()
+    for table, key, restored in command.restored.items():
+        found.update(_of_record(structure, state, table, key, restored))
+    return found
+
+
+def _of_record(structure: Structure, state: State, table: str, key: Key, restored: object) -> Iterable[int]:
+    if key == EVERYWHERE:
+        yield from structure.robots.keys() - (state.collisions.modes.keys() if table == "modes" else set())
+        return
+    uids = [uid for uid in (key if isinstance(key, tuple) else [key]) if isinstance(uid, int)]
+    if table == "signals":
+        uids += [one.owner for one in (state.signals.get(str(key)), restored) if isinstance(one, Signal)]
+    for node in (structure.nodes[uid] for uid in uids if uid in structure.nodes):
+        yield from owner_of(structure, node.kind, node.uid)
+        if table == "parents" and isinstance(restored, int) and restored in structure.nodes:
+            yield from owner_of(structure, node.kind, restored)
+    if isinstance(restored, Presence) and restored.node.parent in structure.nodes:
+        yield from owner_of(structure, restored.node.kind, restored.node.parent)
+
+
+def owner_of(structure: Structure, kind: Kind, uid: int) -> Iterable[int]:
     """Yield the robot that a node of this kind belongs to when it is, or hangs on, the node `uid`."""
     if kind is Kind.ANNOTATION:
         return
@@ -203,5 +231,8 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.CancelMotion: _cancelled,
     commands.StopMotions: _nothing,
     commands.StopRobots: _nothing,
+    commands.RestartWorld: _everything,
+    commands.RestoreRecords: _restored,
+    commands.RestoreWorld: _everything,
 }
 """Function by command class that gives the robots (uids) which a command affects; each new command needs an entry."""

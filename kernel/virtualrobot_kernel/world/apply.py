@@ -8,9 +8,11 @@ from typing import Any
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import (
+    apply_checkpoint,
     apply_collisions,
     apply_motions,
     apply_nodes,
+    apply_records,
     apply_robots,
     apply_sensors,
     apply_setpoints,
@@ -60,6 +62,9 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.CancelMotion: apply_motions.cancel_motion,
     commands.StopMotions: apply_motions.stop_motions,
     commands.StopRobots: apply_motions.stop_robots,
+    commands.RestartWorld: apply_motions.restart_world,
+    commands.RestoreRecords: apply_records.restore_records,
+    commands.RestoreWorld: apply_checkpoint.restore_world,
 }
 
 

@@ -14,7 +14,7 @@ from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.world import preconditions
 from virtualrobot_kernel.world.actuators import coupled_joints
 from virtualrobot_kernel.world.apply_robots import tool_state
-from virtualrobot_kernel.world.apply_signals import check_program
+from virtualrobot_kernel.world.apply_signals import check_program, named
 from virtualrobot_kernel.world.change import (
     Change,
     Forward,
@@ -31,6 +31,7 @@ from virtualrobot_kernel.world.commands import (
     PauseMotion,
     PickPart,
     PlacePart,
+    RestartWorld,
     ResumeMotion,
     SelectTool,
     StartMotion,
@@ -156,7 +157,8 @@ def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
         rated=rated,
         tool_states=(*motion.tool_states, *tool_states),
         step_count=program.step_count,
-        signals=motion.signals | program.signals,
+        signals=motion.signals | program.signals | {named(state, name).name for name in command.signals},
+        nodes=motion.nodes | {structure.node(name).uid for name in command.nodes},
         searcher=structure.robot(command.searcher)[0].uid if command.searcher else 0,
     )
 
@@ -207,6 +209,28 @@ def stop_motions(change: Change, command: StopMotions, forward: Forward) -> Chan
 def stop_robots(change: Change, command: StopRobots, forward: Forward) -> Change:
     """Cancel all motions of some robots, given by uid."""
     return _all_cancelled(change, set(command.robots), command.cancellation)
+
+
+def restart_world(change: Change, command: RestartWorld, forward: Forward) -> Change:
+    """Abort all motions where the joints are, which are at rest and commanded from now on; the epoch rises."""
+    state = change.state
+    why = Cancellation(EndCause.KERNEL_RESTARTED, "the kernel was started again")
+    aborted = tuple(
+        replace(motion, running=motion.running.abort(), cancellation=why, end_tick=state.tick)
+        for motion in state.motions
+    )
+    return replace(
+        change,
+        state=replace(
+            state,
+            v=np.zeros_like(state.v),
+            commanded={},
+            readings={},
+            motions=(),
+            ended=(*state.ended, *aborted),
+            epoch=state.epoch + 1,
+        ),
+    )
 
 
 def _all_cancelled(change: Change, robots: set[int] | None, cancellation: Cancellation) -> Change:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ from virtualrobot_kernel.world.consistency import (
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.renaming import with_joint_renamed, with_nodes_renamed
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light, MotionSensor, RangeSensor
-from virtualrobot_kernel.world.state import Cancellation, EndCause, Selection, State
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Selection, State
 from virtualrobot_kernel.world.structure import (
     WORLD_UID,
     Kind,
@@ -135,6 +135,8 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
     elif changes:
         change = replace(change, structure=(index.renamed if renamed else index.replaced)(change.structure, new))
     if renamed:
+        now = change.structure.nodes
+        _refuse_while_named(change.state, [old for uid, old in before.nodes.items() if now[uid].name != old.name])
         change = replace(change, structure=with_nodes_renamed(before, change.structure))
     if rejointed and (robot := change.structure.robot_of(node.uid)):
         check_robot(change, robot.uid)
@@ -160,6 +162,7 @@ def remove_node(change: Change, command: RemoveNode, forward: Forward) -> Change
     gone = {other.uid for other in below}
     refuse_while_robot_moves(change, node)
     refuse_while_tools_move(change, below)
+    _refuse_while_named(change.state, below)
     for uid in gone & change.structure.robots.keys():
         refuse_while_robot_moves(change, change.structure.nodes[uid])
     nodes = {uid: kept for uid, kept in change.structure.nodes.items() if uid not in gone}
@@ -168,6 +171,19 @@ def remove_node(change: Change, command: RemoveNode, forward: Forward) -> Change
     if node.kind is Kind.LINK and robot is not None:
         check_robot(change, robot.uid)
     return change
+
+
+def _refuse_while_named(state: State, nodes: Iterable[Node]) -> None:
+    """Raise KernelError (WRONG_STATE) for nodes that a running program looks up by name when it is there."""
+    names = {node.uid: node.name for node in nodes}
+    for motion in state.motions:
+        for uid in motion.nodes & names.keys():
+            raise KernelError(
+                f"the program {motion.id!r} names the node {names[uid]!r}; wait for its end or cancel it",
+                reason=Reason.WRONG_STATE,
+                node=names[uid],
+                motion=motion.id,
+            )
 
 
 def attach_node(change: Change, command: AttachNode, forward: Forward) -> Change:
@@ -211,17 +227,8 @@ def _parted(change: Change, node: Node) -> Change:
 
 def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change:
     """Take everything away but the root; running motions end where they are."""
-    ended = tuple(
-        replace(
-            motion,
-            running=motion.running.abort(),
-            cancellation=Cancellation(EndCause.WORLD_CLEARED, "the world was cleared"),
-            end_tick=change.state.tick,
-        )
-        for motion in change.state.motions
-    )
     root = {WORLD_UID: change.structure.nodes[WORLD_UID]}
-    ended = (*change.state.ended, *ended)
+    ended = (*change.state.ended, *all_ended(change.state, EndCause.WORLD_CLEARED, "the world was cleared"))
     state = replace(
         change.state,
         motions=(),
@@ -232,6 +239,15 @@ def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change
         epoch=change.state.epoch + 1,
     )
     return rebuilt(replace(change, state=state), root, change.structure.next_uid, {})
+
+
+def all_ended(state: State, cause: EndCause, reason: str) -> tuple[Motion, ...]:
+    """Return the running motions, ended where they are."""
+    cancellation = Cancellation(cause, reason)
+    return tuple(
+        replace(motion, running=motion.running.abort(), cancellation=cancellation, end_tick=state.tick)
+        for motion in state.motions
+    )
 
 
 @contextmanager

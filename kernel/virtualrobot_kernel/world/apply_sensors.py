@@ -10,6 +10,7 @@ from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.commands import RunSensors, SetRangeComponents
 from virtualrobot_kernel.world.sensing import RangeSensor
+from virtualrobot_kernel.world.state import SensorStart
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
 SENSORS = frozenset({Kind.RANGE_SENSOR, Kind.CAMERA_SENSOR, Kind.CONTACT_SENSOR, Kind.MOTION_SENSOR})
@@ -42,7 +43,7 @@ def with_sensors_running(change: Change, uids: Iterable[int], running: bool) -> 
     for uid in uids:
         if running:
             starts += 1
-            now[uid] = starts
+            now[uid] = SensorStart(starts, now[uid].tick if uid in now else state.tick)
         else:
             now.pop(uid, None)
     if now == state.running_sensors:

@@ -19,8 +19,9 @@ from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
-from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal
-from virtualrobot_kernel.world.structure import JointGroup, NodeData, NodeSpec
+from virtualrobot_kernel.world.records import Values
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, State
+from virtualrobot_kernel.world.structure import JointGroup, Node, NodeData, NodeSpec
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -247,7 +248,7 @@ class StartMotion:
 
     `joints` names the program's columns as (robot, joint); `tool_states` (step, tool, state) become true when their
     step is done; `searcher` is the robot that searches in the last step, if one does; `tracking` is what it goes along
-    with, if anything.
+    with, if anything; `nodes` and `signals` are named by steps that are planned when they are reached.
     """
 
     joints: tuple[tuple[str, str], ...]
@@ -256,6 +257,8 @@ class StartMotion:
     searcher: str = ""
     preconditions: Preconditions = ()
     tracking: Tracking | None = None
+    nodes: tuple[str, ...] = ()
+    signals: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -372,6 +375,35 @@ class StopRobots:
     cancellation: Cancellation
 
 
+@dataclass(frozen=True, slots=True)
+class RestartWorld:
+    """Command of a kernel that goes on from where another one ended: all is at rest, motions are aborted."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RestoreRecords:
+    """Command to set what undo covers to other values, where it still has those of `found`; all or nothing.
+
+    undoes: the step of the journal that this takes back.
+    """
+
+    found: Values
+    restored: Values
+    undoes: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RestoreWorld:
+    """Command to put the world back to how it was at a checkpoint: these nodes, in the order of their rows, and state.
+
+    Motions end, all stands still, time goes on, and what only grows goes on growing: uids, names of motions, epoch.
+    """
+
+    checkpoint: str
+    nodes: tuple[Node, ...]
+    state: State
+
+
 Command = (
     CreateNodes
     | UpdateNode
@@ -409,4 +441,7 @@ Command = (
     | CancelMotion
     | StopMotions
     | StopRobots
+    | RestartWorld
+    | RestoreRecords
+    | RestoreWorld
 )

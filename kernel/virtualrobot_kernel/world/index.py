@@ -1,4 +1,8 @@
-"""Index of the world: checks the tree and lays it out as flat arrays."""
+"""Index of the world: checks the tree and lays it out as flat arrays.
+
+The order is canonical: rows and siblings are in the order of their uids, however the world came to be what it is. So a
+world that was replayed, undone or read from a checkpoint is the same as one that went on.
+"""
 
 from __future__ import annotations
 
@@ -37,11 +41,12 @@ def empty() -> Structure:
 
 
 def build(nodes: Mapping[int, Node], next_uid: int, revision: int) -> Structure:
-    """Return the structure of `nodes` (by uid, in the order of their rows).
+    """Return the structure of `nodes` (by uid).
 
     Raise KernelError when names are not unique, a parent is missing or below its own child, a link is on no robot, or
     joints of a robot share a name or follow one that is not there.
     """
+    nodes = dict(sorted(nodes.items()))
     rows = {uid: row for row, uid in enumerate(nodes)}
     uid_by_name = _names(nodes.values(), {})
     children: dict[int, list[int]] = {}
@@ -53,7 +58,7 @@ def build(nodes: Mapping[int, Node], next_uid: int, revision: int) -> Structure:
     robots, counts = _robots(nodes, children, (0, 0))
     tools = _tools(nodes, nodes.values())
     return Structure(
-        nodes=dict(nodes),
+        nodes=nodes,
         next_uid=next_uid,
         revision=revision,
         uid_by_name=uid_by_name,
@@ -68,12 +73,13 @@ def build(nodes: Mapping[int, Node], next_uid: int, revision: int) -> Structure:
 
 
 def appends(structure: Structure, new: Mapping[int, Node]) -> bool:
-    """Return whether `extended` can add these nodes, cheaper than `build`: few, and no links of robots that are there.
+    """Return whether `extended` can add these nodes, cheaper than `build`: few, new, and no links of robots there are.
 
-    A link more shifts the coordinates of all robots created after its own.
+    A link more shifts the coordinates of all robots created after its own, and a node that returns goes where it was.
     """
     few = 0 < FEW * len(new) <= len(structure.nodes)
-    return few and not any(node.kind is Kind.LINK and node.parent in structure.nodes for node in new.values())
+    later = few and [*new] == sorted(new) and min(new) > max(structure.nodes)
+    return later and not any(node.kind is Kind.LINK and node.parent in structure.nodes for node in new.values())
 
 
 def extended(structure: Structure, new: Mapping[int, Node], next_uid: int) -> Structure:
@@ -84,7 +90,7 @@ def extended(structure: Structure, new: Mapping[int, Node], next_uid: int) -> St
     growing = {node.parent: list(structure.children.get(node.parent, ())) for node in new.values()}
     below = {**structure.children, **growing}
     for uid, node in new.items():
-        order = np.insert(order, _end_of(node.parent, order, rows, below), rows[uid])
+        order = np.insert(order, _place_of(uid, node.parent, order, rows, below), rows[uid])
         growing[node.parent].append(uid)
     children = {**structure.children, **{uid: tuple(more) for uid, more in growing.items()}}
     robots, (q_count, v_count) = _robots(new, children, (structure.q_count, structure.v_count))
@@ -129,12 +135,14 @@ def reparented(structure: Structure, uid: int, parent: int) -> Structure:
     children = dict(structure.children)
     before = structure.nodes[uid].parent
     children[before] = tuple(child for child in children[before] if child != uid)
+    if not children[before]:
+        del children[before]
     rows, below = structure.rows, tuple(structure.below(uid))
     start = _place(rows[uid], structure.forest.order)
     order = np.delete(structure.forest.order, slice(start, start + len(below)))
     moved = structure.forest.order[start : start + len(below)]
-    order = np.insert(order, _end_of(parent, order, rows, children), moved)
-    children[parent] = (*children.get(parent, ()), uid)
+    order = np.insert(order, _place_of(uid, parent, order, rows, children), moved)
+    children[parent] = tuple(sorted((*children.get(parent, ()), uid)))
     parents = structure.forest.parent.copy()
     parents[rows[uid]] = rows[parent]
     forest = replace(structure.forest, parent=parents, order=order)
@@ -194,6 +202,18 @@ def _order(
         lost = next(node for node in nodes.values() if rows[node.uid] not in set(order))
         raise KernelError(f"the node {lost.name!r} hangs on no parent that leads to the world", node=lost.name)
     return np.array(order, np.int32)
+
+
+def _place_of(
+    uid: int,
+    parent: int,
+    order: NDArray[np.int32],
+    rows: Mapping[int, int],
+    children: Mapping[int, Sequence[int]],
+) -> int:
+    """Return the place in `order` of a node that a parent gets: after all below its elder siblings."""
+    elder = [sibling for sibling in children.get(parent, ()) if sibling < uid]
+    return _end_of(elder[-1], order, rows, children) if elder else _place(rows[parent], order) + 1
 
 
 def _end_of(uid: int, order: NDArray[np.int32], rows: Mapping[int, int], children: Mapping[int, Sequence[int]]) -> int:

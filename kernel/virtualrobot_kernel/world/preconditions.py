@@ -47,10 +47,11 @@ class Aspect(Enum):
 class Precondition:
     """Fact about a node at planning: the aspect that counts (of POSTURE and STATE the one called `key`), and its value.
 
-    Of FLANGE and TOOL the key is the group whose chain is meant.
+    `name` is what the node was called then. Of FLANGE and TOOL the key is the group whose chain is meant.
     """
 
-    node: Node
+    uid: int
+    name: str
     aspect: Aspect
     key: Key
     value: object
@@ -116,24 +117,25 @@ def preconditions_of(
                         wanted[uid, Aspect.POSITION, ""] = None
     wanted |= dict.fromkeys((uid, Aspect.POSTURE, name) for uid, name in postures)
     wanted |= dict.fromkeys((uid, Aspect.STATE if name else Aspect.WIDTHS, name) for uid, name in tool_states)
+    facts = ((structure.nodes[uid], aspect, key) for uid, aspect, key in wanted)
     return tuple(
-        Precondition(node := structure.nodes[uid], aspect, key, READERS[aspect](structure, state, node, key))
-        for uid, aspect, key in wanted
+        Precondition(node.uid, node.name, aspect, key, READERS[aspect](structure, state, node, key))
+        for node, aspect, key in facts
     )
 
 
 def holds(fact: Precondition, structure: Structure, state: State) -> bool:
     """Return whether a node is what a fact says of it."""
-    node = structure.nodes.get(fact.node.uid)
+    node = structure.nodes.get(fact.uid)
     return node is not None and _same(fact.aspect, READERS[fact.aspect](structure, state, node, fact.key), fact.value)
 
 
 def check(preconditions: Preconditions, structure: Structure, state: State) -> None:
     """Raise KernelError (PLAN_OUTDATED) that names the first node that is no more what the plan assumes."""
     for fact in preconditions:
-        node = structure.nodes.get(fact.node.uid)
+        node = structure.nodes.get(fact.uid)
         if node is None:
-            raise _outdated(fact, fact.node.name, "it was removed")
+            raise _outdated(fact, fact.name, "it was removed")
         if not holds(fact, structure, state):
             what = f"{fact.aspect.value} {fact.key!r}" if fact.key and isinstance(fact.key, str) else fact.aspect.value
             raise _outdated(fact, node.name, f"{what} has changed")

@@ -63,6 +63,8 @@ class EndCause(Enum):
     COLLISION = "collision"
     STEP_REFUSED = "step refused"
     PART_TIMEOUT = "part timeout"
+    WORLD_RESTORED = "world restored"
+    KERNEL_RESTARTED = "kernel restarted"
 
     @property
     def aborts(self) -> bool:
@@ -70,7 +72,10 @@ class EndCause(Enum):
         return self not in WANTED_ENDS
 
 
-WANTED_ENDS = (EndCause.CALL, EndCause.STOP, EndCause.PREEMPTED, EndCause.WORLD_CLEARED, EndCause.LEASE_TAKEN)
+WANTED_ENDS = (
+    *(EndCause.CALL, EndCause.STOP, EndCause.PREEMPTED, EndCause.WORLD_CLEARED, EndCause.LEASE_TAKEN),
+    EndCause.WORLD_RESTORED,
+)
 """Causes that somebody wanted: motions that end by them are CANCELLED, others ABORTED."""
 
 
@@ -105,10 +110,10 @@ class Motion:
 
     `q_index` says where each column of the path goes in q, and `v_index` where those that are `rated` go in v;
     `joints` names the columns as (robot uid, coordinate); `tool_states` (step, tool uid, state) become true when their
-    step is done; `step_count` is 0 for moves that are no program; `signals` are all that it names; `searcher` is the
-    robot that searches (a uid; 0: none) and `search` what it came to; `tracked_joint` is the joint (robot uid, name)
-    that the motion goes along with, and `tracked_at` where that is in q and v, None when it is gone; `end_tick` is 0
-    until it has ended.
+    step is done; `step_count` is 0 for moves that are no program; `signals` are all that it names, and `nodes`
+    (uids) those that steps name which are planned when they are reached; `searcher` is the robot that searches (a
+    uid; 0: none) and `search` what it came to; `tracked_joint` is the joint (robot uid, name) that the motion goes
+    along with, and `tracked_at` where that is in q and v, None when it is gone; `end_tick` is 0 until it has ended.
     """
 
     id: str
@@ -121,6 +126,7 @@ class Motion:
     tool_states: tuple[tuple[int, int, str], ...] = ()
     step_count: int = 0
     signals: frozenset[str] = frozenset()
+    nodes: frozenset[int] = frozenset()
     searcher: int = 0
     search: Search | None = None
     tracked_joint: tuple[int, str] | None = None
@@ -155,6 +161,17 @@ class JointValues:
     v: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True)
+class SensorStart:
+    """Start of a sensor: its number among all starts, and the tick from which its readings and its noise are counted.
+
+    One that is started while it runs has a number anew, and the tick of before.
+    """
+
+    number: int
+    tick: int
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
     """World at one tick. Arrays are never written to after they are published.
@@ -165,7 +182,7 @@ class State:
     parent_t_node (N, 4, 4): where each node is in its parent's frame, a row for each node.
     allowed_pairs: nodes (uids, the smaller first) that clients or imports let touch each other, and why.
     collisions: what is done about collisions.
-    running_sensors: the number of its start for each sensor (a uid) that runs; `sensor_starts` counts them all.
+    running_sensors: the start of each sensor (a uid) that runs; `sensor_starts` counts all starts.
     epoch: counts how often the world was replaced as a whole.
     """
 
@@ -185,7 +202,7 @@ class State:
     speed_factor: float = 1.0
     allowed_pairs: Mapping[tuple[int, int], Allowance] = field(default_factory=dict)
     collisions: CollisionSettings = NOTHING_SET
-    running_sensors: Mapping[int, int] = field(default_factory=dict)
+    running_sensors: Mapping[int, SensorStart] = field(default_factory=dict)
     sensor_starts: int = 0
     epoch: int = 0
 

@@ -1,6 +1,7 @@
 """Structure of the world: a tree of frozen nodes, and the flat forest that one compiled pass walks.
 
-A node's row is its place in every per-node array. Rows follow the order of creation; a removal closes the gap.
+A node's row is its place in every per-node array. Rows follow the order of uids, which is that of creation; a removal
+closes the gap.
 """
 
 from __future__ import annotations

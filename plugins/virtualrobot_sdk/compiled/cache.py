@@ -11,6 +11,7 @@ from __future__ import annotations
 import atexit
 import functools
 import hashlib
+import importlib
 import os
 import shutil
 import sys
@@ -19,6 +20,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.metadata import version
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
@@ -96,6 +98,7 @@ class CompiledFunction:
         """Compile or load; return True when it had to be compiled anew."""
         with _setting:
             if not self._ready:
+                _load_numba()
                 self.dispatcher.compile(self._signature)
                 self.dispatcher.disable_compile()
                 self._ready = True
@@ -137,6 +140,7 @@ class CompiledCallback:
 
         with _setting:
             if self._native is None:
+                _load_numba()
                 options = {name: value for name, value in _OPTIONS.items() if name != "nogil"}
                 with _kept_in(self._directory):
                     self._native = cfunc(self._signature, cache=True, **options)(self._function)
@@ -187,6 +191,25 @@ def _kept_in(directory: Path) -> Iterator[None]:
             yield
         finally:
             settings.CACHE_DIR = others
+
+
+@functools.cache
+def _load_numba() -> None:
+    """Load what numba compiles with, but not scipy, a tenth of a kernel's start: numba only asks whether it is there.
+
+    Whoever calls a function of linear algebra has it loaded then.
+    """
+    from numba.np import linalg
+
+    def look_for_scipy() -> None:
+        if find_spec("scipy") is None:
+            raise ImportError("scipy is not installed")
+
+    asked, linalg.ensure_blas = linalg.ensure_blas, look_for_scipy
+    try:
+        importlib.import_module("numba.np.arraymath")
+    finally:
+        linalg.ensure_blas = asked
 
 
 def _is_kept_in(directory: Path, module: str, function: str) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import faulthandler
+import gc
 import io
 import os
 import select
@@ -25,6 +26,8 @@ FUSE_SECONDS = 60.0
 def main() -> None:
     """Serve the parent until it closes the pipe."""
     requests, answers = _take_pipes()
+    # What modules make as they are loaded stays: to look for garbage among it takes time, now and as the process ends.
+    gc.disable()
     # Ctrl-C in a terminal reaches all its processes; the parent decides when this one ends.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     faulthandler.enable(all_threads=False)
@@ -33,7 +36,7 @@ def main() -> None:
         faulthandler.register(signal.SIGUSR1, all_threads=True)
         threading.Thread(target=_end_with_parent, args=(requests,), name="orphan-guard", daemon=True).start()
     write_frame(answers, 0, pack(Outcome.RESULT, None))
-    host, kept = Host(), Kept()
+    host, kept, starting = Host(), Kept(), True
     while (frame := read_frame(requests)) is not None:
         number, content = frame
         try:
@@ -44,6 +47,10 @@ def main() -> None:
             continue
         _light_fuse(seconds + FUSE_SECONDS)
         answer = host.answer(operation, arguments)
+        if starting:
+            gc.freeze()
+            gc.enable()
+            starting = False
         _put_out_fuse()
         write_frame(answers, number, answer)
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from virtualrobot import Client, Robot
 
-from tests.tiers import every_fifth
+from tests.tiers import Draws, every_fifth
 from tests.unit.formats.models import MODELS
 
 POSES = 50
@@ -49,7 +49,7 @@ ROBOTS = [name for name, model in MODELS.items() if model.installed and name not
 
 @pytest.mark.parametrize("name", every_fifth(ROBOTS))
 def test_a_model_is_loaded_touches_nothing_and_its_arm_is_solved(
-    client: Client, name: str, rng: np.random.Generator
+    client: Client, name: str, rng: np.random.Generator, draws: Draws
 ) -> None:
     model = MODELS[name]
     robot = client.load_robot(f"model://{name}", name="robot")
@@ -60,7 +60,7 @@ def test_a_model_is_loaded_touches_nothing_and_its_arm_is_solved(
     for posture in robot.postures.values():
         assert not client.collisions.check({"robot": posture}).pairs
     # A base that drives without end has postures that are far away: how those are solved is a matter of its own.
-    for _ in range(POSES if arm and model.kind != "mobile_manipulator" else 0):
+    for _ in range(draws(POSES) if arm and model.kind != "mobile_manipulator" else 0):
         pose = robot.solve_forward(reachable(robot, rng)).world_t_tcp
         best = robot.solve_inverse(pose).by_name()
         np.testing.assert_allclose(robot.solve_forward(best).world_t_tcp, pose, atol=2e-6)

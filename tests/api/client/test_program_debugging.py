@@ -154,6 +154,30 @@ def test_a_loop_without_an_end_goes_on_until_it_is_cancelled(client: Client, arm
     assert until(client, motion, Phase.CANCELLED).state.end_cause == "call"
 
 
+def test_what_a_decision_may_need_stays_until_the_program_ends(client: Client, arm: Robot) -> None:
+    arm.teach("there")
+    client.scene.add_object("shelf")
+    client.scene.add_object("box", parent="shelf")
+    away = client.program().move(arm.ptp("there")).attach("box", "world").set("b")
+    program = client.program().dwell(0.05).if_("full", then=away)
+    motion = program.start(wait=False, on_disconnect="continue")
+    for name in ("there", "box", "shelf"):
+        with pytest.raises(virtualrobot.WrongStateError, match=rf"the program '{motion.id}' names the node"):
+            client.scene.remove(name)
+    with pytest.raises(virtualrobot.WrongStateError, match="names the node 'there'"):
+        client.scene.rename("there", "elsewhere")
+    for name in ("full", "b"):
+        with pytest.raises(virtualrobot.WrongStateError, match=rf"names the signal '{name}'"):
+            client.scene.remove_signal(name)
+    client.scene.rename("shelf", "rack")
+    until(client, motion, Phase.SUCCEEDED)
+    client.scene.remove("there")
+    with pytest.raises(virtualrobot.UnknownNameError, match=r"step 1\.then\.0: .*'there'"):
+        program.start(wait=False)
+    client.scene.remove("box")
+    client.scene.remove_signal("b")
+
+
 def test_what_can_not_be_done_is_told_when_it_is_reached_and_names_at_once(client: Client, arm: Robot) -> None:
     away = client.program().move(arm.ptp(virtualrobot.pose(5.0)))
     motion = client.program().dwell(0.05).if_("a", False, then=away).start(wait=False, on_disconnect="continue")

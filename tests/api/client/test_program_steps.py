@@ -104,7 +104,7 @@ def test_parts_of_a_pallet_are_where_the_formula_has_them(client: Client, arm: R
     assert motion.step_count == 12 * 5
     seen, paths = [], [motion.step_path]
     while not motion.phase.ended:
-        client.clock.step(1)
+        client.clock.step(10)  # the way home takes longer
         if motion.step_path != paths[-1]:
             paths.append(motion.step_path)
             if paths[-1].endswith("].0.0"):
@@ -128,6 +128,11 @@ def test_a_pick_of_nothing_aborts_and_names_its_place_in_the_text(client: Client
 
 def test_what_comes_later_is_picked_though_it_was_not_foreseen(client: Client, arm: Robot) -> None:
     point = arm.tcp[:3, 3]
+    program = client.program().wait_part(position=point, max_distance=0.05, timeout=2.0).place(arm).pick(arm)
+    motion = program.start(wait=False, on_disconnect="continue")
+    assert [(note.kind, note.step) for note in motion.notes] == [("UNFORESEEN", 1), ("UNFORESEEN", 2)]
+    motion.cancel()
+    client.clock.step(1)
     program = client.program().wait_part(position=point, max_distance=0.05, timeout=2.0).pick(arm)
     motion = program.start(wait=False, on_disconnect="continue")
     assert [note.kind for note in motion.notes] == ["UNFORESEEN"]
@@ -234,6 +239,7 @@ def test_the_robots_of_orders_are_held_by_leases_and_stopped(client: Client, arm
         ("open", r"step 1: the tool 'cup' has no widths"),
         ("speed", r"set_speed.factor must be above 0 and at most 1, not 0"),
         ("robot", r"step 0: .*robot named 'nobody'"),
+        ("place", r"step 1: the tool 'cup' holds no part"),
         ("parent", r"step 1: .*node named 'nobody'"),
         ("width", r"steps\[0\].pick_at has state and width_meters; give one of them"),
         ("approach", r"steps\[0\].pick_at.approach_meters must be 0 or above"),
@@ -269,6 +275,7 @@ def test_what_makes_no_sense_is_refused_at_once(client: Client, arm: Robot, wron
         "open": new().dwell(0.1).tool_width(arm, 5.0),
         "speed": new().speed(0.0),
         "robot": new().pick("nobody"),
+        "place": new().move(arm.ptp({"lbr_iiwa_joint_1": 0.1})).place(arm),
         "parent": new().dwell(0.1).place(arm, parent="nobody"),
         "width": new().pick_at(arm, goal, state="on", width=0.05),
         "approach": new().pick_at(arm, goal, approach=-1.0),

@@ -15,6 +15,7 @@ from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import CreateNodes, RemoveNode, RunSensors, UpdateNode
 from virtualrobot_kernel.world.figures import Figure, Sphere
 from virtualrobot_kernel.world.sensing import RangeSensor
+from virtualrobot_kernel.world.state import SensorStart
 from virtualrobot_kernel.world.structure import Kind, NodeSpec
 
 from tests.unit.sensing.bench import GUARD, Bench, Fake
@@ -90,9 +91,9 @@ def test_start_and_stop_are_state_and_no_structure(bench: Bench) -> None:
     revision = bench.world.snapshot.structure.revision
     started = bench.do(RunSensors((), True))
     stopped = bench.do(RunSensors(("a",), False))
-    assert [list(one.state.running_sensors.values()) for one in (started, stopped)] == [[1], []]
+    assert [list(one.state.running_sensors.values()) for one in (started, stopped)] == [[SensorStart(1, 0)], []]
     again = bench.do(RunSensors(("a",), True), RunSensors(("a",), False), RunSensors(("a",), True))
-    assert list(again.state.running_sensors.values()) == [3]
+    assert list(again.state.running_sensors.values()) == [SensorStart(3, 0)]
     assert again.structure.revision == revision
     bench.step(1)
     assert bench.state("a") == (RUNNING, "")
@@ -184,7 +185,7 @@ def test_a_late_reading_is_left_out_and_counted(bench: Bench) -> None:
     busy, go = threading.Event(), threading.Event()
 
     def hold(moment: Moment) -> None:
-        if moment.number == 1:
+        if not busy.is_set():
             busy.set()
             assert go.wait(GUARD)
 

@@ -8,6 +8,7 @@ from virtualrobot._wire.transport import Channel
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2_grpc,
+    history_pb2_grpc,
     kernel_pb2_grpc,
     lease_pb2_grpc,
     motion_pb2_grpc,
@@ -19,6 +20,7 @@ from virtualrobot.v1 import (
     scene_pb2_grpc,
     sensor_pb2_grpc,
     signal_pb2_grpc,
+    token_pb2_grpc,
     view_pb2_grpc,
 )
 
@@ -42,9 +44,11 @@ class Services:
         self.view = view_pb2_grpc.ViewServiceStub(channel)
         self.plugin = plugin_pb2_grpc.PluginServiceStub(channel)
         self.lease = lease_pb2_grpc.LeaseServiceStub(channel)
+        self.token = token_pb2_grpc.TokenServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
+        self.history = history_pb2_grpc.HistoryServiceStub(channel)
         self.path = path_pb2_grpc.PathServiceStub(channel)
         self.descriptions = channel.descriptions
 

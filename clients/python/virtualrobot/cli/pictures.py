@@ -9,14 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from virtualrobot.cli.options import FiniteRange, Numbers, Target, target_options
+from virtualrobot.cli.options import Numbers, Target, target_options
 
 if TYPE_CHECKING:
     from virtualrobot.view.measuring import Measure, Place
-    from virtualrobot.view.pictures import Camera, Picture
-
-DEFAULT_RATE = 25.0
-ABOVE_ZERO = FiniteRange(0.0, min_open=True)
+    from virtualrobot.view.pictures import Camera
 
 
 class Size(click.ParamType):
@@ -81,44 +78,9 @@ def capture(
 
     format = format_of(output)
     with target.connect() as client:
-        picture = client.view.capture(_from(camera, eye, target_point), size=size, format=format, plain=plain)
+        picture = client.view.capture(camera_of(camera, eye, target_point), size=size, format=format, plain=plain)
     picture.save(output)
     click.echo(f"{output}: {picture.width}x{picture.height}, at {picture.simulation_time:.3f} s")
-
-
-@click.command()
-@click.argument("output", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("--seconds", type=ABOVE_ZERO, help="Of simulation time [until Ctrl-C].")
-@click.option("--fps", type=ABOVE_ZERO, default=DEFAULT_RATE, show_default=True, help="Pictures a second.")
-@camera_options
-@plain_option
-@target_options
-def record(
-    target: Target,
-    output: Path,
-    seconds: float | None,
-    fps: float,
-    camera: str | None,
-    eye: tuple[float, ...] | None,
-    target_point: tuple[float, ...] | None,
-    size: tuple[int, int] | None,
-    plain: bool,
-) -> None:
-    """Film the world to OUTPUT, an .mp4 or .gif, until so many seconds of simulation time have gone by, or Ctrl-C.
-
-    No picture is left out, however long each takes; Ctrl-C ends the film with those that are drawn.
-    """
-    progress = Progress((seconds or 0.0) * fps)
-    with target.connect() as client:
-        where = _from(camera, eye, target_point)
-        try:
-            client.view.film(
-                output, where, duration=seconds or None, size=size, plain=plain, rate=fps, told=progress.show
-            )
-        except KeyboardInterrupt:
-            if not progress.count:
-                raise
-    progress.end(output, fps)
 
 
 @click.command()
@@ -137,7 +99,7 @@ def pixel(
 ) -> None:
     """Tell what is under the pixel at COLUMN, ROW of the picture that `capture` takes; 0 0 is the upper left one."""
     with target.connect() as client:
-        found = client.view.pick(column, row, _from(camera, eye, target_point), size=size)
+        found = client.view.pick(column, row, camera_of(camera, eye, target_point), size=size)
     if not found.node:
         click.echo("nothing")
         return
@@ -163,33 +125,7 @@ def measure(target: Target, first: Place, second: Place, watch: bool) -> None:
             click.echo(("\r\x1b[K" if on_terminal else "") + _measured(told), nl=not on_terminal)
 
 
-class Progress:
-    """A line that tells how far a film is; on a terminal it is written over itself."""
-
-    def __init__(self, whole: float = 0.0) -> None:
-        """Count to so many pictures; 0 where nobody knows."""
-        self._whole = round(whole)
-        self.count = 0
-        self._behind = 0
-
-    def show(self, picture: Picture) -> None:
-        """Tell of one more picture."""
-        self.count, self._behind = picture.number + 1, picture.behind
-        if sys.stderr.isatty():
-            of = f" of {self._whole}" if self._whole else ""
-            behind = f", {self._behind} more have happened" if self._behind else ""
-            click.echo(f"\r\x1b[Kpicture {self.count}{of}{behind}", nl=False, err=True)
-
-    def end(self, output: Path, rate: float) -> None:
-        """Tell what the film is."""
-        if sys.stderr.isatty():
-            click.echo("\r\x1b[K", nl=False, err=True)
-        click.echo(f"{output}: {self.count} pictures, {self.count / rate:.2f} s")
-        if self._behind:
-            click.echo(f"{self._behind} more have happened and were not drawn", err=True)
-
-
-def _from(camera: str | None, eye: Sequence[float] | None, target: Sequence[float] | None) -> Camera | None:
+def camera_of(camera: str | None, eye: Sequence[float] | None, target: Sequence[float] | None) -> Camera | None:
     """Return where a picture is taken from; None means as the view's camera does."""
     if camera is not None and eye is not None:
         raise click.UsageError("give either --camera or --from")

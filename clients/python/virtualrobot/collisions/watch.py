@@ -101,7 +101,7 @@ def watch_collisions(services: Services) -> Iterator[CollisionReport]:
             yield CollisionReport(
                 stamp_of(message.stamp),
                 tuple(map(_reported, message.touching)),
-                tuple(map(_event, message.events)),
+                tuple(map(event_of, message.events)),
                 message.missed_events,
                 message.fault,
                 message.checks,
@@ -115,7 +115,8 @@ def _reported(message: collision_pb2.ReportedCollision) -> ReportedCollision:
     )
 
 
-def _event(message: collision_pb2.CollisionEvent) -> CollisionEvent:
+def event_of(message: collision_pb2.CollisionEvent) -> CollisionEvent:
+    """Return the event that a message tells."""
     kind = message.WhichOneof("what") or ""
     when = message.tick, message.simulation_time_seconds
     if kind == "begun":

@@ -24,31 +24,40 @@ _sym_db = _symbol_database.Default()
 
 from google.protobuf import struct_pb2 as google_dot_protobuf_dot_struct__pb2
 from virtualrobot.v1 import nodes_pb2 as virtualrobot_dot_v1_dot_nodes__pb2
+from virtualrobot.v1 import token_pb2 as virtualrobot_dot_v1_dot_token__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/asset.proto\x12\x0fvirtualrobot.v1\x1a\x1cgoogle/protobuf/struct.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"3\n\x12UploadAssetRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\r\n\x05\x63hunk\x18\x02 \x01(\x0c\"9\n\x13UploadAssetResponse\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x12\n\nsize_bytes\x18\x02 \x01(\x04\"&\n\x14\x44ownloadAssetRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\"&\n\x15\x44ownloadAssetResponse\x12\r\n\x05\x63hunk\x18\x01 \x01(\x0c\"$\n\x11\x46indAssetsRequest\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"%\n\x12\x46indAssetsResponse\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"\x8a\x01\n\x15ListReferencesRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x0b\n\x03uri\x18\x02 \x01(\t\x12)\n\x05\x66iles\x18\x03 \x03(\x0b\x32\x1a.virtualrobot.v1.AssetFile\x12)\n\x08settings\x18\x04 \x01(\x0b\x32\x17.google.protobuf.Struct\"O\n\x16ListReferencesResponse\x12)\n\x05\x66iles\x18\x02 \x03(\x0b\x32\x1a.virtualrobot.v1.AssetFileJ\x04\x08\x01\x10\x02R\x04uris2\x86\x03\n\x0c\x41ssetService\x12Z\n\x0bUploadAsset\x12#.virtualrobot.v1.UploadAssetRequest\x1a$.virtualrobot.v1.UploadAssetResponse(\x01\x12`\n\rDownloadAsset\x12%.virtualrobot.v1.DownloadAssetRequest\x1a&.virtualrobot.v1.DownloadAssetResponse0\x01\x12U\n\nFindAssets\x12\".virtualrobot.v1.FindAssetsRequest\x1a#.virtualrobot.v1.FindAssetsResponse\x12\x61\n\x0eListReferences\x12&.virtualrobot.v1.ListReferencesRequest\x1a\'.virtualrobot.v1.ListReferencesResponseb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/asset.proto\x12\x0fvirtualrobot.v1\x1a\x1cgoogle/protobuf/struct.proto\x1a\x1bvirtualrobot/v1/nodes.proto\x1a\x1bvirtualrobot/v1/token.proto\"3\n\x12UploadAssetRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\r\n\x05\x63hunk\x18\x02 \x01(\x0c\"9\n\x13UploadAssetResponse\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x12\n\nsize_bytes\x18\x02 \x01(\x04\"&\n\x14\x44ownloadAssetRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\"&\n\x15\x44ownloadAssetResponse\x12\r\n\x05\x63hunk\x18\x01 \x01(\x0c\"$\n\x11\x46indAssetsRequest\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"%\n\x12\x46indAssetsResponse\x12\x0f\n\x07sha256s\x18\x01 \x03(\t\"\x8a\x01\n\x15ListReferencesRequest\x12\x0e\n\x06sha256\x18\x01 \x01(\t\x12\x0b\n\x03uri\x18\x02 \x01(\t\x12)\n\x05\x66iles\x18\x03 \x03(\x0b\x32\x1a.virtualrobot.v1.AssetFile\x12)\n\x08settings\x18\x04 \x01(\x0b\x32\x17.google.protobuf.Struct\"O\n\x16ListReferencesResponse\x12)\n\x05\x66iles\x18\x02 \x03(\x0b\x32\x1a.virtualrobot.v1.AssetFileJ\x04\x08\x01\x10\x02R\x04uris2\x9e\x03\n\x0c\x41ssetService\x12`\n\x0bUploadAsset\x12#.virtualrobot.v1.UploadAssetRequest\x1a$.virtualrobot.v1.UploadAssetResponse\"\x04\xa8\xbb\x18\x03(\x01\x12\x66\n\rDownloadAsset\x12%.virtualrobot.v1.DownloadAssetRequest\x1a&.virtualrobot.v1.DownloadAssetResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x12[\n\nFindAssets\x12\".virtualrobot.v1.FindAssetsRequest\x1a#.virtualrobot.v1.FindAssetsResponse\"\x04\xa8\xbb\x18\x01\x12g\n\x0eListReferences\x12&.virtualrobot.v1.ListReferencesRequest\x1a\'.virtualrobot.v1.ListReferencesResponse\"\x04\xa8\xbb\x18\x03\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'virtualrobot.v1.asset_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_UPLOADASSETREQUEST']._serialized_start=107
-  _globals['_UPLOADASSETREQUEST']._serialized_end=158
-  _globals['_UPLOADASSETRESPONSE']._serialized_start=160
-  _globals['_UPLOADASSETRESPONSE']._serialized_end=217
-  _globals['_DOWNLOADASSETREQUEST']._serialized_start=219
-  _globals['_DOWNLOADASSETREQUEST']._serialized_end=257
-  _globals['_DOWNLOADASSETRESPONSE']._serialized_start=259
-  _globals['_DOWNLOADASSETRESPONSE']._serialized_end=297
-  _globals['_FINDASSETSREQUEST']._serialized_start=299
-  _globals['_FINDASSETSREQUEST']._serialized_end=335
-  _globals['_FINDASSETSRESPONSE']._serialized_start=337
-  _globals['_FINDASSETSRESPONSE']._serialized_end=374
-  _globals['_LISTREFERENCESREQUEST']._serialized_start=377
-  _globals['_LISTREFERENCESREQUEST']._serialized_end=515
-  _globals['_LISTREFERENCESRESPONSE']._serialized_start=517
-  _globals['_LISTREFERENCESRESPONSE']._serialized_end=596
-  _globals['_ASSETSERVICE']._serialized_start=599
-  _globals['_ASSETSERVICE']._serialized_end=989
+  _globals['_ASSETSERVICE'].methods_by_name['UploadAsset']._loaded_options = None
+  _globals['_ASSETSERVICE'].methods_by_name['UploadAsset']._serialized_options = b'\250\273\030\003'
+  _globals['_ASSETSERVICE'].methods_by_name['DownloadAsset']._loaded_options = None
+  _globals['_ASSETSERVICE'].methods_by_name['DownloadAsset']._serialized_options = b'\250\273\030\001'
+  _globals['_ASSETSERVICE'].methods_by_name['FindAssets']._loaded_options = None
+  _globals['_ASSETSERVICE'].methods_by_name['FindAssets']._serialized_options = b'\250\273\030\001'
+  _globals['_ASSETSERVICE'].methods_by_name['ListReferences']._loaded_options = None
+  _globals['_ASSETSERVICE'].methods_by_name['ListReferences']._serialized_options = b'\250\273\030\003'
+  _globals['_UPLOADASSETREQUEST']._serialized_start=136
+  _globals['_UPLOADASSETREQUEST']._serialized_end=187
+  _globals['_UPLOADASSETRESPONSE']._serialized_start=189
+  _globals['_UPLOADASSETRESPONSE']._serialized_end=246
+  _globals['_DOWNLOADASSETREQUEST']._serialized_start=248
+  _globals['_DOWNLOADASSETREQUEST']._serialized_end=286
+  _globals['_DOWNLOADASSETRESPONSE']._serialized_start=288
+  _globals['_DOWNLOADASSETRESPONSE']._serialized_end=326
+  _globals['_FINDASSETSREQUEST']._serialized_start=328
+  _globals['_FINDASSETSREQUEST']._serialized_end=364
+  _globals['_FINDASSETSRESPONSE']._serialized_start=366
+  _globals['_FINDASSETSRESPONSE']._serialized_end=403
+  _globals['_LISTREFERENCESREQUEST']._serialized_start=406
+  _globals['_LISTREFERENCESREQUEST']._serialized_end=544
+  _globals['_LISTREFERENCESRESPONSE']._serialized_start=546
+  _globals['_LISTREFERENCESRESPONSE']._serialized_end=625
+  _globals['_ASSETSERVICE']._serialized_start=628
+  _globals['_ASSETSERVICE']._serialized_end=1042
 # @@protoc_insertion_point(module_scope)

@@ -1,5 +1,6 @@
 from google.protobuf import struct_pb2 as _struct_pb2
 from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
+from virtualrobot.v1 import token_pb2 as _token_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf import descriptor as _descriptor
 from google.protobuf import message as _message

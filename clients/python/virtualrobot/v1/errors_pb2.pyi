@@ -29,6 +29,9 @@ class ErrorReason(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     ERROR_REASON_LEASE_ENDED: _ClassVar[ErrorReason]
     ERROR_REASON_COLLISION: _ClassVar[ErrorReason]
     ERROR_REASON_PLAN_OUTDATED: _ClassVar[ErrorReason]
+    ERROR_REASON_CONFLICT: _ClassVar[ErrorReason]
+    ERROR_REASON_ROLE_TOO_LOW: _ClassVar[ErrorReason]
+    ERROR_REASON_TOO_MANY_CALLS: _ClassVar[ErrorReason]
 ERROR_REASON_UNSPECIFIED: ErrorReason
 ERROR_REASON_INVALID_ARGUMENT: ErrorReason
 ERROR_REASON_UNKNOWN_NAME: ErrorReason
@@ -52,3 +55,6 @@ ERROR_REASON_LEASED: ErrorReason
 ERROR_REASON_LEASE_ENDED: ErrorReason
 ERROR_REASON_COLLISION: ErrorReason
 ERROR_REASON_PLAN_OUTDATED: ErrorReason
+ERROR_REASON_CONFLICT: ErrorReason
+ERROR_REASON_ROLE_TOO_LOW: ErrorReason
+ERROR_REASON_TOO_MANY_CALLS: ErrorReason

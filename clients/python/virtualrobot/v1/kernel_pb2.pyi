@@ -2,6 +2,7 @@ from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import motion_pb2 as _motion_pb2
 from virtualrobot.v1 import robot_pb2 as _robot_pb2
 from virtualrobot.v1 import signal_pb2 as _signal_pb2
+from virtualrobot.v1 import token_pb2 as _token_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
@@ -25,7 +26,7 @@ class GetInfoRequest(_message.Message):
     def __init__(self) -> None: ...
 
 class GetInfoResponse(_message.Message):
-    __slots__ = ("version", "api_version", "capabilities", "model_formats", "kinematics", "max_message_bytes", "max_asset_bytes", "viewer_url", "process_id")
+    __slots__ = ("version", "api_version", "capabilities", "model_formats", "kinematics", "max_message_bytes", "max_asset_bytes", "viewer_url", "process_id", "role", "token_name", "limits")
     VERSION_FIELD_NUMBER: _ClassVar[int]
     API_VERSION_FIELD_NUMBER: _ClassVar[int]
     CAPABILITIES_FIELD_NUMBER: _ClassVar[int]
@@ -35,6 +36,9 @@ class GetInfoResponse(_message.Message):
     MAX_ASSET_BYTES_FIELD_NUMBER: _ClassVar[int]
     VIEWER_URL_FIELD_NUMBER: _ClassVar[int]
     PROCESS_ID_FIELD_NUMBER: _ClassVar[int]
+    ROLE_FIELD_NUMBER: _ClassVar[int]
+    TOKEN_NAME_FIELD_NUMBER: _ClassVar[int]
+    LIMITS_FIELD_NUMBER: _ClassVar[int]
     version: str
     api_version: str
     capabilities: _containers.RepeatedScalarFieldContainer[str]
@@ -44,7 +48,20 @@ class GetInfoResponse(_message.Message):
     max_asset_bytes: int
     viewer_url: str
     process_id: int
-    def __init__(self, version: _Optional[str] = ..., api_version: _Optional[str] = ..., capabilities: _Optional[_Iterable[str]] = ..., model_formats: _Optional[_Iterable[str]] = ..., kinematics: _Optional[_Iterable[str]] = ..., max_message_bytes: _Optional[int] = ..., max_asset_bytes: _Optional[int] = ..., viewer_url: _Optional[str] = ..., process_id: _Optional[int] = ...) -> None: ...
+    role: _token_pb2.Role
+    token_name: str
+    limits: _containers.RepeatedCompositeFieldContainer[Limit]
+    def __init__(self, version: _Optional[str] = ..., api_version: _Optional[str] = ..., capabilities: _Optional[_Iterable[str]] = ..., model_formats: _Optional[_Iterable[str]] = ..., kinematics: _Optional[_Iterable[str]] = ..., max_message_bytes: _Optional[int] = ..., max_asset_bytes: _Optional[int] = ..., viewer_url: _Optional[str] = ..., process_id: _Optional[int] = ..., role: _Optional[_Union[_token_pb2.Role, str]] = ..., token_name: _Optional[str] = ..., limits: _Optional[_Iterable[_Union[Limit, _Mapping]]] = ...) -> None: ...
+
+class Limit(_message.Message):
+    __slots__ = ("name", "value", "description")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    VALUE_FIELD_NUMBER: _ClassVar[int]
+    DESCRIPTION_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    value: int
+    description: str
+    def __init__(self, name: _Optional[str] = ..., value: _Optional[int] = ..., description: _Optional[str] = ...) -> None: ...
 
 class Clock(_message.Message):
     __slots__ = ("mode", "speed_factor", "tick_nanoseconds", "real_time_factor", "late_ticks")

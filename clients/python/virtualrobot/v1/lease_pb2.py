@@ -25,39 +25,50 @@ _sym_db = _symbol_database.Default()
 from google.protobuf import descriptor_pb2 as google_dot_protobuf_dot_descriptor__pb2
 from google.protobuf import timestamp_pb2 as google_dot_protobuf_dot_timestamp__pb2
 from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb2
+from virtualrobot.v1 import token_pb2 as virtualrobot_dot_v1_dot_token__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/lease.proto\x12\x0fvirtualrobot.v1\x1a google/protobuf/descriptor.proto\x1a\x1fgoogle/protobuf/timestamp.proto\x1a\x1evirtualrobot/v1/geometry.proto\"]\n\x05Lease\x12\n\n\x02id\x18\x01 \x01(\t\x12\x0e\n\x06robots\x18\x02 \x03(\t\x12\r\n\x05owner\x18\x03 \x01(\t\x12)\n\x05since\x18\x04 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\"4\n\x13\x41\x63quireLeaseRequest\x12\x0e\n\x06robots\x18\x01 \x03(\t\x12\r\n\x05owner\x18\x02 \x01(\t\"s\n\x14\x41\x63quireLeaseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12\r\n\x05token\x18\x03 \x01(\t\"1\n\x10TakeLeaseRequest\x12\x0e\n\x06robots\x18\x01 \x03(\t\x12\r\n\x05owner\x18\x02 \x01(\t\"\x9c\x01\n\x11TakeLeaseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12\r\n\x05token\x18\x03 \x01(\t\x12*\n\ntaken_from\x18\x04 \x03(\x0b\x32\x16.virtualrobot.v1.Lease\"&\n\x15KeepLeaseAliveRequest\x12\r\n\x05token\x18\x01 \x01(\t\"\xa0\x01\n\x16KeepLeaseAliveResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12(\n\x04loss\x18\x03 \x01(\x0e\x32\x1a.virtualrobot.v1.LeaseLoss\x12\x0e\n\x06reason\x18\x04 \x01(\t\"$\n\x13ReleaseLeaseRequest\x12\r\n\x05token\x18\x01 \x01(\t\"d\n\x14ReleaseLeaseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\"\x13\n\x11ListLeasesRequest\"c\n\x12ListLeasesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12&\n\x06leases\x18\x02 \x03(\x0b\x32\x16.virtualrobot.v1.Lease*V\n\tLeaseLoss\x12\x1a\n\x16LEASE_LOSS_UNSPECIFIED\x10\x00\x12\x17\n\x13LEASE_LOSS_RELEASED\x10\x01\x12\x14\n\x10LEASE_LOSS_TAKEN\x10\x02\x32\xd8\x03\n\x0cLeaseService\x12[\n\x0c\x41\x63quireLease\x12$.virtualrobot.v1.AcquireLeaseRequest\x1a%.virtualrobot.v1.AcquireLeaseResponse\x12R\n\tTakeLease\x12!.virtualrobot.v1.TakeLeaseRequest\x1a\".virtualrobot.v1.TakeLeaseResponse\x12\x63\n\x0eKeepLeaseAlive\x12&.virtualrobot.v1.KeepLeaseAliveRequest\x1a\'.virtualrobot.v1.KeepLeaseAliveResponse0\x01\x12[\n\x0cReleaseLease\x12$.virtualrobot.v1.ReleaseLeaseRequest\x1a%.virtualrobot.v1.ReleaseLeaseResponse\x12U\n\nListLeases\x12\".virtualrobot.v1.ListLeasesRequest\x1a#.virtualrobot.v1.ListLeasesResponse:5\n\x0bneeds_lease\x12\x1e.google.protobuf.MethodOptions\x18\xb4\x87\x03 \x01(\x08\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1bvirtualrobot/v1/lease.proto\x12\x0fvirtualrobot.v1\x1a google/protobuf/descriptor.proto\x1a\x1fgoogle/protobuf/timestamp.proto\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/token.proto\"]\n\x05Lease\x12\n\n\x02id\x18\x01 \x01(\t\x12\x0e\n\x06robots\x18\x02 \x03(\t\x12\r\n\x05owner\x18\x03 \x01(\t\x12)\n\x05since\x18\x04 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\"4\n\x13\x41\x63quireLeaseRequest\x12\x0e\n\x06robots\x18\x01 \x03(\t\x12\r\n\x05owner\x18\x02 \x01(\t\"s\n\x14\x41\x63quireLeaseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12\r\n\x05token\x18\x03 \x01(\t\"1\n\x10TakeLeaseRequest\x12\x0e\n\x06robots\x18\x01 \x03(\t\x12\r\n\x05owner\x18\x02 \x01(\t\"\x9c\x01\n\x11TakeLeaseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12\r\n\x05token\x18\x03 \x01(\t\x12*\n\ntaken_from\x18\x04 \x03(\x0b\x32\x16.virtualrobot.v1.Lease\"&\n\x15KeepLeaseAliveRequest\x12\r\n\x05token\x18\x01 \x01(\t\"\xa0\x01\n\x16KeepLeaseAliveResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\x12(\n\x04loss\x18\x03 \x01(\x0e\x32\x1a.virtualrobot.v1.LeaseLoss\x12\x0e\n\x06reason\x18\x04 \x01(\t\"$\n\x13ReleaseLeaseRequest\x12\r\n\x05token\x18\x01 \x01(\t\"d\n\x14ReleaseLeaseResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05lease\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Lease\"\x13\n\x11ListLeasesRequest\"c\n\x12ListLeasesResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12&\n\x06leases\x18\x02 \x03(\x0b\x32\x16.virtualrobot.v1.Lease*V\n\tLeaseLoss\x12\x1a\n\x16LEASE_LOSS_UNSPECIFIED\x10\x00\x12\x17\n\x13LEASE_LOSS_RELEASED\x10\x01\x12\x14\n\x10LEASE_LOSS_TAKEN\x10\x02\x32\xf6\x03\n\x0cLeaseService\x12\x61\n\x0c\x41\x63quireLease\x12$.virtualrobot.v1.AcquireLeaseRequest\x1a%.virtualrobot.v1.AcquireLeaseResponse\"\x04\xa8\xbb\x18\x02\x12X\n\tTakeLease\x12!.virtualrobot.v1.TakeLeaseRequest\x1a\".virtualrobot.v1.TakeLeaseResponse\"\x04\xa8\xbb\x18\x02\x12i\n\x0eKeepLeaseAlive\x12&.virtualrobot.v1.KeepLeaseAliveRequest\x1a\'.virtualrobot.v1.KeepLeaseAliveResponse\"\x04\xa8\xbb\x18\x02\x30\x01\x12\x61\n\x0cReleaseLease\x12$.virtualrobot.v1.ReleaseLeaseRequest\x1a%.virtualrobot.v1.ReleaseLeaseResponse\"\x04\xa8\xbb\x18\x02\x12[\n\nListLeases\x12\".virtualrobot.v1.ListLeasesRequest\x1a#.virtualrobot.v1.ListLeasesResponse\"\x04\xa8\xbb\x18\x01:5\n\x0bneeds_lease\x12\x1e.google.protobuf.MethodOptions\x18\xb4\x87\x03 \x01(\x08\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'virtualrobot.v1.lease_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_LEASELOSS']._serialized_start=1088
-  _globals['_LEASELOSS']._serialized_end=1174
-  _globals['_LEASE']._serialized_start=147
-  _globals['_LEASE']._serialized_end=240
-  _globals['_ACQUIRELEASEREQUEST']._serialized_start=242
-  _globals['_ACQUIRELEASEREQUEST']._serialized_end=294
-  _globals['_ACQUIRELEASERESPONSE']._serialized_start=296
-  _globals['_ACQUIRELEASERESPONSE']._serialized_end=411
-  _globals['_TAKELEASEREQUEST']._serialized_start=413
-  _globals['_TAKELEASEREQUEST']._serialized_end=462
-  _globals['_TAKELEASERESPONSE']._serialized_start=465
-  _globals['_TAKELEASERESPONSE']._serialized_end=621
-  _globals['_KEEPLEASEALIVEREQUEST']._serialized_start=623
-  _globals['_KEEPLEASEALIVEREQUEST']._serialized_end=661
-  _globals['_KEEPLEASEALIVERESPONSE']._serialized_start=664
-  _globals['_KEEPLEASEALIVERESPONSE']._serialized_end=824
-  _globals['_RELEASELEASEREQUEST']._serialized_start=826
-  _globals['_RELEASELEASEREQUEST']._serialized_end=862
-  _globals['_RELEASELEASERESPONSE']._serialized_start=864
-  _globals['_RELEASELEASERESPONSE']._serialized_end=964
-  _globals['_LISTLEASESREQUEST']._serialized_start=966
-  _globals['_LISTLEASESREQUEST']._serialized_end=985
-  _globals['_LISTLEASESRESPONSE']._serialized_start=987
-  _globals['_LISTLEASESRESPONSE']._serialized_end=1086
-  _globals['_LEASESERVICE']._serialized_start=1177
-  _globals['_LEASESERVICE']._serialized_end=1649
+  _globals['_LEASESERVICE'].methods_by_name['AcquireLease']._loaded_options = None
+  _globals['_LEASESERVICE'].methods_by_name['AcquireLease']._serialized_options = b'\250\273\030\002'
+  _globals['_LEASESERVICE'].methods_by_name['TakeLease']._loaded_options = None
+  _globals['_LEASESERVICE'].methods_by_name['TakeLease']._serialized_options = b'\250\273\030\002'
+  _globals['_LEASESERVICE'].methods_by_name['KeepLeaseAlive']._loaded_options = None
+  _globals['_LEASESERVICE'].methods_by_name['KeepLeaseAlive']._serialized_options = b'\250\273\030\002'
+  _globals['_LEASESERVICE'].methods_by_name['ReleaseLease']._loaded_options = None
+  _globals['_LEASESERVICE'].methods_by_name['ReleaseLease']._serialized_options = b'\250\273\030\002'
+  _globals['_LEASESERVICE'].methods_by_name['ListLeases']._loaded_options = None
+  _globals['_LEASESERVICE'].methods_by_name['ListLeases']._serialized_options = b'\250\273\030\001'
+  _globals['_LEASELOSS']._serialized_start=1117
+  _globals['_LEASELOSS']._serialized_end=1203
+  _globals['_LEASE']._serialized_start=176
+  _globals['_LEASE']._serialized_end=269
+  _globals['_ACQUIRELEASEREQUEST']._serialized_start=271
+  _globals['_ACQUIRELEASEREQUEST']._serialized_end=323
+  _globals['_ACQUIRELEASERESPONSE']._serialized_start=325
+  _globals['_ACQUIRELEASERESPONSE']._serialized_end=440
+  _globals['_TAKELEASEREQUEST']._serialized_start=442
+  _globals['_TAKELEASEREQUEST']._serialized_end=491
+  _globals['_TAKELEASERESPONSE']._serialized_start=494
+  _globals['_TAKELEASERESPONSE']._serialized_end=650
+  _globals['_KEEPLEASEALIVEREQUEST']._serialized_start=652
+  _globals['_KEEPLEASEALIVEREQUEST']._serialized_end=690
+  _globals['_KEEPLEASEALIVERESPONSE']._serialized_start=693
+  _globals['_KEEPLEASEALIVERESPONSE']._serialized_end=853
+  _globals['_RELEASELEASEREQUEST']._serialized_start=855
+  _globals['_RELEASELEASEREQUEST']._serialized_end=891
+  _globals['_RELEASELEASERESPONSE']._serialized_start=893
+  _globals['_RELEASELEASERESPONSE']._serialized_end=993
+  _globals['_LISTLEASESREQUEST']._serialized_start=995
+  _globals['_LISTLEASESREQUEST']._serialized_end=1014
+  _globals['_LISTLEASESRESPONSE']._serialized_start=1016
+  _globals['_LISTLEASESRESPONSE']._serialized_end=1115
+  _globals['_LEASESERVICE']._serialized_start=1206
+  _globals['_LEASESERVICE']._serialized_end=1708
 # @@protoc_insertion_point(module_scope)

@@ -5,6 +5,7 @@ from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from virtualrobot.v1 import robot_pb2 as _robot_pb2
 from virtualrobot.v1 import scene_pb2 as _scene_pb2
 from virtualrobot.v1 import signal_pb2 as _signal_pb2
+from virtualrobot.v1 import token_pb2 as _token_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor
@@ -95,6 +96,8 @@ class EndCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     END_CAUSE_COLLISION: _ClassVar[EndCause]
     END_CAUSE_STEP_REFUSED: _ClassVar[EndCause]
     END_CAUSE_PART_TIMEOUT: _ClassVar[EndCause]
+    END_CAUSE_WORLD_RESTORED: _ClassVar[EndCause]
+    END_CAUSE_KERNEL_RESTARTED: _ClassVar[EndCause]
 
 class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -178,6 +181,8 @@ END_CAUSE_FAILED: EndCause
 END_CAUSE_COLLISION: EndCause
 END_CAUSE_STEP_REFUSED: EndCause
 END_CAUSE_PART_TIMEOUT: EndCause
+END_CAUSE_WORLD_RESTORED: EndCause
+END_CAUSE_KERNEL_RESTARTED: EndCause
 PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind

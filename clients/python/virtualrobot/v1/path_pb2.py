@@ -25,25 +25,28 @@ _sym_db = _symbol_database.Default()
 from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb2
 from virtualrobot.v1 import motion_pb2 as virtualrobot_dot_v1_dot_motion__pb2
 from virtualrobot.v1 import nodes_pb2 as virtualrobot_dot_v1_dot_nodes__pb2
+from virtualrobot.v1 import token_pb2 as virtualrobot_dot_v1_dot_token__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1avirtualrobot/v1/path.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1cvirtualrobot/v1/motion.proto\x1a\x1bvirtualrobot/v1/nodes.proto\"\xc5\x02\n\x0f\x46indPathRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12)\n\x05start\x18\x02 \x01(\x0b\x32\x1a.virtualrobot.v1.JointGoal\x12+\n\x04goal\x18\x03 \x01(\x0b\x32\x1d.virtualrobot.v1.PointToPoint\x12-\n\x07planner\x18\x04 \x01(\x0e\x32\x1c.virtualrobot.v1.PathPlanner\x12\x0c\n\x04seed\x18\x05 \x01(\x04\x12\x1a\n\x12time_limit_seconds\x18\x06 \x01(\x01\x12\x14\n\x0cspeed_factor\x18\x07 \x01(\x01\x12\x1a\n\rblend_percent\x18\x08 \x01(\x01H\x00\x88\x01\x01\x12.\n\x05group\x18\t \x01(\x0b\x32\x1f.virtualrobot.v1.GroupSelectionB\x10\n\x0e_blend_percent\"\x9c\x01\n\x10\x46indPathResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x17\n\x0f\x65lapsed_seconds\x18\x02 \x01(\x01\x12\x0e\n\x06states\x18\x03 \x01(\x04\x12\x0e\n\x06\x63hecks\x18\x04 \x01(\x04\x12(\n\x04path\x18\x05 \x01(\x0b\x32\x1a.virtualrobot.v1.FoundPath\"\x97\x02\n\tFoundPath\x12\x13\n\x0bjoint_names\x18\x01 \x03(\t\x12,\n\twaypoints\x18\x02 \x03(\x0b\x32\x19.virtualrobot.v1.Waypoint\x12\x10\n\x08straight\x18\x03 \x01(\x08\x12\x0e\n\x06length\x18\x04 \x01(\x01\x12\x17\n\x0fstraight_length\x18\x05 \x01(\x01\x12)\n\x04spec\x18\x06 \x01(\x0b\x32\x1b.virtualrobot.v1.MotionSpec\x12\x18\n\x10\x64uration_seconds\x18\x07 \x01(\x01\x12-\n\x07planner\x18\x08 \x01(\x0e\x32\x1c.virtualrobot.v1.PathPlanner\x12\x18\n\x10planning_seconds\x18\t \x01(\x01\"\x1d\n\x08Waypoint\x12\x11\n\tpositions\x18\x01 \x03(\x01*\xef\x01\n\x0bPathPlanner\x12\x1c\n\x18PATH_PLANNER_UNSPECIFIED\x10\x00\x12\x1c\n\x18PATH_PLANNER_RRT_CONNECT\x10\x01\x12\x14\n\x10PATH_PLANNER_RRT\x10\x02\x12\x18\n\x14PATH_PLANNER_KPIECE1\x10\x03\x12\x19\n\x15PATH_PLANNER_BKPIECE1\x10\x04\x12\x1a\n\x16PATH_PLANNER_LBKPIECE1\x10\x05\x12\x19\n\x15PATH_PLANNER_RRT_STAR\x10\x06\x12\"\n\x1ePATH_PLANNER_INFORMED_RRT_STAR\x10\x07\x32`\n\x0bPathService\x12Q\n\x08\x46indPath\x12 .virtualrobot.v1.FindPathRequest\x1a!.virtualrobot.v1.FindPathResponse0\x01\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1avirtualrobot/v1/path.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1cvirtualrobot/v1/motion.proto\x1a\x1bvirtualrobot/v1/nodes.proto\x1a\x1bvirtualrobot/v1/token.proto\"\xc5\x02\n\x0f\x46indPathRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12)\n\x05start\x18\x02 \x01(\x0b\x32\x1a.virtualrobot.v1.JointGoal\x12+\n\x04goal\x18\x03 \x01(\x0b\x32\x1d.virtualrobot.v1.PointToPoint\x12-\n\x07planner\x18\x04 \x01(\x0e\x32\x1c.virtualrobot.v1.PathPlanner\x12\x0c\n\x04seed\x18\x05 \x01(\x04\x12\x1a\n\x12time_limit_seconds\x18\x06 \x01(\x01\x12\x14\n\x0cspeed_factor\x18\x07 \x01(\x01\x12\x1a\n\rblend_percent\x18\x08 \x01(\x01H\x00\x88\x01\x01\x12.\n\x05group\x18\t \x01(\x0b\x32\x1f.virtualrobot.v1.GroupSelectionB\x10\n\x0e_blend_percent\"\x9c\x01\n\x10\x46indPathResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x17\n\x0f\x65lapsed_seconds\x18\x02 \x01(\x01\x12\x0e\n\x06states\x18\x03 \x01(\x04\x12\x0e\n\x06\x63hecks\x18\x04 \x01(\x04\x12(\n\x04path\x18\x05 \x01(\x0b\x32\x1a.virtualrobot.v1.FoundPath\"\x97\x02\n\tFoundPath\x12\x13\n\x0bjoint_names\x18\x01 \x03(\t\x12,\n\twaypoints\x18\x02 \x03(\x0b\x32\x19.virtualrobot.v1.Waypoint\x12\x10\n\x08straight\x18\x03 \x01(\x08\x12\x0e\n\x06length\x18\x04 \x01(\x01\x12\x17\n\x0fstraight_length\x18\x05 \x01(\x01\x12)\n\x04spec\x18\x06 \x01(\x0b\x32\x1b.virtualrobot.v1.MotionSpec\x12\x18\n\x10\x64uration_seconds\x18\x07 \x01(\x01\x12-\n\x07planner\x18\x08 \x01(\x0e\x32\x1c.virtualrobot.v1.PathPlanner\x12\x18\n\x10planning_seconds\x18\t \x01(\x01\"\x1d\n\x08Waypoint\x12\x11\n\tpositions\x18\x01 \x03(\x01*\xef\x01\n\x0bPathPlanner\x12\x1c\n\x18PATH_PLANNER_UNSPECIFIED\x10\x00\x12\x1c\n\x18PATH_PLANNER_RRT_CONNECT\x10\x01\x12\x14\n\x10PATH_PLANNER_RRT\x10\x02\x12\x18\n\x14PATH_PLANNER_KPIECE1\x10\x03\x12\x19\n\x15PATH_PLANNER_BKPIECE1\x10\x04\x12\x1a\n\x16PATH_PLANNER_LBKPIECE1\x10\x05\x12\x19\n\x15PATH_PLANNER_RRT_STAR\x10\x06\x12\"\n\x1ePATH_PLANNER_INFORMED_RRT_STAR\x10\x07\x32\x66\n\x0bPathService\x12W\n\x08\x46indPath\x12 .virtualrobot.v1.FindPathRequest\x1a!.virtualrobot.v1.FindPathResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'virtualrobot.v1.path_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_PATHPLANNER']._serialized_start=939
-  _globals['_PATHPLANNER']._serialized_end=1178
-  _globals['_FINDPATHREQUEST']._serialized_start=139
-  _globals['_FINDPATHREQUEST']._serialized_end=464
-  _globals['_FINDPATHRESPONSE']._serialized_start=467
-  _globals['_FINDPATHRESPONSE']._serialized_end=623
-  _globals['_FOUNDPATH']._serialized_start=626
-  _globals['_FOUNDPATH']._serialized_end=905
-  _globals['_WAYPOINT']._serialized_start=907
-  _globals['_WAYPOINT']._serialized_end=936
-  _globals['_PATHSERVICE']._serialized_start=1180
-  _globals['_PATHSERVICE']._serialized_end=1276
+  _globals['_PATHSERVICE'].methods_by_name['FindPath']._loaded_options = None
+  _globals['_PATHSERVICE'].methods_by_name['FindPath']._serialized_options = b'\250\273\030\001'
+  _globals['_PATHPLANNER']._serialized_start=968
+  _globals['_PATHPLANNER']._serialized_end=1207
+  _globals['_FINDPATHREQUEST']._serialized_start=168
+  _globals['_FINDPATHREQUEST']._serialized_end=493
+  _globals['_FINDPATHRESPONSE']._serialized_start=496
+  _globals['_FINDPATHRESPONSE']._serialized_end=652
+  _globals['_FOUNDPATH']._serialized_start=655
+  _globals['_FOUNDPATH']._serialized_end=934
+  _globals['_WAYPOINT']._serialized_start=936
+  _globals['_WAYPOINT']._serialized_end=965
+  _globals['_PATHSERVICE']._serialized_start=1209
+  _globals['_PATHSERVICE']._serialized_end=1311
 # @@protoc_insertion_point(module_scope)

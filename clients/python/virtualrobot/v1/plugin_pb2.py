@@ -23,35 +23,40 @@ _sym_db = _symbol_database.Default()
 
 
 from google.protobuf import struct_pb2 as google_dot_protobuf_dot_struct__pb2
+from virtualrobot.v1 import token_pb2 as virtualrobot_dot_v1_dot_token__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/plugin.proto\x12\x0fvirtualrobot.v1\x1a\x1cgoogle/protobuf/struct.proto\"\x14\n\x12ListPluginsRequest\"?\n\x13ListPluginsResponse\x12(\n\x07plugins\x18\x01 \x03(\x0b\x32\x17.virtualrobot.v1.Plugin\"\x16\n\x14ReloadPluginsRequest\"A\n\x15ReloadPluginsResponse\x12(\n\x07plugins\x18\x01 \x03(\x0b\x32\x17.virtualrobot.v1.Plugin\"\xba\x01\n\x06Plugin\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x0f\n\x07package\x18\x02 \x01(\t\x12\x0f\n\x07version\x18\x03 \x01(\t\x12\x13\n\x0b\x61pi_version\x18\x04 \x01(\t\x12+\n\x05state\x18\x05 \x01(\x0e\x32\x1c.virtualrobot.v1.PluginState\x12\x0e\n\x06reason\x18\x06 \x01(\t\x12.\n\ncomponents\x18\x07 \x03(\x0b\x32\x1a.virtualrobot.v1.Component\"\x95\x02\n\tComponent\x12,\n\x04kind\x18\x01 \x01(\x0e\x32\x1e.virtualrobot.v1.ComponentKind\x12\x0c\n\x04name\x18\x02 \x01(\t\x12\x13\n\x0b\x64\x65scription\x18\x03 \x01(\t\x12-\n\tisolation\x18\x04 \x01(\x0e\x32\x1a.virtualrobot.v1.Isolation\x12\x18\n\x10\x64\x65\x61\x64line_seconds\x18\x05 \x01(\x01\x12\x30\n\x0fsettings_schema\x18\x06 \x01(\x0b\x32\x17.google.protobuf.Struct\x12\x0f\n\x07\x65ndings\x18\x07 \x03(\t\x12+\n\x04uses\x18\x08 \x03(\x0b\x32\x1d.virtualrobot.v1.ComponentUse\"\x89\x01\n\x0c\x43omponentUse\x12\r\n\x05robot\x18\x01 \x01(\t\x12\r\n\x05\x66\x61ult\x18\x02 \x01(\t\x12\r\n\x05\x63\x61lls\x18\x03 \x01(\x04\x12\x19\n\x11mean_call_seconds\x18\x04 \x01(\x01\x12\x12\n\nprocess_id\x18\x05 \x01(\r\x12\x0e\n\x06sensor\x18\x06 \x01(\t\x12\r\n\x05group\x18\x07 \x01(\t*]\n\x0bPluginState\x12\x1c\n\x18PLUGIN_STATE_UNSPECIFIED\x10\x00\x12\x17\n\x13PLUGIN_STATE_LOADED\x10\x01\x12\x17\n\x13PLUGIN_STATE_FAILED\x10\x02*\xf2\x01\n\rComponentKind\x12\x1e\n\x1a\x43OMPONENT_KIND_UNSPECIFIED\x10\x00\x12\x1d\n\x19\x43OMPONENT_KIND_KINEMATICS\x10\x01\x12\x1b\n\x17\x43OMPONENT_KIND_IMPORTER\x10\x02\x12$\n COMPONENT_KIND_MOBILE_KINEMATICS\x10\x03\x12\x1d\n\x19\x43OMPONENT_KIND_RAY_CASTER\x10\x04\x12\x1f\n\x1b\x43OMPONENT_KIND_SENSOR_MODEL\x10\x05\x12\x1f\n\x1b\x43OMPONENT_KIND_ROBOT_DRIVER\x10\x06*W\n\tIsolation\x12\x19\n\x15ISOLATION_UNSPECIFIED\x10\x00\x12\x18\n\x14ISOLATION_IN_PROCESS\x10\x01\x12\x15\n\x11ISOLATION_PROCESS\x10\x02\x32\xc9\x01\n\rPluginService\x12X\n\x0bListPlugins\x12#.virtualrobot.v1.ListPluginsRequest\x1a$.virtualrobot.v1.ListPluginsResponse\x12^\n\rReloadPlugins\x12%.virtualrobot.v1.ReloadPluginsRequest\x1a&.virtualrobot.v1.ReloadPluginsResponseb\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/plugin.proto\x12\x0fvirtualrobot.v1\x1a\x1cgoogle/protobuf/struct.proto\x1a\x1bvirtualrobot/v1/token.proto\"\x14\n\x12ListPluginsRequest\"?\n\x13ListPluginsResponse\x12(\n\x07plugins\x18\x01 \x03(\x0b\x32\x17.virtualrobot.v1.Plugin\"\x16\n\x14ReloadPluginsRequest\"A\n\x15ReloadPluginsResponse\x12(\n\x07plugins\x18\x01 \x03(\x0b\x32\x17.virtualrobot.v1.Plugin\"\xba\x01\n\x06Plugin\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\x0f\n\x07package\x18\x02 \x01(\t\x12\x0f\n\x07version\x18\x03 \x01(\t\x12\x13\n\x0b\x61pi_version\x18\x04 \x01(\t\x12+\n\x05state\x18\x05 \x01(\x0e\x32\x1c.virtualrobot.v1.PluginState\x12\x0e\n\x06reason\x18\x06 \x01(\t\x12.\n\ncomponents\x18\x07 \x03(\x0b\x32\x1a.virtualrobot.v1.Component\"\x95\x02\n\tComponent\x12,\n\x04kind\x18\x01 \x01(\x0e\x32\x1e.virtualrobot.v1.ComponentKind\x12\x0c\n\x04name\x18\x02 \x01(\t\x12\x13\n\x0b\x64\x65scription\x18\x03 \x01(\t\x12-\n\tisolation\x18\x04 \x01(\x0e\x32\x1a.virtualrobot.v1.Isolation\x12\x18\n\x10\x64\x65\x61\x64line_seconds\x18\x05 \x01(\x01\x12\x30\n\x0fsettings_schema\x18\x06 \x01(\x0b\x32\x17.google.protobuf.Struct\x12\x0f\n\x07\x65ndings\x18\x07 \x03(\t\x12+\n\x04uses\x18\x08 \x03(\x0b\x32\x1d.virtualrobot.v1.ComponentUse\"\x89\x01\n\x0c\x43omponentUse\x12\r\n\x05robot\x18\x01 \x01(\t\x12\r\n\x05\x66\x61ult\x18\x02 \x01(\t\x12\r\n\x05\x63\x61lls\x18\x03 \x01(\x04\x12\x19\n\x11mean_call_seconds\x18\x04 \x01(\x01\x12\x12\n\nprocess_id\x18\x05 \x01(\r\x12\x0e\n\x06sensor\x18\x06 \x01(\t\x12\r\n\x05group\x18\x07 \x01(\t*]\n\x0bPluginState\x12\x1c\n\x18PLUGIN_STATE_UNSPECIFIED\x10\x00\x12\x17\n\x13PLUGIN_STATE_LOADED\x10\x01\x12\x17\n\x13PLUGIN_STATE_FAILED\x10\x02*\xf2\x01\n\rComponentKind\x12\x1e\n\x1a\x43OMPONENT_KIND_UNSPECIFIED\x10\x00\x12\x1d\n\x19\x43OMPONENT_KIND_KINEMATICS\x10\x01\x12\x1b\n\x17\x43OMPONENT_KIND_IMPORTER\x10\x02\x12$\n COMPONENT_KIND_MOBILE_KINEMATICS\x10\x03\x12\x1d\n\x19\x43OMPONENT_KIND_RAY_CASTER\x10\x04\x12\x1f\n\x1b\x43OMPONENT_KIND_SENSOR_MODEL\x10\x05\x12\x1f\n\x1b\x43OMPONENT_KIND_ROBOT_DRIVER\x10\x06*W\n\tIsolation\x12\x19\n\x15ISOLATION_UNSPECIFIED\x10\x00\x12\x18\n\x14ISOLATION_IN_PROCESS\x10\x01\x12\x15\n\x11ISOLATION_PROCESS\x10\x02\x32\xd5\x01\n\rPluginService\x12^\n\x0bListPlugins\x12#.virtualrobot.v1.ListPluginsRequest\x1a$.virtualrobot.v1.ListPluginsResponse\"\x04\xa8\xbb\x18\x01\x12\x64\n\rReloadPlugins\x12%.virtualrobot.v1.ReloadPluginsRequest\x1a&.virtualrobot.v1.ReloadPluginsResponse\"\x04\xa8\xbb\x18\x03\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'virtualrobot.v1.plugin_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_PLUGINSTATE']._serialized_start=866
-  _globals['_PLUGINSTATE']._serialized_end=959
-  _globals['_COMPONENTKIND']._serialized_start=962
-  _globals['_COMPONENTKIND']._serialized_end=1204
-  _globals['_ISOLATION']._serialized_start=1206
-  _globals['_ISOLATION']._serialized_end=1293
-  _globals['_LISTPLUGINSREQUEST']._serialized_start=79
-  _globals['_LISTPLUGINSREQUEST']._serialized_end=99
-  _globals['_LISTPLUGINSRESPONSE']._serialized_start=101
-  _globals['_LISTPLUGINSRESPONSE']._serialized_end=164
-  _globals['_RELOADPLUGINSREQUEST']._serialized_start=166
-  _globals['_RELOADPLUGINSREQUEST']._serialized_end=188
-  _globals['_RELOADPLUGINSRESPONSE']._serialized_start=190
-  _globals['_RELOADPLUGINSRESPONSE']._serialized_end=255
-  _globals['_PLUGIN']._serialized_start=258
-  _globals['_PLUGIN']._serialized_end=444
-  _globals['_COMPONENT']._serialized_start=447
-  _globals['_COMPONENT']._serialized_end=724
-  _globals['_COMPONENTUSE']._serialized_start=727
-  _globals['_COMPONENTUSE']._serialized_end=864
-  _globals['_PLUGINSERVICE']._serialized_start=1296
-  _globals['_PLUGINSERVICE']._serialized_end=1497
+  _globals['_PLUGINSERVICE'].methods_by_name['ListPlugins']._loaded_options = None
+  _globals['_PLUGINSERVICE'].methods_by_name['ListPlugins']._serialized_options = b'\250\273\030\001'
+  _globals['_PLUGINSERVICE'].methods_by_name['ReloadPlugins']._loaded_options = None
+  _globals['_PLUGINSERVICE'].methods_by_name['ReloadPlugins']._serialized_options = b'\250\273\030\003'
+  _globals['_PLUGINSTATE']._serialized_start=895
+  _globals['_PLUGINSTATE']._serialized_end=988
+  _globals['_COMPONENTKIND']._serialized_start=991
+  _globals['_COMPONENTKIND']._serialized_end=1233
+  _globals['_ISOLATION']._serialized_start=1235
+  _globals['_ISOLATION']._serialized_end=1322
+  _globals['_LISTPLUGINSREQUEST']._serialized_start=108
+  _globals['_LISTPLUGINSREQUEST']._serialized_end=128
+  _globals['_LISTPLUGINSRESPONSE']._serialized_start=130
+  _globals['_LISTPLUGINSRESPONSE']._serialized_end=193
+  _globals['_RELOADPLUGINSREQUEST']._serialized_start=195
+  _globals['_RELOADPLUGINSREQUEST']._serialized_end=217
+  _globals['_RELOADPLUGINSRESPONSE']._serialized_start=219
+  _globals['_RELOADPLUGINSRESPONSE']._serialized_end=284
+  _globals['_PLUGIN']._serialized_start=287
+  _globals['_PLUGIN']._serialized_end=473
+  _globals['_COMPONENT']._serialized_start=476
+  _globals['_COMPONENT']._serialized_end=753
+  _globals['_COMPONENTUSE']._serialized_start=756
+  _globals['_COMPONENTUSE']._serialized_end=893
+  _globals['_PLUGINSERVICE']._serialized_start=1325
+  _globals['_PLUGINSERVICE']._serialized_end=1538
 # @@protoc_insertion_point(module_scope)

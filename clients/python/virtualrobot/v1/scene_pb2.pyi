@@ -7,6 +7,7 @@ from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
 from virtualrobot.v1 import robot_pb2 as _robot_pb2
 from virtualrobot.v1 import sensor_pb2 as _sensor_pb2
 from virtualrobot.v1 import signal_pb2 as _signal_pb2
+from virtualrobot.v1 import token_pb2 as _token_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor

@@ -23,31 +23,36 @@ _sym_db = _symbol_database.Default()
 
 
 from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb2
+from virtualrobot.v1 import token_pb2 as virtualrobot_dot_v1_dot_token__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/signal.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\"\x8d\x01\n\x0bSignalValue\x12\x11\n\x07\x62oolean\x18\x01 \x01(\x08H\x00\x12\x11\n\x07integer\x18\x02 \x01(\x03H\x00\x12\x10\n\x06number\x18\x03 \x01(\x01H\x00\x12\x0e\n\x04text\x18\x04 \x01(\tH\x00\x12.\n\x05group\x18\x05 \x01(\x0b\x32\x1d.virtualrobot.v1.BooleanGroupH\x00\x42\x06\n\x04kind\"\x1e\n\x0c\x42ooleanGroup\x12\x0e\n\x06values\x18\x01 \x03(\x08\"\xaa\x01\n\x06Signal\x12\x0c\n\x04name\x18\x01 \x01(\t\x12+\n\x05value\x18\x02 \x01(\x0b\x32\x1c.virtualrobot.v1.SignalValue\x12\x13\n\x0b\x64\x65scription\x18\x03 \x01(\t\x12\x0c\n\x04unit\x18\x04 \x01(\t\x12\x33\n\tdirection\x18\x05 \x01(\x0e\x32 .virtualrobot.v1.SignalDirection\x12\r\n\x05owner\x18\x06 \x01(\t\"\"\n\x11GetSignalsRequest\x12\r\n\x05names\x18\x01 \x03(\t\"e\n\x12GetSignalsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12(\n\x07signals\x18\x02 \x03(\x0b\x32\x17.virtualrobot.v1.Signal\"$\n\x13WatchSignalsRequest\x12\r\n\x05names\x18\x01 \x03(\t\"~\n\x14WatchSignalsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12(\n\x07signals\x18\x02 \x03(\x0b\x32\x17.virtualrobot.v1.Signal\x12\x15\n\rremoved_names\x18\x03 \x03(\t*\x8b\x01\n\x0fSignalDirection\x12 \n\x1cSIGNAL_DIRECTION_UNSPECIFIED\x10\x00\x12\x1a\n\x16SIGNAL_DIRECTION_INPUT\x10\x01\x12\x1b\n\x17SIGNAL_DIRECTION_OUTPUT\x10\x02\x12\x1d\n\x19SIGNAL_DIRECTION_INTERNAL\x10\x03\x32\xc5\x01\n\rSignalService\x12U\n\nGetSignals\x12\".virtualrobot.v1.GetSignalsRequest\x1a#.virtualrobot.v1.GetSignalsResponse\x12]\n\x0cWatchSignals\x12$.virtualrobot.v1.WatchSignalsRequest\x1a%.virtualrobot.v1.WatchSignalsResponse0\x01\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/signal.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/token.proto\"\x8d\x01\n\x0bSignalValue\x12\x11\n\x07\x62oolean\x18\x01 \x01(\x08H\x00\x12\x11\n\x07integer\x18\x02 \x01(\x03H\x00\x12\x10\n\x06number\x18\x03 \x01(\x01H\x00\x12\x0e\n\x04text\x18\x04 \x01(\tH\x00\x12.\n\x05group\x18\x05 \x01(\x0b\x32\x1d.virtualrobot.v1.BooleanGroupH\x00\x42\x06\n\x04kind\"\x1e\n\x0c\x42ooleanGroup\x12\x0e\n\x06values\x18\x01 \x03(\x08\"\xaa\x01\n\x06Signal\x12\x0c\n\x04name\x18\x01 \x01(\t\x12+\n\x05value\x18\x02 \x01(\x0b\x32\x1c.virtualrobot.v1.SignalValue\x12\x13\n\x0b\x64\x65scription\x18\x03 \x01(\t\x12\x0c\n\x04unit\x18\x04 \x01(\t\x12\x33\n\tdirection\x18\x05 \x01(\x0e\x32 .virtualrobot.v1.SignalDirection\x12\r\n\x05owner\x18\x06 \x01(\t\"\"\n\x11GetSignalsRequest\x12\r\n\x05names\x18\x01 \x03(\t\"e\n\x12GetSignalsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12(\n\x07signals\x18\x02 \x03(\x0b\x32\x17.virtualrobot.v1.Signal\"$\n\x13WatchSignalsRequest\x12\r\n\x05names\x18\x01 \x03(\t\"~\n\x14WatchSignalsResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12(\n\x07signals\x18\x02 \x03(\x0b\x32\x17.virtualrobot.v1.Signal\x12\x15\n\rremoved_names\x18\x03 \x03(\t*\x8b\x01\n\x0fSignalDirection\x12 \n\x1cSIGNAL_DIRECTION_UNSPECIFIED\x10\x00\x12\x1a\n\x16SIGNAL_DIRECTION_INPUT\x10\x01\x12\x1b\n\x17SIGNAL_DIRECTION_OUTPUT\x10\x02\x12\x1d\n\x19SIGNAL_DIRECTION_INTERNAL\x10\x03\x32\xd1\x01\n\rSignalService\x12[\n\nGetSignals\x12\".virtualrobot.v1.GetSignalsRequest\x1a#.virtualrobot.v1.GetSignalsResponse\"\x04\xa8\xbb\x18\x01\x12\x63\n\x0cWatchSignals\x12$.virtualrobot.v1.WatchSignalsRequest\x1a%.virtualrobot.v1.WatchSignalsResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
 _builder.BuildTopDescriptorsAndMessages(DESCRIPTOR, 'virtualrobot.v1.signal_pb2', _globals)
 if not _descriptor._USE_C_DESCRIPTORS:
   DESCRIPTOR._loaded_options = None
-  _globals['_SIGNALDIRECTION']._serialized_start=736
-  _globals['_SIGNALDIRECTION']._serialized_end=875
-  _globals['_SIGNALVALUE']._serialized_start=82
-  _globals['_SIGNALVALUE']._serialized_end=223
-  _globals['_BOOLEANGROUP']._serialized_start=225
-  _globals['_BOOLEANGROUP']._serialized_end=255
-  _globals['_SIGNAL']._serialized_start=258
-  _globals['_SIGNAL']._serialized_end=428
-  _globals['_GETSIGNALSREQUEST']._serialized_start=430
-  _globals['_GETSIGNALSREQUEST']._serialized_end=464
-  _globals['_GETSIGNALSRESPONSE']._serialized_start=466
-  _globals['_GETSIGNALSRESPONSE']._serialized_end=567
-  _globals['_WATCHSIGNALSREQUEST']._serialized_start=569
-  _globals['_WATCHSIGNALSREQUEST']._serialized_end=605
-  _globals['_WATCHSIGNALSRESPONSE']._serialized_start=607
-  _globals['_WATCHSIGNALSRESPONSE']._serialized_end=733
-  _globals['_SIGNALSERVICE']._serialized_start=878
-  _globals['_SIGNALSERVICE']._serialized_end=1075
+  _globals['_SIGNALSERVICE'].methods_by_name['GetSignals']._loaded_options = None
+  _globals['_SIGNALSERVICE'].methods_by_name['GetSignals']._serialized_options = b'\250\273\030\001'
+  _globals['_SIGNALSERVICE'].methods_by_name['WatchSignals']._loaded_options = None
+  _globals['_SIGNALSERVICE'].methods_by_name['WatchSignals']._serialized_options = b'\250\273\030\001'
+  _globals['_SIGNALDIRECTION']._serialized_start=765
+  _globals['_SIGNALDIRECTION']._serialized_end=904
+  _globals['_SIGNALVALUE']._serialized_start=111
+  _globals['_SIGNALVALUE']._serialized_end=252
+  _globals['_BOOLEANGROUP']._serialized_start=254
+  _globals['_BOOLEANGROUP']._serialized_end=284
+  _globals['_SIGNAL']._serialized_start=287
+  _globals['_SIGNAL']._serialized_end=457
+  _globals['_GETSIGNALSREQUEST']._serialized_start=459
+  _globals['_GETSIGNALSREQUEST']._serialized_end=493
+  _globals['_GETSIGNALSRESPONSE']._serialized_start=495
+  _globals['_GETSIGNALSRESPONSE']._serialized_end=596
+  _globals['_WATCHSIGNALSREQUEST']._serialized_start=598
+  _globals['_WATCHSIGNALSREQUEST']._serialized_end=634
+  _globals['_WATCHSIGNALSRESPONSE']._serialized_start=636
+  _globals['_WATCHSIGNALSRESPONSE']._serialized_end=762
+  _globals['_SIGNALSERVICE']._serialized_start=907
+  _globals['_SIGNALSERVICE']._serialized_end=1116
 # @@protoc_insertion_point(module_scope)

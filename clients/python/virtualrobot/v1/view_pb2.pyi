@@ -1,6 +1,7 @@
 from google.protobuf import field_mask_pb2 as _field_mask_pb2
 from virtualrobot.v1 import collision_pb2 as _collision_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import token_pb2 as _token_pb2
 from google.protobuf.internal import containers as _containers
 from google.protobuf.internal import enum_type_wrapper as _enum_type_wrapper
 from google.protobuf import descriptor as _descriptor

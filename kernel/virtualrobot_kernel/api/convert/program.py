@@ -103,7 +103,7 @@ def motion_spec(message: motion_pb2.MotionSpec, text: ProgramText | None = None)
     moves = tuple(requested_move(move, f"moves[{place}]") for place, move in enumerate(message.moves))
     tracking = _tracking(message.tracking) if message.HasField("tracking") else None
     text = text or program_text(message.steps, message.programs)
-    return MotionSpec(moves, text.steps, tracking, text.outer_count, text.rest is not None)
+    return MotionSpec(moves, text.steps, tracking, text.outer_count, text.every if text.rest else ())
 
 
 def program_text(

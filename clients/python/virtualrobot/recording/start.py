@@ -1,0 +1,101 @@
+"""The begin of a recording: which file, which format, which topics."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import BinaryIO, TypedDict
+
+from virtualrobot._wire.services import Services
+from virtualrobot.errors import InvalidArgumentError, WrongStateError
+from virtualrobot.recording import topics
+from virtualrobot.recording.recording import Output, Recording
+from virtualrobot.recording.table_output import CsvFile, TableOutput
+from virtualrobot.v1 import kernel_pb2, robot_pb2, sensor_pb2, signal_pb2
+
+ENDINGS = (".mcap", ".csv", ".parquet")
+PICTURES = ("raw", "png")
+EXTRAS = {".mcap": "record", ".parquet": "parquet"}
+
+
+class RecordingOptions(TypedDict, total=False):
+    """Options of recordings.
+
+    Attributes:
+        topics: names of topics, or patterns such as `/robots/*`; in tables those of columns too, such as `arm/*`. All
+            by default.
+        rate: the most states of robots and of the scene a second; by default each tick that the kernel tells. Signals
+            and readings are recorded however often they come.
+        overwrite: whether a file that is there is replaced; else it is refused.
+        pictures: colours of cameras in an MCAP file: `raw` (the default), or `png`, which is smaller and takes longer.
+    """
+
+    topics: Iterable[str]
+    rate: float | None
+    overwrite: bool
+    pictures: str
+
+
+def start(services: Services, path: str | Path, duration: float | None, options: RecordingOptions) -> Recording:
+    """Begin a recording; the arguments are those of `Client.start_recording`."""
+    path = Path(path)
+    ending = path.suffix.lower()
+    if ending not in ENDINGS:
+        raise InvalidArgumentError(
+            f"{path} is no recording; let its name end with {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}"
+        )
+    for name, value in (("duration", duration), ("rate", rate := options.get("rate"))):
+        if value is not None and not 0.0 < value < float("inf"):
+            raise InvalidArgumentError(f"{name} is above 0, not {value:g}")
+    pictures = options.get("pictures") or PICTURES[0]
+    if pictures not in PICTURES:
+        raise InvalidArgumentError(f"pictures are {' or '.join(PICTURES)}, not {pictures!r}")
+    selection = topics.Selection(options.get("topics") or ())
+    info = services.kernel.GetInfo(kernel_pb2.GetInfoRequest())
+    about = {"version": info.version, "api_version": info.api_version}
+    try:
+        if ending == ".mcap":
+            from virtualrobot.recording.mcap_output import McapOutput
+        elif ending == ".parquet":
+            from virtualrobot.recording.parquet_file import ParquetFile
+    except ImportError as error:
+        package = (error.name or "").partition(".")[0]
+        raise WrongStateError(
+            f"{ending} needs the package {package}: pip install 'virtualrobot[{EXTRAS[ending]}]'"
+        ) from None
+    table = None if ending == ".mcap" else TableOutput(services, selection)
+    selection.check(_topics(services) if table is None else table.known)
+    stream = _opened(path, options.get("overwrite") or False)
+    try:
+        if table is None:
+            output: Output = McapOutput(stream, services, selection, about, pictures == "png")
+        else:
+            columns = table.columns
+            table.begin(CsvFile(stream, columns) if ending == ".csv" else ParquetFile(stream, columns, about))
+            output = table
+        return Recording(services, path, stream, output, rate=rate, duration=duration)
+    except BaseException:
+        stream.close()
+        raise
+
+
+def _topics(services: Services) -> list[str]:
+    """Return the topics that there are now; of sensors all that one of their kind may have."""
+    states = services.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest()).robots
+    signals = services.signal.GetSignals(signal_pb2.GetSignalsRequest()).signals
+    sensors = services.sensor.ListSensors(sensor_pb2.ListSensorsRequest()).sensors
+    return [
+        *topics.OF_WORLD,
+        *(topic for state in states for topic in topics.of_robot(state.name)),
+        *(topics.signal(one.name) for one in signals),
+        *(topics.sensor(one.name, told) for one in sensors for told in topics.CONTENTS.get(one.kind, ("reading",))),
+    ]
+
+
+def _opened(path: Path, overwrite: bool) -> BinaryIO:
+    try:
+        return path.open("wb" if overwrite else "xb")
+    except FileExistsError:
+        raise InvalidArgumentError(f"{path} is there already: choose another name, or overwrite it") from None
+    except OSError as error:
+        raise InvalidArgumentError(f"{path} cannot be written: {error.strerror or error}") from error

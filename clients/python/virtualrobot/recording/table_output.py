@@ -1,0 +1,219 @@
+"""Tables of what a kernel tells: a row for each tick in which anything has changed, a column for each value."""
+
+from __future__ import annotations
+
+import csv
+import heapq
+import io
+import threading
+import time
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, BinaryIO, Protocol
+
+from virtualrobot._wire.services import Services
+from virtualrobot._wire.signal_values import value_of
+from virtualrobot.recording import topics
+from virtualrobot.recording.joints import Robots
+from virtualrobot.v1 import robot_pb2, signal_pb2
+
+Cell = float | int | bool | str | None
+
+_LATE_SECONDS = 1.0
+"""Simulation time (s) that rows are held back, since what two watches tell of a tick comes one after the other."""
+
+_POSE = (("x", "m"), ("y", "m"), ("z", "m"), ("qx", ""), ("qy", ""), ("qz", ""), ("qw", ""))
+_FLUSHED_SECONDS = 1.0
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """A column of a table.
+
+    Attributes:
+        name: such as `arm/joint_1/position`.
+        unit: such as `rad`; empty for what has none.
+        type: of its values: float, int, bool or str.
+    """
+
+    name: str
+    unit: str
+    type: type
+
+
+TIME, TICK = Column("time", "s", float), Column("tick", "", int)
+
+
+class RowFile(Protocol):
+    """File of rows that is being written."""
+
+    def write(self, row: Sequence[Cell]) -> None:
+        """Add a row."""
+        ...
+
+    def close(self, about: Mapping[str, str]) -> None:
+        """Make the file whole; `about` is kept where the format has a place for it."""
+        ...
+
+
+class CsvFile:
+    """A CSV file; its first line has the names of the columns with their units."""
+
+    def __init__(self, stream: BinaryIO, columns: Sequence[Column]) -> None:
+        """Begin a file in `stream`."""
+        self._text = io.TextIOWrapper(stream, "utf-8", newline="")
+        self._rows = csv.writer(self._text, lineterminator="\n")
+        self._rows.writerow(f"{one.name} [{one.unit}]" if one.unit else one.name for one in columns)
+        self._flushed = time.monotonic()
+
+    def write(self, row: Sequence[Cell]) -> None:
+        """Add a row; numbers are written so that reading them gives the same."""
+        self._rows.writerow(str(cell).lower() if isinstance(cell, bool) else cell for cell in row)
+        if time.monotonic() - self._flushed > _FLUSHED_SECONDS:
+            self._flushed = time.monotonic()
+            self._text.flush()
+
+    def close(self, about: Mapping[str, str]) -> None:
+        """Write what is left; a CSV file has no place for more."""
+        self._text.flush()
+        self._text.detach()
+
+
+class TableOutput:
+    """A recording as a table. Its methods take what watches tell.
+
+    Attributes:
+        counts: how many rows and columns there are.
+        notes: what is not in the table though it was asked for.
+        columns: the columns, the time (s) and the tick first.
+        known: the names of all columns that there could be, and their topics.
+    """
+
+    watches = frozenset({"robots", "signals"})
+    idle = True
+
+    def __init__(self, services: Services, selection: topics.Selection) -> None:
+        """Take the columns from what there is now; `begin` gives the file."""
+        self.counts: Counter[str] = Counter()
+        self.notes: list[str] = []
+        self._selection = selection
+        self._robots = Robots(services)
+        self._places: dict[str, int] = {}
+        self.known: list[str] = []
+        self.columns = [TIME, TICK]
+        states = services.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest())
+        for state in states.robots:
+            for column, topic, _ in self._of_robot(state, states):
+                self._add(column, topic)
+        for signal in services.signal.GetSignals(signal_pb2.GetSignalsRequest()).signals:
+            kind = type(_cell(signal))
+            self._add(Column(f"signals/{signal.name}", signal.unit, kind), topics.signal(signal.name))
+        self._row: list[Cell] = [None] * len(self.columns)
+        self._file: RowFile | None = None
+        self._lock = threading.Lock()
+        self._waiting: list[tuple[int, int, float, list[tuple[int, Cell]]]] = []
+        self._taken = 0
+        self._newest = 0.0
+
+    def begin(self, file: RowFile) -> None:
+        """Write to this file."""
+        self._file = file
+        self.counts["columns"] = len(self.columns)
+
+    def _add(self, column: Column, topic: str) -> None:
+        self.known += [topic, column.name]
+        if topic in self._selection or column.name in self._selection:
+            self._places[column.name] = len(self.columns)
+            self.columns.append(column)
+
+    def _of_robot(
+        self,
+        state: robot_pb2.RobotState,
+        message: robot_pb2.WatchRobotStatesResponse | robot_pb2.GetRobotStatesResponse,
+    ) -> Iterator[tuple[Column, str, float]]:
+        """Yield the columns of a robot with their topics and what they are in a state."""
+        topic = topics.joint_states(state.name)
+        for one, position in zip(self._robots.coordinates(state, message.stamp), state.positions, strict=False):
+            name = f"{state.name}/{one.name}"
+            yield Column(f"{name}/position", one.unit, float), topic, position
+            if one.velocity is not None:
+                yield Column(f"{name}/velocity", f"{one.unit}/s", float), topic, state.velocities[one.velocity]
+        p, q = state.world_t_tcp.position, state.world_t_tcp.orientation
+        for (name, unit), value in zip(_POSE, (p.x, p.y, p.z, q.x, q.y, q.z, q.w), strict=True):
+            yield Column(f"{state.name}/tcp/{name}", unit, float), topics.tool_center_point(state.name), value
+
+    def take(self, watch: str, message: Any) -> None:  # noqa: ANN401 what the watch tells
+        """Take what one of the watches tells."""
+        getattr(self, watch)(message)
+
+    def robots(self, message: robot_pb2.WatchRobotStatesResponse) -> None:
+        """Take states of robots; what is gone has no values any more."""
+        cells: list[tuple[int, Cell]] = [
+            (place, value)
+            for state in message.robots
+            for column, topic, value in self._of_robot(state, message)
+            if (place := self._place(column.name, topic)) is not None
+        ]
+        for gone in message.removed_names:
+            cells += [(place, None) for name, place in self._places.items() if name.startswith(f"{gone}/")]
+        self._take(message, cells)
+
+    def signals(self, message: signal_pb2.WatchSignalsResponse) -> None:
+        """Take signals."""
+        cells: list[tuple[int, Cell]] = [
+            (place, _cell(one))
+            for one in message.signals
+            if (place := self._place(f"signals/{one.name}", topics.signal(one.name))) is not None
+        ]
+        cells += [
+            (self._places[name], None) for gone in message.removed_names if (name := f"signals/{gone}") in self._places
+        ]
+        self._take(message, cells)
+
+    def _place(self, name: str, topic: str) -> int | None:
+        if name not in self._places and (topic in self._selection or name in self._selection):
+            note = f"{topic} came when the table had its columns already"
+            if note not in self.notes:
+                self.notes.append(note)
+        return self._places.get(name)
+
+    def _take(
+        self,
+        message: robot_pb2.WatchRobotStatesResponse | signal_pb2.WatchSignalsResponse,
+        cells: list[tuple[int, Cell]],
+    ) -> None:
+        if not cells:
+            return
+        seconds = message.stamp.simulation_time_seconds
+        with self._lock:
+            self._taken += 1
+            heapq.heappush(self._waiting, (message.stamp.tick, self._taken, seconds, cells))
+            self._newest = max(self._newest, seconds)
+            self._write(self._newest - _LATE_SECONDS)
+
+    def _write(self, until: float) -> None:
+        """Write the rows of all ticks before a time."""
+        assert self._file is not None
+        while self._waiting and self._waiting[0][2] < until:
+            tick, _, seconds, cells = heapq.heappop(self._waiting)
+            while self._waiting and self._waiting[0][0] == tick:
+                cells = cells + heapq.heappop(self._waiting)[3]
+            self._row[:2] = seconds, tick
+            for place, value in cells:
+                self._row[place] = value
+            self._file.write(self._row)
+            self.counts["rows"] += 1
+
+    def close(self, about: Mapping[str, str]) -> None:
+        """Write what is left."""
+        assert self._file is not None
+        with self._lock:
+            self._write(float("inf"))
+            self._file.close(about)
+
+
+def _cell(signal: signal_pb2.Signal) -> Any:  # noqa: ANN401 a Cell, whose type is the column's
+    """Return a signal's value as a table has it; of a group, a letter for each: `0110`."""
+    value = value_of(signal.value)
+    return "".join("01"[one] for one in value) if isinstance(value, tuple) else value

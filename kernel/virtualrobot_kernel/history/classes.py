@@ -1,0 +1,82 @@
+"""Classes of what the journal keeps: all that commands and states consist of, found by their annotations.
+
+A class that a command or a state names is so taken by itself. Only what stands behind `object` or a protocol is named
+here: the kinds of running motions, and what motions wait for. When the fields of a class change, it gets the next
+version in `VERSIONS` and a migration in `MIGRATIONS`; then `python tools/freeze_classes.py` adds it to
+`schema.json`, where no version ever changes.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import sys
+import typing
+from collections.abc import Iterable, Mapping
+from enum import Enum
+from functools import cache
+
+from virtualrobot_kernel.history.codec import Codec, Migration
+from virtualrobot_kernel.history.world_image import WorldImage
+from virtualrobot_kernel.motion import limits
+from virtualrobot_kernel.motion.plan_execution import PlanExecution
+from virtualrobot_kernel.motion.planned import Plan
+from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.motion.program_run import ProgramRun
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
+from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
+from virtualrobot_kernel.world.awaited_part import AwaitedPart
+from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.state import Motion
+from virtualrobot_kernel.world.structure import Node
+
+RUNNING = (PlanExecution, ProgramRun, SetpointMotion, TrackingMotion)
+"""Kinds of running motions."""
+
+ROOTS = (Command, WorldImage, *RUNNING, AwaitedPart)
+
+PARTS = (Node, Motion, Plan, Program)
+"""Classes whose values are long-lived: a checkpoint writes each once, and later ones name it."""
+
+TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
+"""Name in documents of a class, where that isn't its own: two have the same name, or it was renamed."""
+
+VERSIONS: Mapping[type, int] = {}
+"""Version of each class whose fields aren't those of its first one."""
+
+MIGRATIONS: Mapping[tuple[str, int], Migration] = {}
+"""Function that makes the written fields of a class (its tag, a version) those of the next version."""
+
+
+def reached(roots: Iterable[object] = ROOTS) -> list[type]:
+    """Return the classes that annotations lead to from some roots: dataclasses, named tuples, enums."""
+    found: dict[type, None] = {}
+    left = list(roots)
+    while left:
+        hint = left.pop()
+        if arguments := typing.get_args(hint):
+            left += arguments
+            continue
+        if not inspect.isclass(hint) or hint in found:
+            continue
+        if issubclass(hint, Enum):
+            found[hint] = None
+        elif names := _fields(hint):
+            found[hint] = None
+            hints = typing.get_type_hints(hint, vars(sys.modules[hint.__module__]))
+            left += [hints[name] for name in names]
+        elif dataclasses.is_dataclass(hint):
+            found[hint] = None
+    return sorted(found, key=lambda cls: (cls.__module__, cls.__qualname__))
+
+
+@cache
+def world_codec() -> Codec:
+    """Return the codec of commands, states and all that they consist of; it is made once."""
+    return Codec(reached(), tags=TAGS, versions=VERSIONS, migrations=MIGRATIONS, parts=PARTS)
+
+
+def _fields(cls: type) -> tuple[str, ...]:
+    if dataclasses.is_dataclass(cls):
+        return tuple(field.name for field in dataclasses.fields(cls) if field.init)
+    return getattr(cls, "_fields", ()) if issubclass(cls, tuple) else ()

@@ -1,0 +1,236 @@
+"""Project folder: who uses it, what it was written with, and where its files lie.
+
+`project.json` has its form, id, length of a tick, scene, and the versions that wrote it last; `lock` the process that
+uses it; `journal.db` the journal and the checkpoints (SQLite); `last_tick` how far time has come; `assets/` the files
+of the world by the SHA-256 of their bytes; `tokens.json` the tokens that were made for it.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import platform
+import secrets
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+from virtualrobot_kernel.errors import KernelError, MalformedFileError, Reason
+from virtualrobot_kernel.history.locking import try_lock
+
+FORMAT = 1
+"""Number of the form in which folders are written."""
+
+PROJECT = "project.json"
+LOCK = "lock"
+JOURNAL = "journal.db"
+LAST_TICK = "last_tick"
+ASSETS = "assets"
+TOKENS = "tokens.json"
+
+NANOSECONDS = 4_000_000
+"""Length of a tick (ns) in a new folder, when nobody says another one."""
+
+
+@dataclass(frozen=True, slots=True)
+class Project:
+    """Description of a folder: its random id, its ticks (ns), its scene's name, the versions that wrote it last."""
+
+    id: str
+    tick_nanoseconds: int
+    scene: str = ""
+    versions: Mapping[str, str] | None = None
+
+    @property
+    def seed(self) -> int:
+        """Return the number with which checksums of this folder begin: zeros and rows of others never pass."""
+        return int(self.id, 16)
+
+
+class Folder:
+    """Project folder that this process alone uses until `close`.
+
+    Attributes:
+        path: where it is.
+        project: its description.
+        is_new: whether it was empty.
+        written_with: the versions that wrote it before, by name; those of now when it is new.
+    """
+
+    def __init__(self, path: Path, tick_nanoseconds: int | None = None) -> None:
+        """Open a folder, or make it when it isn't there; its parent must be.
+
+        Args:
+            path: the folder.
+            tick_nanoseconds: the length of a tick that is wanted; None: that of the folder, or the usual one.
+
+        Raises:
+            KernelError: when it cannot be written, another kernel uses it, it holds something else, or a newer version
+                or another length of ticks was used to write it. Nothing has changed then.
+        """
+        self.path = path
+        self._lock = -1
+        self._make()
+        self._take()
+        try:
+            self.is_new = not (path / PROJECT).exists()
+            if self.is_new:
+                self._check_empty()
+                self.project = Project(secrets.token_hex(4), tick_nanoseconds or NANOSECONDS)
+            else:
+                self.project = self._read(tick_nanoseconds)
+            self.written_with: Mapping[str, str] = self.project.versions or versions()
+            self._write(replace(self.project, versions=versions()))
+        except BaseException:
+            self.close()
+            raise
+
+    def name_scene(self, name: str) -> None:
+        """Note which scene file the world began with."""
+        self._write(replace(self.project, scene=name))
+
+    def changed_versions(self) -> str:
+        """Return in words what has another version than when the folder was written; "" when nothing has."""
+        before, now = self.written_with, versions()
+        return ", ".join(
+            f"{name} {before.get(name, 'unknown')}, now {now[name]}" for name in now if before.get(name) != now[name]
+        )
+
+    def close(self) -> None:
+        """Let others use the folder."""
+        if self._lock >= 0:
+            os.close(self._lock)
+            self._lock = -1
+
+    def _make(self) -> None:
+        if self.path.exists() and not self.path.is_dir():
+            raise KernelError(f"{self.path} is a file; a project needs a folder", path=self.path)
+        try:
+            self.path.mkdir(exist_ok=True)
+        except FileNotFoundError as error:
+            raise KernelError(
+                f"cannot make the folder {self.path}: there is no {self.path.parent}", path=self.path
+            ) from error
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+    def _take(self) -> None:
+        """Lock the folder, and write down by whom."""
+        try:
+            self._lock = os.open(self.path / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
+            if not try_lock(self._lock):
+                os.lseek(self._lock, 0, os.SEEK_SET)
+                holder = os.read(self._lock, 32).decode("ascii", "replace").strip() or "unknown"
+                self.close()
+                raise KernelError(
+                    f"another kernel uses the folder {self.path}, the process {holder}; end it, or take another folder",
+                    reason=Reason.WRONG_STATE,
+                    path=self.path,
+                    pid=holder,
+                )
+            os.ftruncate(self._lock, 0)
+            os.lseek(self._lock, 0, os.SEEK_SET)
+            os.write(self._lock, f"{os.getpid()}\n".encode())
+        except OSError as error:
+            self.close()
+            raise self._unwritable(error) from error
+
+    def _unwritable(self, error: OSError) -> KernelError:
+        return KernelError(f"cannot write in the folder {self.path}: {error.strerror or error}", path=self.path)
+
+    def _check_empty(self) -> None:
+        others = sorted(one.name for one in self.path.iterdir() if one.name not in (LOCK, f"{PROJECT}.new"))
+        if JOURNAL in others:
+            raise MalformedFileError(
+                f"{self.path} has a {JOURNAL} and no {PROJECT}, which says how to read it; put that back",
+                path=self.path,
+            )
+        if others:
+            raise KernelError(
+                f"{self.path} is no project and not empty, it has {others[0]!r}; give a new or an empty folder",
+                path=self.path,
+            )
+
+    def _read(self, tick_nanoseconds: int | None) -> Project:
+        place = self.path / PROJECT
+        try:
+            said: Any = json.loads(place.read_text("utf-8"))
+            form = said["format"]
+            if isinstance(form, int) and form > FORMAT:
+                raise KernelError(
+                    f"{self.path} was written by a newer version, in form {form}; this one knows {FORMAT}. Use that "
+                    "version, or another folder",
+                    reason=Reason.WRONG_STATE,
+                    path=self.path,
+                    format=form,
+                    known_format=FORMAT,
+                )
+            project = Project(said["id"], said["tick_nanoseconds"], said["scene"], dict(said["versions"]))
+            sound = form == FORMAT and len(bytes.fromhex(project.id)) == 4 and project.tick_nanoseconds > 0
+        except (OSError, ValueError, TypeError, KeyError) as error:
+            raise MalformedFileError(f"{place} is damaged: {error!r}; put back a copy of it", file=place) from error
+        if not sound:
+            raise MalformedFileError(f"{place} is damaged: it says what no kernel writes; put back a copy", file=place)
+        if tick_nanoseconds not in (None, project.tick_nanoseconds):
+            raise KernelError(
+                f"{self.path} was written with ticks of {project.tick_nanoseconds * 1e-6:g} ms, not of "
+                f"{(tick_nanoseconds or 0) * 1e-6:g} ms; leave the length out, or take another folder",
+                path=self.path,
+                tick_nanoseconds=project.tick_nanoseconds,
+            )
+        return project
+
+    def _write(self, project: Project) -> None:
+        """Replace the description as a whole: a crash leaves the one before or this one."""
+        self.project = project
+        said = {
+            "format": FORMAT,
+            "id": project.id,
+            "tick_nanoseconds": project.tick_nanoseconds,
+            "scene": project.scene,
+            "versions": dict(project.versions or {}),
+        }
+        try:
+            write_whole(self.path / PROJECT, json.dumps(said, indent=2).encode() + b"\n", sync=True)
+        except OSError as error:
+            raise self._unwritable(error) from error
+
+
+def write_whole(path: Path, data: bytes, sync: bool) -> None:
+    """Write a file so that others see the one before or this one as a whole; with `sync` after a loss of power, too."""
+    new = path.with_name(f"{path.name}.new")
+    with open(new, "wb") as file:
+        file.write(data)
+        if sync:
+            file.flush()
+            os.fsync(file.fileno())
+    os.replace(new, path)
+    if sync and sys.platform != "win32":
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of what decides the bits of a tick, the processor among them, by name."""
+    found = {"python": platform.python_version()}
+    for name in ("virtualrobot", "numpy", "numba"):
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            found[name] = "unknown"
+    return {**found, "processor": processor(), "system": f"{platform.system()} {platform.machine()}"}
+
+
+def processor() -> str:
+    """Return the model of the processor as its system calls it."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8").splitlines()
+        return next(line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    except (OSError, StopIteration):
+        return platform.processor() or platform.machine()

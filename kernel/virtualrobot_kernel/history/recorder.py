@@ -1,0 +1,33 @@
+"""Recorder: entries and what they are as steps, as rows of the store, in the journal's thread."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from virtualrobot_kernel.history.codec import Codec
+from virtualrobot_kernel.history.journal import Told
+from virtualrobot_kernel.history.store import Row, Store
+from virtualrobot_kernel.history.stored_steps import StoredSteps
+from virtualrobot_kernel.history.upkeep import Upkeep
+
+
+class Recorder:
+    """Keeper that writes entries into a store, with the steps that others have made of them; it is the last one."""
+
+    def __init__(self, store: Store, codec: Codec, steps: StoredSteps, upkeep: Upkeep) -> None:
+        """Write into `store` what `codec` makes of entries, and what `steps` has; tell `upkeep` of them."""
+        self._store = store
+        self._encode = codec.encode
+        self._steps = steps
+        self._upkeep = upkeep
+
+    def keep(self, told: Sequence[Told]) -> None:
+        """Write entries and their steps as one transaction."""
+        rows = [self._row(one) for one in told]
+        self._store.write(rows, self._steps.waiting())
+        self._steps.written()
+        self._upkeep.kept(told[-1], len(rows), sum(len(row.commands) for row in rows))
+
+    def _row(self, told: Told) -> Row:
+        entry = told.entry
+        return Row(told.number, entry.tick, entry.wall_time, entry.author, self._encode(entry.commands))

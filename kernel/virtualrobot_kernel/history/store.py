@@ -1,0 +1,616 @@
+"""Store of the history: one SQLite database, in a file or in memory, whose rows carry checksums.
+
+Bytes in, bytes out: what they say is the codec's. One thread writes; any thread may read.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import struct
+import threading
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from virtualrobot_kernel.errors import KernelError, MalformedFileError, Reason
+
+FORMAT = 1
+"""Number of the tables' form, the database's `user_version`."""
+
+ROWS_AT_ONCE = 500
+"""Number of rows that are read at once: between them the writer may tidy up."""
+
+QUICK_CHECK_BYTES = 256 * 1024 * 1024
+"""Greatest size of a database that is looked through as a whole when it is opened."""
+
+PAGE_BYTES = 4096
+
+MOST_OLD_EDITS = 10_000
+"""Number of edits that are kept, so that they can be undone, when their entries are thinned out."""
+
+_FORGET_STEPS = (
+    "DELETE FROM steps WHERE number <= ? AND (kind NOT IN ('edit', 'undo', 'redo') OR number < ifnull((SELECT number "
+    "FROM steps WHERE kind IN ('edit', 'undo', 'redo') ORDER BY number DESC LIMIT 1 OFFSET ?), 0))"
+)
+
+MOST_FRAMES = 4096
+"""Number of pages beside the database from which the writer waits until they are brought into it."""
+
+UNSOUND = (TypeError, AttributeError, ValueError, OverflowError, struct.error)
+"""Errors that the check of a damaged row may come to, before its checksum is compared."""
+
+_TABLES = (
+    "CREATE TABLE about (key TEXT PRIMARY KEY, value) WITHOUT ROWID",
+    "CREATE TABLE entries (seq INTEGER PRIMARY KEY, tick INTEGER, time REAL, author TEXT, commands BLOB, crc INTEGER)",
+    "CREATE TABLE steps (number INTEGER PRIMARY KEY, first INTEGER, tick INTEGER, time REAL, author TEXT, kind TEXT, "
+    "label TEXT, names TEXT, undoes INTEGER, difference BLOB, touched BLOB, crc INTEGER)",
+    "CREATE INDEX steps_by_kind ON steps (kind, number)",
+    "CREATE TABLE touched (uid INTEGER, number INTEGER, PRIMARY KEY (uid, number)) WITHOUT ROWID",
+    "CREATE TABLE checkpoints (id INTEGER PRIMARY KEY AUTOINCREMENT, seq INTEGER, tick INTEGER, name TEXT, "
+    "author TEXT, time REAL, body BLOB, parts BLOB, crc INTEGER)",
+    "CREATE TABLE parts (hash BLOB PRIMARY KEY, body BLOB, crc INTEGER)",
+    "CREATE TABLE hashes (first_tick INTEGER PRIMARY KEY, hashes BLOB, crc INTEGER)",
+)
+_ENTRY = "seq, tick, time, author, commands, crc"
+_STEP = "number, first, tick, time, author, kind, label, names, undoes, difference, touched, crc"
+_WRITE_ENTRY = f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?)"
+_WRITE_STEP = f"INSERT OR REPLACE INTO steps ({_STEP}) VALUES (?,?,?,?,?,?,?,?,?,?,?,?)"
+_CHECKPOINT = "id, seq, tick, name, author, time, body, parts, crc"
+
+PART_HASH_BYTES = 16
+"""Length of a part's hash."""
+
+HASH_BYTES = 8
+"""Length of the hash of a tick."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Row:
+    """Row of the journal: a batch that was applied.
+
+    Attributes:
+        seq: its number, from 1, without gaps: the order of truth.
+        tick: the number of ticks before it.
+        time: of the wall clock, for people: seconds since 1970.
+        author: who gave it.
+        commands: the encoded commands.
+    """
+
+    seq: int
+    tick: int
+    time: float
+    author: str
+    commands: bytes
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepRow:
+    """Row of a step: what was done, as people see it.
+
+    Attributes:
+        number: of its last entry.
+        first: number of its first entry.
+        tick: the number of ticks before it.
+        time: of the wall clock, seconds since 1970.
+        author: who did it.
+        kind: what it is.
+        label: what was done, in words.
+        names: names of nodes that it was about, each with its uid.
+        undoes: number of the step that it took back; 0 for none.
+        difference: the encoded difference that it made.
+        touched: the nodes (uids) that it was about.
+    """
+
+    number: int
+    first: int
+    tick: int
+    time: float
+    author: str
+    kind: str
+    label: str
+    names: tuple[tuple[int, str], ...]
+    undoes: int
+    difference: bytes
+    touched: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CheckpointRow:
+    """World at a moment: `seq` is the last entry that it has in it, `tick` its tick; `name` is "" for the kernel's own.
+
+    body: encoded, without its parts. parts: their hashes, in the order in which the body names them.
+    """
+
+    id: int
+    seq: int
+    tick: int
+    name: str
+    author: str
+    time: float
+    body: bytes = b""
+    parts: tuple[bytes, ...] = ()
+
+
+Connection = Any
+"""Connection of `sqlite3`, or of anything else with its `execute`, `executemany` and `close`."""
+
+
+def connect(path: str) -> Connection:
+    """Return a connection to a database that commits by itself, for any thread."""
+    made = sqlite3.connect(path, isolation_level=None, check_same_thread=False, timeout=10.0, cached_statements=256)
+    made.text_factory = lambda text: text.decode("utf-8", "surrogateescape")  # checksums find what is damaged
+    return made
+
+
+class Store:
+    """Journal, checkpoints and hashes of ticks in one database.
+
+    Whatever fails in SQLite while it is written is raised as its own error; nothing of that transaction is kept then.
+    """
+
+    def __init__(
+        self,
+        path: Path | None = None,
+        seed: int = 0,
+        power: bool = False,
+        connect: Callable[[str], Connection] = connect,
+    ) -> None:
+        """Open the database at `path`, or make it; None: one in memory.
+
+        Args:
+            path: the file. Beside it SQLite keeps two more while it is open, `-wal` and `-shm`.
+            seed: the number with which checksums begin, the folder's own.
+            power: whether each transaction is safe from a loss of power, too, not only from the end of the process.
+            connect: makes connections.
+
+        Raises:
+            KernelError: MALFORMED_FILE when the database is damaged or another folder's, WRONG_STATE when a newer
+                version wrote it.
+        """
+        self.path = path
+        self.warnings: list[str] = []
+        self._seed = seed
+        self._power = power
+        self._closed = False
+        name = ":memory:" if path is None else str(path)
+        last_commit = _last_commit(Path(f"{path}-wal")) if path else 0
+        try:
+            self._writer = connect(name)
+            self._writing = threading.RLock()
+            self._prepare(path is not None, last_commit)
+            self._reader, self._reading = self._writer, self._writing
+            self._tidier, self._tidying = None, threading.Lock()
+            if path is not None:
+                self._reader, self._reading = connect(name), threading.RLock()
+                self._tidier = connect(name)
+                self._tidier.execute("PRAGMA synchronous=NORMAL")
+        except sqlite3.DatabaseError as error:
+            raise self.damaged(str(error)) from error
+
+    def _prepare(self, is_file: bool, last_commit: int) -> None:
+        run = self._writer.execute
+        (found,) = run("PRAGMA user_version").fetchone()
+        if found > FORMAT:
+            raise KernelError(
+                f"{self.path} was written by a newer version, in form {found}; this one knows {FORMAT}",
+                reason=Reason.WRONG_STATE,
+                file=self.path,
+            )
+        if found == 0 and last_commit:
+            raise self.damaged(f"what {self.path}-wal holds can't be read")
+        if found == 0:
+            run(f"PRAGMA page_size={PAGE_BYTES}")
+            run("PRAGMA auto_vacuum=INCREMENTAL")
+        if is_file:
+            run("PRAGMA journal_mode=WAL").fetchall()
+            run("PRAGMA wal_autocheckpoint=0").fetchall()
+        run(f"PRAGMA synchronous={'FULL' if self._power else 'NORMAL'}")
+        if found == 0:
+            run("BEGIN IMMEDIATE")
+            for table in _TABLES:
+                run(table)
+            run("INSERT INTO about VALUES ('seed', ?)", (self._seed,))
+            run(f"PRAGMA user_version={FORMAT}")
+            run("COMMIT")
+            return
+        if run("SELECT value FROM about WHERE key = 'seed'").fetchone() != (self._seed,):
+            raise self.damaged("it belongs to another folder")
+        if is_file:
+            self._check(last_commit)
+
+    def _check(self, last_commit: int) -> None:
+        """Look at what a crash or damage may have left; warn of what was written last and can't be read."""
+        _, frames, _ = self._writer.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
+        if last_commit > max(frames, 0):
+            self.warnings.append(
+                f"{self.path}-wal: pages {max(frames, 0) + 1} to {last_commit} were not written as a whole or are "
+                "damaged, and are left out: what was changed last may be missing"
+            )
+        (pages,) = self._writer.execute("PRAGMA page_count").fetchone()
+        if pages * PAGE_BYTES <= QUICK_CHECK_BYTES:
+            said = [line for (line,) in self._writer.execute("PRAGMA quick_check(3)").fetchall()]
+            if said != ["ok"]:
+                raise self.damaged("; ".join(said).replace("\n", " "))
+
+    def damaged(self, what: str) -> MalformedFileError:
+        """Return the error that says what is wrong with the database."""
+        return MalformedFileError(f"{self.path or 'the journal'} is damaged: {what}", file=self.path or "")
+
+    def close(self) -> None:
+        """Close the database; what SQLite keeps beside it is put in, so that one file is left."""
+        with self._writing, self._reading:
+            if self._closed:
+                return
+            self._closed = True
+            if self._reader is not self._writer:
+                self._reader.close()
+            if self._tidier is not None:
+                self._tidier.close()
+            self._writer.close()
+
+    # What is written, by one thread.
+
+    def write(self, rows: Sequence[Row], steps: Sequence[tuple[StepRow, int]] = ()) -> None:
+        """Write entries and steps as one transaction.
+
+        With each step is the number of the one that it has drawn out, whose place it takes (0: of none). Writing one
+        again changes nothing.
+        """
+        run, many = self._writer.execute, self._writer.executemany
+        with self._writing:
+            if len(rows) == 1 and not steps:
+                run(_WRITE_ENTRY, self._entry(rows[0]))  # by itself a transaction, in half the time
+                return
+            with self._transaction():
+                many(_WRITE_ENTRY, map(self._entry, rows))
+                for gone in (replaced for _, replaced in steps if replaced):
+                    run("DELETE FROM steps WHERE number = ?", (gone,))
+                    run("DELETE FROM touched WHERE number = ?", (gone,))
+                many(_WRITE_STEP, [self._step(step) for step, _ in steps])
+                if touched := [(uid, step.number) for step, _ in steps for uid in step.touched]:
+                    many("INSERT OR IGNORE INTO touched VALUES (?,?)", touched)
+
+    def add_hashes(self, first_tick: int, hashes: bytes) -> None:
+        """Write the hashes of ticks from a first one on, `HASH_BYTES` each."""
+        with self._writing:
+            said = first_tick, hashes, self._crc(first_tick, hashes)
+            self._writer.execute("INSERT OR REPLACE INTO hashes VALUES (?,?,?)", said)
+
+    def add_checkpoint(
+        self,
+        seq: int,
+        tick: int,
+        name: str,
+        author: str,
+        time: float,
+        body: bytes,
+        parts: Sequence[bytes],
+        new: Mapping[bytes, bytes],
+    ) -> int:
+        """Write a checkpoint and those of its parts (by hash) that are new; return its id."""
+        with self._writing, self._transaction():
+            self._writer.executemany(
+                "INSERT OR IGNORE INTO parts VALUES (?,?,?)",
+                [(key, data, self._crc(len(data), key, data)) for key, data in new.items()],
+            )
+            said = (seq, tick, name, author, time, body, b"".join(parts))
+            ((id,),) = self._writer.execute(
+                "INSERT INTO checkpoints (seq, tick, name, author, time, body, parts, crc) VALUES (?,?,?,?,?,?,?,?) "
+                "RETURNING id",
+                (*said, self._checkpoint_crc(*said)),
+            ).fetchall()
+            return id
+
+    def remove_checkpoints(self, ids: Iterable[int]) -> None:
+        """Take checkpoints out, and the parts that no other one has."""
+        with self._writing, self._transaction():
+            run = self._writer.execute
+            gone: set[bytes] = set()
+            for id in ids:
+                for (blob,) in run("SELECT parts FROM checkpoints WHERE id = ?", (id,)).fetchall():
+                    gone.update(_split(blob))
+                run("DELETE FROM checkpoints WHERE id = ?", (id,))
+            for (blob,) in run("SELECT parts FROM checkpoints").fetchall():
+                gone.difference_update(_split(blob))
+            self._writer.executemany("DELETE FROM parts WHERE hash = ?", [(key,) for key in gone])
+
+    def forget(self, seq: int, tick: int, most: int = 2_000) -> bool:
+        """Delete at most so many of the entries up to `seq`; return whether more may be left.
+
+        When none is left, hashes of ticks before `tick` are deleted. A checkpoint with the entry `seq` in it must be
+        there.
+        """
+        with self._writing, self._transaction():
+            run = self._writer.execute
+            (first,) = run("SELECT min(seq) FROM entries").fetchone()
+            more = first is not None and first <= seq
+            if first is not None and more:
+                last = min(seq, first + most - 1)
+                run("DELETE FROM entries WHERE seq <= ?", (last,))
+                run("INSERT OR REPLACE INTO about VALUES ('forgotten', ?)", (last,))
+            else:
+                run(_FORGET_STEPS, (seq, MOST_OLD_EDITS))
+                run("DELETE FROM touched WHERE number NOT IN (SELECT number FROM steps)")
+                begun = "SELECT max(first_tick) FROM hashes WHERE first_tick <= ?"
+                run(f"DELETE FROM hashes WHERE first_tick < ({begun})", (tick,))
+            run("PRAGMA incremental_vacuum(512)").fetchall()
+        return more
+
+    def tidy(self) -> None:
+        """Bring what SQLite keeps beside the database into it; what was written before survives a loss of power then.
+
+        Others write meanwhile: not in the way of the writer, unless it never pauses.
+        """
+        if self._tidier is None:
+            return
+        with self._tidying:
+            _, frames, moved = self._tidier.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
+            if frames > moved and frames > MOST_FRAMES:
+                with self._writing:
+                    self._tidier.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
+
+    @property
+    def size_bytes(self) -> int:
+        """Return how large the database is without its free pages."""
+        with self._reading:
+            (pages,) = self._reader.execute("PRAGMA page_count").fetchone()
+            (free,) = self._reader.execute("PRAGMA freelist_count").fetchone()
+        return (pages - free) * PAGE_BYTES
+
+    # What is read, by any thread.
+
+    @property
+    def last_seq(self) -> int:
+        """Return the number of the last entry; 0 when there was none yet."""
+        with self._reading:
+            run = self._reader.execute
+            ((last,), (forgotten,)) = run(
+                "SELECT max(seq) FROM entries UNION ALL SELECT max(value) FROM about WHERE key = 'forgotten'"
+            ).fetchall()
+            (noted,) = run("SELECT max(seq) FROM checkpoints").fetchone()
+        return max(last or 0, forgotten or 0, noted or 0)
+
+    @property
+    def forgotten(self) -> int:
+        """Return the number of the last entry that was thinned out; 0 when none was."""
+        with self._reading:
+            row = self._reader.execute("SELECT value FROM about WHERE key = 'forgotten'").fetchone()
+        return row[0] if row else 0
+
+    def rows(self, since: int = 0, until: int | None = None) -> Iterator[Row]:
+        """Yield the rows after the entry `since`, up to and with the entry `until` (None: the last), in their order.
+
+        Raises KernelError (MALFORMED_FILE), which names the row, when one is damaged or missing.
+        """
+        since = max(since, self.forgotten)
+        until = self.last_seq if until is None else until
+        while since < until:
+            found = self._all(
+                f"SELECT {_ENTRY} FROM entries WHERE seq > ? AND seq <= ? ORDER BY seq LIMIT {ROWS_AT_ONCE}",
+                since,
+                until,
+            )
+            for one in found:
+                if one[0] != since + 1:
+                    break
+                yield self._checked(one)
+                since += 1
+            else:
+                if found:
+                    continue
+            raise self.damaged(f"the entry {since + 1} is missing")
+
+    def step(self, number: int) -> StepRow | None:
+        """Return the step that has an entry in it, or None when it isn't kept; raise KernelError when it is damaged."""
+        sql = f"SELECT {_STEP} FROM steps WHERE number >= ? ORDER BY number LIMIT 1"
+        found = self._all(sql, number)
+        return self._checked_step(found[0]) if found and found[0][1] <= number else None
+
+    def steps(self, where: str = "1", values: Sequence[object] = (), before: int | None = None) -> Iterator[StepRow]:
+        """Yield the steps for which a condition of SQL on the columns of `steps` holds, newest first.
+
+        Those with smaller numbers than `before`. `where` is the kernel's own text; what clients say is in `values`.
+        Raises KernelError when one is damaged.
+        """
+        sql = f"SELECT {_STEP} FROM steps WHERE number < ? AND {where} ORDER BY number DESC LIMIT {ROWS_AT_ONCE}"
+        at = before if before is not None else 2**62
+        while found := self._all(sql, at, *values):
+            yield from map(self._checked_step, found)
+            at = found[-1][0]
+
+    def checkpoints(self) -> list[CheckpointRow]:
+        """Return all checkpoints without their bodies, oldest first."""
+        return [
+            CheckpointRow(*one)
+            for one in self._all("SELECT id, seq, tick, name, author, time FROM checkpoints ORDER BY seq, id")
+        ]
+
+    def checkpoint(self, id: int) -> CheckpointRow | None:
+        """Return a checkpoint, or None when there is none; raise KernelError (MALFORMED_FILE) when it is damaged."""
+        found = self._all(f"SELECT {_CHECKPOINT} FROM checkpoints WHERE id = ?", id)
+        if not found:
+            return None
+        crc, said = found[0][-1], found[0][1:-1]
+        try:
+            sound = crc == self._checkpoint_crc(*said)
+        except UNSOUND:
+            sound = False
+        if not sound:
+            raise self.damaged(f"the checkpoint {id} has a wrong checksum")
+        return CheckpointRow(id, *said[:-1], parts=tuple(_split(said[-1])))
+
+    def parts(self, keys: Sequence[bytes]) -> list[bytes]:
+        """Return the bodies of parts by their hashes; raise KernelError when one is missing or damaged."""
+        found = []
+        for key in keys:
+            row = self._all("SELECT body, crc FROM parts WHERE hash = ?", key)
+            if not row:
+                raise self.damaged(f"the part {key.hex()} is missing")
+            body, crc = row[0]
+            if not isinstance(body, bytes) or crc != self._crc(len(body), key, body):
+                raise self.damaged(f"the part {key.hex()} has a wrong checksum")
+            found.append(body)
+        return found
+
+    def hashes(self, since: int = 0) -> Iterator[tuple[int, bytes]]:
+        """Yield (first tick, hashes of it and those after it) that reach the tick `since` or come after it.
+
+        Raises KernelError (MALFORMED_FILE) when one is damaged.
+        """
+        at = since
+        begun = self._all("SELECT max(first_tick) FROM hashes WHERE first_tick <= ?", since)[0][0]
+        at = since if begun is None else begun
+        while found := self._all(
+            "SELECT first_tick, hashes, crc FROM hashes WHERE first_tick >= ? ORDER BY first_tick LIMIT 100", at
+        ):
+            for first, data, crc in found:
+                if not isinstance(data, bytes) or crc != self._crc(first, data):
+                    raise self.damaged(f"the hashes from tick {first} on have a wrong checksum")
+                yield first, data
+            at = found[-1][0] + 1
+
+    @property
+    def last_tick(self) -> int:
+        """Return the last tick of which anything was written."""
+        ticks = self._all(
+            "SELECT max(tick) FROM (SELECT tick FROM checkpoints UNION ALL SELECT * FROM "
+            "(SELECT tick FROM entries ORDER BY seq DESC LIMIT 1))"
+        )[0][0]
+        last = self._all("SELECT first_tick, length(hashes) FROM hashes ORDER BY first_tick DESC LIMIT 1")
+        return max(ticks or 0, last[0][0] + last[0][1] // HASH_BYTES - 1 if last else 0)
+
+    def check(self) -> int:
+        """Look at every row; return how many entries there are. Raises KernelError, which names what is damaged."""
+        said = [line for (line,) in self._all("PRAGMA integrity_check(3)")]
+        if said != ["ok"]:
+            raise self.damaged("; ".join(said).replace("\n", " "))
+        for checkpoint in self.checkpoints():
+            found = self.checkpoint(checkpoint.id)
+            self.parts(found.parts if found else ())
+        for _ in self.hashes():
+            pass
+        for _ in self.steps():
+            pass
+        return sum(1 for _ in self.rows())
+
+    def _all(self, sql: str, *values: object) -> list[tuple[Any, ...]]:
+        with self._reading:
+            try:
+                return self._reader.execute(sql, values).fetchall()
+            except sqlite3.DatabaseError as error:
+                raise self.damaged(str(error)) from error
+
+    def _transaction(self) -> _Transaction:
+        return _Transaction(self._writer)
+
+    def _checked(self, one: Sequence[Any]) -> Row:
+        *said, crc = one
+        try:
+            row = Row(*said)
+            sound = crc == self._entry(row)[-1]
+        except UNSOUND:
+            sound = False
+        if not sound:
+            raise self.damaged(f"the entry {one[0]} has a wrong checksum")
+        return row
+
+    def _checked_step(self, one: Sequence[Any]) -> StepRow:
+        number, first, tick, time, author, kind, label, names, undoes, difference, touched, crc = one
+        try:
+            named = tuple((int(uid), name) for uid, _, name in (one.partition(" ") for one in names.splitlines()))
+            uids = _uids(touched)
+            row = StepRow(number, first, tick, time, author, kind, label, named, undoes, difference, uids)
+            sound = crc == self._step(row)[-1]
+        except UNSOUND:
+            sound = False
+        if not sound:
+            raise self.damaged(f"the step {one[0]} has a wrong checksum")
+        return row
+
+    def _entry(self, row: Row) -> tuple[Any, ...]:
+        author = row.author.encode()
+        head = struct.pack("<qdI", row.tick, row.time, len(author))
+        crc = self._crc(row.seq, head, author, row.commands)
+        return row.seq, row.tick, row.time, row.author, row.commands, crc
+
+    def _step(self, row: StepRow) -> tuple[Any, ...]:
+        names = "".join(f"{uid} {name}\n" for uid, name in row.names)  # names of nodes have no line breaks
+        touched = struct.pack(f"<{len(row.touched)}q", *row.touched)
+        texts = [text.encode() for text in (row.author, row.kind, row.label, names)]
+        head = struct.pack("<qqdqIIIII", row.first, row.tick, row.time, row.undoes, *map(len, texts), len(touched))
+        crc = self._crc(row.number, head, *texts, touched, row.difference)
+        said = row.number, row.first, row.tick, row.time, row.author, row.kind, row.label, names, row.undoes
+        return *said, row.difference, touched, crc
+
+    def _checkpoint_crc(
+        self, seq: int, tick: int, name: str, author: str, time: float, body: bytes, parts: bytes
+    ) -> int:
+        texts = name.encode(), author.encode()
+        head = struct.pack("<qdIII", tick, time, *map(len, texts), len(body))
+        return self._crc(seq, head, *texts, body, parts)
+
+    def _crc(self, number: int, *pieces: bytes) -> int:
+        """Return the checksum of a number and bytes, which begins with the folder's seed."""
+        crc = zlib.crc32(number.to_bytes(8, "little"), self._seed)
+        for piece in pieces:
+            crc = zlib.crc32(piece, crc)
+        return crc
+
+
+class _Transaction:
+    """Transaction that is kept as a whole, or not at all when anything is raised in it."""
+
+    def __init__(self, connection: Connection) -> None:
+        self._connection = connection
+
+    def __enter__(self) -> None:
+        self._connection.execute("BEGIN IMMEDIATE")
+
+    def __exit__(self, kind: object, *_: object) -> None:
+        if kind is None:
+            try:
+                self._connection.execute("COMMIT")
+                return
+            except BaseException:
+                self._roll_back()
+                raise
+        self._roll_back()
+
+    def _roll_back(self) -> None:
+        if self._connection.in_transaction:  # SQLite does it by itself after some errors
+            self._connection.execute("ROLLBACK")
+
+
+def _uids(blob: bytes) -> tuple[int, ...]:
+    return struct.unpack(f"<{len(blob) // 8}q", blob)
+
+
+def _split(parts: bytes) -> Iterator[bytes]:
+    return (parts[at : at + PART_HASH_BYTES] for at in range(0, len(parts), PART_HASH_BYTES))
+
+
+def _last_commit(path: Path) -> int:
+    """Return the number of the last page in a write-ahead log that ends a transaction of its present run; 0: none.
+
+    Pages of earlier runs have other salts (https://www.sqlite.org/fileformat2.html#walformat). A page whose salts
+    differ by a few bits is a damaged one of this run.
+    """
+    try:
+        file = open(path, "rb")
+    except FileNotFoundError:
+        return 0
+    with file:
+        head = file.read(32)
+        if len(head) < 32:
+            return 0
+        salts = int.from_bytes(head[16:24], "big")
+        number, last = 0, 0
+        while len(frame := file.read(24)) == 24:
+            number += 1
+            near = (int.from_bytes(frame[8:16], "big") ^ salts).bit_count() <= 2
+            if near and frame[4:8] != bytes(4):
+                last = number
+            file.seek(PAGE_BYTES, 1)
+    return last

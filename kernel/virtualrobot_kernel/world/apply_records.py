@@ -1,0 +1,272 @@
+"""Command of undo: what a change has changed gets its former values back, where nobody has changed it since."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.affected_robots import robots_of_records
+from virtualrobot_kernel.world.apply_sensors import with_sensors_running
+from virtualrobot_kernel.world.change import Change, Forward, rebuilt
+from virtualrobot_kernel.world.commands import RestoreRecords
+from virtualrobot_kernel.world.consistency import (
+    check_count,
+    check_figures,
+    check_names,
+    check_robot,
+    check_tool_in_use,
+    refuse_while_tools_move,
+)
+from virtualrobot_kernel.world.difference import (
+    FIELDS,
+    MAPS,
+    alike,
+    records,
+    value,
+    with_coordinates,
+    with_settings,
+    with_values,
+)
+from virtualrobot_kernel.world.records import EVERYWHERE, Key, Presence, Values
+from virtualrobot_kernel.world.structure import WORLD_UID, Kind, Node, Structure, ToolData
+
+SAID = {
+    "names": "the name of {}",
+    "parents": "what {} hangs on",
+    "hidden": "whether {} is hidden",
+    "figures": "the figures of {}",
+    "data": "the settings of {}",
+    "poses": "the pose of {}",
+    "signals": "the signal {}",
+    "tool_states": "the state of {}",
+    "selections": "the tool that {} works with",
+    "allowed_pairs": "whether {} may touch",
+    "paddings": "the padding of {}",
+    "speed_factors": "the speed factor of {}",
+    "modes": "the collision mode of {}",
+    "look_ahead_seconds": "how far ahead collisions are looked for",
+}
+"""Words for a value of each table but that of the nodes themselves."""
+
+
+class Conflict(KernelError):
+    """Refusal of an undo: something is not as it was left. `table` and `key` say what."""
+
+    reason = Reason.CONFLICT
+
+    def __init__(self, message: str, table: str, key: Key) -> None:
+        """Say what stands in the way."""
+        super().__init__(message, aspect=table)
+        self.table, self.key = table, key
+
+
+def restore_records(change: Change, command: RestoreRecords, forward: Forward) -> Change:
+    """Return the world with the restored values, and nothing else changed.
+
+    Raises Conflict, which names what stands in the way, and KernelError (ROBOT_BUSY) while a robot of it moves.
+    """
+    _refuse_while_moving(change, command)
+    for table, key, found in command.found.items():
+        _check_found(change, table, key, found, getattr(command.restored, table)[key])
+    after = _with_nodes(change, command.restored)
+    state = after.state
+    for table in MAPS:
+        if given := getattr(command.restored, table):
+            state = replace(state, **{table: with_values(table, getattr(state, table), given)})
+    tables = ("paddings", "speed_factors", "modes", "look_ahead_seconds")
+    if settings := {table: given for table in tables if (given := getattr(command.restored, table))}:
+        state = with_settings(state, settings)
+    after = replace(after, state=state)
+    _check_nothing_else(change, after, command)
+    _check_consistent(after, command.restored)
+    return after
+
+
+def words(structure: Structure, table: str, key: Key, *values: object) -> str:
+    """Return what a value is, for people; `values` are some that it has had, for the names of nodes that are gone."""
+    if table == "look_ahead_seconds":
+        return SAID[table]
+    told = next((one.node.name for one in values if isinstance(one, Presence)), "")
+    names = [_name(structure, one, told) for one in (key if isinstance(key, tuple) else [key])]
+    return SAID.get(table, "{}").format(" and ".join(names))
+
+
+def _name(structure: Structure, key: int | str, told: str) -> str:
+    if isinstance(key, str):
+        return repr(key)
+    if key == EVERYWHERE:
+        return "all robots"
+    return repr(structure.nodes[key].name) if key in structure.nodes else repr(told) if told else "a node that is gone"
+
+
+def _refuse_while_moving(change: Change, command: RestoreRecords) -> None:
+    structure, state = change.structure, change.state
+    found = set(structure.with_holders(robots_of_records(structure, state, command))) if state.motions else set[int]()
+    for motion in state.motions:
+        for uid in motion.robots:
+            if uid in found:
+                name = structure.nodes[uid].name
+                raise KernelError(
+                    f"the robot {name!r} moves in {motion.id!r}; wait for its end or cancel it",
+                    reason=Reason.ROBOT_BUSY,
+                    robot=name,
+                    motion=motion.id,
+                )
+    gone = [uid for uid, one in command.restored.nodes.items() if one is None and uid in structure.nodes]
+    refuse_while_tools_move(change, (structure.nodes[uid] for uid in gone))
+    named = {name for motion in state.motions for name in motion.signals}
+    for name, restored in command.restored.signals.items():
+        if restored is None and name in named:
+            raise KernelError(
+                f"a running program names the signal {name!r}; wait for its end or cancel it",
+                reason=Reason.ROBOT_BUSY,
+                signal=name,
+            )
+
+
+def _check_found(change: Change, table: str, key: Key, found: object, restored: object) -> None:
+    """Raise Conflict unless a value is as it was left."""
+    structure = change.structure
+    now = value(change, table, key)
+    if alike(table, now, found):
+        return
+    if isinstance(key, int) and table in (*FIELDS, "poses", "nodes") and key not in structure.nodes:
+        gone = f"the node {found.node.name!r}" if isinstance(found, Presence) else words(structure, table, key)
+        raise Conflict(f"{gone} is gone", "nodes", key)
+    if isinstance(now, Presence) and isinstance(found, Presence):
+        table = _changed_of(now, found)
+    if isinstance(now, Presence) and found is None:
+        raise Conflict(f"the node {now.node.name!r} is there already", table, key)
+    raise Conflict(f"{words(structure, table, key, now, found, restored)} has been changed since", table, key)
+
+
+def _changed_of(now: Presence, found: Presence) -> str:
+    """Return the table of the first field in which a node differs from what it was."""
+    for table, name in FIELDS.items():
+        if not alike(table, getattr(now.node, name), getattr(found.node, name)):
+            return table
+    return "poses"
+
+
+def _with_nodes(change: Change, restored: Values) -> Change:
+    """Return the world with other nodes and poses; raise Conflict where they do not fit."""
+    structure, state = change.structure, change.state
+    changed: dict[int, dict[str, Any]] = {}
+    for table, name in FIELDS.items():
+        for uid, one in getattr(restored, table).items():
+            changed.setdefault(uid, {})[name] = one
+    poses = dict(restored.poses)
+    if restored.nodes or not all(_is_simple(structure, structure.nodes[uid], given) for uid, given in changed.items()):
+        nodes = dict(structure.nodes)
+        for uid, given in changed.items():
+            nodes[uid] = replace(nodes[uid], **given)
+        coming = [one for one in restored.nodes.values() if one is not None]
+        for uid in restored.nodes.keys() & nodes.keys():
+            del nodes[uid]
+        for one in coming:
+            nodes[one.node.uid], poses[one.node.uid] = one.node, one.parent_t_node
+        _check_tree(structure, nodes)
+        # Rows follow the order of creation, and uids do.
+        after = with_coordinates(rebuilt(change, dict(sorted(nodes.items())), structure.next_uid, poses), coming)
+        return with_sensors_running(after, (one.node.uid for one in coming if one.running), True)
+    for uid, given in changed.items():
+        parent = given.pop("parent", None)
+        if parent is not None:
+            structure = index.reparented(structure, uid, parent)
+        if given:
+            renewed = replace(structure.nodes[uid], **given)
+            structure = (index.renamed if "name" in given else index.replaced)(structure, renewed)
+    if poses:
+        table = state.parent_t_node.copy()
+        for uid, pose in poses.items():
+            table[structure.rows[uid]] = pose
+        state = replace(state, parent_t_node=table)
+    return replace(change, structure=structure, state=state)
+
+
+def _is_simple(structure: Structure, node: Node, given: Mapping[str, Any]) -> bool:
+    """Return whether a node can be changed so without building the structure anew."""
+    if "name" in given and (node.kind in (Kind.ROBOT, Kind.LINK) or given["name"] in structure.uid_by_name):
+        return False
+    if "data" in given and node.kind in (Kind.ROBOT, Kind.LINK, Kind.TOOL):
+        return False
+    if (parent := given.get("parent")) is None:
+        return True
+    fits = parent in structure.nodes and node.uid not in {above.uid for above in structure.ancestors(parent)}
+    return fits and all(one.kind is not Kind.TOOL for one in structure.below(node.uid))
+
+
+def _check_tree(structure: Structure, nodes: Mapping[int, Node]) -> None:
+    """Raise Conflict unless the nodes are a tree with names of their own."""
+    taken: dict[str, int] = {}
+    for uid, node in nodes.items():
+        if node.name in taken:
+            # The one that comes back or gets its name back is not in the way of the other.
+            other = next(one for one in (taken[node.name], uid) if _is_called(structure, one, node.name))
+            raise Conflict(f"another node has the name {node.name!r}", "names", other)
+        taken[node.name] = uid
+        if node.parent and node.parent not in nodes:
+            if node.parent in structure.nodes:
+                names = node.name, structure.nodes[node.parent].name
+                raise Conflict(f"{names[0]!r} hangs on {names[1]!r}, which would go", "parents", uid)
+            raise Conflict(f"what {node.name!r} hung on is gone", "nodes", node.parent)
+    for uid, node in nodes.items():
+        if structure.nodes.get(uid) is not node:
+            above, at = set[int](), node
+            while at.parent and at.uid not in above:
+                above.add(at.uid)
+                at = nodes[at.parent]
+            if at.uid != WORLD_UID:
+                names = node.name, nodes[node.parent].name
+                raise Conflict(f"{names[1]!r} hangs below {names[0]!r}", "parents", node.parent)
+
+
+def _is_called(structure: Structure, uid: int, name: str) -> bool:
+    return uid in structure.nodes and structure.nodes[uid].name == name
+
+
+def _check_nothing_else(before: Change, after: Change, command: RestoreRecords) -> None:
+    """Raise Conflict when anything else would change: it was set since, by whomever."""
+    for table, key, old, new in records(before, after):
+        if key not in getattr(command.restored, table):
+            raise Conflict(
+                f"{words(before.structure, table, key, old, new)} was set since and would be lost", table, key
+            )
+
+
+def _check_consistent(after: Change, restored: Values) -> None:
+    """Raise Conflict unless what has changed names only what is there, and joints are within limits."""
+    structure = after.structure
+    uids = {uid for table in ("nodes", *FIELDS) for uid in getattr(restored, table)} & structure.nodes.keys()
+    moved = (one for uid in restored.parents for one in structure.below(uid) if one.kind is Kind.TOOL)
+    touched = {node.uid: node for node in (*(structure.nodes[uid] for uid in uids), *moved)}
+    if restored.names or restored.nodes:
+        touched |= {uid: node for uid, node in structure.nodes.items() if node.kind is Kind.TARGET}
+    robots = {
+        robot.uid
+        for node in touched.values()
+        if node.kind in (Kind.ROBOT, Kind.LINK, Kind.TOOL) and (robot := structure.robot_of(node.uid))
+    }
+    about = 0
+    try:
+        check_count(len(structure.nodes))
+        for node in touched.values():
+            about = node.uid
+            check_figures(node.name, node.data, node.figures)
+            check_names(structure, node)
+            if node.kind is Kind.TOOL:
+                check_tool_in_use(after, node)
+        for about in robots:
+            check_robot(after, about)
+    except KernelError as error:
+        raise Conflict(str(error), "data", about) from None
+    for robot, selection in restored.selections.items():
+        if selection is not None and selection.tool:
+            tool = structure.nodes.get(selection.tool) if selection.tool in structure.tools.get(robot, ()) else None
+            points = tool.data.tool_center_points if tool and isinstance(tool.data, ToolData) else {}
+            if selection.tool_center_point not in points:
+                name = structure.nodes[robot].name
+                raise Conflict(f"the tool that {name!r} worked with is not there", "nodes", selection.tool)

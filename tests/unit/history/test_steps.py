@@ -1,0 +1,303 @@
+"""Steps: what is listed, which one undo and redo take, and who is named when something stands in the way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import get_args
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.history.journal import Told
+from virtualrobot_kernel.history.labels import LABELS
+from virtualrobot_kernel.history.step import KINDS, Step, StepKind
+from virtualrobot_kernel.history.steps import StepMemory, Steps, Wanted, taking_back
+from virtualrobot_kernel.world import commands
+from virtualrobot_kernel.world.apply_checkpoint import checkpoint_of
+from virtualrobot_kernel.world.apply_records import Conflict
+from virtualrobot_kernel.world.change import Change
+from virtualrobot_kernel.world.collisions import CollisionMode
+from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.figures import Box, Figure
+from virtualrobot_kernel.world.journal import Entry
+from virtualrobot_kernel.world.state import Signal
+from virtualrobot_kernel.world.structure import Kind, NodeSpec
+
+from tests.unit.world.builders import after, part, shifted
+from tests.unit.world.edits import cell, random_batch
+
+
+class Desk:
+    """World with a history: what `do` does is a step, a second after the one before."""
+
+    def __init__(self, store: StepMemory | None = None) -> None:
+        """Begin with the cell."""
+        self.now = cell()
+        self.steps = Steps(store)
+        self.number, self.time = 0, 1000.0
+
+    def do(self, author: str, *batch: Command, seconds: float = 1.0) -> Step:
+        """Apply a batch; return its step."""
+        self.number, self.time = self.number + 1, self.time + seconds
+        later = after(self.now, *batch)
+        told = Told(self.number, Entry(self.now.state.tick, author, batch, self.time), self.now, later)
+        self.steps.keep([told])
+        self.now = later
+        step = self.steps.store.get(self.number)
+        assert step is not None
+        return step
+
+    def undo(self, author: str = "ann", **which: object) -> Step:
+        """Take a step back, as the service does."""
+        return self.do(author, taking_back(self.steps.to_undo(**which)))  # pyright: ignore[reportArgumentType]
+
+    def redo(self, author: str = "ann", **which: object) -> Step:
+        """Take an undo back, as the service does."""
+        return self.do(author, taking_back(self.steps.to_redo(**which)))  # pyright: ignore[reportArgumentType]
+
+    def x(self, name: str = "table") -> float:
+        """Return where a node is in its parent's frame."""
+        return float(self.now.state.parent_t_node[self.now.structure.rows[self.now.structure.uid_by_name[name]]][0, 3])
+
+
+GO = Signal("go", True)
+HALF_TURN = np.diag([-1.0, -1.0, 1.0, 1.0])
+
+
+def moved(x: float, name: str = "table") -> commands.UpdateNode:
+    return commands.UpdateNode(name, parent_t_node=shifted(x=x))
+
+
+@pytest.fixture
+def desk() -> Desk:
+    return Desk()
+
+
+def ann(author: str) -> bool:
+    return author == "ann"
+
+
+def test_every_command_has_a_label() -> None:
+    assert LABELS.keys() == set(get_args(commands.Command))
+    assert KINDS.keys() < LABELS.keys()
+
+
+@pytest.mark.parametrize(
+    ("batch", "label"),
+    [
+        ((moved(0.1),), "moved 'table' by 0.10 m"),
+        (
+            (commands.UpdateNode("table", parent_t_node=np.diag([-1.0, -1.0, 1.0, 1.0])),),
+            "moved 'table' by 180 degrees",
+        ),
+        ((commands.UpdateNode("table", parent_t_node=shifted(y=0.0032)),), "moved 'table' by 3.2 mm"),
+        ((commands.UpdateNode("table", new_name="desk"),), "renamed 'table' to 'desk'"),
+        ((commands.UpdateNode("table", hidden=True),), "hid 'table'"),
+        ((commands.UpdateNode("table", figures=(Figure(Box((1, 1, 1))),)),), "changed the figures of 'table'"),
+        ((commands.CreateNodes(tuple(part(f"box_{k}", shifted()) for k in range(5))),), "created 'box_0' and 4 others"),
+        ((commands.CreateNodes((NodeSpec("a", Kind.OBJECT), NodeSpec("b", Kind.OBJECT, "a"))),), "created 'a'"),
+        ((commands.RemoveNode("part_0"), commands.RemoveNode("part_1")), "removed 'part_0' and 'part_1'"),
+        (
+            (commands.ClearWorld(), commands.CreateSignal(Signal("go", True))),
+            "cleared the world, created the signal 'go'",
+        ),
+        ((commands.AttachNode("part_0", ""),), "attached 'part_0' to 'world'"),
+        ((commands.PickPart("left", max_distance=9.0),), "picked 'part_3' with 'left'"),
+        (
+            (commands.SelectTool("left", "left_gripper", "side"),),
+            "selected the tool 'left_gripper', 'side', for 'left'",
+        ),
+        ((commands.SelectTool("left"),), "selected no tool for 'left'"),
+        ((commands.SetSpeedFactor("", 0.5),), "set the speed factor of all to 0.5"),
+        ((commands.SetCollisionSettings(CollisionMode.STOP),), "set collision handling to 'stop'"),
+        ((commands.SetCollisionSettings(paddings=(("left", 0.01),)),), "set the padding of 'left' to 0.01 m"),
+        ((commands.SetAllowedPairs(allow=(("part_1", "left", ""),)),), "let touch 'part_1' with 'left'"),
+        ((commands.SetPostures("left", {"up": {"a": 0.0}}, ("bent",)),), "removed the posture 'bent' of 'left', set"),
+        ((commands.SetSignal("ready", True),), "set the signal 'ready' to True"),
+        ((commands.SetJointPositions("left", {"a": 0.0}),), "put the joints of 'left' elsewhere"),
+        ((commands.RunSensors((), False),), "stopped all sensors"),
+        ((commands.SetToolState("left_gripper", "closed"),), "set the tool 'left_gripper' to 'closed'"),
+        ((commands.StopMotions(("left",)),), "stopped 'left'"),
+    ],
+)
+def test_labels_say_what_was_done(desk: Desk, batch: tuple[Command, ...], label: str) -> None:
+    assert desk.do("ann", *batch).label.startswith(label)
+
+
+def test_labels_of_random_batches_are_short(rng: np.random.Generator, desk: Desk) -> None:
+    for _ in range(30):
+        assert 0 < len(desk.do("ann", *random_batch(rng, desk.now)).label) <= 200
+
+
+def test_the_newest_one_that_stands_is_undone(desk: Desk) -> None:
+    for x in (1.0, 2.0, 3.0):
+        desk.do("ann", moved(x))
+    assert desk.undo().label == "took back: moved 'table' by 1.00 m"
+    assert desk.undo("bob").undoes == 2
+    assert desk.x() == 1.0
+    assert desk.redo().label == "did again: moved 'table' by 1.00 m"
+    assert desk.x() == 2.0
+    assert desk.undo().undoes == 2
+    assert desk.undo().undoes == 1
+    with pytest.raises(KernelError, match="there is nothing to undo") as error:
+        desk.undo()
+    assert error.value.reason is Reason.WRONG_STATE
+    for x in (1.0, 2.0, 3.0):
+        assert desk.redo().kind is StepKind.REDO
+        assert desk.x() == x
+    with pytest.raises(KernelError, match="there is nothing to redo"):
+        desk.redo()
+
+
+def test_after_a_new_edit_an_undo_is_taken_back_by_its_number_alone(desk: Desk) -> None:
+    desk.do("ann", moved(1.0))
+    undone = desk.undo()
+    desk.do("ann", moved(1.0, "lidar"))
+    with pytest.raises(KernelError, match="nothing was undone since the last change"):
+        desk.redo()
+    assert desk.redo(number=1).undoes == undone.number
+    assert desk.x() == 1.0
+    with pytest.raises(KernelError, match=r"step 1 .* is not undone"):
+        desk.redo(number=1)
+
+
+def test_only_mine(desk: Desk) -> None:
+    desk.do("ann", moved(1.0))
+    bobs = desk.do("bob", moved(1.0, "lidar"))
+    assert desk.undo(mine=ann).undoes == 1
+    with pytest.raises(KernelError, match="there is nothing of yours to undo"):
+        desk.undo(mine=ann)
+    with pytest.raises(KernelError, match=r"step 2 .* is of bob, and only yours shall be undone"):
+        desk.undo(mine=ann, number=bobs.number)
+    desk.do("bob", moved(2.0, "lidar"))
+    assert desk.redo(mine=ann).kind is StepKind.REDO
+    assert (desk.x(), desk.x("lidar")) == (1.0, 2.0)
+
+
+def test_who_stands_in_the_way_is_named(desk: Desk) -> None:
+    desk.do("ann", moved(1.0))
+    desk.do("bob", moved(2.0))
+    step = desk.steps.to_undo(1)
+    with pytest.raises(Conflict) as error:
+        after(desk.now, taking_back(step))
+    told = desk.steps.conflict(step, error.value)
+    assert str(told) == (
+        "cannot take back step 1 (moved 'table' by 1.00 m): the pose of 'table' has been changed since, "
+        "by step 2 of bob: moved 'table' by 1.00 m"
+    )
+    assert told.metadata == {"aspect": "poses", "step": "2", "author": "bob", "label": "moved 'table' by 1.00 m"}
+
+
+def test_what_cannot_be_undone_says_why(desk: Desk) -> None:
+    desk.do("ann", commands.SetJointPositions("left", {"a": 0.0}))
+    desk.do("ann", commands.SetSignal("ready", True))
+    desk.do("ann", checkpoint_of(desk.now, "noon"))
+    with pytest.raises(KernelError, match="motion is not undone; go back to a checkpoint"):
+        desk.undo(number=1)
+    with pytest.raises(KernelError, match="it changed nothing that undo covers"):
+        desk.undo(number=2)
+    with pytest.raises(KernelError, match="go back to a checkpoint instead"):
+        desk.undo(number=3)
+    with pytest.raises(KernelError, match="step 9 is no step of this history"):
+        desk.undo(number=9)
+
+
+def test_what_is_undone_is_not_undone_again(desk: Desk) -> None:
+    desk.do("ann", moved(1.0))
+    undo = desk.undo()
+    with pytest.raises(KernelError, match=r"is undone already, by step 2"):
+        desk.undo(number=1)
+    desk.redo(number=undo.number)
+    assert desk.undo(number=3).undoes == 1  # the redo's own number means the edit
+
+
+def test_a_drag_is_one_step(desk: Desk) -> None:
+    first = desk.do("ann", moved(0.1))
+    for k in range(2, 11):
+        desk.do("ann", moved(k / 10), seconds=0.05)
+        desk.do("bob", moved(k / 10, "lidar"), seconds=0.05)
+    step = desk.steps.store.get(first.number)
+    assert step is not None
+    assert (step.first_number, step.number, step.label) == (1, 18, "moved 'table' by 1.00 m")
+    assert len(list(desk.steps.store.find(Wanted()))) == 2
+    desk.undo(number=1)
+    assert (desk.x(), desk.x("lidar")) == (0.0, 1.0)
+
+
+@pytest.mark.parametrize("seconds", [0.6, -5.0])
+def test_what_is_no_drag(desk: Desk, seconds: float) -> None:
+    """Later, or by a clock that was set back, it is another step."""
+    desk.do("ann", moved(0.1))
+    assert desk.do("ann", moved(0.2), seconds=seconds).first_number == 2
+
+
+def test_what_another_changed_in_between_is_no_drag(desk: Desk) -> None:
+    desk.do("ann", moved(0.1))
+    desk.do("bob", moved(0.2), seconds=0.1)
+    assert desk.do("ann", moved(0.3), seconds=0.1).first_number == 3
+
+
+def test_filters(desk: Desk) -> None:
+    desk.do("ann", moved(0.1))
+    desk.do("bob", commands.UpdateNode("table", new_name="desk"))
+    desk.do("bob", commands.SetSignal("ready", True))
+
+    def found(**wanted: object) -> list[int]:
+        return [step.number for step in desk.steps.store.find(Wanted(**wanted))]  # pyright: ignore[reportArgumentType]
+
+    table = frozenset({desk.now.structure.uid_by_name["desk"]})
+    assert found() == [3, 2, 1]
+    assert found(node="desk", uids=table) == [2, 1]
+    assert found(node="table") == [2, 1]
+    assert found(node="part_0") == []
+    assert found(author="BO") == [3, 2]
+    assert found(mine=ann) == [1]
+    assert found(since=1002.0, until=1003.0) == [2]
+    assert found(kinds=frozenset({StepKind.SIGNAL})) == [3]
+    assert [step.number for step in desk.steps.store.find(Wanted(), before=3)] == [2, 1]
+
+
+def test_the_oldest_make_room_and_signals_push_no_edit_out() -> None:
+    desk = Desk(StepMemory(most_steps=10))
+    desk.do("ann", moved(1.0))
+    for k in range(30):
+        desk.do("ann", commands.SetSignal("ready", bool(k % 2)))
+    assert desk.undo().undoes == 1
+    for k in range(12):
+        desk.do("ann", moved(float(k)))
+    with pytest.raises(KernelError, match="step 1 is not kept any more"):
+        desk.undo(number=1)
+
+
+def test_what_a_program_does_is_named_and_not_undone(desk: Desk) -> None:
+    """The batch ends with GoOn, as the world thread gives the orders of a motion."""
+    before = desk.now
+    later = after(before, moved(1.0))
+    batch = (moved(1.0), commands.GoOn("motion-1"))
+    desk.steps.keep([Told(1, Entry(0, "motion-1", batch), before, later)])
+    step = desk.steps.store.get(1)
+    assert step is not None
+    assert (step.kind, step.names) == (StepKind.MOTION, ((16, "table"),))
+
+
+def test_setpoints_are_no_steps(desk: Desk) -> None:
+    batch = (commands.SetSetpoint("motion-1", (0.0,)),)
+    desk.steps.keep([Told(1, Entry(0, "ann", batch), desk.now, desk.now)])
+    assert desk.steps.store.last == 0
+
+
+def test_a_checkpoint_brings_all_back_and_time_goes_on(desk: Desk) -> None:
+    start = replace(desk.now, state=replace(desk.now.state, tick=7))
+    back = checkpoint_of(start, "noon")
+    desk.do("ann", commands.ClearWorld(), commands.CreateNodes((part("box", shifted()),)))
+    desk.now = Change(desk.now.structure, replace(desk.now.state, tick=9))
+    desk.do("ann", back)
+    now = desk.now
+    assert list(now.structure.nodes.values()) == list(start.structure.nodes.values())
+    np.testing.assert_array_equal(now.state.q, start.state.q)
+    assert now.state.signals == start.state.signals
+    assert now.state.tick == 9
+    assert now.state.epoch > 1
+    assert now.structure.next_uid > start.structure.next_uid
+    assert now.state.running_sensors.keys() == start.state.running_sensors.keys()
+    assert now.state.sensor_starts > start.state.sensor_starts
