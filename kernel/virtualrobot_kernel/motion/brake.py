@@ -1,4 +1,4 @@
-"""How a running motion brakes, or changes its rate: chosen so that the joints keep their limits, by compiled code.
+"""Brakes of a running motion and changes of its rate, chosen so that the joints keep their limits, by compiled code.
 
 A rate ramp multiplies the motion's own law, jerk included, so it cannot stop a motion whose law is at its jerk limit.
 A brake leaves the law: on each track, from the present state, it is the fastest jerk-limited stop u(t) of the path
@@ -17,6 +17,8 @@ from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.ramp import RateRamp
 from virtualrobot_kernel.numeric import braking
+from virtualrobot_kernel.numeric.braking import END_TOLERANCE as END_TOLERANCE
+from virtualrobot_kernel.numeric.braking import RETRY as RETRY
 
 #: Path parameter u of a track and its first two derivatives by time (1/s, 1/s²).
 PathState = tuple[float, float, float]
@@ -73,7 +75,7 @@ def change(plan: Plan, now: RateState, wanted: float, *, stops: bool) -> Change:
     if answer.came == braking.RAMPS:
         goal, length, *coefficients = answer.state[braking.GOAL :].tolist()
         return Change((), RateRamp(goal, length, tuple(coefficients)), False)
-    return Change((), None, answer.came == braking.STAYS)
+    return Change((), None, answer.came == braking.WAITS)
 
 
 def stop_ahead(plan: Plan, now: RateState, begun: Brakes, dt: float, most: int, *, asks: bool) -> StopAhead:

@@ -15,15 +15,20 @@ from dataclasses import dataclass, replace
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion import brake
-from virtualrobot_kernel.motion.brake import PathState, RateState, StopAhead, brake_state, nominal_time
+from virtualrobot_kernel.motion.brake import (
+    END_TOLERANCE,
+    RETRY,
+    PathState,
+    RateState,
+    StopAhead,
+    brake_state,
+    nominal_time,
+)
 from virtualrobot_kernel.motion.limits import checked_scale
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.ramp import RateRamp
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
-
-_RETRY = 0.02
-_END_TOLERANCE = 1e-9
 
 _SLOWING = (Phase.PAUSING, Phase.STOPPING)
 
@@ -111,7 +116,7 @@ class PlanExecution:
 
     def on(self, plan: Plan, cut: float) -> PlanExecution | None:
         """Return the motion on a plan that is the same up to the nominal time `cut` (s); None when it is too late."""
-        if self.ended or self.brakes or self.settled > cut + _END_TOLERANCE:
+        if self.ended or self.brakes or self.settled > cut + END_TOLERANCE:
             return None
         return replace(self, plan=plan)
 
@@ -195,7 +200,7 @@ def _advanced(running: PlanExecution, dt: float) -> PlanExecution:
     waiting = 0.0
     if _wanted(running) != running.ramp.goal:
         waiting = running.waiting + dt
-        if int(waiting / _RETRY) != int(running.waiting / _RETRY):
+        if int(waiting / RETRY) != int(running.waiting / RETRY):
             running = _retarget(replace(running, waiting=waiting))
             if running.brakes:
                 return _brake_on(running, dt)
@@ -204,7 +209,7 @@ def _advanced(running: PlanExecution, dt: float) -> PlanExecution:
     rate, slope, _, gone = running.ramp.state(elapsed)
     tau = max(running.tau, running.ramp_tau + gone)
     phase, left = running.phase, 0.0
-    if tau >= running.plan.duration - _END_TOLERANCE:
+    if tau >= running.plan.duration - END_TOLERANCE:
         left = min(dt, max(0.0, tau - running.plan.duration) / rate) if rate > 0.0 else 0.0
         phase, tau, rate, slope = Phase.SUCCEEDED, running.plan.duration, 0.0, 0.0
     elif elapsed >= running.ramp.length and running.ramp.goal == 0.0 and phase in _SLOWING:

@@ -1,4 +1,4 @@
-"""How motions on plans brake: the choice of brakes, and the walk to where a motion stands, compiled.
+"""Brakes of motions on plans: their choice, and the walk to where a motion stands, compiled.
 
 A brake is a law u(t) of up to three pieces, (3, 5): the time (s) at which each begins, inf for one that is not there,
 and the coefficients of t^0 ... t^3 from then on.
@@ -19,9 +19,15 @@ from virtualrobot_kernel.numeric.ramps import SLACK, Limited, choose_ramp, ramp_
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Integers = np.ndarray[Any, np.dtype[np.int64]]
 
-GOES_ON, STAYS, NEEDS_TABLE, RAMPS, BRAKES, AT_GOAL, STANDS = range(7)
-"""What a motion comes to: it goes on as it does, and need not wait; it does, since nothing fits now; it can't be told
-without a braking table; it follows another ramp; it brakes; it is at its goal; it stands at the end of its ramp."""
+GOES_ON, WAITS, NEEDS_TABLE, RAMPS, BRAKES, AT_GOAL, STANDS = range(7)
+"""Outcomes of a motion: it goes on as it does; it waits for a change, since none fits now; it can't be told without a
+braking table; it follows another ramp; it brakes; it is at its goal; it stands at the end of its ramp."""
+
+RETRY = 0.02
+"""Seconds after which a change that has not fitted is tried again."""
+
+END_TOLERANCE = 1e-9
+"""Seconds of nominal time before its end at which a motion is at its goal."""
 
 #: Shares of what the joints allow on a straight path that are tried, for acceleration and jerk each; the path's
 #: curvature takes the rest.
@@ -34,9 +40,7 @@ _ROUNDING = 1e-9
 _ASIDE = 1e-9
 #: Phases shorter than this (s) are left out.
 _SHORTEST = 1e-12
-_RETRY = 0.02
 _SHORTEST_PATIENCE = 0.1
-_END_TOLERANCE = 1e-9
 
 
 @inlined
@@ -238,7 +242,7 @@ def _choose_brake(
 ) -> tuple[int, float]:
     """Write the soonest brake of one track; return what that comes to, and its duration (s).
 
-    limits (3, k): the joints' velocity, acceleration and jerk. GOES_ON: none is sooner than `left`; STAYS: none of
+    limits (3, k): the joints' velocity, acceleration and jerk. GOES_ON: none is sooner than `left`; WAITS: none of
     those that are keeps the limits.
     """
     u, speed, slope = state
@@ -283,7 +287,7 @@ def _choose_brake(
         duration, reach = _integrate(u, speed, slope, share, phases, brake)
         if not reach <= end:
             continue
-        result = STAYS
+        result = WAITS
         points = _points(breaks, u, reach)
         if in_fine and _beyond(breaks, terms, bounds, along, brake, duration, points, fine, 1) >= 0:
             continue
@@ -336,7 +340,7 @@ def _choose_brakes(motion: _Motion, state: Floats, left: float, brakes: Floats, 
     for track in range(tracks):
         law_breaks, law = one_of(motion.breaks, motion.terms, motion.shapes[track, 2])
         if law.shape[1] != 4:
-            return STAYS  # the law u = tau of a timed trajectory
+            return WAITS  # the law u = tau of a timed trajectory
         u, u1, u2 = scalar_state(law_breaks, law, state[TAU])
         states[track, 0] = u
         states[track, 1] = u1 * rate
@@ -367,8 +371,8 @@ def _choose_brakes(motion: _Motion, state: Floats, left: float, brakes: Floats, 
         came, ends[track] = _choose_brake(breaks, rated, limits, (u, speed, slope), left, brakes[track])
         if came == GOES_ON:
             return GOES_ON
-        if came == STAYS:
-            result = STAYS
+        if came == WAITS:
+            result = WAITS
     return result
 
 
@@ -380,7 +384,7 @@ def _change(motion: _Motion, state: Floats, brakes: Floats, ends: Floats, chosen
     if motion.stops:
         left = _time_left(joints.duration, state)
         came = _choose_brakes(motion, state, left, brakes, ends)
-        if came != STAYS:
+        if came != WAITS:
             state[WAITING] = 0.0
             if came == BRAKES:
                 state[ELAPSED] = 0.0
@@ -396,7 +400,7 @@ def _change(motion: _Motion, state: Floats, brakes: Floats, ends: Floats, chosen
     patience = max(joints.stop_time, _SHORTEST_PATIENCE) if now[0] > 0.0 else 0.0
     length = choose_ramp(joints, state[TAU], now, motion.wanted, state[WAITING] < patience, chosen)
     if length == 0.0 or length > left:
-        return STAYS
+        return WAITS
     state[RAMP_TAU] = state[TAU]
     state[ELAPSED] = 0.0
     state[WAITING] = 0.0
@@ -480,7 +484,7 @@ def brake_ahead(
     joints = Limited(table, beyond, most_acceleration, most_jerk, columns, times[0], times[1], times[2])
     motion = _Motion(shapes, breaks, terms, limits, joints, table.shape[0] > 0, stops, wanted)
     chosen = np.empty(6)
-    came = BRAKES if ends[0] >= 0.0 else STAYS
+    came = BRAKES if ends[0] >= 0.0 else WAITS
     if asks and came != BRAKES:
         came = _change(motion, state, brakes, ends, chosen)
     if most == 0 or came == NEEDS_TABLE:
@@ -493,7 +497,7 @@ def brake_ahead(
             state[WAITING] = 0.0
         else:
             waiting = state[WAITING] + dt
-            again = int(waiting / _RETRY) != int(state[WAITING] / _RETRY)
+            again = int(waiting / RETRY) != int(state[WAITING] / RETRY)
             state[WAITING] = waiting
             if again:
                 came = _change(motion, state, brakes, ends, chosen)
@@ -504,7 +508,7 @@ def brake_ahead(
         state[ELAPSED] += dt
         gone = ramp_state(state[GOAL], state[LENGTH], state[COEFFICIENTS:], state[ELAPSED])[3]
         state[TAU] = max(state[TAU], state[RAMP_TAU] + gone)
-        if state[TAU] >= joints.duration - _END_TOLERANCE:
+        if state[TAU] >= joints.duration - END_TOLERANCE:
             came = AT_GOAL
         elif state[ELAPSED] >= state[LENGTH] and state[GOAL] == 0.0:
             came = STANDS
