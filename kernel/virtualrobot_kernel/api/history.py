@@ -14,12 +14,11 @@ from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.collision.readiness import is_to_be_ready, make_ready
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.history.checkpoints import Checkpoint
 from virtualrobot_kernel.history.step import MOST_NAMED, Step, StepKind
 from virtualrobot_kernel.history.steps import Mine, Wanted, page, taking_back
+from virtualrobot_kernel.history.store import CheckpointRow
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.world.apply_records import Conflict
-from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
@@ -123,9 +122,8 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         """Keep the world as it is."""
 
         async def create() -> history_pb2.CreateCheckpointResponse:
+            made = await self._kernel.in_worker(self._kernel.checkpoints.create, request.name, author(context))
             snapshot = self._kernel.world.snapshot
-            world = Change(snapshot.structure, snapshot.state)
-            made = self._kernel.checkpoints.create(request.name, author(context), world)
             return history_pb2.CreateCheckpointResponse(stamp=stamp(snapshot), checkpoint=_checkpoint(made))
 
         return await self._repeats.once(request, create)
@@ -146,11 +144,12 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         async def restore() -> history_pb2.RestoreCheckpointResponse:
             checkpoints = self._kernel.checkpoints
             found = checkpoints.get(request.name)
-            applied = await self._submit(found.restore, context)
+            command = await self._kernel.in_worker(checkpoints.restore, request.name)
+            applied = await self._submit(command, context)
             return history_pb2.RestoreCheckpointResponse(
                 stamp=stamp(applied.snapshot),
                 checkpoint=_checkpoint(found),
-                before=_checkpoint(checkpoints.left_by(found.restore)),
+                before=_checkpoint(checkpoints.left_by(command)),
             )
 
         return await self._repeats.once(request, restore)
@@ -159,7 +158,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         self, request: history_pb2.RemoveCheckpointRequest, context: object
     ) -> history_pb2.RemoveCheckpointResponse:
         """Forget a checkpoint."""
-        gone = self._kernel.checkpoints.remove(request.name)
+        gone = await self._kernel.in_worker(self._kernel.checkpoints.remove, request.name)
         snapshot = self._kernel.world.snapshot
         return history_pb2.RemoveCheckpointResponse(stamp=stamp(snapshot), checkpoint=_checkpoint(gone))
 
@@ -233,12 +232,12 @@ def _timestamp(seconds: float) -> Timestamp:
     return message
 
 
-def _checkpoint(checkpoint: Checkpoint) -> history_pb2.Checkpoint:
+def _checkpoint(checkpoint: CheckpointRow) -> history_pb2.Checkpoint:
     return history_pb2.Checkpoint(
         name=checkpoint.name,
         author=checkpoint.author,
-        time=_timestamp(checkpoint.wall_time),
-        tick=checkpoint.restore.state.tick,
-        node_count=len(checkpoint.restore.nodes),
+        time=_timestamp(checkpoint.time),
+        tick=checkpoint.tick,
+        node_count=checkpoint.nodes,
         automatic=checkpoint.automatic,
     )

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import sqlite3
 import threading
-import time
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.history.codec import Codec
 from virtualrobot_kernel.history.journal import Told
+from virtualrobot_kernel.history.recovery import image
+from virtualrobot_kernel.history.store import CheckpointRow, Store
+from virtualrobot_kernel.history.upkeep import Moment, Upkeep
 from virtualrobot_kernel.world.apply_checkpoint import checkpoint_of
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import RestoreWorld
@@ -23,76 +26,72 @@ MOST_AUTOMATIC = 10
 LONGEST_NAME = 200
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Checkpoint:
-    """World under a name: who made it, when (seconds since 1970), and the command that goes back to it.
-
-    `automatic`: the kernel made it before it went back to another one.
-    """
-
-    name: str
-    author: str
-    wall_time: float
-    restore: RestoreWorld
-    automatic: bool = False
-
-
 class Checkpoints:
-    """Checkpoints of a world; as a keeper of the journal it notes the world that each return to one leaves."""
+    """Checkpoints of a world; as a keeper of the journal it keeps the world that each return to one leaves."""
 
-    def __init__(self) -> None:
-        """Begin with none."""
-        self._by_name: dict[str, Checkpoint] = {}
-        self._left: deque[tuple[RestoreWorld, Checkpoint]] = deque(maxlen=MOST_AUTOMATIC)
+    def __init__(self, store: Store, upkeep: Upkeep, codec: Codec) -> None:
+        """Begin with those of `store`; `upkeep` makes others, and `codec` reads them."""
+        self._store, self._upkeep, self._codec = store, upkeep, codec
+        self._left: deque[tuple[RestoreWorld, CheckpointRow]] = deque(maxlen=MOST_AUTOMATIC)
         self._lock = threading.Lock()
 
     @property
-    def all(self) -> list[Checkpoint]:
+    def all(self) -> list[CheckpointRow]:
         """Checkpoints, oldest first."""
-        return list(self._by_name.values())
+        return sorted((one for one in self._store.checkpoints() if one.name), key=lambda one: one.id)
 
-    def get(self, name: str) -> Checkpoint:
+    def get(self, name: str) -> CheckpointRow:
         """Return a checkpoint; raise UnknownNameError."""
-        try:
-            return self._by_name[name]
-        except KeyError:
-            raise UnknownNameError("checkpoint", name, self._by_name) from None
+        by_name = {one.name: one for one in self.all}
+        if name not in by_name:
+            raise UnknownNameError("checkpoint", name, by_name)
+        return by_name[name]
 
-    def create(self, name: str, author: str, world: Change) -> Checkpoint:
-        """Keep a world under a name (empty: one that is free); raise KernelError when it is taken, or for too many."""
+    def restore(self, name: str) -> RestoreWorld:
+        """Return the command that goes back to a checkpoint; raise KernelError when there is none, or it is damaged."""
+        world = image(self._store, self._codec, self.get(name).id)
+        return checkpoint_of(Change(world.structure, world.state), name)
+
+    def create(self, name: str, author: str) -> CheckpointRow:
+        """Keep the world as it is under a name (empty: a free one) and return the checkpoint.
+
+        Raises KernelError for a name that is taken or none, for too many, and when it can't be written.
+        """
         with self._lock:
+            taken = {one.name: one for one in self.all}
             if not name:
-                name = next(free for n in range(1, 10**9) if (free := f"checkpoint {n}") not in self._by_name)
+                name = next(free for n in range(1, 10**9) if (free := f"checkpoint {n}") not in taken)
             if len(name) > LONGEST_NAME or not name.isprintable() or name != name.strip():
                 raise KernelError(
                     f"a checkpoint's name has at most {LONGEST_NAME} characters that can be printed, and no space at "
                     f"its ends; this one is {name[:LONGEST_NAME]!r}",
                     field="name",
                 )
-            if name in self._by_name:
+            if name in taken:
                 raise KernelError(
                     f"the name {name!r} is taken by another checkpoint; choose another one, or remove it first",
                     reason=Reason.NAME_TAKEN,
                     name=name,
                 )
-            if sum(not one.automatic for one in self._by_name.values()) >= MOST_CHECKPOINTS:
+            if sum(not one.automatic for one in taken.values()) >= MOST_CHECKPOINTS:
                 raise KernelError(
                     f"there are {MOST_CHECKPOINTS} checkpoints already; remove one first",
                     reason=Reason.TOO_LARGE,
                     limit=MOST_CHECKPOINTS,
                 )
-            made = Checkpoint(name, author, time.time(), checkpoint_of(world, name))
-            self._by_name = {**self._by_name, name: made}
-            return made
+            try:
+                return self._upkeep.checkpoint(name, author)
+            except sqlite3.Error as error:
+                raise KernelError(f"the checkpoint can't be written: {error}", reason=Reason.WRONG_STATE) from error
 
-    def remove(self, name: str) -> Checkpoint:
+    def remove(self, name: str) -> CheckpointRow:
         """Forget a checkpoint and return it; raise UnknownNameError."""
         with self._lock:
             found = self.get(name)
-            self._by_name = {other: one for other, one in self._by_name.items() if other != name}
+            self._upkeep.remove_checkpoints([found.id])
             return found
 
-    def left_by(self, command: RestoreWorld) -> Checkpoint:
+    def left_by(self, command: RestoreWorld) -> CheckpointRow:
         """Return the world as it was right before a return to a checkpoint; there must have been one."""
         return next(checkpoint for one, checkpoint in reversed(self._left) if one is command)
 
@@ -106,10 +105,10 @@ class Checkpoints:
     def _note(self, told: Told, command: RestoreWorld) -> None:
         with self._lock:
             name = f"before step {told.number}"
-            made = Checkpoint(
-                name, told.entry.author, told.entry.wall_time, checkpoint_of(told.before, name), automatic=True
-            )
-            others = [one for one in self._by_name.values() if one.automatic]
-            gone = {one.name for one in others[: max(0, len(others) + 1 - MOST_AUTOMATIC)]}
-            self._by_name = {**{key: one for key, one in self._by_name.items() if key not in gone}, name: made}
+            before = Moment(told.number - 1, told.before.structure, told.before.state)
+            made = next((one for one in self.all if one.name == name), None)
+            made = made or self._upkeep.checkpoint(name, told.entry.author, before, automatic=True)
+            others = [one.id for one in self.all if one.automatic]
+            if len(others) > MOST_AUTOMATIC:
+                self._upkeep.remove_checkpoints(others[:-MOST_AUTOMATIC])
             self._left.append((command, made))

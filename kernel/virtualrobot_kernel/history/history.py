@@ -60,6 +60,7 @@ class History:
         store: what is kept.
         journal: what the world tells.
         steps: what people see of it, undo and redo.
+        checkpoints: those that people know by their names.
         upkeep: makes checkpoints.
         begin: the moment that the world begins from.
         goes_on: whether there was something to go on from.
@@ -101,9 +102,9 @@ class History:
         self.upkeep = Upkeep(self.store, codec, rules, self.begin, self._last_tick)
         kept = StoredSteps(self.store, codec)
         self.steps = Steps(kept)
-        self.checkpoints = Checkpoints()
+        self.checkpoints = Checkpoints(self.store, self.upkeep, codec)
         recorder = Recorder(self.store, codec, kept, self.upkeep)
-        self.journal = Journal((self.steps, self.checkpoints, recorder), self.begin.number, self.upkeep.ticked)
+        self.journal = Journal((self.steps, recorder, self.checkpoints), self.begin.number, self.upkeep.ticked)
 
     def start(self) -> None:
         """Start the threads."""

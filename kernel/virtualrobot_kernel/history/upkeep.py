@@ -8,7 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from virtualrobot_kernel.history.codec import Codec, Parts
 from virtualrobot_kernel.history.journal import Told
@@ -114,17 +114,31 @@ class Upkeep:
                 self._latest = last
         return self._latest
 
-    def checkpoint(self, name: str = "", author: str = KERNEL) -> int:
-        """Write the world as it is now as a checkpoint and return its id; any thread may call it."""
+    def checkpoint(
+        self, name: str = "", author: str = KERNEL, moment: Moment | None = None, automatic: bool = False
+    ) -> CheckpointRow:
+        """Write the world as it is now, or was at a moment, as a checkpoint and return it; any thread may call it."""
         with self._checkpointing:
-            now = self.now()
-            with self._noting:
-                self._entries = self._bytes = self._motion_ticks = 0
+            if moment is None:
+                moment = self.now()
+                with self._noting:
+                    self._entries = self._bytes = self._motion_ticks = 0
+            structure, state = moment.structure, moment.state
             try:
-                written = self._codec.encode_in_parts(image_of(now.structure, now.state), self._parts)
-                return self._store.add_checkpoint(
-                    now.number, now.state.tick, name, author, time.time(), written.body, [*written.parts], written.fresh
+                written = self._codec.encode_in_parts(image_of(structure, state), self._parts)
+                row = CheckpointRow(
+                    id=0,
+                    seq=moment.number,
+                    tick=state.tick,
+                    name=name,
+                    author=author,
+                    time=time.time(),
+                    automatic=automatic,
+                    nodes=len(structure.nodes),
+                    body=written.body,
+                    parts=tuple(written.parts),
                 )
+                return replace(row, id=self._store.add_checkpoint(row, written.fresh))
             except BaseException:
                 self._parts = Parts()  # some of them may not have been written
                 raise
