@@ -8,6 +8,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import grpc
@@ -21,6 +22,7 @@ from tests.api.reading import state, step
 from tests.kernels import KernelProcess, StartKernel, Stubs
 
 GUARD = 120.0
+Work = Callable[[], geometry_pb2.Stamp]
 OTHER = {**READY, "lbr_iiwa_joint_1": -1.2}
 
 
@@ -127,8 +129,7 @@ class Load:
             thread.join(GUARD)
         self._stubs.channel.close()
 
-    def _until_gone(self, work: object) -> None:
-        assert callable(work)
+    def _until_gone(self, work: Work) -> None:
         try:
             while True:
                 stamp = work()
@@ -137,7 +138,7 @@ class Load:
         except grpc.RpcError as error:
             assert error.code() in (grpc.StatusCode.UNAVAILABLE, grpc.StatusCode.CANCELLED), error  # pyright: ignore
 
-    def _count(self, name: str, here: dict[str, int]) -> object:
+    def _count(self, name: str, here: dict[str, int]) -> Work:
         self.answered[name] = self.sent[name] = here[name]
 
         def once() -> geometry_pb2.Stamp:
@@ -148,7 +149,7 @@ class Load:
 
         return once
 
-    def _edit(self, seed: int) -> object:
+    def _edit(self, seed: int) -> Work:
         number = 0
 
         def once() -> geometry_pb2.Stamp:

@@ -7,16 +7,16 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import aclosing
 
 from google.protobuf.timestamp_pb2 import Timestamp
-from virtualrobot.v1 import history_pb2, history_pb2_grpc
+from virtualrobot.v1 import geometry_pb2, history_pb2, history_pb2_grpc
 
 from virtualrobot_kernel.api.author import author, is_mine
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.collision.readiness import is_to_be_ready, make_ready
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.history.checkpoints import Checkpoint
 from virtualrobot_kernel.history.step import MOST_NAMED, Step, StepKind
 from virtualrobot_kernel.history.steps import Mine, Wanted, page, taking_back
-from virtualrobot_kernel.history.store import CheckpointRow
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.world.apply_records import Conflict
 from virtualrobot_kernel.world.commands import Command
@@ -123,8 +123,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
 
         async def create() -> history_pb2.CreateCheckpointResponse:
             made = await self._kernel.in_worker(self._kernel.checkpoints.create, request.name, author(context))
-            snapshot = self._kernel.world.snapshot
-            return history_pb2.CreateCheckpointResponse(stamp=stamp(snapshot), checkpoint=_checkpoint(made))
+            return history_pb2.CreateCheckpointResponse(stamp=self._stamp(), checkpoint=_checkpoint(made))
 
         return await self._repeats.once(request, create)
 
@@ -132,9 +131,8 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         self, request: history_pb2.ListCheckpointsRequest, context: object
     ) -> history_pb2.ListCheckpointsResponse:
         """Tell the checkpoints."""
-        return history_pb2.ListCheckpointsResponse(
-            stamp=stamp(self._kernel.world.snapshot), checkpoints=map(_checkpoint, self._kernel.checkpoints.all)
-        )
+        found = await self._kernel.in_worker(lambda: self._kernel.checkpoints.all)
+        return history_pb2.ListCheckpointsResponse(stamp=self._stamp(), checkpoints=map(_checkpoint, found))
 
     async def RestoreCheckpoint(
         self, request: history_pb2.RestoreCheckpointRequest, context: object
@@ -143,13 +141,14 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
 
         async def restore() -> history_pb2.RestoreCheckpointResponse:
             checkpoints = self._kernel.checkpoints
-            found = checkpoints.get(request.name)
-            command = await self._kernel.in_worker(checkpoints.restore, request.name)
+            found = await self._kernel.in_worker(checkpoints.get, request.name)
+            command = await self._kernel.in_worker(checkpoints.restoring, found)
             applied = await self._submit(command, context)
+            before = checkpoints.left_by(command)
             return history_pb2.RestoreCheckpointResponse(
                 stamp=stamp(applied.snapshot),
                 checkpoint=_checkpoint(found),
-                before=_checkpoint(checkpoints.left_by(command)),
+                before=None if before is None else _checkpoint(before),
             )
 
         return await self._repeats.once(request, restore)
@@ -159,8 +158,10 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
     ) -> history_pb2.RemoveCheckpointResponse:
         """Forget a checkpoint."""
         gone = await self._kernel.in_worker(self._kernel.checkpoints.remove, request.name)
-        snapshot = self._kernel.world.snapshot
-        return history_pb2.RemoveCheckpointResponse(stamp=stamp(snapshot), checkpoint=_checkpoint(gone))
+        return history_pb2.RemoveCheckpointResponse(stamp=self._stamp(), checkpoint=_checkpoint(gone))
+
+    def _stamp(self) -> geometry_pb2.Stamp:
+        return stamp(self._kernel.world.snapshot)
 
     async def _submit(self, command: Command, context: object) -> Applied:
         snapshot = self._kernel.world.snapshot
@@ -232,12 +233,12 @@ def _timestamp(seconds: float) -> Timestamp:
     return message
 
 
-def _checkpoint(checkpoint: CheckpointRow) -> history_pb2.Checkpoint:
+def _checkpoint(checkpoint: Checkpoint) -> history_pb2.Checkpoint:
     return history_pb2.Checkpoint(
         name=checkpoint.name,
         author=checkpoint.author,
-        time=_timestamp(checkpoint.time),
+        time=_timestamp(checkpoint.wall_time),
         tick=checkpoint.tick,
-        node_count=checkpoint.nodes,
+        node_count=checkpoint.node_count,
         automatic=checkpoint.automatic,
     )

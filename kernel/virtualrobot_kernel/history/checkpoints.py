@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import sqlite3
+import logging
 import threading
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.history.codec import Codec
@@ -23,48 +24,78 @@ MOST_CHECKPOINTS = 100
 MOST_AUTOMATIC = 10
 """Greatest number of those that the kernel has made; the oldest goes."""
 
+AUTOMATIC = "before step "
+"""Begin of the names of these."""
+
 LONGEST_NAME = 200
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Checkpoint:
+    """World under a name: who made it, when (seconds since 1970), at which tick, and how many nodes it has.
+
+    `id` is its number in the store.
+    """
+
+    id: int
+    name: str
+    author: str
+    wall_time: float
+    tick: int
+    node_count: int
+
+    @property
+    def automatic(self) -> bool:
+        """Whether the kernel made it, before it went back to another one."""
+        return self.name.startswith(AUTOMATIC)
 
 
 class Checkpoints:
-    """Checkpoints of a world; as a keeper of the journal it keeps the world that each return to one leaves."""
+    """Named checkpoints of a store; as a keeper of the journal it keeps the world that each return to one leaves."""
 
-    def __init__(self, store: Store, upkeep: Upkeep, codec: Codec) -> None:
-        """Begin with those of `store`; `upkeep` makes others, and `codec` reads them."""
-        self._store, self._upkeep, self._codec = store, upkeep, codec
-        self._left: deque[tuple[RestoreWorld, CheckpointRow]] = deque(maxlen=MOST_AUTOMATIC)
+    def __init__(self, store: Store, codec: Codec, upkeep: Upkeep) -> None:
+        """Read and remove them in `store`; `upkeep` writes them."""
+        self._store, self._codec, self._upkeep = store, codec, upkeep
+        self._left: deque[tuple[RestoreWorld, Checkpoint]] = deque(maxlen=MOST_AUTOMATIC)
         self._lock = threading.Lock()
 
     @property
-    def all(self) -> list[CheckpointRow]:
-        """Checkpoints, oldest first."""
-        return sorted((one for one in self._store.checkpoints() if one.name), key=lambda one: one.id)
+    def all(self) -> list[Checkpoint]:
+        """Checkpoints with a name, oldest first."""
+        return [self._known(row) for row in self._store.checkpoints() if row.name]
 
-    def get(self, name: str) -> CheckpointRow:
+    def get(self, name: str) -> Checkpoint:
         """Return a checkpoint; raise UnknownNameError."""
-        by_name = {one.name: one for one in self.all}
-        if name not in by_name:
-            raise UnknownNameError("checkpoint", name, by_name)
-        return by_name[name]
+        rows = {row.name: row for row in self._store.checkpoints() if row.name}
+        if name not in rows:
+            raise UnknownNameError("checkpoint", name, rows)
+        return self._known(rows[name])
 
-    def restore(self, name: str) -> RestoreWorld:
-        """Return the command that goes back to a checkpoint; raise KernelError when there is none, or it is damaged."""
-        world = image(self._store, self._codec, self.get(name).id)
-        return checkpoint_of(Change(world.structure, world.state), name)
+    def restoring(self, checkpoint: Checkpoint) -> RestoreWorld:
+        """Return the command that goes back to a checkpoint; raise KernelError when it can't be read."""
+        world = image(self._store, self._codec, checkpoint.id)
+        return checkpoint_of(Change(world.structure, world.state), checkpoint.name)
 
-    def create(self, name: str, author: str) -> CheckpointRow:
-        """Keep the world as it is under a name (empty: a free one) and return the checkpoint.
+    def create(self, name: str, author: str) -> Checkpoint:
+        """Keep the world as it is under a name (empty: a free one); all that was answered before is in it.
 
-        Raises KernelError for a name that is taken or none, for too many, and when it can't be written.
+        Raises KernelError when the name is taken, and when there are too many.
         """
         with self._lock:
-            taken = {one.name: one for one in self.all}
+            taken = {row.name for row in self._store.checkpoints() if row.name}
             if not name:
-                name = next(free for n in range(1, 10**9) if (free := f"checkpoint {n}") not in taken)
+                name = next(free for n in range(1, len(taken) + 2) if (free := f"checkpoint {n}") not in taken)
             if len(name) > LONGEST_NAME or not name.isprintable() or name != name.strip():
                 raise KernelError(
                     f"a checkpoint's name has at most {LONGEST_NAME} characters that can be printed, and no space at "
                     f"its ends; this one is {name[:LONGEST_NAME]!r}",
+                    field="name",
+                )
+            if name.startswith(AUTOMATIC):
+                raise KernelError(
+                    f"names that begin with {AUTOMATIC!r} are the kernel's own; choose another one than {name!r}",
                     field="name",
                 )
             if name in taken:
@@ -73,42 +104,45 @@ class Checkpoints:
                     reason=Reason.NAME_TAKEN,
                     name=name,
                 )
-            if sum(not one.automatic for one in taken.values()) >= MOST_CHECKPOINTS:
+            if sum(not one.startswith(AUTOMATIC) for one in taken) >= MOST_CHECKPOINTS:
                 raise KernelError(
                     f"there are {MOST_CHECKPOINTS} checkpoints already; remove one first",
                     reason=Reason.TOO_LARGE,
                     limit=MOST_CHECKPOINTS,
                 )
-            try:
-                return self._upkeep.checkpoint(name, author)
-            except sqlite3.Error as error:
-                raise KernelError(f"the checkpoint can't be written: {error}", reason=Reason.WRONG_STATE) from error
+            self._upkeep.checkpoint(name, author)
+        return self.get(name)
 
-    def remove(self, name: str) -> CheckpointRow:
+    def remove(self, name: str) -> Checkpoint:
         """Forget a checkpoint and return it; raise UnknownNameError."""
         with self._lock:
             found = self.get(name)
             self._upkeep.remove_checkpoints([found.id])
             return found
 
-    def left_by(self, command: RestoreWorld) -> CheckpointRow:
-        """Return the world as it was right before a return to a checkpoint; there must have been one."""
-        return next(checkpoint for one, checkpoint in reversed(self._left) if one is command)
+    def left_by(self, command: RestoreWorld) -> Checkpoint | None:
+        """Return the world as it was right before a return to a checkpoint; None when it could not be kept."""
+        return next((checkpoint for one, checkpoint in reversed(self._left) if one is command), None)
 
     def keep(self, told: Sequence[Told]) -> None:
         """Keep the worlds that were left for a checkpoint."""
         for one in told:
             for command in one.entry.commands:
                 if isinstance(command, RestoreWorld):
-                    self._note(one, command)
+                    try:
+                        self._left.append((command, self._note(one)))
+                    except Exception:  # the world has gone back all the same
+                        log.exception("the world before entry %d could not be kept as a checkpoint", one.number)
 
-    def _note(self, told: Told, command: RestoreWorld) -> None:
+    def _note(self, told: Told) -> Checkpoint:
         with self._lock:
-            name = f"before step {told.number}"
+            name = f"{AUTOMATIC}{told.number}"
             before = Moment(told.number - 1, told.before.structure, told.before.state)
-            made = next((one for one in self.all if one.name == name), None)
-            made = made or self._upkeep.checkpoint(name, told.entry.author, before, automatic=True)
-            others = [one.id for one in self.all if one.automatic]
-            if len(others) > MOST_AUTOMATIC:
-                self._upkeep.remove_checkpoints(others[:-MOST_AUTOMATIC])
-            self._left.append((command, made))
+            self._upkeep.checkpoint(name, told.entry.author, before)
+            others = [row.id for row in self._store.checkpoints() if row.name.startswith(AUTOMATIC)]
+            if old := others[:-MOST_AUTOMATIC]:
+                self._upkeep.remove_checkpoints(old)
+            return self.get(name)
+
+    def _known(self, row: CheckpointRow) -> Checkpoint:
+        return Checkpoint(row.id, row.name, row.author, row.time, row.tick, row.nodes)

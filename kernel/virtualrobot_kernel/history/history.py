@@ -102,7 +102,7 @@ class History:
         self.upkeep = Upkeep(self.store, codec, rules, self.begin, self._last_tick)
         kept = StoredSteps(self.store, codec)
         self.steps = Steps(kept)
-        self.checkpoints = Checkpoints(self.store, self.upkeep, codec)
+        self.checkpoints = Checkpoints(self.store, codec, self.upkeep)
         recorder = Recorder(self.store, codec, kept, self.upkeep)
         self.journal = Journal((self.steps, recorder, self.checkpoints), self.begin.number, self.upkeep.ticked)
 

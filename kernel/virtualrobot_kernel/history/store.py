@@ -47,9 +47,10 @@ _TABLES = (
     "CREATE TABLE steps (number INTEGER PRIMARY KEY, first INTEGER, tick INTEGER, time REAL, author TEXT, kind TEXT, "
     "label TEXT, names TEXT, undoes INTEGER, difference BLOB, touched BLOB, crc INTEGER)",
     "CREATE INDEX steps_by_kind ON steps (kind, number)",
+    "CREATE INDEX steps_by_first ON steps (first)",
     "CREATE TABLE touched (uid INTEGER, number INTEGER, PRIMARY KEY (uid, number)) WITHOUT ROWID",
     "CREATE TABLE checkpoints (id INTEGER PRIMARY KEY AUTOINCREMENT, seq INTEGER, tick INTEGER, name TEXT, "
-    "author TEXT, time REAL, automatic INTEGER, nodes INTEGER, body BLOB, parts BLOB, crc INTEGER)",
+    "author TEXT, time REAL, nodes INTEGER, body BLOB, parts BLOB, crc INTEGER)",
     "CREATE TABLE parts (hash BLOB PRIMARY KEY, body BLOB, crc INTEGER)",
     "CREATE TABLE hashes (first_tick INTEGER PRIMARY KEY, hashes BLOB, crc INTEGER)",
 )
@@ -57,7 +58,7 @@ _ENTRY = "seq, tick, time, author, commands, crc"
 _STEP = "number, first, tick, time, author, kind, label, names, undoes, difference, touched, crc"
 _WRITE_ENTRY = f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?)"
 _WRITE_STEP = f"INSERT OR REPLACE INTO steps ({_STEP}) VALUES (?,?,?,?,?,?,?,?,?,?,?,?)"
-_HEAD = "id, seq, tick, name, author, time, automatic, nodes"
+_HEAD = "id, seq, tick, name, author, time, nodes"
 _CHECKPOINT = f"{_HEAD}, body, parts, crc"
 
 PART_HASH_BYTES = 16
@@ -128,7 +129,6 @@ class CheckpointRow:
         name: as people know it; "" for those that only replays begin from.
         author: who made it.
         time: when, in seconds since 1970.
-        automatic: whether nobody asked for it.
         nodes: how many it has.
         body: the encoded world, without its parts.
         parts: their hashes.
@@ -140,7 +140,6 @@ class CheckpointRow:
     name: str
     author: str
     time: float
-    automatic: bool
     nodes: int
     body: bytes = b""
     parts: tuple[bytes, ...] = ()
@@ -299,7 +298,7 @@ class Store:
                 [(key, data, self._crc(len(data), key, data)) for key, data in new.items()],
             )
             ((id,),) = self._writer.execute(
-                f"INSERT INTO checkpoints ({_CHECKPOINT}) VALUES (NULL,?,?,?,?,?,?,?,?,?,?) RETURNING id",
+                f"INSERT INTO checkpoints ({_CHECKPOINT}) VALUES (NULL,?,?,?,?,?,?,?,?,?) RETURNING id",
                 self._checkpoint(row)[1:],
             ).fetchall()
             return id
@@ -404,10 +403,9 @@ class Store:
             raise self.damaged(f"the entry {since + 1} is missing")
 
     def step(self, number: int) -> StepRow | None:
-        """Return the step that has an entry in it, or None when it isn't kept; raise KernelError when it is damaged."""
-        sql = f"SELECT {_STEP} FROM steps WHERE number >= ? ORDER BY number LIMIT 1"
-        found = self._all(sql, number)
-        return self._checked_step(found[0]) if found and found[0][1] <= number else None
+        """Return the step that begins or ends with an entry, None when it isn't kept; raise KernelError for damage."""
+        found = self._all(f"SELECT {_STEP} FROM steps WHERE number = ? OR first = ?", number, number)
+        return self._checked_step(found[0]) if found else None
 
     def steps(self, where: str = "1", values: Sequence[object] = (), before: int | None = None) -> Iterator[StepRow]:
         """Yield the steps for which a condition of SQL on the columns of `steps` holds, newest first.
@@ -415,30 +413,27 @@ class Store:
         Those with smaller numbers than `before`. `where` is the kernel's own text; what clients say is in `values`.
         Raises KernelError when one is damaged.
         """
-        sql = f"SELECT {_STEP} FROM steps WHERE number < ? AND {where} ORDER BY number DESC LIMIT {ROWS_AT_ONCE}"
+        sql = f"SELECT {_STEP} FROM steps WHERE number < ? AND {where} ORDER BY number DESC LIMIT ?"
         at = before if before is not None else 2**62
-        while found := self._all(sql, at, *values):
+        most = 4  # whoever undoes wants the newest one
+        while found := self._all(sql, at, *values, most):
             yield from map(self._checked_step, found)
             at = found[-1][0]
+            most = min(4 * most, ROWS_AT_ONCE)
 
     def checkpoints(self) -> list[CheckpointRow]:
         """Return all checkpoints without their bodies, oldest first."""
-        return [
-            CheckpointRow(id, seq, tick, name, author, time, bool(automatic), nodes)
-            for id, seq, tick, name, author, time, automatic, nodes in self._all(
-                f"SELECT {_HEAD} FROM checkpoints ORDER BY seq, id"
-            )
-        ]
+        return [CheckpointRow(*one) for one in self._all(f"SELECT {_HEAD} FROM checkpoints ORDER BY seq, id")]
 
     def checkpoint(self, id: int) -> CheckpointRow | None:
         """Return a checkpoint, or None when there is none; raise KernelError (MALFORMED_FILE) when it is damaged."""
         found = self._all(f"SELECT {_CHECKPOINT} FROM checkpoints WHERE id = ?", id)
         if not found:
             return None
-        number, seq, tick, name, author, time, automatic, nodes, body, parts, crc = found[0]
+        number, seq, tick, name, author, time, nodes, body, parts, crc = found[0]
         try:
             split = tuple(_split(parts))
-            row = CheckpointRow(number, seq, tick, name, author, time, bool(automatic), nodes, body, split)
+            row = CheckpointRow(number, seq, tick, name, author, time, nodes, body, split)
             sound = crc == self._checkpoint(row)[-1]
         except UNSOUND:
             sound = False
@@ -551,9 +546,9 @@ class Store:
 
     def _checkpoint(self, row: CheckpointRow) -> tuple[Any, ...]:
         texts, parts = (row.name.encode(), row.author.encode()), b"".join(row.parts)
-        head = struct.pack("<qd?qIII", row.tick, row.time, row.automatic, row.nodes, *map(len, texts), len(row.body))
+        head = struct.pack("<qdqIII", row.tick, row.time, row.nodes, *map(len, texts), len(row.body))
         crc = self._crc(row.seq, head, *texts, row.body, parts)
-        said = row.id, row.seq, row.tick, row.name, row.author, row.time, row.automatic, row.nodes
+        said = row.id, row.seq, row.tick, row.name, row.author, row.time, row.nodes
         return *said, row.body, parts, crc
 
     def _crc(self, number: int, *pieces: bytes) -> int:

@@ -8,7 +8,7 @@ import threading
 import time
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from virtualrobot_kernel.history.codec import Codec, Parts
 from virtualrobot_kernel.history.journal import Told
@@ -114,31 +114,18 @@ class Upkeep:
                 self._latest = last
         return self._latest
 
-    def checkpoint(
-        self, name: str = "", author: str = KERNEL, moment: Moment | None = None, automatic: bool = False
-    ) -> CheckpointRow:
-        """Write the world as it is now, or was at a moment, as a checkpoint and return it; any thread may call it."""
+    def checkpoint(self, name: str = "", author: str = KERNEL, past: Moment | None = None) -> int:
+        """Write the world as it is now, or was in the `past`, as a checkpoint and return its id, from any thread."""
         with self._checkpointing:
-            if moment is None:
-                moment = self.now()
+            now = past or self.now()
+            if past is None:
                 with self._noting:
                     self._entries = self._bytes = self._motion_ticks = 0
-            structure, state = moment.structure, moment.state
             try:
-                written = self._codec.encode_in_parts(image_of(structure, state), self._parts)
-                row = CheckpointRow(
-                    id=0,
-                    seq=moment.number,
-                    tick=state.tick,
-                    name=name,
-                    author=author,
-                    time=time.time(),
-                    automatic=automatic,
-                    nodes=len(structure.nodes),
-                    body=written.body,
-                    parts=tuple(written.parts),
-                )
-                return replace(row, id=self._store.add_checkpoint(row, written.fresh))
+                written = self._codec.encode_in_parts(image_of(now.structure, now.state), self._parts)
+                tick, nodes, parts = now.state.tick, len(now.structure.nodes), tuple(written.parts)
+                row = CheckpointRow(0, now.number, tick, name, author, time.time(), nodes, written.body, parts)
+                return self._store.add_checkpoint(row, written.fresh)
             except BaseException:
                 self._parts = Parts()  # some of them may not have been written
                 raise

@@ -152,18 +152,23 @@ def test_checkpoints_by_name_are_there_after_a_restart(tmp_path: Path, rng: np.r
         world.submit([ClearWorld()]).result(GUARD)
     with kernel(tmp_path) as (world, history):
         (found,) = history.checkpoints.all
-        assert (found.name, found.author, found.id, found.nodes) == ("lunch", "ann", made.id, len(was.structure.nodes))
-        command = history.checkpoints.restore("lunch")
+        assert (found.name, found.author, found.id, found.node_count) == (
+            "lunch",
+            "ann",
+            made.id,
+            len(was.structure.nodes),
+        )
+        command = history.checkpoints.restoring(found)
         world.submit([command], "bob").result(GUARD)
         assert same(tuple(world.snapshot.structure.nodes.values()), tuple(was.structure.nodes.values())) == ""
         left = history.checkpoints.left_by(command)
-        assert left.automatic and left.nodes == 1 and left.author == "bob"
+        assert left and left.automatic and left.node_count == 1 and left.author == "bob"
         assert [one.name for one in history.checkpoints.all] == ["lunch", left.name]
         history.checkpoints.remove("lunch")
     with kernel(tmp_path) as (world, history):
         assert [one.name for one in history.checkpoints.all] == [left.name]
         assert len(world.snapshot.structure.nodes) == len(was.structure.nodes)
-        world.submit([history.checkpoints.restore(left.name)]).result(GUARD)
+        world.submit([history.checkpoints.restoring(left)]).result(GUARD)
         assert len(world.snapshot.structure.nodes) == 1
         history.store.check()
 

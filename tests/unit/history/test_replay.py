@@ -33,7 +33,7 @@ def stored(run: Run, checkpoints: tuple[int, ...] = ()) -> Store:
             structure, state = run.worlds[number]
             written = CODEC.encode_in_parts(image_of(structure, state), memory)
             parts = tuple(written.parts)
-            row = CheckpointRow(0, number, state.tick, "", "", 0.0, True, len(structure.nodes), written.body, parts)
+            row = CheckpointRow(0, number, state.tick, "", "", 0.0, len(structure.nodes), written.body, parts)
             store.add_checkpoint(row, written.fresh)
         store.write([Row(number + 1, entry.tick, 0.0, entry.author, CODEC.encode(entry.commands))])
     return store

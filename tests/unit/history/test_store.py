@@ -43,12 +43,12 @@ def filled(store: Store, rng: np.random.Generator, count: int = 30) -> list[Row]
     rows = [row(seq, rng) for seq in range(1, count + 1)]
     store.write(rows[:1])
     keys = b"a" * 16, b"b" * 16
-    begin = CheckpointRow(0, 1, 3, "begin", "me", 1.8e9, False, 7, b"body", keys[:1])
+    begin = CheckpointRow(0, 1, 3, "begin", "me", 1.8e9, 7, b"body", keys[:1])
     store.add_checkpoint(begin, {keys[0]: b"part a"})
     store.write(rows[1:10])
     store.add_hashes(0, rng.bytes(80))
     store.write(rows[10:])
-    end = CheckpointRow(0, count, 3 * count, "", "kernel", 1.8e9, True, 9, b"other body", keys)
+    end = CheckpointRow(0, count, 3 * count, "", "kernel", 1.8e9, 9, b"other body", keys)
     store.add_checkpoint(end, {keys[1]: b"part b"})
     store.add_hashes(10, rng.bytes(160))
     store.write([], [(step(one.seq, rng), 0) for one in rows])
