@@ -48,7 +48,7 @@ class Checkpoint:
 
     @property
     def automatic(self) -> bool:
-        """Whether the kernel made it, before it went back to another one."""
+        """True when the kernel made it, before it went back to another one."""
         return self.name.startswith(AUTOMATIC)
 
 
