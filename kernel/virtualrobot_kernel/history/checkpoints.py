@@ -59,7 +59,6 @@ class Checkpoints:
     def __init__(self, store: Store, codec: Codec, upkeep: Upkeep) -> None:
         """Read and remove them in `store`; `upkeep` writes them."""
         self._store, self._codec, self._upkeep = store, codec, upkeep
-        self._node_counts: dict[int, int] = {}
         self._left: deque[tuple[RestoreWorld, Checkpoint]] = deque(maxlen=MOST_AUTOMATIC)
         self._lock = threading.Lock()
 
@@ -153,6 +152,4 @@ class Checkpoints:
             return self.get(name)
 
     def _known(self, row: CheckpointRow) -> Checkpoint:
-        if row.id not in self._node_counts:
-            self._node_counts[row.id] = len(image(self._store, self._codec, row.id).nodes)
-        return Checkpoint(row.id, row.name, row.author, row.time, row.tick, self._node_counts[row.id])
+        return Checkpoint(row.id, row.name, row.author, row.time, row.tick, row.nodes)
