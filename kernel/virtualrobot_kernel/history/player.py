@@ -1,0 +1,69 @@
+"""Player of a replay: one moment of it that goes on or elsewhere, while moments are kept in the background."""
+
+from __future__ import annotations
+
+import logging
+import threading
+
+from virtualrobot_kernel.background import give_way
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.history.replay import Cursor, Replay
+from virtualrobot_kernel.world.change import Change
+
+log = logging.getLogger(__name__)
+
+
+class Player:
+    """Moment of a replay, for the world thread, and the thread that makes every moment near."""
+
+    def __init__(self, replay: Replay) -> None:
+        """Be at the first moment."""
+        self._replay = replay
+        self._cursor: Cursor = replay.at(replay.first_tick)
+        self._ended = threading.Event()
+        self.ready = threading.Event()
+        """Event that is set once every moment is near."""
+        self._thread = threading.Thread(target=self._keep_moments, name="replay", daemon=True)
+
+    @property
+    def first_tick(self) -> int:
+        """First tick that is recorded."""
+        return self._replay.first_tick
+
+    @property
+    def last_tick(self) -> int:
+        """Last tick that is recorded."""
+        return self._replay.last_tick
+
+    def start(self) -> None:
+        """Begin to keep moments."""
+        self._thread.start()
+
+    def close(self) -> None:
+        """End the thread."""
+        self._ended.set()
+        if self._thread.is_alive():
+            self._thread.join(10.0)
+
+    def later(self) -> Change:
+        """Go on by a tick; return the world with all that was done in it."""
+        self._cursor.step()
+        return self._now()
+
+    def at(self, tick: int) -> Change:
+        """Go to a tick; return the world with all that was done in it."""
+        self._cursor = self._replay.at(tick)
+        return self._now()
+
+    def _now(self) -> Change:
+        return Change(self._cursor.structure, self._cursor.state)
+
+    def _keep_moments(self) -> None:
+        give_way()
+        try:
+            self._replay.keep_moments(lambda: not self._ended.is_set())
+        except KernelError as error:
+            log.warning("moments of the replay stay far: %s", error)
+        for warning in self._replay.warnings.values():
+            log.warning("%s", warning)
+        self.ready.set()
