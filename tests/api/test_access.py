@@ -22,6 +22,7 @@ from virtualrobot.v1 import collision_pb2, geometry_pb2, kernel_pb2, kernel_pb2_
 
 from tests.api.asking import IIWA, load, refusal
 from tests.kernels import KernelProcess, StartKernel
+from tests.tiers import every_fifth
 
 SERVE = [sys.executable, "-m", "virtualrobot_kernel.serve"]
 INFO = kernel_pb2.GetInfoRequest()
@@ -194,7 +195,7 @@ def test_a_port_in_use_is_one_readable_line(kernel: KernelProcess) -> None:
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows knows neither signal")
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+@pytest.mark.parametrize("number", every_fifth([signal.SIGTERM, signal.SIGINT]))
 def test_a_signal_ends_the_kernel_cleanly(start_kernel: StartKernel, number: signal.Signals) -> None:
     kernel = start_kernel()
     stubs = kernel.stubs()

@@ -43,7 +43,7 @@ REACH_OF_A_NAMED_PICK = 1.0
 
 def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:
     """Attach a part to the robot's chosen tool, where it is in the world."""
-    tool, tcp = _chosen_tool(change, command.robot)
+    tool, tcp = chosen_tool(change, command.robot)
     structure = change.structure
     world = forward(structure, change.state)
     point = (world[structure.rows[tool.uid]] @ tcp)[:3, 3]
@@ -91,7 +91,7 @@ def pick_part(change: Change, command: PickPart, forward: Forward) -> Change:
 
 def place_part(change: Change, command: PlacePart, forward: Forward) -> Change:
     """Attach what the robot's chosen tool holds to another parent, where it is in the world."""
-    tool, _ = _chosen_tool(change, command.robot)
+    tool, _ = chosen_tool(change, command.robot)
     structure = change.structure
     parent = structure.node(command.parent)
     held = [
@@ -232,12 +232,13 @@ def holder(structure: Structure, part: int) -> Node | None:
     return next((node for node in structure.ancestors(part) if node.kind is Kind.TOOL), None)
 
 
-def _chosen_tool(change: Change, robot: str) -> tuple[Node, np.ndarray]:
+def chosen_tool(change: Change, robot: str) -> tuple[Node, np.ndarray]:
+    """Return the tool that a robot works with, and tool_t_tcp (4, 4); raise KernelError (WRONG_STATE) without one."""
     node, _ = change.structure.robot(robot)
     selection = change.state.selections.get(node.uid, Selection())
     if not selection.tool:
         raise KernelError(
-            f"the robot {robot!r} has no tool; create a tool below its flange, or choose one with select_tool",
+            f"the robot {robot!r} works with no tool; choose one with select_tool, or create one below its flange",
             reason=Reason.WRONG_STATE,
             robot=robot,
         )

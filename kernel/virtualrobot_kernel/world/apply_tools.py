@@ -6,11 +6,10 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.apply_nodes import attached
-from virtualrobot_kernel.world.apply_robots import select_tool
+from virtualrobot_kernel.world.apply_robots import chosen_tool, select_tool
 from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.commands import MountTool, SelectTool, UnmountTool
 from virtualrobot_kernel.world.consistency import refuse_while_robot_moves, refuse_while_tools_move
-from virtualrobot_kernel.world.state import Selection
 from virtualrobot_kernel.world.structure import Kind, Node, Structure, robots_of_tool
 from virtualrobot_kernel.world.tcp import is_fixed_to
 
@@ -39,7 +38,7 @@ def unmount_tool(change: Change, command: UnmountTool, forward: Forward) -> Chan
     """Attach a robot's tool, or what brings it, to something else; without a pose it stays where it is in the world."""
     structure = change.structure
     robot, _ = structure.robot(command.robot)
-    node = structure.node(command.node) if command.node else _chosen(change, robot)
+    node = structure.node(command.node) if command.node else chosen_tool(change, command.robot)[0]
     node = as_mounted(structure, robot, node)
     hangs = robot.uid in {above.uid for above in structure.ancestors(node.parent)}
     if not hangs or node.kind is Kind.LINK or not _tools_by(structure, robot, node):
@@ -75,18 +74,6 @@ def _gripper_of(structure: Structure, node: Node) -> Node:
         return node
     robots = [uid for uid in robots_of_tool(structure.nodes, node.uid) if is_fixed_to(structure, node, uid)]
     return structure.nodes[robots[-1]] if robots else node
-
-
-def _chosen(change: Change, robot: Node) -> Node:
-    """Return the tool that a robot works with; raise KernelError when there is none."""
-    chosen = change.state.selections.get(robot.uid, Selection()).tool
-    if not chosen:
-        raise KernelError(
-            f"the robot {robot.name!r} works with no tool; name what to take off it",
-            reason=Reason.WRONG_STATE,
-            robot=robot.name,
-        )
-    return change.structure.nodes[chosen]
 
 
 def _tools_by(structure: Structure, robot: Node, node: Node) -> list[Node]:

@@ -86,16 +86,15 @@ class Program:
 
     def tool_state(self, robot: Named, state: str, tool: str | None = None, *, speed: float | None = None) -> Program:
         """Add a step that brings a tool, the robot's chosen one by default, into a state."""
-        move = motion_pb2.Move(robot=name_of(robot), speed_factor=value_or_default(speed, "speed"))
-        move.tool_state.CopyFrom(motion_pb2.ToolStateMove(tool=tool, state=state))
-        self._steps.add().move.moves.append(move)
-        return self
+        return self._tool(robot, motion_pb2.ToolStateMove(tool=tool, state=state), speed)
 
     def tool_width(self, robot: Named, width: float, tool: str | None = None, *, speed: float | None = None) -> Program:
         """Add a step that opens a tool, the robot's chosen one by default, to a width in meters."""
-        move = motion_pb2.Move(robot=name_of(robot), speed_factor=value_or_default(speed, "speed"))
-        move.tool_state.CopyFrom(motion_pb2.ToolStateMove(tool=tool, width_meters=width))
-        self._steps.add().move.moves.append(move)
+        return self._tool(robot, motion_pb2.ToolStateMove(tool=tool, width_meters=width), speed)
+
+    def _tool(self, robot: Named, goal: motion_pb2.ToolStateMove, speed: float | None) -> Program:
+        factor = value_or_default(speed, "speed")
+        self._steps.add().move.moves.add(robot=name_of(robot), speed_factor=factor, tool_state=goal)
         return self
 
     def pick(self, robot: Named, part: str | None = None, max_distance: float | None = None) -> Program:

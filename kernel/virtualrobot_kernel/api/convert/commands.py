@@ -17,6 +17,7 @@ from virtualrobot_kernel.messages.signals import created_signal, value_of
 from virtualrobot_kernel.messages.structs import settings
 from virtualrobot_kernel.messages.values import array, by_name, finite, mask_fields, not_negative, pose
 from virtualrobot_kernel.world import commands
+from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.structure import NodeSpec
 
 KINDS = frozenset({"part", "robot", "link", "adapter", "tool", "target"}) | SENSORS.keys()
@@ -78,19 +79,8 @@ def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
     )
 
 
-def _attach(message: scene_pb2.AttachNode) -> commands.AttachNode:
-    place = pose(message.parent_t_node, "parent_t_node") if message.HasField("parent_t_node") else None
-    return commands.AttachNode(message.name, message.parent, place)
-
-
-def _mount(message: scene_pb2.MountTool) -> commands.MountTool:
-    place = pose(message.parent_t_node, "parent_t_node") if message.HasField("parent_t_node") else None
-    return commands.MountTool(message.robot, message.node, message.parent, place, message.tool_center_point)
-
-
-def _unmount(message: scene_pb2.UnmountTool) -> commands.UnmountTool:
-    place = pose(message.parent_t_node, "parent_t_node") if message.HasField("parent_t_node") else None
-    return commands.UnmountTool(message.robot, message.node, message.parent, place)
+def _place(message: scene_pb2.AttachNode | scene_pb2.MountTool | scene_pb2.UnmountTool) -> Pose | None:
+    return pose(message.parent_t_node, "parent_t_node") if message.HasField("parent_t_node") else None
 
 
 def _joints(message: scene_pb2.SetJointPositions) -> commands.SetJointPositions:
@@ -112,7 +102,7 @@ def kinematics_command(message: robot_pb2.KinematicsChoice) -> commands.SetKinem
 COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     "update_node": _update,
     "remove_node": lambda message: commands.RemoveNode(message.name),
-    "attach_node": _attach,
+    "attach_node": lambda message: commands.AttachNode(message.name, message.parent, _place(message)),
     "pick_part": lambda message: commands.PickPart(
         message.robot, message.part, not_negative(message.max_distance_meters, "max_distance_meters")
     ),
@@ -123,8 +113,10 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
         message.robot, POSTURES.read(message.postures, "postures"), tuple(message.removed)
     ),
     "select_tool": lambda message: commands.SelectTool(message.robot, message.tool, message.tool_center_point),
-    "mount_tool": _mount,
-    "unmount_tool": _unmount,
+    "mount_tool": lambda message: commands.MountTool(
+        message.robot, message.node, message.parent, _place(message), message.tool_center_point
+    ),
+    "unmount_tool": lambda message: commands.UnmountTool(message.robot, message.node, message.parent, _place(message)),
     "set_tool_state": lambda message: commands.SetToolState(message.tool, message.state),
     "create_signal": lambda message: created_signal(message.signal),
     "remove_signal": lambda message: commands.RemoveSignal(message.name),
