@@ -19,10 +19,12 @@ from virtualrobot_kernel.api.convert.states import (
 from virtualrobot_kernel.api.kernel_services import MAX_MESSAGE_BYTES, KernelServices
 from virtualrobot_kernel.api.token import ROLES
 from virtualrobot_kernel.api.token_table import CALLER
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
 from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.messages.values import finite, stamp
 from virtualrobot_kernel.version import VERSION
+from virtualrobot_kernel.world.past_world import PastWorld
 
 CAPABILITIES = (
     "assets",
@@ -88,6 +90,17 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
         world = self._kernel.world
         async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz, 1.0):
             yield kernel_pb2.WatchClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(world.clock))
+
+    async def SeekClock(self, request: kernel_pb2.SeekClockRequest, context: object) -> kernel_pb2.SeekClockResponse:
+        """Go to another moment of a replay."""
+        world = self._kernel.world
+        if not isinstance(world, PastWorld):
+            raise KernelError(
+                "time of a world that runs goes forwards only; `virtualrobot replay` shows what was",
+                reason=Reason.WRONG_STATE,
+            )
+        snapshot = await asyncio.wrap_future(world.seek(request.tick))
+        return kernel_pb2.SeekClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(world.clock))
 
     async def StepClock(self, request: kernel_pb2.StepClockRequest, context: object) -> kernel_pb2.StepClockResponse:
         """Advance time by a number of ticks."""

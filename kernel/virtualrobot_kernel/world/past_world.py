@@ -11,7 +11,7 @@ from typing import Protocol
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.change import Change, Forward
-from virtualrobot_kernel.world.clock import Clock, Mode
+from virtualrobot_kernel.world.clock import Clock, Mode, Recorded
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.journal import Answer, Entry
 from virtualrobot_kernel.world.state import Snapshot, State
@@ -79,20 +79,16 @@ class PastWorld(World):
         self._past = past
         self._jumps = 0
         begin = past.at(past.first_tick)
-        super().__init__(forward, NoJournal(), clock, begin.structure, begin.state)
-
-    @property
-    def recorded(self) -> range:
-        """Ticks that the past has."""
-        return range(self._past.first_tick, self._past.last_tick + 1)
+        self._recorded = Recorded(past.first_tick, past.last_tick)
+        super().__init__(forward, NoJournal(), replace(clock, recorded=self._recorded), begin.structure, begin.state)
 
     def seek(self, tick: int) -> Future[Snapshot]:
         """Go to a tick, back or forth; the epoch rises, since that is no way that the world has gone."""
         return self._told(lambda: self._seek(tick))
 
     def _seek(self, tick: int) -> Snapshot:
-        if tick not in self.recorded:
-            first, last = self.recorded[0], self.recorded[-1]
+        first, last = self._recorded.first_tick, self._recorded.last_tick
+        if not first <= tick <= last:
             raise KernelError(
                 f"the record has the ticks {first} to {last}, not {tick}", tick=tick, first_tick=first, last_tick=last
             )
@@ -102,10 +98,10 @@ class PastWorld(World):
         return self.snapshot
 
     def _step(self, ticks: int) -> Snapshot:
-        left = self.recorded[-1] - self.snapshot.state.tick
+        left = self._recorded.last_tick - self.snapshot.state.tick
         if ticks > left:
             raise KernelError(
-                f"the record ends {left} ticks from here, with tick {self.recorded[-1]}",
+                f"the record ends {left} ticks from here, with tick {self._recorded.last_tick}",
                 reason=Reason.WRONG_STATE,
                 ticks=ticks,
                 left=left,
@@ -113,7 +109,7 @@ class PastWorld(World):
         return super()._step(ticks)
 
     def _tick(self) -> None:
-        if self.snapshot.state.tick >= self.recorded[-1]:
+        if self.snapshot.state.tick >= self._recorded.last_tick:
             self._pacer.set(Mode.STEPPED, self.clock.speed_factor, time.monotonic())
             self._publish(self._later(self.snapshot.structure, self.snapshot.state))
             return
