@@ -31,14 +31,16 @@ from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.additions import with_arrows
 from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.view import ViewStore
-from virtualrobot_kernel.errors import MissingFileError
+from virtualrobot_kernel.errors import KernelError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.history.journal import Journal
+from virtualrobot_kernel.history.folder import ASSETS, Folder
+from virtualrobot_kernel.history.history import History
+from virtualrobot_kernel.history.upkeep import Rules
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
-from virtualrobot_kernel.scenes.assets import files_of
+from virtualrobot_kernel.scenes.assets import check_assets, files_of
 from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
 from virtualrobot_kernel.sensing.casting import Casters
@@ -47,7 +49,7 @@ from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
-from virtualrobot_kernel.world.commands import SetAllowedPairs
+from virtualrobot_kernel.world.commands import RestartWorld, SetAllowedPairs
 from virtualrobot_kernel.world.store import World
 
 if TYPE_CHECKING:
@@ -61,14 +63,27 @@ WORKERS = 8
 
 @dataclass(frozen=True, slots=True)
 class Settings:
-    """Settings of a kernel: its address, how its time runs, and the port of its viewer (0: a free one)."""
+    """Settings of a kernel.
+
+    Attributes:
+        address: where it listens.
+        mode: how its time runs.
+        tick_nanoseconds: the length of a tick, that of the folder where there is one.
+        viewer_port: the first port that its viewer tries.
+        tokens_file: the file of the tokens with roles; None: they are kept in memory, until the kernel ends.
+        folder: where its world and its history are kept; None: they end with it. It closes the folder.
+        rules: how much of the history is kept; None: the usual.
+        power: whether what is answered survives a loss of power, and not only the end of the process.
+    """
 
     address: Address
     mode: Mode = Mode.REALTIME
     tick_nanoseconds: int = 4_000_000
     viewer_port: int = 0
     tokens_file: Path | None = None
-    """File of the tokens with roles; None: they are kept in memory, until the kernel ends."""
+    folder: Folder | None = None
+    rules: Rules | None = None
+    power: bool = False
 
 
 class Kernel:
@@ -82,7 +97,8 @@ class Kernel:
         self._importers = Importers(catalog)
         self._tokens = TokenTable(settings.address.token, settings.tokens_file)
         self._viewer: Viewer | None = None
-        self._assets = AssetStore()
+        folder = settings.folder
+        self._assets = AssetStore(folder=folder and folder.path / ASSETS, sync=settings.power)
         self._meshes = MeshLibrary(self._assets, self._importers)
         self._view = ViewStore()
         load = self._meshes.load
@@ -95,8 +111,12 @@ class Kernel:
         self._processes = Processes(self._sensing.shapes)
         self._mailbox = Mailbox()
         clock = Clock(settings.mode, 1.0, settings.tick_nanoseconds)
-        self._journal = Journal(())
-        self.world = World(world_poses, self._journal, clock, inputs=self._mailbox.take)
+        self._history = History(folder, clock.tick_seconds, world_poses, settings.rules, settings.power)
+        begin = self._history.begin
+        self.world = World(
+            world_poses, self._history.journal, clock, begin.structure, begin.state, inputs=self._mailbox.take
+        )
+        check_assets(begin.structure, self._assets)
         self._guard = CollisionGuard(self._sensing.solids, self.world)
         self._sensors = Sensors(self.world, self._sensing)
         self._monitor = Monitor(self.world, self._sensing.solids)
@@ -107,8 +127,11 @@ class Kernel:
 
     def start(self) -> int:
         """Start the journal, the world and the API; return the port."""
-        self._journal.start()
+        self._history.start()
         self.world.start()
+        if self._history.goes_on:
+            self.world.submit([RestartWorld()], "kernel").result()
+            self._history.upkeep.checkpoint()
         return self._server.start()
 
     def start_viewer(self) -> str:
@@ -131,7 +154,16 @@ class Kernel:
         return viewer.url
 
     def load(self, path: Path) -> None:
-        """Load a scene file; raise KernelError when something in it is wrong."""
+        """Load a scene file; raise KernelError when something in it is wrong, or the folder has a world already."""
+        folder = self._settings.folder
+        begin = self._history.begin
+        if folder is not None and (len(begin.structure.nodes) > 1 or begin.state.signals):
+            begun = f", which began with {folder.project.scene}" if folder.project.scene else ""
+            raise KernelError(
+                f"{folder.path} has a world already{begun}; leave out the scene file {path}, or take another folder",
+                reason=Reason.WRONG_STATE,
+                path=folder.path,
+            )
         try:
             text = path.read_text("utf-8")
         except (OSError, UnicodeDecodeError) as error:
@@ -146,6 +178,8 @@ class Kernel:
         self._solvers.check_choices(commands)
         check_choices(commands, self._sensing)
         self.world.submit(commands, f"scene file {path}").result()
+        if folder is not None:
+            folder.name_scene(path.name)
 
     def close(self) -> None:
         """End all calls with UNAVAILABLE, then every thread."""
@@ -158,7 +192,7 @@ class Kernel:
         self._sensors.close()
         self._monitor.close()
         self.world.close()
-        self._journal.close()
+        self._history.close()
         self._workers.shutdown(wait=False, cancel_futures=True)
         self._renderers.close()
         self._limiter.close()

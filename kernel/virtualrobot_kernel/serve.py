@@ -71,7 +71,25 @@ def _parser() -> argparse.ArgumentParser:
     )
     parser.add_argument("--stepped", action="store_true", help="time goes on only when a client steps it")
     parser.add_argument(
-        "--tick-milliseconds", type=float, default=4.0, help="the length of a tick, from 1 (default: 4)"
+        "--tick-milliseconds", type=float, help="the length of a tick, from 1 (default: that of --data, else 4)"
+    )
+    parser.add_argument(
+        "--data",
+        type=Path,
+        metavar="DIR",
+        help="a folder that keeps world and history: the kernel goes on from it when it is started again",
+    )
+    parser.add_argument(
+        "--durability",
+        choices=("process", "power"),
+        default="process",
+        help="what an answered change survives: the end of the process (default), or a loss of power",
+    )
+    parser.add_argument(
+        "--keep-history",
+        metavar="HOW_MUCH",
+        help="how much of the history is kept: 500MB, 4GB, 12h, 30d, or both as in 4GB,30d "
+        "(default: 4GB with --data, else 64MB)",
     )
     parser.add_argument(
         "--end-with-input", action="store_true", help="end when the standard input does: for child processes"
@@ -89,6 +107,8 @@ def _serve(options: argparse.Namespace) -> int:
     catalog = _catalog(options)
     compile_all_code()
     from virtualrobot_kernel.api.server import Address
+    from virtualrobot_kernel.history.folder import NANOSECONDS, TOKENS, Folder
+    from virtualrobot_kernel.history.history import rules_of
     from virtualrobot_kernel.kernel import Kernel, Settings
     from virtualrobot_kernel.world.clock import Mode
 
@@ -96,11 +116,17 @@ def _serve(options: argparse.Namespace) -> int:
     ended = threading.Event()
     token = "" if options.no_token else _given_token(options) or secrets.token_urlsafe(32)
     tls = [_read(path) for path in (options.tls_certificate, options.tls_key) if path]
+    ticks = None if options.tick_milliseconds is None else round(options.tick_milliseconds * 1e6)
+    folder = Folder(options.data, ticks) if options.data else None
     settings = Settings(
         Address(options.host, options.port, token, *tls),
         Mode.STEPPED if options.stepped else Mode.REALTIME,
-        round(options.tick_milliseconds * 1e6),
+        folder.project.tick_nanoseconds if folder else ticks or NANOSECONDS,
         options.viewer_port,
+        folder and folder.path / TOKENS,
+        folder,
+        rules_of(options.keep_history, folder is not None),
+        options.durability == "power",
     )
     kernel = Kernel(settings, catalog, ended.set)
     faults: list[threading.ExceptHookArgs] = []
@@ -162,7 +188,7 @@ def _check(options: argparse.Namespace) -> None:
     """Refuse to listen beyond this machine without TLS and a token."""
     if bool(options.tls_certificate) != bool(options.tls_key):
         raise KernelError("--tls-certificate and --tls-key go together")
-    if options.tick_milliseconds < 1.0 or options.tick_milliseconds > 100.0:
+    if options.tick_milliseconds is not None and not 1.0 <= options.tick_milliseconds <= 100.0:
         raise KernelError(f"a tick may last 1 to 100 milliseconds, not {options.tick_milliseconds:g}")
     if not 0 <= options.port <= 65535:
         raise KernelError(f"a port is 0 to 65535, not {options.port}")

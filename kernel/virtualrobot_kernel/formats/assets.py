@@ -1,12 +1,14 @@
-"""Asset store: files by content, kept in memory and found again by the SHA-256 of their bytes."""
+"""Asset store: files by content, in memory and perhaps in a folder, found again by the SHA-256 of their bytes."""
 
 from __future__ import annotations
 
 import hashlib
+import os
 import re
 import threading
+from pathlib import Path
 
-from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.errors import KernelError, MissingFileError, Reason
 
 MEBIBYTE = 1024 * 1024
 _SHA256 = re.compile(r"[0-9a-f]{64}")
@@ -15,8 +17,22 @@ _SHA256 = re.compile(r"[0-9a-f]{64}")
 class AssetStore:
     """Store of bytes by their SHA-256 (64 lower-case hexadecimal digits); any thread may put and get."""
 
-    def __init__(self, limit_bytes: int = 256 * MEBIBYTE, total_limit_bytes: int = 4096 * MEBIBYTE) -> None:
-        """Accept assets of at most `limit_bytes` each and `total_limit_bytes` together."""
+    def __init__(
+        self,
+        limit_bytes: int = 256 * MEBIBYTE,
+        total_limit_bytes: int = 4096 * MEBIBYTE,
+        folder: Path | None = None,
+        sync: bool = False,
+    ) -> None:
+        """Accept assets of at most `limit_bytes` each and `total_limit_bytes` together.
+
+        With a folder each is a file in it, too, and what is there is held already; with `sync` it survives a loss of
+        power.
+        """
+        self._folder = folder
+        self._sync = sync
+        if folder is not None:
+            folder.mkdir(exist_ok=True)
         self.limit_bytes = limit_bytes
         self.total_limit_bytes = total_limit_bytes
         self._assets: dict[str, bytes] = {}
@@ -62,6 +78,8 @@ class AssetStore:
                     size_bytes=self._total + len(data),
                     limit_bytes=self.total_limit_bytes,
                 )
+            if self._folder is not None:
+                self._write(self._folder / sha256, data)
             self._assets[sha256] = bytes(data)
             self._total += len(data)
         return sha256
@@ -76,6 +94,8 @@ class AssetStore:
         data = self._assets.get(key)
         if data is not None:
             return data
+        if (file := self._file(key)) is not None:
+            return self._read(file, key)
         if not _SHA256.fullmatch(key):
             raise KernelError(
                 f"{sha256!r} is no SHA-256: it has 64 hexadecimal digits", reason=Reason.MALFORMED_ASSET, sha256=sha256
@@ -86,4 +106,45 @@ class AssetStore:
 
     def has(self, sha256: str) -> bool:
         """Return whether the store holds the asset."""
-        return sha256.lower() in self._assets
+        key = sha256.lower()
+        return key in self._assets or self._file(key) is not None
+
+    def _file(self, key: str) -> Path | None:
+        """Return the file of an asset, if the folder has it."""
+        if self._folder is None or not _SHA256.fullmatch(key):
+            return None
+        return file if (file := self._folder / key).is_file() else None
+
+    def _read(self, file: Path, key: str) -> bytes:
+        """Return the bytes of a file of the folder and keep them; refuse those that aren't what they were."""
+        try:
+            data = file.read_bytes()
+        except OSError as error:
+            raise MissingFileError(f"the asset {file} can't be read: {error.strerror}", file=file) from error
+        if hashlib.sha256(data).hexdigest() != key:
+            raise KernelError(
+                f"the asset {file} is damaged: its bytes are not those that its name says; put back a copy",
+                reason=Reason.MALFORMED_ASSET,
+                file=file,
+                sha256=key,
+            )
+        with self._lock:
+            if key not in self._assets:
+                self._assets[key] = data
+                self._total += len(data)
+        return data
+
+    def _write(self, file: Path, data: bytes) -> None:
+        new = file.with_suffix(".new")
+        try:
+            with open(new, "wb") as opened:
+                opened.write(data)
+                if self._sync:
+                    opened.flush()
+                    os.fsync(opened.fileno())
+            os.replace(new, file)
+        except OSError as error:
+            new.unlink(missing_ok=True)
+            raise KernelError(
+                f"the asset can't be written to {file.parent}: {error.strerror}", reason=Reason.WRONG_STATE, file=file
+            ) from error

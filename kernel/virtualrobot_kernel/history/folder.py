@@ -1,10 +1,8 @@
 """Project folder: who uses it, what it was written with, and where its files lie.
 
-project.json   format, id, length of a tick, scene, and the versions that wrote it last
-lock           the process that uses it
-journal.db     the journal and the checkpoints (SQLite)
-last_tick      how far time has come
-assets/        files of the world by the SHA-256 of their bytes
+`project.json` has its form, id, length of a tick, scene, and the versions that wrote it last; `lock` the process that
+uses it; `journal.db` the journal and the checkpoints (SQLite); `last_tick` how far time has come; `assets/` the files
+of the world by the SHA-256 of their bytes; `tokens.json` the tokens that were made for it.
 """
 
 from __future__ import annotations
@@ -31,6 +29,7 @@ LOCK = "lock"
 JOURNAL = "journal.db"
 LAST_TICK = "last_tick"
 ASSETS = "assets"
+TOKENS = "tokens.json"
 
 NANOSECONDS = 4_000_000
 """Length of a tick (ns) in a new folder, when nobody says another one."""

@@ -2,17 +2,38 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import queue
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.change import Change
-from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.commands import (
+    CancelMotion,
+    Command,
+    EndSetpoints,
+    PauseMotion,
+    SetMeasuredJoints,
+    SetSpeedFactor,
+    StopMotions,
+    StopRobots,
+)
 from virtualrobot_kernel.world.journal import Answer, Entry
+from virtualrobot_kernel.world.state import State
+from virtualrobot_kernel.world.structure import Structure
+
+RETRY_SECONDS = 1.0
+"""Time (s) after which it is tried again to keep what could not be."""
+
+MOST_UNKEPT = 100_000
+"""Greatest number of entries that are tried again; with more of them nothing is kept until the kernel starts anew."""
+
+STOPPING = (StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints, SetMeasuredJoints)
+"""Commands that stop, slow, pause or end motions, or tell where robots are: done though nothing can be kept."""
 
 MOST_AT_ONCE = 256
 """Greatest number of entries that are kept together: those who wait for the first one wait for all of them."""
@@ -34,8 +55,15 @@ class Keeper(Protocol):
     """Keeper of entries; the journal's thread alone calls it."""
 
     def keep(self, told: Sequence[Told]) -> None:
-        """Keep entries, in order, all or none: what it raises is the answer to all of them."""
+        """Keep entries, in order, all or none: what it raises is the answer to all of them.
+
+        They are told again, with those that have come since, until they are kept.
+        """
         ...
+
+
+Ticked = Callable[[int, Structure, State], None]
+"""Listener to ticks, called in the world thread: the number of the last entry before, and the world after it."""
 
 
 class Journal:
@@ -44,10 +72,15 @@ class Journal:
     So the world thread pays for a queue alone: what is encoded, compared and written is so in this one.
     """
 
-    def __init__(self, keepers: Sequence[Keeper], last_number: int = 0) -> None:
+    def __init__(
+        self, keepers: Sequence[Keeper], last_number: int = 0, ticked: Ticked = lambda number, structure, state: None
+    ) -> None:
         """Go on after the entry with this number; nothing is kept before `start`."""
         self._keepers = keepers
         self._number = last_number
+        self._ticked = ticked
+        self._unkept: list[Told] = []
+        self._given_up = False
         self._queue: queue.SimpleQueue[Told | Answer | None] = queue.SimpleQueue()
         self._failed: KernelError | None = None
         self._thread = threading.Thread(target=self._run, name="history", daemon=True)
@@ -63,8 +96,11 @@ class Journal:
             self._thread.join(10.0)
 
     def admit(self, commands: Sequence[Command]) -> None:
-        """Raise KernelError once an entry could not be kept: the world must not go further from what is."""
-        if self._failed is not None:
+        """Raise KernelError while an entry can't be kept: the world must not go further from what is.
+
+        What stops robots is admitted, and is kept with the rest once that goes again.
+        """
+        if self._failed is not None and not _stops(commands):
             raise self._failed
 
     def append(self, entry: Entry, before: Change, after: Change) -> None:
@@ -76,35 +112,57 @@ class Journal:
         """Have `answer` called in the journal's thread once all entries so far are kept."""
         self._queue.put(answer)
 
+    def ticked(self, structure: Structure, state: State) -> None:
+        """Tell who listens that a tick was made."""
+        self._ticked(self._number, structure, state)
+
     def _run(self) -> None:
-        while (first := self._queue.get()) is not None:
-            items = [first, *self._waiting()]
-            failed = self._kept([one for one in items if isinstance(one, Told)])
+        failed: KernelError | None = None
+        while True:
+            items = self._waiting()
+            self._keep([one for one in items if isinstance(one, Told)])
             for one in items:
                 if one is None:
                     return
                 if not isinstance(one, Told):
                     one(failed)
+                    failed = None
+                elif not _stops(one.entry.commands):
+                    failed = self._failed
 
-    def _waiting(self) -> Iterator[Told | Answer | None]:
-        """Yield what waits behind the first one, up to the end."""
-        for _ in range(MOST_AT_ONCE):
-            try:
-                one = self._queue.get_nowait()
-            except queue.Empty:
-                return
-            yield one
-            if one is None:
-                return
+    def _waiting(self) -> list[Told | Answer | None]:
+        """Return what waits, up to the end, once there is something; nothing when it is time to try again."""
+        found: list[Told | Answer | None] = []
+        with contextlib.suppress(queue.Empty):
+            found.append(self._queue.get(timeout=RETRY_SECONDS if self._unkept else None))
+            while found[-1] is not None and len(found) < MOST_AT_ONCE:
+                found.append(self._queue.get_nowait())
+        return found
 
-    def _kept(self, told: Sequence[Told]) -> KernelError | None:
-        """Have entries kept, unless some could not be before; return why not."""
-        if told and self._failed is None:
-            try:
-                for keeper in self._keepers:
-                    keeper.keep(told)
-            except Exception as error:
-                log.exception("entry %d could not be kept; the world takes no more changes", told[0].number)
-                reason = f"the journal could not be written: {error}; the world takes no more changes"
-                self._failed = KernelError(reason, reason=Reason.INTERNAL)
-        return self._failed
+    def _keep(self, told: Sequence[Told]) -> None:
+        """Have entries kept, with those that could not be before."""
+        if self._given_up or not (told or self._unkept):
+            return
+        together = [*self._unkept, *told]
+        try:
+            for keeper in self._keepers:
+                keeper.keep(together)
+        except Exception as error:
+            if self._failed is None:
+                log.exception("entry %d can't be kept; the world takes no more changes until it is", together[0].number)
+            self._unkept = together
+            if len(together) > MOST_UNKEPT:
+                self._unkept, self._given_up = [], True
+            self._failed = KernelError(
+                f"the journal can't be written: {error}. Nothing can be changed until it can, and what was changed "
+                "since is lost if the kernel ends; robots can be stopped. Make room on its disk, or mend its folder",
+                reason=Reason.WRONG_STATE,
+            )
+            return
+        if self._failed is not None:
+            log.warning("the journal can be written again; %d entries were kept late", len(together))
+        self._unkept, self._failed = [], None
+
+
+def _stops(commands: Sequence[Command]) -> bool:
+    return all(isinstance(one, STOPPING) for one in commands)

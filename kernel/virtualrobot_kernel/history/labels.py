@@ -244,6 +244,10 @@ def _follows(command: commands.StartSetpointMotion, done: Done) -> Iterable[Phra
     yield Phrase("started setpoints of", repr(command.robot))
 
 
+def _began_again(command: commands.RestartWorld, done: Done) -> Iterable[Phrase]:
+    yield Phrase("started the kernel again")
+
+
 def _of_motion(verb: str) -> Callable[[Any, Done], Iterable[Phrase]]:
     """Return the label of a command that names a motion."""
     return lambda command, done: (Phrase(verb, repr(command.id)),)
@@ -286,6 +290,7 @@ LABELS: dict[type, Callable[[Any, Done], Iterable[Phrase]]] = {
     commands.CancelMotion: _of_motion("cancelled"),
     commands.StopMotions: _stopped,
     commands.StopRobots: _halted,
+    commands.RestartWorld: _began_again,
     commands.RestoreRecords: _restored,
     commands.RestoreWorld: _went_back,
 }

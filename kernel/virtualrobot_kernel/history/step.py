@@ -48,6 +48,7 @@ KINDS: dict[type, StepKind] = {
     commands.StopRobots: StepKind.MOTION,
     commands.SetSignal: StepKind.SIGNAL,
     commands.RunSensors: StepKind.OTHER,
+    commands.RestartWorld: StepKind.OTHER,
     commands.RestoreWorld: StepKind.RESTORE,
 }
 """Kind of the commands that change nothing which undo covers; all others are edits."""

@@ -27,20 +27,34 @@ QUICK_CHECK_BYTES = 256 * 1024 * 1024
 
 PAGE_BYTES = 4096
 
+MOST_OLD_EDITS = 10_000
+"""Number of edits that are kept, so that they can be undone, when their entries are thinned out."""
+
+_FORGET_STEPS = (
+    "DELETE FROM steps WHERE number <= ? AND (kind NOT IN ('edit', 'undo', 'redo') OR number < ifnull((SELECT number "
+    "FROM steps WHERE kind IN ('edit', 'undo', 'redo') ORDER BY number DESC LIMIT 1 OFFSET ?), 0))"
+)
+
+MOST_FRAMES = 4096
+"""Number of pages beside the database from which the writer waits until they are brought into it."""
+
 UNSOUND = (TypeError, AttributeError, ValueError, OverflowError, struct.error)
 """Errors that the check of a damaged row may come to, before its checksum is compared."""
 
 _TABLES = (
     "CREATE TABLE about (key TEXT PRIMARY KEY, value) WITHOUT ROWID",
-    "CREATE TABLE entries (seq INTEGER PRIMARY KEY, tick INTEGER, time REAL, author TEXT, label TEXT, kind TEXT, "
-    "commands BLOB, records BLOB, crc INTEGER)",
-    "CREATE TABLE touched (uid INTEGER, seq INTEGER, PRIMARY KEY (uid, seq)) WITHOUT ROWID",
+    "CREATE TABLE entries (seq INTEGER PRIMARY KEY, tick INTEGER, time REAL, author TEXT, commands BLOB, crc INTEGER)",
+    "CREATE TABLE steps (number INTEGER PRIMARY KEY, first INTEGER, tick INTEGER, time REAL, author TEXT, kind TEXT, "
+    "label TEXT, names TEXT, undoes INTEGER, difference BLOB, touched BLOB, crc INTEGER)",
+    "CREATE INDEX steps_by_kind ON steps (kind, number)",
+    "CREATE TABLE touched (uid INTEGER, number INTEGER, PRIMARY KEY (uid, number)) WITHOUT ROWID",
     "CREATE TABLE checkpoints (id INTEGER PRIMARY KEY AUTOINCREMENT, seq INTEGER, tick INTEGER, name TEXT, "
     "author TEXT, time REAL, body BLOB, parts BLOB, crc INTEGER)",
     "CREATE TABLE parts (hash BLOB PRIMARY KEY, body BLOB, crc INTEGER)",
     "CREATE TABLE hashes (first_tick INTEGER PRIMARY KEY, hashes BLOB, crc INTEGER)",
 )
-_ENTRY = "seq, tick, time, author, label, kind, commands, records, crc"
+_ENTRY = "seq, tick, time, author, commands, crc"
+_STEP = "number, first, tick, time, author, kind, label, names, undoes, difference, touched, crc"
 _CHECKPOINT = "id, seq, tick, name, author, time, body, parts, crc"
 
 PART_HASH_BYTES = 16
@@ -59,21 +73,44 @@ class Row:
         tick: the number of ticks before it.
         time: of the wall clock, for people: seconds since 1970.
         author: who gave it.
-        label: what it did, in words.
-        kind: what sort of step it is.
         commands: the encoded commands.
-        records: the encoded difference that it made, for undo; None where undo does not cover it.
-        touched: the nodes (uids) that it was about.
     """
 
     seq: int
     tick: int
     time: float
     author: str
-    label: str
-    kind: str
     commands: bytes
-    records: bytes | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class StepRow:
+    """Row of a step: what was done, as people see it.
+
+    Attributes:
+        number: of its last entry.
+        first: number of its first entry.
+        tick: the number of ticks before it.
+        time: of the wall clock, seconds since 1970.
+        author: who did it.
+        kind: what it is.
+        label: what was done, in words.
+        names: names of the nodes that it was about.
+        undoes: number of the step that it took back; 0 for none.
+        difference: the encoded difference that it made.
+        touched: the nodes (uids) that it was about.
+    """
+
+    number: int
+    first: int
+    tick: int
+    time: float
+    author: str
+    kind: str
+    label: str
+    names: tuple[str, ...]
+    undoes: int
+    difference: bytes
     touched: tuple[int, ...] = ()
 
 
@@ -142,8 +179,11 @@ class Store:
             self._writing = threading.RLock()
             self._prepare(path is not None, last_commit)
             self._reader, self._reading = self._writer, self._writing
+            self._tidier, self._tidying = None, threading.Lock()
             if path is not None:
                 self._reader, self._reading = connect(name), threading.RLock()
+                self._tidier = connect(name)
+                self._tidier.execute("PRAGMA synchronous=NORMAL")
         except sqlite3.DatabaseError as error:
             raise self.damaged(str(error)) from error
 
@@ -204,41 +244,43 @@ class Store:
             self._closed = True
             if self._reader is not self._writer:
                 self._reader.close()
+            if self._tidier is not None:
+                self._tidier.close()
             self._writer.close()
 
     # What is written, by one thread.
 
-    def write(
-        self,
-        rows: Sequence[Row],
-        hashes: tuple[int, bytes] | None = None,
-        safe: bool = False,
-    ) -> None:
-        """Write rows, and the hashes of ticks from a first one on, as one transaction.
-
-        safe: it and all before it survive a loss of power, too.
-        """
+    def write(self, rows: Sequence[Row]) -> None:
+        """Write rows as one transaction."""
+        sql = f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?)"
         with self._writing:
-            run = self._writer.execute
-            if safe and not self._power:
-                run("PRAGMA synchronous=FULL")
-            try:
-                if len(rows) == 1 and not rows[0].touched and hashes is None:
-                    run(f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?,?,?,?)", self._entry(rows[0]))
-                    return
-                with self._transaction():
-                    self._writer.executemany(
-                        f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?,?,?,?)", map(self._entry, rows)
-                    )
-                    touched = [(uid, row.seq) for row in rows for uid in row.touched]
-                    if touched:
-                        self._writer.executemany("INSERT OR IGNORE INTO touched VALUES (?,?)", touched)
-                    if hashes is not None:
-                        first, data = hashes
-                        run("INSERT OR REPLACE INTO hashes VALUES (?,?,?)", (first, data, self._crc(first, data)))
-            finally:
-                if safe and not self._power:
-                    run("PRAGMA synchronous=NORMAL")
+            if len(rows) == 1:
+                self._writer.execute(sql, self._entry(rows[0]))  # by itself a transaction, in half the time
+                return
+            with self._transaction():
+                self._writer.executemany(sql, map(self._entry, rows))
+
+    def write_step(self, step: StepRow, replaced: int = 0) -> None:
+        """Write a step, in place of one that it has drawn out (0: of none); the same one again changes nothing."""
+        sql = f"INSERT OR REPLACE INTO steps ({_STEP}) VALUES (?,?,?,?,?,?,?,?,?,?,?,?)"
+        with self._writing:
+            if not step.touched and not replaced:
+                self._writer.execute(sql, self._step(step))
+                return
+            with self._transaction():
+                if replaced:
+                    self._writer.execute("DELETE FROM steps WHERE number = ?", (replaced,))
+                    self._writer.execute("DELETE FROM touched WHERE number = ?", (replaced,))
+                self._writer.execute(sql, self._step(step))
+                self._writer.executemany(
+                    "INSERT OR IGNORE INTO touched VALUES (?,?)", [(uid, step.number) for uid in step.touched]
+                )
+
+    def add_hashes(self, first_tick: int, hashes: bytes) -> None:
+        """Write the hashes of ticks from a first one on, `HASH_BYTES` each."""
+        with self._writing:
+            said = first_tick, hashes, self._crc(first_tick, hashes)
+            self._writer.execute("INSERT OR REPLACE INTO hashes VALUES (?,?,?)", said)
 
     def add_checkpoint(
         self,
@@ -279,24 +321,39 @@ class Store:
             self._writer.executemany("DELETE FROM parts WHERE hash = ?", [(key,) for key in gone])
 
     def forget(self, seq: int, tick: int, most: int = 2_000) -> bool:
-        """Delete at most so many of the entries up to `seq` and hashes of ticks before `tick`; return whether any."""
+        """Delete at most so many of the entries up to `seq`; return whether more may be left.
+
+        When none is left, hashes of ticks before `tick` are deleted. A checkpoint with the entry `seq` in it must be
+        there.
+        """
         with self._writing, self._transaction():
             run = self._writer.execute
             (first,) = run("SELECT min(seq) FROM entries").fetchone()
-            if first is None or first > seq:
-                run("DELETE FROM hashes WHERE first_tick < ?", (tick,))
-                return False
-            last = min(seq, first + most - 1)
-            run("DELETE FROM entries WHERE seq <= ?", (last,))
-            run("DELETE FROM touched WHERE seq <= ?", (last,))
-            run("INSERT OR REPLACE INTO about VALUES ('forgotten', ?)", (last,))
-            return True
+            more = first is not None and first <= seq
+            if first is not None and more:
+                last = min(seq, first + most - 1)
+                run("DELETE FROM entries WHERE seq <= ?", (last,))
+                run("INSERT OR REPLACE INTO about VALUES ('forgotten', ?)", (last,))
+            else:
+                run(_FORGET_STEPS, (seq, MOST_OLD_EDITS))
+                run("DELETE FROM touched WHERE number NOT IN (SELECT number FROM steps)")
+                begun = "SELECT max(first_tick) FROM hashes WHERE first_tick <= ?"
+                run(f"DELETE FROM hashes WHERE first_tick < ({begun})", (tick,))
+            run("PRAGMA incremental_vacuum(512)").fetchall()
+        return more
 
     def tidy(self) -> None:
-        """Bring what SQLite keeps beside the database into it, and give freed pages back."""
-        with self._writing:
-            self._writer.execute("PRAGMA incremental_vacuum(256)").fetchall()
-            self._writer.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
+        """Bring what SQLite keeps beside the database into it; what was written before survives a loss of power then.
+
+        Others write meanwhile: not in the way of the writer, unless it never pauses.
+        """
+        if self._tidier is None:
+            return
+        with self._tidying:
+            _, frames, moved = self._tidier.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
+            if frames > moved and frames > MOST_FRAMES:
+                with self._writing:
+                    self._tidier.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchall()
 
     @property
     def size_bytes(self) -> int:
@@ -349,25 +406,23 @@ class Store:
                     continue
             raise self.damaged(f"the entry {since + 1} is missing")
 
-    def row(self, seq: int) -> Row | None:
-        """Return one row with what it touched, or None when it isn't kept; raise KernelError when it is damaged."""
-        found = self._all(f"SELECT {_ENTRY} FROM entries WHERE seq = ?", seq)
-        return self._checked(found[0]) if found else None
+    def step(self, number: int) -> StepRow | None:
+        """Return the step that has an entry in it, or None when it isn't kept; raise KernelError when it is damaged."""
+        sql = f"SELECT {_STEP} FROM steps WHERE number >= ? ORDER BY number LIMIT 1"
+        found = self._all(sql, number)
+        return self._checked_step(found[0]) if found and found[0][1] <= number else None
 
-    def find(
-        self, where: str = "1", values: Sequence[object] = (), most: int = 100, newest_first: bool = True
-    ) -> list[Row]:
-        """Return at most so many rows for which a condition of SQL on the columns of `entries` holds.
+    def steps(self, where: str = "1", values: Sequence[object] = (), before: int | None = None) -> Iterator[StepRow]:
+        """Yield the steps for which a condition of SQL on the columns of `steps` holds, newest first.
 
-        `where` is the kernel's own text and never a client's; what clients say goes into `values`.
+        Those with smaller numbers than `before`. `where` is the kernel's own text; what clients say is in `values`.
+        Raises KernelError when one is damaged.
         """
-        order = "DESC" if newest_first else "ASC"
-        return [
-            self._checked(one)
-            for one in self._all(
-                f"SELECT {_ENTRY} FROM entries WHERE {where} ORDER BY seq {order} LIMIT ?", *values, most
-            )
-        ]
+        sql = f"SELECT {_STEP} FROM steps WHERE number < ? AND {where} ORDER BY number DESC LIMIT {ROWS_AT_ONCE}"
+        at = before if before is not None else 2**62
+        while found := self._all(sql, at, *values):
+            yield from map(self._checked_step, found)
+            at = found[-1][0]
 
     def checkpoints(self) -> list[CheckpointRow]:
         """Return all checkpoints without their bodies, oldest first."""
@@ -440,6 +495,8 @@ class Store:
             self.parts(found.parts if found else ())
         for _ in self.hashes():
             pass
+        for _ in self.steps():
+            pass
         return sum(1 for _ in self.rows())
 
     def _all(self, sql: str, *values: object) -> list[tuple[Any, ...]]:
@@ -463,15 +520,33 @@ class Store:
             raise self.damaged(f"the entry {one[0]} has a wrong checksum")
         return row
 
+    def _checked_step(self, one: Sequence[Any]) -> StepRow:
+        number, first, tick, time, author, kind, label, names, undoes, difference, touched, crc = one
+        try:
+            named = tuple(names.split("\n")) if names else ()
+            uids = _uids(touched)
+            row = StepRow(number, first, tick, time, author, kind, label, named, undoes, difference, uids)
+            sound = crc == self._step(row)[-1]
+        except UNSOUND:
+            sound = False
+        if not sound:
+            raise self.damaged(f"the step {one[0]} has a wrong checksum")
+        return row
+
     def _entry(self, row: Row) -> tuple[Any, ...]:
-        author, label, kind, records = row.author.encode(), row.label.encode(), row.kind.encode(), row.records
-        head = struct.pack(
-            "<dIIIi", row.time, len(author), len(label), len(kind), -1 if records is None else len(records)
-        )
-        crc = self._crc(
-            row.seq, head, row.tick.to_bytes(8, "little"), author, label, kind, row.commands, records or b""
-        )
-        return row.seq, row.tick, row.time, row.author, row.label, row.kind, row.commands, records, crc
+        author = row.author.encode()
+        head = struct.pack("<qdI", row.tick, row.time, len(author))
+        crc = self._crc(row.seq, head, author, row.commands)
+        return row.seq, row.tick, row.time, row.author, row.commands, crc
+
+    def _step(self, row: StepRow) -> tuple[Any, ...]:
+        names = "\n".join(row.names)  # names of nodes have no line breaks
+        touched = struct.pack(f"<{len(row.touched)}q", *row.touched)
+        texts = [text.encode() for text in (row.author, row.kind, row.label, names)]
+        head = struct.pack("<qqdqIIIII", row.first, row.tick, row.time, row.undoes, *map(len, texts), len(touched))
+        crc = self._crc(row.number, head, *texts, touched, row.difference)
+        said = row.number, row.first, row.tick, row.time, row.author, row.kind, row.label, names, row.undoes
+        return *said, row.difference, touched, crc
 
     def _checkpoint_crc(
         self, seq: int, tick: int, name: str, author: str, time: float, body: bytes, parts: bytes
@@ -510,6 +585,10 @@ class _Transaction:
     def _roll_back(self) -> None:
         if self._connection.in_transaction:  # SQLite does it by itself after some errors
             self._connection.execute("ROLLBACK")
+
+
+def _uids(blob: bytes) -> tuple[int, ...]:
+    return struct.unpack(f"<{len(blob) // 8}q", blob)
 
 
 def _split(parts: bytes) -> Iterator[bytes]:

@@ -2,23 +2,55 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from functools import partial
+from pathlib import Path
 
 from virtualrobot.files.resolver import Resolver
 from virtualrobot.v1 import nodes_pb2
 
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.xml import FileWarning
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.figures import Figure, Mesh
+from virtualrobot_kernel.world.structure import Structure
 
 
 def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile]) -> Files:
     """Return the sources of a request's files: what was uploaded, then the kernel's disk."""
     return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver())
+
+
+def check_assets(structure: Structure, store: AssetStore) -> None:
+    """Have each file of the world's meshes held; raise KernelError, which names node and file, when one is gone.
+
+    One that isn't held is taken from where it came from, if it is the same there.
+    """
+    for node in structure.nodes.values():
+        for mesh in (figure.geometry for figure in node.figures if isinstance(figure.geometry, Mesh)):
+            for uri, sha256 in ((mesh.uri, mesh.sha256), *mesh.files):
+                try:
+                    store.get(sha256)
+                except KernelError as error:
+                    if not _taken_anew(store, uri, sha256):
+                        raise error.at(f"the node {node.name!r} has a mesh {mesh.uri}") from error
+
+
+def _taken_anew(store: AssetStore, path: str, sha256: str) -> bool:
+    """Return whether a file of the disk is the asset that isn't held; it is then."""
+    try:
+        data = Path(path).read_bytes()
+    except (OSError, ValueError):
+        return False
+    if hashlib.sha256(data).hexdigest() != sha256:
+        return False
+    store.put(data)
+    return True
 
 
 def with_assets(

@@ -34,7 +34,7 @@ def _nothing(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401
     return ()
 
 
-def _everything(snapshot: Snapshot, command: commands.ClearWorld | commands.RestoreWorld) -> Iterable[int]:
+def _everything(snapshot: Snapshot, command: Any) -> Iterable[int]:  # noqa: ANN401 any command
     return snapshot.structure.robots
 
 
@@ -231,6 +231,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.CancelMotion: _cancelled,
     commands.StopMotions: _nothing,
     commands.StopRobots: _nothing,
+    commands.RestartWorld: _everything,
     commands.RestoreRecords: _restored,
     commands.RestoreWorld: _everything,
 }

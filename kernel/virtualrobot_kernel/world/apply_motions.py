@@ -31,6 +31,7 @@ from virtualrobot_kernel.world.commands import (
     PauseMotion,
     PickPart,
     PlacePart,
+    RestartWorld,
     ResumeMotion,
     SelectTool,
     StartMotion,
@@ -208,6 +209,28 @@ def stop_motions(change: Change, command: StopMotions, forward: Forward) -> Chan
 def stop_robots(change: Change, command: StopRobots, forward: Forward) -> Change:
     """Cancel all motions of some robots, given by uid."""
     return _all_cancelled(change, set(command.robots), command.cancellation)
+
+
+def restart_world(change: Change, command: RestartWorld, forward: Forward) -> Change:
+    """Abort all motions where the joints are, which are at rest and commanded from now on; the epoch rises."""
+    state = change.state
+    why = Cancellation(EndCause.KERNEL_RESTARTED, "the kernel was started again")
+    aborted = tuple(
+        replace(motion, running=motion.running.abort(), cancellation=why, end_tick=state.tick)
+        for motion in state.motions
+    )
+    return replace(
+        change,
+        state=replace(
+            state,
+            v=np.zeros_like(state.v),
+            commanded={},
+            readings={},
+            motions=(),
+            ended=(*state.ended, *aborted),
+            epoch=state.epoch + 1,
+        ),
+    )
 
 
 def _all_cancelled(change: Change, robots: set[int] | None, cancellation: Cancellation) -> Change:

@@ -375,6 +375,11 @@ class StopRobots:
     cancellation: Cancellation
 
 
+@dataclass(frozen=True, slots=True)
+class RestartWorld:
+    """Command of a kernel that goes on from where another one ended: all is at rest, motions are aborted."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class RestoreRecords:
     """Command to set what undo covers to other values, where it still has those of `found`; all or nothing.
@@ -436,6 +441,7 @@ Command = (
     | CancelMotion
     | StopMotions
     | StopRobots
+    | RestartWorld
     | RestoreRecords
     | RestoreWorld
 )

@@ -64,6 +64,7 @@ class EndCause(Enum):
     STEP_REFUSED = "step refused"
     PART_TIMEOUT = "part timeout"
     WORLD_RESTORED = "world restored"
+    KERNEL_RESTARTED = "kernel restarted"
 
     @property
     def aborts(self) -> bool:

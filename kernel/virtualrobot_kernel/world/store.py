@@ -283,6 +283,7 @@ class World:
                 continue
             state = self._with_inputs(state)
             before, state = state, self._ticked(state)
+            self._journal.ticked(self.snapshot.structure, state)
             ordered = any(motion.running.orders for motion in state.motions)
             # Whoever watches signals is told every change, and whoever listens to ticks each of them.
             if ordered or state.tick == last or state.signals is not before.signals or self._tick_listeners:
@@ -307,6 +308,7 @@ class World:
             log.error("supervisors have changed the world %d times before one tick; it goes on", MOST_INTERVENTIONS)
             later = self._later(self.snapshot.structure, self._ticked(self.snapshot.state))
         self._publish(later)
+        self._journal.ticked(later.structure, later.state)
         self._supervise_change()
         self._obey()
         self._tick_listeners.tell(self.snapshot)
@@ -353,7 +355,7 @@ class World:
     def _with_inputs(self, state: State) -> State:
         """Return a state with the inputs of the tick that begins."""
         if inputs := self._inputs():
-            later, entry = taken(self.snapshot, state, inputs, self._forward)
+            later, entry = taken(self.snapshot, state, inputs, self._forward, self._journal.admit)
             if entry is not None:
                 structure = self.snapshot.structure
                 self._journal.append(entry, Change(structure, state), Change(structure, later))

@@ -41,7 +41,11 @@ InputSource = Callable[[], Sequence[TickInput]]
 
 
 def taken(
-    snapshot: Snapshot, state: State, inputs: Sequence[TickInput], forward: Forward
+    snapshot: Snapshot,
+    state: State,
+    inputs: Sequence[TickInput],
+    forward: Forward,
+    admit: Callable[[Sequence[InputCommand]], None] = lambda _: None,
 ) -> tuple[State, Entry | None]:
     """Return the state with inputs, and the entry of the journal that says the same; each refused one is left out.
 
@@ -50,10 +54,12 @@ def taken(
         state: the state in which the tick begins.
         inputs: what to apply, in this order.
         forward: the forward pass.
+        admit: raises KernelError for commands that the journal could not keep.
     """
     accepted: list[TickInput] = []
     for item in inputs:
         try:
+            admit([item.command])
             if item.permit is not None:
                 item.permit(snapshot, [item.command])
             state = apply(snapshot.structure, state, [item.command], forward).state

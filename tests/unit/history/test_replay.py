@@ -33,7 +33,7 @@ def stored(run: Run, checkpoints: tuple[int, ...] = ()) -> Store:
             structure, state = run.worlds[number]
             written = CODEC.encode_in_parts(image_of(structure, state), parts)
             store.add_checkpoint(number, state.tick, "", "", 0.0, written.body, [*written.parts], written.fresh)
-        store.write([Row(number + 1, entry.tick, 0.0, entry.author, "", "", CODEC.encode(entry.commands))])
+        store.write([Row(number + 1, entry.tick, 0.0, entry.author, CODEC.encode(entry.commands))])
     return store
 
 
@@ -146,7 +146,7 @@ def test_what_cannot_be_repeated_is_told_and_left_out(rng: np.random.Generator) 
     store = stored(run)
     last = run.last[1].tick
     again = CODEC.encode(tuple(run.entries[0].commands))
-    store.write([Row(len(run.entries) + 1, last, 0.0, "ann", "", "", again)])
+    store.write([Row(len(run.entries) + 1, last, 0.0, "ann", again)])
     replay = replay_of(run, store)
     assert same(image_of(*run.last), image_of(*_at(replay, last))) == ""
     (warning,) = replay.warnings.values()

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import shutil
 import sqlite3
+from collections.abc import Iterable
+from dataclasses import astuple, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
-from virtualrobot_kernel.history.store import Row, Store
+from virtualrobot_kernel.history.store import Row, StepRow, Store
 
 from tests.tiers import Draws
 
@@ -18,15 +20,22 @@ SEED = 0x5EED5EED
 
 def row(seq: int, rng: np.random.Generator) -> Row:
     """Return a row that nothing else could be taken for."""
-    records = rng.bytes(int(rng.integers(200))) if rng.integers(2) else None
-    touched = tuple(int(uid) for uid in np.unique(rng.integers(2, 50, int(rng.integers(3)))))
     commands = rng.bytes(int(rng.choice([0, 60, 900, 9000])))
-    return Row(seq, seq * 3, 1.8e9 - seq, f"author {seq % 3}", f"did {seq}: \u00e4", "edit", commands, records, touched)
+    return Row(seq, seq * 3, 1.8e9 - seq, f"author {seq % 3}", commands)
 
 
-def fields(one: Row) -> tuple[object, ...]:
-    """Return what a row says but for what it touched, which is read by query."""
-    return one.seq, one.tick, one.time, one.author, one.label, one.kind, one.commands, one.records
+def step(seq: int, rng: np.random.Generator) -> StepRow:
+    """Return a step of the row with this number."""
+    names = tuple(f"node {uid}" for uid in range(int(rng.integers(3))))
+    touched = tuple(int(uid) for uid in np.unique(rng.integers(2, 50, int(rng.integers(3)))))
+    kind = "edit" if seq % 2 else "signal"
+    about = f"did {seq}: \u00e4"
+    return StepRow(seq, seq, seq * 3, 1.8e9, f"author {seq % 3}", kind, about, names, 0, rng.bytes(20), touched)
+
+
+def fields(rows: Iterable[Row | StepRow]) -> list[object]:
+    """Return what rows say."""
+    return [astuple(one) for one in rows]
 
 
 def filled(store: Store, rng: np.random.Generator, count: int = 30) -> list[Row]:
@@ -34,11 +43,14 @@ def filled(store: Store, rng: np.random.Generator, count: int = 30) -> list[Row]
     rows = [row(seq, rng) for seq in range(1, count + 1)]
     store.write(rows[:1])
     store.add_checkpoint(1, 3, "begin", "me", 1.8e9, b"body", [b"a" * 16], {b"a" * 16: b"part a"})
-    store.write(rows[1:10], hashes=(0, rng.bytes(80)))
-    store.write(rows[10:], safe=True)
+    store.write(rows[1:10])
+    store.add_hashes(0, rng.bytes(80))
+    store.write(rows[10:])
     keys = [b"a" * 16, b"b" * 16]
     store.add_checkpoint(count, 3 * count, "", "kernel", 1.8e9, b"other body", keys, {keys[1]: b"part b"})
-    store.write([], hashes=(10, rng.bytes(160)))
+    store.add_hashes(10, rng.bytes(160))
+    for one in rows:
+        store.write_step(step(one.seq, rng))
     return rows
 
 
@@ -47,7 +59,8 @@ def content(store: Store) -> tuple[list[object], ...]:
     store.check()
     checkpoints = [one for head in store.checkpoints() if (one := store.checkpoint(head.id))]
     return (
-        [fields(one) for one in store.rows()],
+        fields(store.rows()),
+        fields(store.steps()),
         [(one.id, one.seq, one.tick, one.name, one.author, one.body, store.parts(one.parts)) for one in checkpoints],
         list(store.hashes()),
     )
@@ -59,13 +72,13 @@ def test_what_was_written_is_read_back(tmp_path: Path, rng: np.random.Generator,
     store = Store(path, SEED)
     rows = filled(store, rng)
     for _ in range(2):
-        assert [fields(one) for one in store.rows()] == [fields(one) for one in rows]
+        assert fields(store.rows()) == fields(rows)
         assert [one.seq for one in store.rows(7, 9)] == [8, 9]
-        assert (one := store.row(5)) and fields(one) == fields(rows[4]) and store.row(31) is None
-        assert [one.seq for one in store.find("author = ?", ["author 1"], most=3)] == [28, 25, 22]
-        about = [one.seq for one in rows if 7 in one.touched]
-        found = store.find("seq IN (SELECT seq FROM touched WHERE uid = ?)", [7], newest_first=False)
-        assert [one.seq for one in found] == about
+        assert [one.number for one in store.steps()] == [*range(30, 0, -1)]
+        assert [one.number for one in store.steps("author = ?", ["author 1"], 26)] == [25, 22, 19, 16, 13, 10, 7, 4, 1]
+        about = [one.number for one in store.steps() if 7 in one.touched]
+        found = store.steps("number IN (SELECT number FROM touched WHERE uid = ?)", [7])
+        assert [one.number for one in found] == about
         first, last = store.checkpoints()
         assert (first.name, first.seq, first.author, last.tick) == ("begin", 1, "me", 90)
         assert (whole := store.checkpoint(last.id)) and store.parts(whole.parts) == [b"part a", b"part b"]
@@ -76,6 +89,19 @@ def test_what_was_written_is_read_back(tmp_path: Path, rng: np.random.Generator,
         store.close()
         assert not list(tmp_path.glob("j.db-*"))
         store = Store(path, SEED)
+    store.close()
+
+
+def test_a_step_takes_the_place_of_those_that_it_draws_out(rng: np.random.Generator) -> None:
+    store = Store(None, SEED)
+    first = replace(step(5, rng), touched=(7, 8))
+    store.write_step(first)
+    drawn = replace(first, number=6, label="longer")
+    for _ in range(2):
+        store.write_step(drawn, replaced=5)
+    assert fields(store.steps()) == fields([drawn])
+    assert (one := store.step(5)) and one.label == "longer" and store.step(4) is None and store.step(7) is None
+    assert [one.number for one in store.steps("number IN (SELECT number FROM touched WHERE uid = 8)")] == [6]
     store.close()
 
 
@@ -97,10 +123,11 @@ def test_old_entries_are_forgotten_some_at_a_time(rng: np.random.Generator) -> N
     while store.forget(21, 30, most=4):
         pass
     assert [one.seq for one in store.rows()] == [*range(22, 31)] and store.forgotten == 21
-    assert [one.seq for one in store.find("1", newest_first=False)] == [*range(22, 31)]
+    steps = [one.number for one in store.steps()]
+    assert steps == [*range(30, 21, -1), *range(21, 0, -2)], "edits can still be undone"
     assert store.last_seq == 30
     store.write([row(31, rng)])
-    assert next(fields(one) for one in store.rows(29)) == fields(rows[29])
+    assert fields(store.rows(29)) == fields([rows[29], *store.rows(30)])
     store.close()
 
 
@@ -126,7 +153,7 @@ def test_missing_and_foreign_rows_are_named(tmp_path: Path, rng: np.random.Gener
     for sql, word in (
         ("DELETE FROM entries WHERE seq = 4", "the entry 4 is missing"),
         ("UPDATE entries SET commands = x'00' WHERE seq = 5", "the entry 5 has a wrong checksum"),
-        ("UPDATE entries SET records = NULL WHERE records IS NOT NULL", "has a wrong checksum"),
+        ("UPDATE steps SET label = 'x' WHERE number = 6", "the step 6 has a wrong checksum"),
         ("UPDATE entries SET seq = seq + 1 WHERE seq = 30", "the entry 30 is missing"),
         ("UPDATE checkpoints SET body = 'text'", "the checkpoint 1 has a wrong checksum"),
         ("UPDATE parts SET body = x'00'", "the part 61616161616161616161616161616161 has a wrong checksum"),
@@ -189,7 +216,7 @@ def test_a_flipped_bit_is_told_or_does_no_harm(
             if found != expected:
                 assert store.warnings and "j.db-wal: pages" in store.warnings[0], number
                 kept, all = found[0], expected[0]
-                assert kept == all[: len(kept)], "what is left is how the journal was a while before"
+                assert kept == all[: len(kept)], "what is left is how the journal was a while before"  # pyright: ignore
             told += bool(store.warnings)
         except KernelError as error:
             assert "j.db is damaged" in str(error)

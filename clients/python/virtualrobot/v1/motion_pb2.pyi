@@ -97,6 +97,7 @@ class EndCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     END_CAUSE_STEP_REFUSED: _ClassVar[EndCause]
     END_CAUSE_PART_TIMEOUT: _ClassVar[EndCause]
     END_CAUSE_WORLD_RESTORED: _ClassVar[EndCause]
+    END_CAUSE_KERNEL_RESTARTED: _ClassVar[EndCause]
 
 class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -181,6 +182,7 @@ END_CAUSE_COLLISION: EndCause
 END_CAUSE_STEP_REFUSED: EndCause
 END_CAUSE_PART_TIMEOUT: EndCause
 END_CAUSE_WORLD_RESTORED: EndCause
+END_CAUSE_KERNEL_RESTARTED: EndCause
 PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind

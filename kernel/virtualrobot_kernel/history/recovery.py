@@ -1,0 +1,82 @@
+"""Recovery: the world as a store and its last tick tell it, from the newest checkpoint on."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.history.codec import Codec
+from virtualrobot_kernel.history.store import Row, Store
+from virtualrobot_kernel.history.upkeep import Moment
+from virtualrobot_kernel.history.world_image import WorldImage
+from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.change import Change, Forward
+from virtualrobot_kernel.world.journal import Entry, replay
+from virtualrobot_kernel.world.state import State
+
+MOST_WARNINGS = 5
+"""Number of entries that can't be repeated and are told one by one."""
+
+
+def empty_world() -> Moment:
+    """Return the moment before the first entry."""
+    return Moment(0, index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]))
+
+
+def image(store: Store, codec: Codec, id: int) -> WorldImage:
+    """Return the world of a checkpoint; raise KernelError when there is none with this id, or it is damaged."""
+    found = store.checkpoint(id)
+    if found is None:
+        raise KernelError(f"there is no checkpoint {id}", reason=Reason.UNKNOWN_NAME, checkpoint=id)
+    bodies = dict(zip(found.parts, store.parts(found.parts), strict=True))
+    return codec.decode(found.body, bodies.__getitem__)
+
+
+def entry(row: Row, codec: Codec) -> Entry:
+    """Return the entry of a row; raise KernelError when it was written by a newer program, or is damaged."""
+    try:
+        return Entry(row.tick, row.author, codec.decode(row.commands), row.time)
+    except KernelError as error:
+        raise error.at(f"entry {row.seq}") from error
+
+
+def recovered(
+    store: Store, codec: Codec, last_tick: int, tick_seconds: float, forward: Forward
+) -> tuple[Moment, list[str]]:
+    """Return the last moment of which the store, or `last_tick`, tells; and in words what is not as it should be.
+
+    Raises KernelError, which names the row, when what is needed for it is damaged.
+    """
+    moment, warnings = _begin(store, codec)
+    number, change = moment.number, Change(moment.structure, moment.state)
+    refused = 0
+    for row in store.rows(moment.number):
+        one, number = entry(row, codec), row.seq
+        try:
+            change = replay(change.structure, change.state, (one,), one.tick, tick_seconds, forward)
+        except KernelError as error:
+            refused += 1
+            if refused <= MOST_WARNINGS:
+                warnings.append(
+                    f"entry {row.seq} by {row.author or 'nobody'} is left out, it can't be repeated: {error}"
+                )
+    if refused > MOST_WARNINGS:
+        warnings.append(f"{refused - MOST_WARNINGS} entries more are left out")
+    last = max(last_tick, store.last_tick, change.state.tick)
+    change = replay(change.structure, change.state, (), last, tick_seconds, forward)
+    return Moment(number, change.structure, change.state), warnings
+
+
+def _begin(store: Store, codec: Codec) -> tuple[Moment, list[str]]:
+    """Return the newest checkpoint that can be read, else the empty world, if the first entry is there."""
+    warnings: list[str] = []
+    for head in reversed(store.checkpoints()):
+        try:
+            world = image(store, codec, head.id)
+        except KernelError as error:
+            warnings.append(f"the checkpoint {head.id} can't be read, and the one before it is taken: {error}")
+            continue
+        return Moment(head.seq, world.structure, world.state), warnings
+    if store.forgotten:
+        raise store.damaged(f"no checkpoint can be read, and the entries up to {store.forgotten} were thinned out")
+    return empty_world(), warnings

@@ -1,0 +1,88 @@
+"""Steps in the store of the history, as those who list, watch and undo them ask for them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from virtualrobot_kernel.history.codec import Codec
+from virtualrobot_kernel.history.step import Step, StepKind
+from virtualrobot_kernel.history.steps import Wanted
+from virtualrobot_kernel.history.store import StepRow, Store
+from virtualrobot_kernel.world.records import Difference
+
+
+class StoredSteps:
+    """Steps of a store; the journal's thread writes them, any may read."""
+
+    def __init__(self, store: Store, codec: Codec) -> None:
+        """Keep steps in `store`, their differences as `codec` writes them."""
+        self._store = store
+        self._codec = codec
+
+    def append(self, step: Step, replaced: Step | None) -> None:
+        """Keep a step after all others, in place of one that it has drawn out (None: of none)."""
+        changed = step.difference
+        row = StepRow(
+            step.number,
+            step.first_number,
+            step.tick,
+            step.wall_time,
+            step.author,
+            step.kind.value,
+            step.label,
+            step.names,
+            step.undoes,
+            self._codec.encode((changed.old, changed.new)) if changed else b"",
+            tuple(sorted(step.touched)),
+        )
+        self._store.write_step(row, replaced.number if replaced else 0)
+
+    def get(self, number: int) -> Step | None:
+        """Return the step of an entry, None when it is not kept."""
+        row = self._store.step(number)
+        return self._step(row) if row else None
+
+    def find(self, wanted: Wanted, before: int | None = None) -> Iterator[Step]:
+        """Yield steps that are wanted, newest first, with smaller numbers than `before`."""
+        conditions, values = ["1"], list[object]()
+        if wanted.kinds:
+            conditions.append(f"kind IN ({','.join('?' * len(wanted.kinds))})")
+            values += [kind.value for kind in wanted.kinds]
+        if wanted.since is not None:
+            conditions.append("time >= ?")
+            values.append(wanted.since)
+        if wanted.until is not None:
+            conditions.append("time < ?")
+            values.append(wanted.until)
+        if wanted.node:
+            uids = ",".join(map(str, wanted.uids))
+            conditions.append(f"(number IN (SELECT number FROM touched WHERE uid IN ({uids})) OR instr(names, ?))")
+            values.append(wanted.node)
+        rows = self._store.steps(" AND ".join(conditions), values, before)
+        return (step for row in rows if wanted.has(step := self._step(row)))
+
+    @property
+    def last(self) -> int:
+        """Number of the newest step that was ever kept; 0: none was."""
+        return next((row.number for row in self._store.steps()), self._store.forgotten)
+
+    @property
+    def forgotten(self) -> int:
+        """Number of the newest step that may not be kept any more; 0: all are."""
+        return self._store.forgotten
+
+    def _step(self, row: StepRow) -> Step:
+        old, new = self._codec.decode(row.difference) if row.difference else (None, None)
+        return Step(
+            number=row.number,
+            first_number=row.first,
+            tick=row.tick,
+            wall_time=row.time,
+            author=row.author,
+            kind=StepKind(row.kind),
+            label=row.label,
+            difference=Difference(old, new) if old and new else Difference(),
+            touched=frozenset(row.touched),
+            names=row.names,
+            undoes=row.undoes,
+        )

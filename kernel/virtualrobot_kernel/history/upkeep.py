@@ -1,0 +1,198 @@
+"""Upkeep of the store in a thread of its own: hashes of ticks, checkpoints, thinning, and what SQLite has to tidy."""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import threading
+import time
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from virtualrobot_kernel.history.codec import Codec, Parts
+from virtualrobot_kernel.history.journal import Told
+from virtualrobot_kernel.history.last_tick import LastTick
+from virtualrobot_kernel.history.store import CheckpointRow, Store
+from virtualrobot_kernel.history.tick_hash import tick_hash
+from virtualrobot_kernel.history.world_image import image_of
+from virtualrobot_kernel.world.state import State
+from virtualrobot_kernel.world.structure import Structure
+
+ROUND_SECONDS = 1.0
+"""Time (s) between two rounds: so much may be lost with the power where not each answer is safe from that."""
+
+MEBIBYTE = 1024 * 1024
+
+KERNEL = "kernel"
+"""Author of checkpoints that nobody asked for."""
+
+log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """Rules of when a checkpoint is made, and of what is kept of the history.
+
+    Attributes:
+        entries: so many of them make a checkpoint due,
+        bytes: or so many bytes in them,
+        motion_ticks: or so many ticks of motions: they take about ten seconds to be made again.
+        most_bytes: greatest size of the store; the oldest entries go.
+        most_seconds: greatest age of an entry, about; None: any.
+    """
+
+    entries: int = 50_000
+    bytes: int = 64 * MEBIBYTE
+    motion_ticks: int = 250_000
+    most_bytes: int = 4096 * MEBIBYTE
+    most_seconds: float | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Moment:
+    """World as it is after an entry and all ticks up to its own."""
+
+    number: int
+    structure: Structure
+    state: State
+
+
+class Upkeep:
+    """Thread that looks after the store once a second."""
+
+    def __init__(
+        self, store: Store, codec: Codec, rules: Rules, begin: Moment, last_tick: LastTick | None = None
+    ) -> None:
+        """Look after `store` from the moment `begin` on; write the last tick to `last_tick`, if there is one."""
+        self._store = store
+        self._codec = codec
+        self._rules = rules
+        self._last_tick = last_tick
+        self._parts = Parts()
+        self._ticks: deque[Moment] = deque()
+        self._hashes: tuple[int, bytes] | None = None
+        self._latest, self._kept = begin, begin.number
+        self._entries = self._bytes = self._motion_ticks = 0
+        self._noting, self._checkpointing = threading.Lock(), threading.Lock()
+        self._failed = False
+        self._ended = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="history upkeep", daemon=True)
+
+    def start(self) -> None:
+        """Start the thread."""
+        self._thread.start()
+
+    def close(self, checkpoint: bool = False) -> None:
+        """End the thread and finish what it has begun; with a checkpoint the next kernel begins from it at once."""
+        self._ended.set()
+        if self._thread.is_alive():
+            self._thread.join(10.0)
+        self._round()
+        if checkpoint and not self._failed:
+            self.checkpoint()
+
+    def ticked(self, number: int, structure: Structure, state: State) -> None:
+        """Note a tick; the world thread calls it."""
+        self._ticks.append(Moment(number, structure, state))
+        if self._last_tick is not None:
+            self._last_tick.write(state.tick)
+
+    def kept(self, last: Told, entries: int, bytes: int) -> None:
+        """Note that entries are kept, so many bytes in all; the journal's thread calls it."""
+        with self._noting:
+            self._kept = last.number
+            self._latest = Moment(last.number, last.after.structure, last.after.state)
+            self._entries += entries
+            self._bytes += bytes
+
+    def now(self) -> Moment:
+        """Return the latest moment whose entries are all kept."""
+        with self._noting, contextlib.suppress(IndexError):
+            last = self._ticks[-1]
+            if last.number == self._kept:
+                self._latest = last
+        return self._latest
+
+    def checkpoint(self, name: str = "", author: str = KERNEL) -> int:
+        """Write the world as it is now as a checkpoint and return its id; any thread may call it."""
+        with self._checkpointing:
+            now = self.now()
+            with self._noting:
+                self._entries = self._bytes = self._motion_ticks = 0
+            try:
+                written = self._codec.encode_in_parts(image_of(now.structure, now.state), self._parts)
+                return self._store.add_checkpoint(
+                    now.number, now.state.tick, name, author, time.time(), written.body, [*written.parts], written.fresh
+                )
+            except BaseException:
+                self._parts = Parts()  # some of them may not have been written
+                raise
+
+    def remove_checkpoints(self, ids: Sequence[int]) -> None:
+        """Take checkpoints out of the store, with the parts that no other one has."""
+        with self._checkpointing:
+            self._parts = Parts()
+            self._store.remove_checkpoints(ids)
+
+    def _run(self) -> None:
+        while not self._ended.wait(ROUND_SECONDS):
+            self._round()
+
+    def _round(self) -> None:
+        try:
+            self._hash()
+            self._store.tidy()
+            if self._is_due():
+                self.checkpoint()
+            self._thin()
+        except Exception:
+            if not self._failed:
+                log.exception("the history can't be looked after; it is tried again")
+            self._failed = True
+        else:
+            self._failed = False
+
+    def _hash(self) -> None:
+        """Write the hashes of the ticks since the last round; those that can't be written wait for the next one."""
+        self.now()
+        ticks = [self._ticks.popleft() for _ in range(len(self._ticks))]
+        first, before = self._hashes or (ticks[0].state.tick if ticks else 0, b"")
+        hashes = before + b"".join(tick_hash(one.structure, one.state) for one in ticks)
+        self._motion_ticks += sum(len(one.state.motions) for one in ticks)
+        if hashes:
+            self._hashes = first, hashes
+            self._store.add_hashes(first, hashes)
+            self._hashes = None
+
+    def _is_due(self) -> bool:
+        """Return whether replaying from the last checkpoint takes too long."""
+        rules = self._rules
+        return self._entries >= rules.entries or self._bytes >= rules.bytes or self._motion_ticks >= rules.motion_ticks
+
+    def _thin(self) -> None:
+        """Forget the oldest entries, up to a checkpoint, where the rules want it."""
+        begin = self._wanted_begin()
+        if begin is None or begin.seq <= self._store.forgotten:
+            return
+        while self._store.forget(begin.seq, begin.tick):
+            pass
+        self.remove_checkpoints([one.id for one in self._store.checkpoints() if one.seq < begin.seq and not one.name])
+
+    def _wanted_begin(self) -> CheckpointRow | None:
+        """Return the checkpoint with which the history shall begin; None leaves it as it is."""
+        store, rules = self._store, self._rules
+        wanted = None
+        if rules.most_seconds is not None:
+            oldest = time.time() - rules.most_seconds
+            old = [one for one in store.checkpoints() if one.time < oldest]
+            wanted = max(old, key=lambda one: one.seq, default=None)
+        size, last, forgotten = store.size_bytes, store.last_seq, store.forgotten
+        if size > rules.most_bytes:
+            # To seven eighths, so that it isn't done all the time.
+            cut = forgotten + (last - forgotten) * (1.0 - rules.most_bytes * 0.875 / size)
+            if not any(one.seq >= cut for one in store.checkpoints()):
+                self.checkpoint()
+            fits = min((one for one in store.checkpoints() if one.seq >= cut), key=lambda one: one.seq)
+            wanted = fits if wanted is None else max(wanted, fits, key=lambda one: one.seq)
+        return wanted
