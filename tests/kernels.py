@@ -16,6 +16,8 @@ import pytest
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2_grpc,
+    history_pb2,
+    history_pb2_grpc,
     kernel_pb2,
     kernel_pb2_grpc,
     lease_pb2,
@@ -55,6 +57,7 @@ class Stubs:
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
+        self.history = history_pb2_grpc.HistoryServiceStub(channel)
         self.token = token_pb2_grpc.TokenServiceStub(channel)
         self.path = path_pb2_grpc.PathServiceStub(channel)
 
@@ -187,6 +190,8 @@ def emptied(process: KernelProcess) -> Iterator[Stubs]:
     stubs.kernel.SetClock(kernel_pb2.SetClockRequest(mode=process.mode, speed_factor=1.0))
     # Nodes, signals, motions, speed factor, collision settings and the view.
     stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
+    for checkpoint in stubs.history.ListCheckpoints(history_pb2.ListCheckpointsRequest()).checkpoints:
+        stubs.history.RemoveCheckpoint(history_pb2.RemoveCheckpointRequest(name=checkpoint.name))
     yield stubs
     stubs.channel.close()
 

@@ -45,7 +45,18 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
-        *("collision", "components", "drawing", "formats", "inputs", "messages", "motion", "paths", "planning"),
+        *(
+            "collision",
+            "components",
+            "drawing",
+            "formats",
+            "history",
+            "inputs",
+            "messages",
+            "motion",
+            "paths",
+            "planning",
+        ),
         *("scenes", "sensing", "world"),
     ),
 }

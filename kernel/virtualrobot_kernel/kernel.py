@@ -36,6 +36,8 @@ from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.history.folder import ASSETS, Folder
 from virtualrobot_kernel.history.history import History
+from virtualrobot_kernel.history.past import PastFolder
+from virtualrobot_kernel.history.player import Player
 from virtualrobot_kernel.history.upkeep import Rules
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.robots import world_poses
@@ -50,6 +52,7 @@ from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import RestartWorld, SetAllowedPairs
+from virtualrobot_kernel.world.past_world import PastWorld
 from virtualrobot_kernel.world.store import World
 
 if TYPE_CHECKING:
@@ -74,6 +77,7 @@ class Settings:
         folder: where its world and its history are kept; None: they end with it. It closes the folder.
         rules: how much of the history is kept; None: the usual.
         power: whether what is answered survives a loss of power, and not only the end of the process.
+        past: what this kernel replays; None: it has a world of its own. It closes it.
     """
 
     address: Address
@@ -84,6 +88,7 @@ class Settings:
     folder: Folder | None = None
     rules: Rules | None = None
     power: bool = False
+    past: PastFolder | None = None
 
 
 class Kernel:
@@ -97,8 +102,7 @@ class Kernel:
         self._importers = Importers(catalog)
         self._tokens = TokenTable(settings.address.token, settings.tokens_file)
         self._viewer: Viewer | None = None
-        folder = settings.folder
-        self._assets = AssetStore(folder=folder and folder.path / ASSETS, sync=settings.power)
+        self._assets = _asset_store(settings)
         self._meshes = MeshLibrary(self._assets, self._importers)
         self._view = ViewStore()
         load = self._meshes.load
@@ -111,12 +115,13 @@ class Kernel:
         self._processes = Processes(self._sensing.shapes)
         self._mailbox = Mailbox()
         clock = Clock(settings.mode, 1.0, settings.tick_nanoseconds)
-        self._history = History(folder, clock.tick_seconds, world_poses, settings.rules, settings.power)
-        begin = self._history.begin
-        self.world = World(
-            world_poses, self._history.journal, clock, begin.structure, begin.state, inputs=self._mailbox.take
-        )
-        check_assets(begin.structure, self._assets)
+        self._history: History | Player
+        if settings.past is not None:
+            self._history = Player(settings.past, world_poses)
+            self.world = PastWorld(world_poses, clock, self._history)
+            self._check_assets_of_past(self._history)
+        else:
+            self._history = self._recorded(clock)
         self._guard = CollisionGuard(self._sensing.solids, self.world)
         self._sensors = Sensors(self.world, self._sensing)
         self._monitor = Monitor(self.world, self._sensing.solids)
@@ -125,11 +130,28 @@ class Kernel:
         self._server = Server(settings.address, self.world, self._services)
         self._shut_down = shut_down
 
+    def _recorded(self, clock: Clock) -> History:
+        """Make the history of a world, and the world from where it ended."""
+        given = self._settings
+        history = History(given.folder, clock.tick_seconds, world_poses, given.rules, given.power)
+        begin = history.begin
+        self.world = World(world_poses, history.journal, clock, begin.structure, begin.state, inputs=self._mailbox.take)
+        check_assets(begin.structure, self._assets)
+        return history
+
+    def _check_assets_of_past(self, player: Player) -> None:
+        """Raise KernelError, which names node and file, when meshes of the world as it ended are gone."""
+        try:
+            check_assets(player.at(player.last_tick).structure, self._assets)
+        except KernelError as error:
+            raise error.at("the replay can't be shown (`--verify` needs no meshes)") from error
+        player.at(player.first_tick)
+
     def start(self) -> int:
         """Start the journal, the world and the API; return the port."""
         self._history.start()
         self.world.start()
-        if self._history.goes_on:
+        if isinstance(self._history, History) and self._history.goes_on:
             self.world.submit([RestartWorld()], "kernel").result()
             self._history.upkeep.checkpoint()
         return self._server.start()
@@ -148,6 +170,7 @@ class Kernel:
             readings=lambda: self._sensors.latest,
             touching=lambda: self._monitor.latest.touching,
             clearances=self._clearances,
+            replay=self.world if isinstance(self.world, PastWorld) else None,
         )
         viewer.start()
         self._viewer = viewer
@@ -156,7 +179,7 @@ class Kernel:
     def load(self, path: Path) -> None:
         """Load a scene file; raise KernelError when something in it is wrong, or the folder has a world already."""
         folder = self._settings.folder
-        begin = self._history.begin
+        begin = self.world.snapshot
         if folder is not None and (len(begin.structure.nodes) > 1 or begin.state.signals):
             begun = f", which began with {folder.project.scene}" if folder.project.scene else ""
             raise KernelError(
@@ -221,6 +244,8 @@ class Kernel:
             monitor=self._monitor,
             guard=self._guard,
             renderers=self._renderers,
+            steps=self._history.steps,
+            checkpoints=self._history.checkpoints,
             importers=self._importers,
             leases=LeaseTable(),
             tokens=self._tokens,
@@ -228,3 +253,10 @@ class Kernel:
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
             shut_down=self._shut_down,
         )
+
+
+def _asset_store(settings: Settings) -> AssetStore:
+    """Return the store of assets: those of a folder where there is one, and those of a past as they are."""
+    if settings.past is not None:
+        return AssetStore(folder=settings.past.assets, read_only=True)
+    return AssetStore(folder=settings.folder and settings.folder.path / ASSETS, sync=settings.power)

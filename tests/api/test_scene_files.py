@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from google.protobuf.message import Message
-from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2, scene_pb2, signal_pb2
+from virtualrobot.v1 import collision_pb2, geometry_pb2, nodes_pb2, robot_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, MODELS, PANDA, apply, box, create, load, refusal
 from tests.api.reading import array, matrices, matrix, pose, random_matrix, unchanged
@@ -167,3 +167,17 @@ def test_words_stay_words(stepped: Stubs, name: str) -> None:
     stepped.scene.LoadScene(LOAD(text=stepped.scene.SaveScene(SAVE()).text))
     nodes = stepped.scene.GetScene(scene_pb2.GetSceneRequest()).nodes
     assert [node.name for node in nodes] == ["world", name]
+
+
+def test_what_names_nodes_is_in_their_order_whenever_they_were_made(stepped: Stubs) -> None:
+    """Loaded nodes have new uids, in the order of the file: saved in that of uids, the next file would be another."""
+    apply(stepped, create(box("a")), create(box("b")), create(box("c", parent="a")))
+    for first, second, built in (("c", "b", True), ("b", "c", False), ("a", "b", False)):
+        pair = nodes_pb2.NodePair(first=first, second=second, reason="so", built=built)
+        apply(stepped, scene_pb2.Command(set_allowed_pairs=collision_pb2.SetAllowedPairs(allow=[pair])))
+    paddings = [collision_pb2.NodePadding(node=name, padding_meters=0.01) for name in ("b", "c")]
+    settings = collision_pb2.SetCollisionSettings(paddings=paddings)
+    apply(stepped, scene_pb2.Command(set_collision_settings=settings))
+    saved = stepped.scene.SaveScene(SAVE()).text
+    stepped.scene.LoadScene(LOAD(text=saved))
+    assert stepped.scene.SaveScene(SAVE()).text == saved

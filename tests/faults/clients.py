@@ -13,7 +13,7 @@ from google.protobuf.message import Message
 from virtualrobot.v1 import lease_pb2, motion_pb2, nodes_pb2, robot_pb2, scene_pb2, signal_pb2
 
 from tests.api.reading import matrices, matrix
-from tests.kernels import KernelProcess, Stubs
+from tests.kernels import Stubs
 
 FAULTS = (grpc.StatusCode.INTERNAL, grpc.StatusCode.UNKNOWN, grpc.StatusCode.DEADLINE_EXCEEDED)
 SECONDS = 120.0
@@ -27,7 +27,7 @@ MOVED_BY_JOINTS = ("link",)
 class Client:
     """Client with a connection of its own, and perhaps a lease."""
 
-    kernel: KernelProcess
+    connect: Callable[[], Stubs]
     stubs: Stubs = field(init=False)
     token: str = ""
     lease: str = ""
@@ -35,7 +35,7 @@ class Client:
 
     def __post_init__(self) -> None:
         """Connect."""
-        self.stubs = self.kernel.stubs()
+        self.stubs = self.connect()
 
     def ask(self, call: Callable[..., Any], request: Message) -> tuple[Any, grpc.StatusCode]:
         """Return the answer (None: refused) and the code of a call that carries the lease; a fault fails."""

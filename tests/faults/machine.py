@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -25,7 +26,7 @@ from virtualrobot.v1 import (
 
 from tests.api.asking import box, create
 from tests.faults.clients import Client, Look, running
-from tests.kernels import EMPTY_SCENE, KernelProcess
+from tests.kernels import EMPTY_SCENE, Stubs
 
 MOST_CLIENTS = 3
 ARMS = ("left", "right")
@@ -51,16 +52,17 @@ def pose(x: float, y: float, z: float, turned: bool = False) -> geometry_pb2.Pos
 
 
 class WorldOfFaults(RuleBasedStateMachine):
-    """Clients at one kernel, whose time stands unless one steps it; `kernel` and `arm` are set by who runs it."""
+    """Clients at one kernel, whose time stands unless one steps it; `connect` and `arm` are set by who runs it."""
 
-    kernel: KernelProcess
+    connect: Callable[[], Stubs]
+    """Makes a connection of its own for each client."""
     arm: Path
     """URDF of the arms, without meshes: none of this is about shapes."""
 
     def __init__(self) -> None:
         """Connect an observer, who changes nothing but the end and the beginning."""
         super().__init__()
-        self.watcher = Client(self.kernel)
+        self.watcher = Client(self.connect)
         self.clients: list[Client] = []
         self.seen: Look | None = None
         self.count = 0
@@ -82,7 +84,7 @@ class WorldOfFaults(RuleBasedStateMachine):
         chosen = [Command(select_tool=scene_pb2.SelectTool(robot=name, tool=f"{name}.cup")) for name in ARMS]
         stubs.scene.Apply(scene_pb2.ApplyRequest(commands=[*cups, *chosen]))
         self.joints = [f"panda_joint{number}" for number in range(1, 8)]
-        self.clients = [Client(self.kernel)]
+        self.clients = [Client(self.connect)]
         self.seen = Look.at(stubs)
 
     # Clients that come and go.
@@ -91,7 +93,7 @@ class WorldOfFaults(RuleBasedStateMachine):
     @rule()
     def come(self) -> None:
         """Let another client connect."""
-        self.clients.append(Client(self.kernel))
+        self.clients.append(Client(self.connect))
 
     @precondition(lambda self: len(self.clients) > 1)
     @rule(who=numbers)

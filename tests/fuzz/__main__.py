@@ -38,7 +38,7 @@ def main() -> None:
     """Fuzz until the time is over or something breaks."""
     name, corpus, *options = sys.argv[1:]
     if name == "calls":
-        with calls.kernel_inside() as caller:
+        with calls.caller_inside() as caller:
             _fuzz(corpus, options, *_calls(caller))
     else:
         _fuzz(corpus, options, *_reader(name))

@@ -17,15 +17,12 @@ import grpc
 from google.protobuf.message import Message
 from google.protobuf.message_factory import GetMessageClass
 from virtualrobot.v1 import kernel_pb2, lease_pb2, motion_pb2, scene_pb2
-from virtualrobot_kernel.api.server import SERVICES, Address
-from virtualrobot_kernel.components.catalog import Catalog
+from virtualrobot_kernel.api.server import SERVICES
 from virtualrobot_kernel.formats import program_file, scene_file
-from virtualrobot_kernel.kernel import Kernel, Settings
-from virtualrobot_kernel.serve import compile_all_code
-from virtualrobot_kernel.world.clock import Mode
 
 from tests.fuzz.messages import Maker, words_of
 from tests.fuzz.readers import READERS, start_scene
+from tests.inside import kernel_inside
 from tests.kernels import Stubs
 
 LEFT_OUT = ("Shutdown", "ReloadPlugins")
@@ -89,15 +86,13 @@ class BrokenCallError(AssertionError):
 
 
 @contextmanager
-def kernel_inside() -> Iterator[Caller]:
+def caller_inside() -> Iterator[Caller]:
     """Give a caller of a kernel in this process, whose code can be watched."""
     log = Log()
     logging.getLogger("virtualrobot_kernel").addHandler(log)
-    compile_all_code()
-    kernel = Kernel(Settings(Address("127.0.0.1", 0, ""), Mode.STEPPED), Catalog(), lambda: None)
-    with tempfile.TemporaryDirectory() as folder, grpc.insecure_channel(f"127.0.0.1:{kernel.start()}") as channel:
-        yield Caller(Stubs(channel), start_scene(Path(folder)), log.lines)
-    kernel.close()
+    with kernel_inside() as (_, address), tempfile.TemporaryDirectory() as folder:
+        with grpc.insecure_channel(address) as channel:
+            yield Caller(Stubs(channel), start_scene(Path(folder)), log.lines)
 
 
 @dataclass

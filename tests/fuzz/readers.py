@@ -18,6 +18,9 @@ from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.models import ImportedModel, import_model
 from virtualrobot_kernel.formats.references import list_references
 from virtualrobot_kernel.formats.srdf import read_srdf
+from virtualrobot_kernel.history.classes import world_codec
+from virtualrobot_kernel.history.codec import same
+from virtualrobot_kernel.history.world_image import image_of
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.world import index
@@ -179,6 +182,23 @@ def _foreign(importer: Importer, name: str, data: bytes) -> None:
         _model(f"m{translation.format}", translation.data)
 
 
+def _journalled(data: bytes) -> None:
+    """Decode what a journal holds; what is read is written and read again as the same."""
+    codec = world_codec()
+    value = codec.decode(data)
+    assert not (where := same(value, codec.decode(codec.encode(value)))), where
+
+
+def _documents() -> list[bytes]:
+    """Return commands of a scene, and the world that they make, as a journal holds them."""
+    files, library = _uploaded("s.yaml", SCENE)
+    commands, _, _ = read_scene(SCENE.decode(), "s.yaml", files, library)
+    state = State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
+    world = apply(index.empty(), state, commands, world_poses)
+    codec = world_codec()
+    return [*map(codec.encode, commands), codec.encode(image_of(world.structure, world.state))]
+
+
 def _on_disk(*patterns: str, root: Path = MODELS) -> list[bytes]:
     found = [path for pattern in patterns for path in sorted(root.glob(pattern)) if path.is_file()]
     return [path.read_bytes() for path in found if path.stat().st_size <= MOST_SEED_BYTES]
@@ -334,6 +354,7 @@ READERS: Mapping[str, Reader] = {
         lambda data: program_file.parse(data.decode(errors="replace")),
         lambda: _yaml_of("clients/python/virtualrobot_apps/**/program.yaml", "steps"),
     ),
+    "journal": Reader(_journalled, _documents),
     "stl": Reader(partial(_model, "m.stl"), lambda: [_stl(), STL_TEXT]),
     "obj": Reader(partial(_model, "m.obj"), lambda: [OBJ, *_on_disk("*.obj")]),
     "dae": Reader(

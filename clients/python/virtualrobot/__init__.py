@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from virtualrobot.geometry import pose_from_quaternion as pose_from_quaternion
     from virtualrobot.geometry import quaternion_of as quaternion_of
     from virtualrobot.geometry import roll_pitch_yaw_of as roll_pitch_yaw_of
+    from virtualrobot.history.values import Checkpoint as Checkpoint
+    from virtualrobot.history.values import Step as Step
     from virtualrobot.leases import Lease as Lease
     from virtualrobot.leases import LeaseInfo as LeaseInfo
     from virtualrobot.motions.motion import Motion as Motion
@@ -104,6 +106,7 @@ _MODULES = {
     "view.ghosts": ("Ghost",),
     "robots.group": ("Group",),
     "leases": ("Lease", "LeaseInfo"),
+    "history.values": ("Checkpoint", "Step"),
     "tokens": ("NewToken", "TokenInfo"),
     "geometry": ("pose", "pose_from_quaternion", "quaternion_of", "roll_pitch_yaw_of"),
     "motions.motion": ("Motion", "Tracking"),

@@ -17,7 +17,9 @@ from virtualrobot.collisions.collisions import Collisions
 from virtualrobot.errors import AuthenticationError, InvalidArgumentError, VersionError, WrongStateError
 from virtualrobot.files.assets import Assets
 from virtualrobot.files.scene_files import model_request
-from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases
+from virtualrobot.history.history import History
+from virtualrobot.history.values import Step
+from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases, program_name
 from virtualrobot.motions import motion, plans
 from virtualrobot.motions.motion import Motion, Tracking
 from virtualrobot.motions.moves import Move
@@ -44,6 +46,7 @@ from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2
 from virtualrobot.view.view import View
 
 API_VERSION = "virtualrobot.v1"
+LONGEST_NAME = 200
 
 
 @shown
@@ -112,6 +115,7 @@ class Client:
         tokens: who is let in, and with which role: `client.tokens.create("panel", "operator")`.
         paths: free ways around what stands in between: `client.paths.find("arm", goal)`.
         sensors: sensors by name: `client.sensors["lidar"].read()`.
+        history: who has changed what, and the way back: `client.history.list()`, `client.history.checkpoint()`.
         info: versions, limits and capabilities of the kernel, as it was when connected, a `KernelInfo`.
     """
 
@@ -132,6 +136,7 @@ class Client:
         self.collisions = Collisions(self._services)
         self.sensors = Sensors(self._services)
         self.paths = Paths(self._services)
+        self.history = History(self._services)
         self.tokens = Tokens(self._services)
 
     @property
@@ -355,6 +360,19 @@ class Client:
         """Return who has leased which robots, oldest lease first."""
         return list_leases(self._services)
 
+    def undo(self, number: int | None = None, *, mine: bool = False) -> Step:
+        """Take back the newest edit that stands, of anybody or only of this client; as `History.undo` does.
+
+        Example:
+            >>> client.undo().label
+            "took back: moved 'table' by 0.10 m"
+        """
+        return self.history.undo(number, mine=mine)
+
+    def redo(self, number: int | None = None, *, mine: bool = False) -> Step:
+        """Do again what was undone last, as `History.redo` does."""
+        return self.history.redo(number, mine=mine)
+
     @property
     def speed_factor(self) -> float:
         """Factor by which all motions are slowed, above 0, up to 1; setting it changes running ones smoothly."""
@@ -393,6 +411,7 @@ def connect(
     token_file: str | Path | None = None,
     root_certificate: str | Path | None = None,
     timeout: float = 30.0,
+    name: str | None = None,
     on_progress: OnProgress | None = show_progress,
 ) -> Client:
     """Connect to a kernel and return the client.
@@ -404,6 +423,8 @@ def connect(
         token_file: the file that holds the token.
         root_certificate: a PEM file; beyond this machine TLS is always used, by default with the system's certificates.
         timeout: deadline of a call (s); that of calls that move files is ten minutes.
+        name: what this client calls itself in the history, up to 200 characters; by default user, machine and program.
+            Clients of the same name on one machine count as one where only their own changes are asked for.
         on_progress: is called with a `Progress` while planning, loading or a search for a path takes more than half a
             second; by default a line of stderr shows it where that is a terminal. What it raises ends the call, as
             Ctrl-C does. None: nothing is told.
@@ -429,7 +450,10 @@ def connect(
         raise InvalidArgumentError(str(error)) from error
     target = f"[{host}]:{port}" if ":" in host else f"{host}:{port}"
     certificate = None if root_certificate is None else Path(root_certificate)
-    channel = open_channel(target, host, token, certificate, timeout)
+    name = program_name() if name is None else name
+    if len(name) > LONGEST_NAME or not name.isprintable():
+        raise InvalidArgumentError(f"name has at most {LONGEST_NAME} characters that can be printed, not {name!r:.80}")
+    channel = open_channel(target, host, token, certificate, timeout, name)
     channel.on_progress = on_progress
     try:
         info = Services(channel, target).kernel.GetInfo(kernel_pb2.GetInfoRequest(), timeout=min(timeout, 10.0))

@@ -154,7 +154,7 @@ class Lease:
 
 def acquire(services: Services, robots: Sequence[str], owner: str | None = None, take: bool = False) -> Lease:
     """Lease robots, all or none; with `take` whoever has them."""
-    owner = owner or _program()
+    owner = owner or program_name()
     if take:
         response = services.lease.TakeLease(lease_pb2.TakeLeaseRequest(robots=robots, owner=owner))
     else:
@@ -171,11 +171,15 @@ def _info(message: lease_pb2.Lease) -> LeaseInfo:
     return LeaseInfo(message.id, tuple(message.robots), message.owner, message.since.ToDatetime(UTC))
 
 
-def _program() -> str:
+def program_name() -> str:
     """Return who this program is, for people: user, machine, program and process."""
+    return f"{user_name()}, {Path(sys.argv[0]).name or 'python'} ({os.getpid()})"[:200]
+
+
+def user_name() -> str:
+    """Return the user of this program and the machine, for people."""
     try:
         user = getpass.getuser()
     except (OSError, KeyError):  # a user without a name, as in some containers
         user = "somebody"
-    program = Path(sys.argv[0]).name or "python"
-    return f"{user} at {socket.gethostname()}, {program} ({os.getpid()})"[:200]
+    return f"{user} at {socket.gethostname()}"

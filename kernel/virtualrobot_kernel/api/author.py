@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 from virtualrobot_kernel.api.token_table import CALLER
@@ -20,3 +21,15 @@ def author(context: Any) -> str:  # noqa: ANN401 grpc.aio.ServicerContext, which
 def person(context: Any) -> str:  # noqa: ANN401 grpc.aio.ServicerContext, which servicers need not know
     """Return the author without the port, which differs between equal runs: for what becomes part of the state."""
     return author(context).rpartition(":")[0]
+
+
+def is_mine(context: Any) -> Callable[[str], bool]:  # noqa: ANN401 grpc.aio.ServicerContext, which servicers need not know
+    """Return what says whether an author is the client that calls.
+
+    Whoever gives itself a name is known by it and its machine, whatever its connection; others by their connection.
+    """
+    if "client-name" not in dict(context.invocation_metadata() or ()):
+        me = author(context)
+        return lambda other: other == me
+    me = person(context)
+    return lambda other: other.rpartition(":")[0] == me

@@ -30,6 +30,7 @@ CAPABILITIES = (
     "assets",
     "clock.realtime",
     "clock.stepped",
+    "history",
     "leases",
     "motion.circular",
     "motion.group",

@@ -26,6 +26,8 @@ from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.history.checkpoints import Checkpoints
+from virtualrobot_kernel.history.steps import Steps
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.sensing.casting import Casters
@@ -66,6 +68,8 @@ class KernelServices:
     monitor: Monitor
     guard: CollisionGuard
     renderers: RendererPool
+    steps: Steps
+    checkpoints: Checkpoints
     importers: Importers
     leases: LeaseTable
     tokens: TokenTable

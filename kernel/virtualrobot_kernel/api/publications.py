@@ -7,16 +7,18 @@ from __future__ import annotations
 
 import asyncio
 from collections import deque
-from collections.abc import AsyncGenerator, AsyncIterator, Callable
-from typing import Any
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Sequence
+from typing import Any, TypeVar
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.values import not_negative
 from virtualrobot_kernel.world.state import Motion, Snapshot
 from virtualrobot_kernel.world.store import World
 
+T = TypeVar("T")
+
 BACKLOG = 10_000
-"""Greatest number of signal changes that a reader may be late."""
+"""Greatest number of signal changes, or of steps, that a reader may be late."""
 
 PROGRESS_SECONDS = 0.25
 """Period (s) at which a call tells how far long work is."""
@@ -176,6 +178,41 @@ class Publications:
                 snapshot = changes.popleft()
                 if snapshot.revision > first.revision:  # others came between listening and looking
                     yield snapshot
+        finally:
+            end()
+
+    async def every(
+        self, subscribe: Callable[[Callable[[Sequence[T]], None]], Callable[[], None]]
+    ) -> AsyncGenerator[Sequence[T], None]:
+        """Yield nothing at once, and then all that a listener is told, in order, nothing left out.
+
+        `subscribe` takes the listener, which any thread may call, and returns what ends it. Raise KernelError when the
+        reader is more than `BACKLOG` late.
+        """
+        waiting: deque[T] = deque()
+        waiter: asyncio.Future[None] | None = None
+
+        def arrived(told: Sequence[T]) -> None:
+            waiting.extend(told)
+            if waiter is not None:
+                resolve(waiter)
+
+        def listener(told: Sequence[T]) -> None:
+            if not self._loop.is_closed():
+                self._loop.call_soon_threadsafe(arrived, told)
+
+        end = subscribe(listener)
+        try:
+            yield ()
+            while True:
+                while not waiting:
+                    waiter = self._waiter()
+                    await self._wait(waiter, self._others)
+                if len(waiting) > BACKLOG:
+                    raise KernelError(f"the reader of this watch is more than {BACKLOG} late; watch again")
+                told = tuple(waiting)
+                waiting.clear()
+                yield told
         finally:
             end()
 

@@ -18,6 +18,8 @@ from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2,
     collision_pb2_grpc,
+    history_pb2,
+    history_pb2_grpc,
     kernel_pb2,
     kernel_pb2_grpc,
     lease_pb2,
@@ -46,6 +48,7 @@ from virtualrobot.v1 import (
 
 from virtualrobot_kernel.api.asset import AssetServicer
 from virtualrobot_kernel.api.collision import CollisionServicer
+from virtualrobot_kernel.api.history import HistoryServicer
 from virtualrobot_kernel.api.interceptors import Errors, Leasing
 from virtualrobot_kernel.api.kernel import KernelServicer
 from virtualrobot_kernel.api.kernel_services import MAX_MESSAGE_BYTES, MAX_SENT_BYTES, KernelServices
@@ -86,6 +89,7 @@ SERVICES = (
     (sensor_pb2, sensor_pb2_grpc.add_SensorServiceServicer_to_server, SensorServicer),
     (view_pb2, view_pb2_grpc.add_ViewServiceServicer_to_server, ViewServicer),
     (ray_pb2, ray_pb2_grpc.add_RayServiceServicer_to_server, RayServicer),
+    (history_pb2, history_pb2_grpc.add_HistoryServiceServicer_to_server, HistoryServicer),
     (collision_pb2, collision_pb2_grpc.add_CollisionServiceServicer_to_server, CollisionServicer),
 )
 """Messages, registration and servicer of each noun of the contract."""

@@ -6,19 +6,35 @@ from collections.abc import Iterator, Sequence
 
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.world.collisions import CollisionMode
-from virtualrobot_kernel.world.commands import Command, CreateNodes, SetCollisionSettings, UpdateNode
+from virtualrobot_kernel.world.commands import (
+    Command,
+    CreateNodes,
+    RestoreRecords,
+    RestoreWorld,
+    SetCollisionSettings,
+    UpdateNode,
+)
 from virtualrobot_kernel.world.figures import Figure
 from virtualrobot_kernel.world.state import Snapshot
 
 
 def is_to_be_ready(snapshot: Snapshot, commands: Sequence[Command]) -> bool:
     """Return whether commands bring figures to a guard, or a guard to figures."""
-    settings = [command for command in commands if isinstance(command, SetCollisionSettings)]
-    if any(CollisionMode.GUARD in (one.mode, *(mode for _, mode in one.modes)) for one in settings):
+    if any(CollisionMode.GUARD in _modes(command) for command in commands):
         return True
     now = snapshot.state.collisions
     guarded = CollisionMode.GUARD in (now.mode, *now.modes.values())
-    return guarded and any(isinstance(command, CreateNodes | UpdateNode) for command in commands)
+    return guarded and any(isinstance(command, CreateNodes | UpdateNode | RestoreRecords) for command in commands)
+
+
+def _modes(command: Command) -> Iterator[CollisionMode | None]:
+    """Yield the modes of collision handling that a command sets."""
+    if isinstance(command, SetCollisionSettings):
+        yield from (command.mode, *(mode for _, mode in command.modes))
+    elif isinstance(command, RestoreRecords):
+        yield from command.restored.modes.values()
+    elif isinstance(command, RestoreWorld):
+        yield from (command.state.collisions.mode, *command.state.collisions.modes.values())
 
 
 def make_ready(shapes: CollisionShapes, snapshot: Snapshot, commands: Sequence[Command]) -> None:
@@ -36,3 +52,11 @@ def _figures(snapshot: Snapshot, commands: Sequence[Command]) -> Iterator[Figure
             yield from (figure for spec in command.specs for figure in spec.figures)
         elif isinstance(command, UpdateNode):
             yield from command.figures or ()
+        elif isinstance(command, RestoreRecords):
+            for figures in command.restored.figures.values():
+                yield from figures
+            for one in command.restored.nodes.values():
+                yield from one.node.figures if one is not None else ()
+        elif isinstance(command, RestoreWorld):
+            for node in command.nodes:
+                yield from node.figures

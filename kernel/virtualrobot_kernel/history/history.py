@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.history.checkpoints import Checkpoints
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.folder import JOURNAL, LAST_TICK, Folder
 from virtualrobot_kernel.history.journal import Journal
@@ -99,7 +100,8 @@ class History:
         self.upkeep = Upkeep(self.store, codec, rules, self.begin, self._last_tick)
         recorder = Recorder(self.store, codec, self.upkeep)
         self.steps = Steps(StoredSteps(self.store, codec))
-        self.journal = Journal((recorder, self.steps), self.begin.number, self.upkeep.ticked)
+        self.checkpoints = Checkpoints()
+        self.journal = Journal((recorder, self.steps, self.checkpoints), self.begin.number, self.upkeep.ticked)
 
     def start(self) -> None:
         """Start the threads."""

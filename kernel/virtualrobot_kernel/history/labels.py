@@ -23,7 +23,7 @@ MOST_PHRASES = 3
 
 
 class Phrase(NamedTuple):
-    """What one command did: `verb`, to whom (empty: to nothing by name), and the rest of the sentence."""
+    """Phrase of what one command did: `verb`, to whom (empty: to nothing by name), and the rest of the sentence."""
 
     verb: str
     whom: str = ""

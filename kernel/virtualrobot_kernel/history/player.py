@@ -7,22 +7,34 @@ import threading
 
 from virtualrobot_kernel.background import give_way
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.history.replay import Cursor, Replay
-from virtualrobot_kernel.world.change import Change
+from virtualrobot_kernel.history.checkpoints import Checkpoints
+from virtualrobot_kernel.history.classes import world_codec
+from virtualrobot_kernel.history.past import PastFolder
+from virtualrobot_kernel.history.replay import Cursor
+from virtualrobot_kernel.history.steps import Steps
+from virtualrobot_kernel.history.stored_steps import StoredSteps
+from virtualrobot_kernel.world.change import Change, Forward
 
 log = logging.getLogger(__name__)
 
 
 class Player:
-    """Moment of a replay, for the world thread, and the thread that makes every moment near."""
+    """Moment of a replay, for the world thread, and the thread that makes every moment near.
 
-    def __init__(self, replay: Replay) -> None:
-        """Be at the first moment."""
-        self._replay = replay
+    Attributes:
+        steps: what was done, as it was kept.
+        checkpoints: none: a replay goes to any moment.
+        ready: is set once every moment is near.
+    """
+
+    def __init__(self, past: PastFolder, forward: Forward) -> None:
+        """Be at the first moment of a past, which `close` closes; raise KernelError when it can't be replayed."""
+        self._past = past
+        self._replay = replay = past.replay(forward)
         self._cursor: Cursor = replay.at(replay.first_tick)
+        self.steps, self.checkpoints = Steps(StoredSteps(past.store, world_codec())), Checkpoints()
         self._ended = threading.Event()
         self.ready = threading.Event()
-        """Event that is set once every moment is near."""
         self._thread = threading.Thread(target=self._keep_moments, name="replay", daemon=True)
 
     @property
@@ -44,6 +56,7 @@ class Player:
         self._ended.set()
         if self._thread.is_alive():
             self._thread.join(10.0)
+        self._past.close()
 
     def later(self) -> Change:
         """Go on by a tick; return the world with all that was done in it."""

@@ -18,6 +18,10 @@ DRAG_SECONDS = 0.5
 """Longest time (s, of the wall clock) between changes of the same things that are one step, as a drag gives them."""
 
 
+MOST_NAMED = 100
+"""Greatest number of nodes whose names a step tells."""
+
+
 class StepKind(Enum):
     """Kind of a step; the names equal those of `StepKind` in the contract."""
 
@@ -71,7 +75,7 @@ class Step:
         label: what was done, for people.
         difference: what has changed of what undo covers.
         touched: nodes (uids) that it has changed.
-        names: names of these then, before and after it, of the first hundred.
+        names: of the first hundred of these (uid, name), before and after it.
         undoes: number of the step that it took back; 0 for none.
     """
 
@@ -84,8 +88,12 @@ class Step:
     label: str
     difference: Difference = field(default_factory=Difference)
     touched: frozenset[int] = frozenset()
-    names: tuple[str, ...] = ()
+    names: tuple[tuple[int, str], ...] = ()
     undoes: int = 0
+
+    def has(self, name: str) -> bool:
+        """Return whether it changed a node that was called so."""
+        return any(called == name for _, called in self.names)
 
 
 def step_of(told: Told, undone: Callable[[int], Step | None]) -> Step | None:
@@ -138,7 +146,7 @@ def drawn_out(before: Step, step: Step) -> Step | None:
     text = step.label
     if other.keys == {("poses", uid) for uid in step.touched} and len(step.touched) == 1:
         (uid,) = step.touched
-        text = f"moved {step.names[0]!r}{distance(one.old.poses[uid], other.new.poses[uid])}"
+        text = f"moved {dict(step.names)[uid]!r}{distance(one.old.poses[uid], other.new.poses[uid])}"
     return replace(step, first_number=before.first_number, label=text, difference=Difference(one.old, other.new))
 
 
@@ -162,6 +170,6 @@ def _touched(changed: Difference) -> Iterator[int]:
             yield from (uid for uid in (key if isinstance(key, tuple) else [key]) if uid != EVERYWHERE)  # pyright: ignore
 
 
-def _names(touched: frozenset[int], before: Structure, after: Structure, most: int = 100) -> tuple[str, ...]:
-    found = (structure.nodes.get(uid) for uid in sorted(touched)[:most] for structure in (after, before))
-    return tuple(dict.fromkeys(node.name for node in found if node is not None))
+def _names(touched: frozenset[int], before: Structure, after: Structure) -> tuple[tuple[int, str], ...]:
+    found = (structure.nodes.get(uid) for uid in sorted(touched)[:MOST_NAMED] for structure in (before, after))
+    return tuple(dict.fromkeys((node.uid, node.name) for node in found if node is not None))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -30,8 +31,9 @@ MOST_AUTHORS = 100
 LISTED_APART = frozenset({StepKind.MOTION, StepKind.SIGNAL, StepKind.OTHER})
 """Kinds that come as often as programs run: they push no edit out of the memory."""
 
+log = logging.getLogger(__name__)
 Mine = Callable[[str], bool]
-"""Whether an author is the one who asks."""
+"""Test of an author: whether it is the one who asks."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,7 +54,7 @@ class Wanted:
     def has(self, step: Step) -> bool:
         """Return whether a step is wanted."""
         return (
-            (not self.node or not self.uids.isdisjoint(step.touched) or self.node in step.names)
+            (not self.node or not self.uids.isdisjoint(step.touched) or step.has(self.node))
             and self.author.casefold() in step.author.casefold()
             and (self.mine is None or self.mine(step.author))
             and (self.since is None or step.wall_time >= self.since)
@@ -156,7 +158,13 @@ class Steps:
 
     def keep(self, told: Sequence[Told]) -> None:
         """Make steps of entries, and tell those who watch."""
-        made = [step for one in told if (step := self._kept(one)) is not None]
+        made: list[Step] = []
+        for one in told:
+            try:
+                if (step := self._kept(one)) is not None:
+                    made.append(step)
+            except Exception:  # the world goes on: what is kept of it doesn't hang on what is told of it
+                log.exception("entry %d became no step", one.number)
         if made:
             self._listeners.tell(made)
 

@@ -95,7 +95,7 @@ class StepRow:
         author: who did it.
         kind: what it is.
         label: what was done, in words.
-        names: names of the nodes that it was about.
+        names: names of nodes that it was about, each with its uid.
         undoes: number of the step that it took back; 0 for none.
         difference: the encoded difference that it made.
         touched: the nodes (uids) that it was about.
@@ -108,7 +108,7 @@ class StepRow:
     author: str
     kind: str
     label: str
-    names: tuple[str, ...]
+    names: tuple[tuple[int, str], ...]
     undoes: int
     difference: bytes
     touched: tuple[int, ...] = ()
@@ -523,7 +523,7 @@ class Store:
     def _checked_step(self, one: Sequence[Any]) -> StepRow:
         number, first, tick, time, author, kind, label, names, undoes, difference, touched, crc = one
         try:
-            named = tuple(names.split("\n")) if names else ()
+            named = tuple((int(uid), name) for uid, _, name in (one.partition(" ") for one in names.splitlines()))
             uids = _uids(touched)
             row = StepRow(number, first, tick, time, author, kind, label, named, undoes, difference, uids)
             sound = crc == self._step(row)[-1]
@@ -540,7 +540,7 @@ class Store:
         return row.seq, row.tick, row.time, row.author, row.commands, crc
 
     def _step(self, row: StepRow) -> tuple[Any, ...]:
-        names = "\n".join(row.names)  # names of nodes have no line breaks
+        names = "".join(f"{uid} {name}\n" for uid, name in row.names)  # names of nodes have no line breaks
         touched = struct.pack(f"<{len(row.touched)}q", *row.touched)
         texts = [text.encode() for text in (row.author, row.kind, row.label, names)]
         head = struct.pack("<qqdqIIIII", row.first, row.tick, row.time, row.undoes, *map(len, texts), len(touched))

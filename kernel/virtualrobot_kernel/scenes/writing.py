@@ -18,11 +18,17 @@ from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, Kind, Nod
 
 
 def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str, str]]]:
-    """Return the world as a scene file's text, and for a bundle the files beside it as (relative path, SHA-256)."""
+    """Return the world as a scene file's text, and for a bundle the files beside it as (relative path, SHA-256).
+
+    All that names nodes is in the order of the nodes, so that a world that was loaded gives the same file again.
+    """
     structure = snapshot.structure
+    nodes = list(_in_order(structure))
+    places = {node.uid: place for place, node in enumerate(nodes)}
+    by_name = {node.name: places[node.uid] for node in nodes}
     uris, files = bundle(_meshes(structure)) if bundled else ({}, [])
     scene = scene_pb2.SceneFile(schema_version=scene_file.SCHEMA_VERSION)
-    for node in _in_order(structure):
+    for node in nodes:
         if node.kind is Kind.WORLD:
             continue
         message = scene.nodes.add()
@@ -38,14 +44,19 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
         if message.parent == WORLD_NAME:
             message.ClearField("parent")
     scene.signals.extend(signal_message(snapshot.structure, signal) for signal in snapshot.state.signals.values())
-    scene.robot_states.extend(_robot_state(snapshot, structure.nodes[uid]) for uid in structure.robots)
+    scene.robot_states.extend(
+        _robot_state(snapshot, structure.nodes[uid]) for uid in sorted(structure.robots, key=places.__getitem__)
+    )
     if snapshot.state.speed_factor != 1.0:
         scene.speed_factor = snapshot.state.speed_factor
-    for pair, one in snapshot.state.allowed_pairs.items():
-        first, second = (structure.nodes[uid].name for uid in pair)
-        scene.allowed_pairs.add(first=first, second=second, reason=one.reason, built=one.built)
+    allowed = snapshot.state.allowed_pairs
+    pairs = [(one.built, *sorted(map(places.__getitem__, pair)), one.reason) for pair, one in allowed.items()]
+    for built, first, second, reason in sorted(pairs):
+        scene.allowed_pairs.add(first=nodes[first].name, second=nodes[second].name, reason=reason, built=built)
     if snapshot.state.collisions != NOTHING_SET:
         scene.collision_settings.CopyFrom(settings_message(snapshot))
+        scene.collision_settings.robots.sort(key=lambda one: by_name[one.robot])
+        scene.collision_settings.paddings.sort(key=lambda one: by_name[one.node])
     return scene_file.format(scene), files
 
 

@@ -22,7 +22,7 @@ EVERYWHERE = 0
 """Key in place of a robot's uid for what is set for all robots."""
 
 Key = int | str | tuple[int, int]
-"""What a value is of: a node (uid), a signal (name), a pair of nodes (uids)."""
+"""Thing that a value is of: a node (uid), a signal (name), a pair of nodes (uids)."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

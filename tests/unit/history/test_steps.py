@@ -277,7 +277,7 @@ def test_what_a_program_does_is_named_and_not_undone(desk: Desk) -> None:
     desk.steps.keep([Told(1, Entry(0, "motion-1", batch), before, later)])
     step = desk.steps.store.get(1)
     assert step is not None
-    assert (step.kind, step.names) == (StepKind.MOTION, ("table",))
+    assert (step.kind, step.names) == (StepKind.MOTION, ((16, "table"),))
 
 
 def test_setpoints_are_no_steps(desk: Desk) -> None:

@@ -26,7 +26,7 @@ def row(seq: int, rng: np.random.Generator) -> Row:
 
 def step(seq: int, rng: np.random.Generator) -> StepRow:
     """Return a step of the row with this number."""
-    names = tuple(f"node {uid}" for uid in range(int(rng.integers(3))))
+    names = tuple((uid, f"node {uid}") for uid in range(int(rng.integers(3))))
     touched = tuple(int(uid) for uid in np.unique(rng.integers(2, 50, int(rng.integers(3)))))
     kind = "edit" if seq % 2 else "signal"
     about = f"did {seq}: \u00e4"

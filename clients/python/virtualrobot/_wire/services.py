@@ -8,6 +8,7 @@ from virtualrobot._wire.transport import Channel
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2_grpc,
+    history_pb2_grpc,
     kernel_pb2_grpc,
     lease_pb2_grpc,
     motion_pb2_grpc,
@@ -47,6 +48,7 @@ class Services:
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
+        self.history = history_pb2_grpc.HistoryServiceStub(channel)
         self.path = path_pb2_grpc.PathServiceStub(channel)
         self.descriptions = channel.descriptions
 

@@ -37,6 +37,7 @@ Listener = Callable[[str, Any], None]
 
 MAX_MESSAGE_BYTES = 256 * 1024 * 1024
 LEASE_KEY = "virtualrobot-lease"
+NAME_KEY = "client-name"
 WAITED = {
     "/virtualrobot.v1.MotionService/StartMotion": "planning",
     "/virtualrobot.v1.MotionService/AppendMotion": "planning",
@@ -139,12 +140,16 @@ class Channel:
     that was closed crashes the process (grpcio 1.85).
     """
 
-    def __init__(self, channel: grpc.Channel, address: str, token: str | None, timeout_seconds: float) -> None:
-        """Wrap a channel to `address`."""
+    def __init__(
+        self, channel: grpc.Channel, address: str, token: str | None, timeout_seconds: float, name: str = ""
+    ) -> None:
+        """Wrap a channel to `address`; `name` is what the client calls itself."""
         self._channel = channel
         self._address = address
         # Never changed but replaced, since other threads call meanwhile.
         self._metadata: tuple[tuple[str, str], ...] = (("authorization", f"Bearer {token}"),) if token else ()
+        if name:
+            self._metadata = (*self._metadata, (NAME_KEY, name.encode("ascii", "backslashreplace").decode()))
         self._timeout_seconds = timeout_seconds
         self.descriptions = Descriptions()
         self.listener: Listener | None = None
@@ -255,7 +260,7 @@ class Channel:
 
 
 def open_channel(
-    address: str, host: str, token: str | None, root_certificate: Path | None, timeout_seconds: float
+    address: str, host: str, token: str | None, root_certificate: Path | None, timeout_seconds: float, name: str = ""
 ) -> Channel:
     """Return a channel to `address`, in the clear on this machine and by TLS beyond it or with `root_certificate`.
 
@@ -282,7 +287,7 @@ def open_channel(
     else:
         pem = None if root_certificate is None else _certificate(root_certificate)
         channel = grpc.secure_channel(address, grpc.ssl_channel_credentials(pem), options)
-    return Channel(channel, address, token, timeout_seconds)
+    return Channel(channel, address, token, timeout_seconds, name)
 
 
 def translated(error: grpc.RpcError, address: str) -> VirtualRobotError:

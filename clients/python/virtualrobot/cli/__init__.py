@@ -15,6 +15,7 @@ from virtualrobot.cli.options import Target, target_options
 
 _COMMANDS = {
     "serve": ("virtualrobot.cli.serve", "Start a kernel and keep it running."),
+    "replay": ("virtualrobot.cli.serve", "Show what a project folder has recorded, or verify it."),
     "shell": ("virtualrobot.cli.shell", "Take commands one after the other, with completion and history."),
     "load": ("virtualrobot.cli.scene", "Load a model or a scene file."),
     "models": ("virtualrobot.cli.scene", "Show the robots and grippers that the kernel knows by name."),
@@ -46,6 +47,10 @@ _COMMANDS = {
     "leases": ("virtualrobot.cli.state", "Show who has leased which robots."),
     "token": ("virtualrobot.cli.token", "Make, show or withdraw tokens with roles."),
     "signal": ("virtualrobot.cli.signals", "Show, set, create or wait for signals."),
+    "history": ("virtualrobot.cli.history", "Show what was changed and by whom."),
+    "undo": ("virtualrobot.cli.history", "Take back the newest change, or one of them."),
+    "redo": ("virtualrobot.cli.history", "Do again what was undone."),
+    "checkpoint": ("virtualrobot.cli.history", "Keep the world as it is under a name, or go back to it."),
     "clock": ("virtualrobot.cli.work", "Show or set how time runs."),
     "step": ("virtualrobot.cli.state", "Let time go on by some ticks."),
     "plugins": ("virtualrobot.cli.plugins", "Show plugins and their components."),

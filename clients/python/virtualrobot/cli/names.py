@@ -75,6 +75,7 @@ TARGET = Name(
 TOOL = Name("tool", lambda client: (tool for robot in client.robots() for tool in robot.tools))
 GROUP = Name("group", lambda client: (group for robot in client.robots() for group in robot.groups))
 LINK = Name("link", lambda client: (link for robot in client.robots() for link in robot.links))
+CHECKPOINT = Name("checkpoint", lambda client: client.history.checkpoints)
 PLANNER = Name("planner", _planners)
 FILE = Name("file", lambda client: ())
 SOURCE = File("file", lambda client: (MODEL + model.name for model in client.models()))

@@ -58,12 +58,18 @@ class Target:
     def connect(self) -> Iterator[Client]:
         """Connect to it for the length of a block; a session stays connected."""
         from virtualrobot.connection import connect
+        from virtualrobot.leases import user_name
 
         if self.session is not None:
             with self._heard(self.session.client) as client:
                 yield client
             return
-        client = connect(self.address, token_file=self.token_file, root_certificate=self.certificate)
+        client = connect(
+            self.address,
+            token_file=self.token_file,
+            root_certificate=self.certificate,
+            name=f"{user_name()}, command line",  # the same each time: what was done before is one's own, too
+        )
         with client, self._heard(client):
             yield client
 

@@ -51,10 +51,7 @@ class McapOutput:
     Attributes:
         watches: the watches that it wants.
         counts: how many messages each topic has.
-        notes: what is not in the file though it was asked for.
     """
-
-    notes = ()
 
     def __init__(
         self,
@@ -74,7 +71,7 @@ class McapOutput:
         self._readings = Readings(selection, compressed)
         self._presets: dict[str, sensing_pb2.RangeSensor] = {}
         self._transforms = Transforms()
-        self._scenery = Scenery(services, self._write_scenery) if topics.SCENE in selection else None
+        self._scenery = Scenery(services, self._write_scenery) if selection.may_have(topics.SCENE) else None
         self.counts = self._file.counts
         # Robots in any case: from them it is known what has been missed, and which tools look different.
         self.watches = frozenset({"robots"}) | {
@@ -171,9 +168,15 @@ class McapOutput:
             with self._lock:
                 self._file.write(topic, message, nanoseconds(stamp))
 
-    def _write_scenery(self, update: SceneUpdate, time: Timestamp) -> None:
-        with self._lock:
-            self._file.write(topics.SCENE, update, time.ToNanoseconds())
+    def _write_scenery(self, topic: str, update: SceneUpdate, time: Timestamp) -> None:
+        if topic in self._selection:
+            with self._lock:
+                self._file.write(topic, update, time.ToNanoseconds())
+
+    @property
+    def notes(self) -> Sequence[str]:
+        """Nodes whose looks are not in the file, and why."""
+        return () if self._scenery is None else self._scenery.notes
 
     @property
     def idle(self) -> bool:

@@ -1,4 +1,9 @@
-"""Looks of nodes, written when these come and whenever their figures change."""
+"""Looks of nodes, written when these come and whenever their figures change.
+
+Each message holds all that its topic has, so that a reader that begins anywhere in a file sees all by the last message
+of each. There are two topics: most looks are there from the begin, are large and stay; what comes or changes later is
+written to the other one, again and again.
+"""
 
 from __future__ import annotations
 
@@ -10,26 +15,40 @@ from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.timestamp_pb2 import Timestamp
 
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot.errors import InvalidArgumentError, UnknownNameError, VirtualRobotError
+from virtualrobot.errors import (
+    ClientClosedError,
+    InvalidArgumentError,
+    KernelGoneError,
+    UnknownNameError,
+    VirtualRobotError,
+)
 from virtualrobot.files.assets import Assets
+from virtualrobot.recording import topics
 from virtualrobot.recording.entities import entity, models
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
-Write = Callable[[SceneUpdate, Timestamp], None]
+Write = Callable[[str, SceneUpdate, Timestamp], None]
+"""Writes a message to a topic."""
 
 
 class Scenery:
-    """Looks of the nodes of a scene that is watched; a thread of its own asks the kernel for them."""
+    """Looks of the nodes of a scene that is watched; a thread of its own asks the kernel for them.
+
+    Attributes:
+        notes: the nodes whose looks the kernel could not tell, and why.
+    """
 
     def __init__(self, services: Services, write: Write) -> None:
         """Begin with no node; `write` takes what is to be written."""
+        self.notes: list[str] = []
         self._services, self._write = services, write
         self._looks: dict[int, bytes] = {}
         self._names: dict[int, str] = {}
         self._parents: dict[str, str] = {}
         self._with_states = False
-        self._drawn: set[str] = set()
-        self._asked: list[tuple[str, Timestamp]] = []
+        self._models: dict[str, bytes] = {}
+        self._first: set[str] | None = None
+        self._asked: list[tuple[list[str], Timestamp]] = []
         self._changed = threading.Condition()
         self._busy = self._closed = False
         self._thread = threading.Thread(target=self._run, name="scenery", daemon=True)
@@ -48,9 +67,7 @@ class Scenery:
                 self._looks[node.uid] = look
                 different.append(node.name)
             self._with_states = self._with_states or any(figure.tool_state for figure in node.figures)
-        if gone:
-            self._delete(gone, time)
-        self._ask(different, time)
+        self._ask([*gone, *different], time)
 
     def tools_changed(self, tools: Iterable[str], time: Timestamp) -> None:
         """Ask for the looks of tools that are in another state, if anything looks different by that."""
@@ -73,9 +90,10 @@ class Scenery:
         """Ask for nodes with all below them, each once."""
         wanted = set(names)
         topmost = [name for name in wanted if not wanted.intersection(self._above(name))]
-        with self._changed:
-            self._asked.extend((name, time) for name in topmost)
-            self._changed.notify()
+        if topmost:
+            with self._changed:
+                self._asked.append((topmost, time))
+                self._changed.notify()
 
     def _above(self, name: str) -> Iterable[str]:
         while name := self._parents.get(name, ""):
@@ -90,34 +108,49 @@ class Scenery:
                 if self._closed:
                     return
                 self._busy = True
-                name, time = self._asked.pop(0)
+                roots, time = self._asked.pop(0)
             try:
-                self._draw(name, time)
-            except UnknownNameError:
-                continue  # it is gone since
-            except VirtualRobotError:
-                return  # the kernel has ended, which the watches tell, too
+                self._draw(roots, time)
+            except (KernelGoneError, ClientClosedError):
+                return  # the watches tell that, too
+            except VirtualRobotError as error:
+                self.notes.append(f"looks of {', '.join(roots)} and what is below: {error}")
 
-    def _draw(self, root: str, time: Timestamp) -> None:
+    def _draw(self, roots: list[str], time: Timestamp) -> None:
+        """Ask for nodes and what is below them, and write what looks different; a node that is gone has no looks."""
+        below = {name for name in self._models if not {name, *self._above(name)}.isdisjoint(roots)}
+        before = {name: self._models[name] for name in below}
+        now = {name: model for root in roots for name, model in self._exported(root).items()}
+        different = {name for name in before.keys() | now.keys() if before.get(name) != now.get(name)}
+        for name in before.keys() - now.keys():
+            del self._models[name]
+        self._models.update(now)
+        if self._first is None:
+            self._first = set(self._models)
+            self._write_all(topics.SCENE, self._first, time)
+            return
+        if changed := self._first & different:
+            self._first -= changed
+            self._write_all(topics.SCENE, self._first, time)
+        if different:
+            self._write_all(topics.LATER_SCENE, self._models.keys() - self._first, time)
+
+    def _exported(self, root: str) -> dict[str, bytes]:
+        """Return the models of a node and of what is below it, by name."""
         request = scene_pb2.ExportModelRequest(node=root, format=".glb")
         try:
             response = self._services.scene.ExportModel(request, timeout=LONG_TIMEOUT_SECONDS)
-            drawn = dict(models(Assets(self._services).download(response.files[0].sha256)))
-        except InvalidArgumentError:
-            drawn = {}  # nothing is to be seen there
-        below = {name for name in self._drawn if name == root or root in self._above(name)}
-        if missing := below - drawn.keys():
-            self._delete(missing, time)
-        if drawn:
-            self._drawn |= drawn.keys()
-            update = SceneUpdate(entities=[entity(name, model, time) for name, model in drawn.items()])
-            self._write(update, time)
+        except (UnknownNameError, InvalidArgumentError):
+            return {}  # it is gone, or nothing is to be seen there
+        return dict(models(Assets(self._services).download(response.files[0].sha256)))
 
-    def _delete(self, names: Iterable[str], time: Timestamp) -> None:
-        gone = self._drawn.intersection(names)
-        self._drawn -= gone
-        if gone:
-            self._write(SceneUpdate(deletions=[SceneEntityDeletion(timestamp=time, id=name) for name in gone]), time)
+    def _write_all(self, topic: str, names: Iterable[str], time: Timestamp) -> None:
+        """Write all of a topic in place of what it had."""
+        update = SceneUpdate(
+            deletions=[SceneEntityDeletion(timestamp=time, type=SceneEntityDeletion.ALL)],
+            entities=[entity(name, self._models[name], time) for name in sorted(names)],
+        )
+        self._write(topic, update, time)
 
 
 def _look(node: nodes_pb2.Node) -> bytes:

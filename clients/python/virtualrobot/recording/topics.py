@@ -9,10 +9,11 @@ from fnmatch import fnmatchcase
 from virtualrobot._wire.names import unknown_name
 from virtualrobot.v1 import sensor_pb2
 
-TRANSFORMS, FIXED_TRANSFORMS, SCENE = "/transforms", "/transforms/fixed", "/scene"
+TRANSFORMS, FIXED_TRANSFORMS = "/transforms", "/transforms/fixed"
+SCENE, LATER_SCENE = "/scene", "/scene/later"
 MOTIONS, COLLISIONS, LOG = "/motions", "/collisions", "/log"
 
-OF_WORLD = (TRANSFORMS, FIXED_TRANSFORMS, SCENE, MOTIONS, COLLISIONS, LOG)
+OF_WORLD = (TRANSFORMS, FIXED_TRANSFORMS, SCENE, LATER_SCENE, MOTIONS, COLLISIONS, LOG)
 """Topics that every world has."""
 
 _GROUPS = ("/robots/", "/signals/", "/sensors/")

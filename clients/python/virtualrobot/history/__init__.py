@@ -1,0 +1,1 @@
+"""History: who has changed what, undo and redo, checkpoints."""
