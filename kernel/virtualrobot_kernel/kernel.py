@@ -34,7 +34,7 @@ from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import KernelError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.history.folder import ASSETS, Folder
+from virtualrobot_kernel.history.folder import ASSETS, IN_MEMORY_SEED, Folder, Project, versions
 from virtualrobot_kernel.history.history import History
 from virtualrobot_kernel.history.past import PastFolder
 from virtualrobot_kernel.history.player import Player
@@ -42,6 +42,7 @@ from virtualrobot_kernel.history.upkeep import Rules
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
+from virtualrobot_kernel.report import Reported, write_report
 from virtualrobot_kernel.scenes.assets import check_assets, files_of
 from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
@@ -78,6 +79,7 @@ class Settings:
         rules: how much of the history is kept; None: the usual.
         power: whether what is answered survives a loss of power, and not only the end of the process.
         past: what this kernel replays; None: it has a world of its own. It closes it.
+        log: gives the newest lines of the log, for reports.
     """
 
     address: Address
@@ -89,6 +91,7 @@ class Settings:
     rules: Rules | None = None
     power: bool = False
     past: PastFolder | None = None
+    log: Callable[[], str] = str
 
 
 class Kernel:
@@ -204,6 +207,26 @@ class Kernel:
         if folder is not None:
             folder.name_scene(path.name)
 
+    def report(self, target: Path, most_bytes: int) -> None:
+        """Write the report of a fault as a file, with about so many bytes of the journal; see `report.write_report`."""
+        given = self._settings
+        if given.past is not None:
+            store, project = given.past.store, given.past.project
+        else:
+            assert isinstance(self._history, History)  # it is no replay
+            nowhere = Project(f"{IN_MEMORY_SEED:08x}", given.tick_nanoseconds, versions=versions())
+            store, project = self._history.store, given.folder.project if given.folder else nowhere
+        about = Reported(
+            store,
+            project,
+            self.world.snapshot,
+            self._assets,
+            self._catalog.plugins,
+            given.log,
+            (given.address.token,),
+        )
+        write_report(target, about, most_bytes)
+
     def close(self) -> None:
         """End all calls with UNAVAILABLE, then every thread."""
         # Before the server, whose calls say why they end when what they wait for does.
@@ -251,6 +274,7 @@ class Kernel:
             tokens=self._tokens,
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
+            report=self.report,
             shut_down=self._shut_down,
         )
 

@@ -21,6 +21,7 @@ from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, given_token, is_loo
 
 from virtualrobot_kernel.background import share_memory
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.recent_log import RecentLog
 
 if TYPE_CHECKING:
     from virtualrobot_kernel.components.catalog import Catalog
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
     from virtualrobot_kernel.world.clock import Clock
 
 log = logging.getLogger(__name__)
+
+RECENT = RecentLog()
+"""Newest lines of the log, for reports."""
 
 CLOSE_SECONDS = 20.0
 """Longest time (s) that the rooms may take to close before the process ends without them."""
@@ -50,11 +54,19 @@ def replay(arguments: Sequence[str] | None = None) -> int:
     return _told("virtualrobot replay", options, _verify if options.verify else _serve_past)
 
 
+def report(path: Path, target: Path) -> None:
+    """Write the report of a project folder; raise KernelError when it is none, or damaged."""
+    from virtualrobot_kernel.report import report_of_folder
+
+    report_of_folder(path, target)
+
+
 def _told(name: str, options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
     """Return the exit code of a program; what it refuses is one line."""
     logging.basicConfig(
         level=logging.DEBUG if options.debug else logging.WARNING, format="%(levelname)s %(name)s: %(message)s"
     )
+    logging.getLogger().addHandler(RECENT)
     if not options.debug:
         # Read when grpc is imported, below: what fails is said here, once, and not in the words of its C core too.
         os.environ.setdefault("GRPC_VERBOSITY", "NONE")
@@ -186,6 +198,7 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
         rules_of(options.keep_history, folder is not None),
         options.durability == "power",
         past,
+        RECENT.__str__,
     )
     kernel = Kernel(settings, catalog, ended.set)
     faults: list[threading.ExceptHookArgs] = []

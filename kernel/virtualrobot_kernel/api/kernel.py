@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import AsyncIterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from virtualrobot.v1 import kernel_pb2, kernel_pb2_grpc
 from virtualrobot_sdk.registration import ComponentKind
@@ -26,6 +28,11 @@ from virtualrobot_kernel.messages.values import finite, stamp
 from virtualrobot_kernel.version import VERSION
 from virtualrobot_kernel.world.past_world import PastWorld
 
+MOST_REPORT_BYTES = 100 * 1000 * 1000
+"""Greatest size of the journal's entries in a report where nobody says another one."""
+
+CHUNK_BYTES = 1024 * 1024
+
 CAPABILITIES = (
     "assets",
     "clock.realtime",
@@ -40,6 +47,7 @@ CAPABILITIES = (
     "motion.setpoints",
     "motion.tool_state",
     "plugins",
+    "report",
     "scene.bundle",
     "signals",
     "tokens",
@@ -116,6 +124,18 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
             signals=[signal_message(snapshot.structure, signal) for signal in state.signals.values()],
             motions=[motion_message(snapshot, motion) for motion in (*ended, *state.motions)],
         )
+
+    async def GetReport(
+        self, request: kernel_pb2.GetReportRequest, context: object
+    ) -> AsyncIterator[kernel_pb2.GetReportResponse]:
+        """Give the report of a fault, piece by piece."""
+        most = request.max_journal_bytes or MOST_REPORT_BYTES
+        with TemporaryDirectory(prefix="virtualrobot-report-") as place:
+            archive = Path(place) / "report.zip"
+            await self._kernel.in_worker(self._kernel.report, archive, most)
+            with open(archive, "rb") as file:
+                while data := file.read(CHUNK_BYTES):
+                    yield kernel_pb2.GetReportResponse(data=data)
 
     async def Shutdown(self, request: kernel_pb2.ShutdownRequest, context: object) -> kernel_pb2.ShutdownResponse:
         """End the kernel once this call is answered."""

@@ -31,6 +31,9 @@ LAST_TICK = "last_tick"
 ASSETS = "assets"
 TOKENS = "tokens.json"
 
+IN_MEMORY_SEED = 0
+"""Number with which checksums begin where there is no folder."""
+
 NANOSECONDS = 4_000_000
 """Length of a tick (ns) in a new folder, when nobody says another one."""
 
@@ -154,17 +157,22 @@ class Folder:
     def _write(self, project: Project) -> None:
         """Replace the description as a whole: a crash leaves the one before or this one."""
         self.project = project
-        said = {
-            "format": FORMAT,
-            "id": project.id,
-            "tick_nanoseconds": project.tick_nanoseconds,
-            "scene": project.scene,
-            "versions": dict(project.versions or {}),
-        }
         try:
-            write_whole(self.path / PROJECT, json.dumps(said, indent=2).encode() + b"\n", sync=True)
+            write_whole(self.path / PROJECT, project_text(project).encode(), sync=True)
         except OSError as error:
             raise self._unwritable(error) from error
+
+
+def project_text(project: Project) -> str:
+    """Return a description as a folder has it."""
+    said = {
+        "format": FORMAT,
+        "id": project.id,
+        "tick_nanoseconds": project.tick_nanoseconds,
+        "scene": project.scene,
+        "versions": dict(project.versions or {}),
+    }
+    return json.dumps(said, indent=2) + "\n"
 
 
 def read_project(path: Path, tick_nanoseconds: int | None = None) -> Project:

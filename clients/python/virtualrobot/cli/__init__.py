@@ -62,6 +62,7 @@ _COMMANDS = {
     "collision": ("virtualrobot.cli.collision", "Show what touches, what may, and how far things are apart."),
     "rays": ("virtualrobot.cli.rays", "Compare ray casters, or cast a ray."),
     "sensor": ("virtualrobot.cli.sensor", "Show, start, stop, read and watch sensors."),
+    "report": ("virtualrobot.cli.report", "Write what a report of a fault needs to a zip archive."),
     "grade": ("virtualrobot.cli.serve", "Test components of plugins."),
 }
 

@@ -197,7 +197,7 @@ def lease(target: Target, robots: tuple[str, ...], take: bool, owner: str | None
 @click.option("--at", type=FiniteRange(0.0), help="Of a replay: the moment to go to, in seconds of simulation time.")
 @target_options
 def clock(target: Target, mode: str | None, speed: float | None, at: float | None) -> None:
-    """Show how time runs; or let it follow the wall clock, times --speed, or only steps; or go elsewhere in a replay."""
+    """Show how time runs; let it follow the wall clock, times --speed, or only steps; go elsewhere in a replay."""
     if speed is not None and mode == "stepped":
         raise click.UsageError("--speed is for a clock that follows the wall clock")
     with target.connect() as client:
