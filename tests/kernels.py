@@ -144,6 +144,9 @@ def kernels(folders: pytest.TempPathFactory) -> Iterator[StartKernel]:
         environment: dict[str, str] | None = None,
     ) -> KernelProcess:
         command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", "--headless", *options]
+        if "--files" not in options:
+            # This test run's own folder, and the clone's, whose models tests load.
+            command += ["--files", str(folders.getbasetemp()), "--files", os.getcwd()]
         token_file: Path | None = None
         if token:
             token_file = folders.mktemp("token") / "token"

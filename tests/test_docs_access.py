@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from virtualrobot.v1 import motion_pb2, scene_pb2, token_pb2
+from virtualrobot_kernel.api.limits import described
 from virtualrobot_kernel.api.roles import roles_of
 from virtualrobot_kernel.api.server import SERVICES
 from virtualrobot_kernel.api.token_table import Role
@@ -43,3 +44,8 @@ def test_each_command_and_step_stands_below_the_role_that_it_needs() -> None:
         }
         wanted = [[name for name, role in needs.items() if role == one] for one in (Role.OPERATOR, Role.ENGINEER)]
         assert said[name] == wanted
+
+
+def test_the_table_of_limits_is_that_of_the_kernel() -> None:
+    table = PAGE.partition("| limit | default | what is counted |\n")[2].partition("\n\n")[0].splitlines()[1:]
+    assert table == [f"| `{name}` | {default:,} | {text} |" for name, default, text in described()]

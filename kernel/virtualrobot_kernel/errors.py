@@ -46,6 +46,7 @@ class Reason(Enum):
     PLAN_OUTDATED = "PLAN_OUTDATED"
     CONFLICT = "CONFLICT"
     ROLE_TOO_LOW = "ROLE_TOO_LOW"
+    TOO_MANY_CALLS = "TOO_MANY_CALLS"
 
 
 class KernelError(Exception):

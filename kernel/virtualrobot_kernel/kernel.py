@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,6 +16,7 @@ from virtualrobot_kernel.api.convert.presets import presets
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import LeaseTable
+from virtualrobot_kernel.api.limits import Limits
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.api.token_table import TokenTable
@@ -78,6 +79,8 @@ class Settings:
         folder: where its world and its history are kept; None: they end with it. It closes the folder.
         rules: how much of the history is kept; None: the usual.
         power: whether what is answered survives a loss of power, and not only the end of the process.
+        limits: what calls are refused by.
+        folders: where files must lie that calls name, besides known packages; None: anywhere.
         past: what this kernel replays; None: it has a world of its own. It closes it.
         log: gives the newest lines of the log, for reports.
     """
@@ -90,6 +93,8 @@ class Settings:
     folder: Folder | None = None
     rules: Rules | None = None
     power: bool = False
+    limits: Limits = field(default_factory=Limits)
+    folders: tuple[Path, ...] | None = None
     past: PastFolder | None = None
     log: Callable[[], str] = str
 
@@ -106,7 +111,7 @@ class Kernel:
         self._tokens = TokenTable(settings.address.token, settings.tokens_file)
         self._viewer: Viewer | None = None
         self._assets = _asset_store(settings)
-        self._meshes = MeshLibrary(self._assets, self._importers)
+        self._meshes = MeshLibrary(self._assets, self._importers, folders=settings.folders)
         self._view = ViewStore()
         load = self._meshes.load
         looks = AppearanceLibrary(with_arrows(load))
@@ -203,7 +208,9 @@ class Kernel:
         self._view.tell(warnings)
         self._solvers.check_choices(commands)
         check_choices(commands, self._sensing)
-        self.world.submit(commands, f"scene file {path}").result()
+        limits = self._settings.limits
+        limits.check_triangles(self.world.snapshot, commands, self._meshes)
+        self.world.submit(commands, f"scene file {path}", permit=limits.check_nodes).result()
         if folder is not None:
             folder.name_scene(path.name)
 
@@ -272,6 +279,7 @@ class Kernel:
             importers=self._importers,
             leases=LeaseTable(),
             tokens=self._tokens,
+            limits=self._settings.limits,
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
             report=self.report,
@@ -281,6 +289,6 @@ class Kernel:
 
 def _asset_store(settings: Settings) -> AssetStore:
     """Return the store of assets: those of a folder where there is one, and those of a past as they are."""
-    if settings.past is not None:
-        return AssetStore(folder=settings.past.assets, read_only=True)
-    return AssetStore(folder=settings.folder and settings.folder.path / ASSETS, sync=settings.power)
+    limits, past = settings.limits, settings.past
+    folder = past.assets if past else settings.folder and settings.folder.path / ASSETS
+    return AssetStore(limits.asset_bytes, limits.assets_bytes, folder, settings.power, read_only=past is not None)

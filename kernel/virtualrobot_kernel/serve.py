@@ -19,8 +19,9 @@ from typing import TYPE_CHECKING
 
 from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, given_token, is_loopback, token_path
 
+from virtualrobot_kernel.api.limits import Limits, described
 from virtualrobot_kernel.background import share_memory
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.recent_log import RecentLog
 
 if TYPE_CHECKING:
@@ -135,6 +136,12 @@ def _add_server_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--viewer-port", type=int, default=8080, help="the first port that the viewer tries (default: 8080)"
     )
+    files = "a folder that files named in calls may lie in; repeated for several (default: the working folder)"
+    parser.add_argument("--files", type=Path, action="append", metavar="FOLDER", help=files)
+    names = ", ".join(f"{name} ({default:,})" for name, default, _ in described())
+    parser.add_argument(
+        "--limit", action="append", default=[], metavar="NAME=VALUE", help=f"sets a limit; there are {names}"
+    )
     parser.add_argument(
         "--end-with-input", action="store_true", help="end when the standard input does: for child processes"
     )
@@ -197,8 +204,10 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
         folder,
         rules_of(options.keep_history, folder is not None),
         options.durability == "power",
-        past,
-        RECENT.__str__,
+        limits=Limits.of(options.limit),
+        folders=_folders(options),
+        past=past,
+        log=RECENT.__str__,
     )
     kernel = Kernel(settings, catalog, ended.set)
     faults: list[threading.ExceptHookArgs] = []
@@ -279,6 +288,19 @@ def _check(options: argparse.Namespace) -> None:
         raise KernelError(f"{options.host} is reachable from other machines: give --tls-certificate and --tls-key")
     if options.no_token:
         raise KernelError(f"{options.host} is reachable from other machines: --no-token is for this machine only")
+
+
+def _folders(options: argparse.Namespace) -> tuple[Path, ...]:
+    """Return where files may lie that calls name: the given folders, or the working folder, and that of the scene.
+
+    A working folder above the user's own, such as the disk's root, counts for nothing.
+    """
+    if missing := [folder for folder in options.files or () if not folder.is_dir()]:
+        raise KernelError(f"--files names no folder: {missing[0]}", reason=Reason.MISSING_FILE, file=missing[0])
+    here, home = Path.cwd(), Path.home()
+    default = [here] if here == home or not home.is_relative_to(here) else []
+    scene = [options.scene.absolute().parent] if options.scene else []
+    return tuple(dict.fromkeys(folder.absolute() for folder in (*(options.files or default), *scene)))
 
 
 def _catalog(options: argparse.Namespace) -> Catalog:

@@ -87,7 +87,7 @@ def test_a_world_and_a_batch_have_limits(stepped: Stubs) -> None:
     many = [create(nodes_pb2.Node(name=f"n{number}", object=nodes_pb2.SceneObject())) for number in range(20_000)]
     with unchanged(stepped):
         for call, said in (
-            (lambda: stepped.scene.LoadScene(scene), "a world may have 20,000 nodes, not 20,001"),
+            (lambda: stepped.scene.LoadScene(scene), "a world may have 20,000 nodes, not 20,002"),
             (lambda: apply(stepped, *many), "a world may have 20,000 nodes, not 20,001"),
             (lambda: apply(stepped, *many, scene_pb2.Command()), "a batch may have 20,000 commands, not 20,001"),
         ):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Unpack
 
@@ -68,6 +68,7 @@ class KernelInfo:
         process_id: its process number on its machine.
         role: what this client may do: `observer`, `operator`, `engineer` or `admin`.
         token_name: the name of its token; empty for the kernel's own, and where none is wanted.
+        limits: the kernel's limits by name, such as `limits["nodes"]`.
     """
 
     version: str
@@ -81,6 +82,7 @@ class KernelInfo:
     process_id: int
     role: str = ""
     token_name: str = ""
+    limits: dict[str, int] = field(default_factory=dict)
 
     @staticmethod
     def of(message: kernel_pb2.GetInfoResponse) -> KernelInfo:
@@ -97,6 +99,7 @@ class KernelInfo:
             message.process_id,
             role_name(message.role),
             message.token_name,
+            {limit.name: limit.value for limit in message.limits},
         )
 
 

@@ -168,6 +168,12 @@ class ConflictError(VirtualRobotError):
     default_reason = "CONFLICT"
 
 
+class TooManyCallsError(VirtualRobotError):
+    """More calls a second, or more streams at a time, than this client may have; `metadata` names the limit."""
+
+    default_reason = "TOO_MANY_CALLS"
+
+
 class RoleTooLowError(VirtualRobotError, PermissionError):
     """A call or command that this client's role may not give; `metadata` has `needs` and `has`, the roles."""
 

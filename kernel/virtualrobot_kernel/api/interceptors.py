@@ -6,6 +6,7 @@ import asyncio
 import logging
 from collections.abc import AsyncIterable, AsyncIterator, Callable, Iterable
 from contextlib import aclosing, asynccontextmanager, nullcontext
+from functools import partial
 from inspect import isawaitable
 from typing import Any, NoReturn
 
@@ -14,13 +15,14 @@ from google.protobuf.descriptor import ServiceDescriptor
 from google.protobuf.message import DecodeError, Message
 from virtualrobot.v1 import lease_pb2, motion_pb2, robot_pb2
 
+from virtualrobot_kernel.api.client_load import ClientLoad
 from virtualrobot_kernel.api.convert.expansion import named_robots
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import CARRIED
+from virtualrobot_kernel.api.limits import Limits
 from virtualrobot_kernel.api.publications import Publications, ending
 from virtualrobot_kernel.api.roles import Continuation, abort, check_commands
-from virtualrobot_kernel.api.token_table import CALLER, Account, TokenTable, withdrawn
-from virtualrobot_kernel.drawing.under_way import UnderWay
+from virtualrobot_kernel.api.token_table import CALLER, Account, withdrawn
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.affected_robots import named_nodes
 
@@ -64,15 +66,16 @@ class Errors(grpc.aio.ServerInterceptor):
     Calls to an ending kernel are refused, except those of grpcio's own services (health, reflection).
     """
 
-    def __init__(self, publications: Publications, under_way: UnderWay, tokens: TokenTable) -> None:
-        """Refuse calls once `publications` are closed; calls that may take long are `under_way`.
+    def __init__(self, publications: Publications, kernel: KernelServices) -> None:
+        """Refuse calls once `publications` are closed, and more than the kernel's limits allow.
 
-        When one of the `tokens` is withdrawn its calls end.
+        The page is told of calls that may take long. When a token is withdrawn its calls end.
         """
-        self._publications, self._under_way, self._tokens = publications, under_way, tokens
+        self._publications, self._under_way, self._tokens = publications, kernel.view.under_way, kernel.tokens
+        self._limits, self._load = kernel.limits, ClientLoad(kernel.limits)
         self._guarded: dict[str, grpc.RpcMethodHandler] = {}
         self._running: dict[asyncio.Task[object], Account] = {}
-        tokens.subscribe(self._end_calls)
+        kernel.tokens.subscribe(self._end_calls)
 
     def end(self) -> None:
         """End calls that still wait for something once `publications` are closed: as SHUTTING_DOWN."""
@@ -100,14 +103,15 @@ class Errors(grpc.aio.ServerInterceptor):
     def _guard(self, handler: Any, method: str) -> grpc.RpcMethodHandler:  # noqa: ANN401 grpcio has no types for it
         whole = handler.stream_unary if handler.request_streaming else handler.unary_unary
         parts = handler.stream_stream if handler.request_streaming else handler.unary_stream
-        decode = _Decoding if handler.request_streaming else _decoded
+        decode = partial(_Decoding if handler.request_streaming else _decoded, limits=self._limits)
+        is_stream = handler.request_streaming or handler.response_streaming
 
         async def answer(request: Any, context: grpc.aio.ServicerContext) -> Any:  # noqa: ANN401 bytes, or many
-            async with self._told(method, context):
+            async with self._told(method, context, is_stream):
                 return await whole(decode(request, handler.request_deserializer), context)
 
         async def stream(request: Any, context: grpc.aio.ServicerContext) -> None:  # noqa: ANN401 bytes, or many
-            async with self._told(method, context):
+            async with self._told(method, context, is_stream):
                 answers = parts(decode(request, handler.request_deserializer), context)
                 if isawaitable(answers):  # as of grpcio's health service, which writes to the context by itself
                     return await answers
@@ -122,7 +126,7 @@ class Errors(grpc.aio.ServerInterceptor):
         return _like(handler, answer, stream, decoded=True)
 
     @asynccontextmanager
-    async def _told(self, method: str, context: grpc.aio.ServicerContext) -> AsyncIterator[None]:
+    async def _told(self, method: str, context: grpc.aio.ServicerContext, is_stream: bool) -> AsyncIterator[None]:
         """Abort the call with the status that tells what is raised in this context, or what ends it."""
         task, caller = asyncio.current_task(), CALLER.get()
         assert task is not None
@@ -132,7 +136,10 @@ class Errors(grpc.aio.ServerInterceptor):
                 raise ending()
             if not self._tokens.holds(caller):
                 raise withdrawn(caller)
-            with self._under_way.doing(WORK[method]) if method in WORK else nullcontext():
+            with (
+                self._load.of(caller.name or context.peer(), method, is_stream),
+                self._under_way.doing(WORK[method]) if method in WORK else nullcontext(),
+            ):
                 yield
         except asyncio.CancelledError:
             if not self._publications.closed and self._tokens.holds(caller):
@@ -205,8 +212,10 @@ async def _told(error: Exception, method: str, context: grpc.aio.ServicerContext
     await abort(context, error)
 
 
-def _decoded(data: bytes, decode: Callable[[bytes], Message]) -> Message:
-    """Return the message; raise KernelError when the bytes are none."""
+def _decoded(data: bytes, decode: Callable[[bytes], Message], limits: Limits) -> Message:
+    """Return the message; raise KernelError when the bytes are none, or too many."""
+    if len(data) > limits.message_bytes:
+        raise limits.refusal("message_bytes", len(data), "a message may have {limit} bytes, not {asked}")
     try:
         return decode(data)
     except DecodeError as error:
@@ -220,14 +229,14 @@ def _decoded(data: bytes, decode: Callable[[bytes], Message]) -> Message:
 class _Decoding:
     """Decoded messages of a client's stream; no generator, which would need to be closed."""
 
-    def __init__(self, data: AsyncIterable[bytes], decode: Callable[[bytes], Message]) -> None:
-        self._data, self._decode = aiter(data), decode
+    def __init__(self, data: AsyncIterable[bytes], decode: Callable[[bytes], Message], limits: Limits) -> None:
+        self._data, self._decode, self._limits = aiter(data), decode, limits
 
     def __aiter__(self) -> _Decoding:
         return self
 
     async def __anext__(self) -> Message:
-        return _decoded(await anext(self._data), self._decode)
+        return _decoded(await anext(self._data), self._decode, self._limits)
 
 
 def _like(handler: Any, unary: Any, stream: Any, decoded: bool = False) -> grpc.RpcMethodHandler:  # noqa: ANN401 grpcio has no types for these

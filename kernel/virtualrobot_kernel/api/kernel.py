@@ -18,7 +18,8 @@ from virtualrobot_kernel.api.convert.states import (
     robot_states,
     robots_named,
 )
-from virtualrobot_kernel.api.kernel_services import MAX_MESSAGE_BYTES, KernelServices
+from virtualrobot_kernel.api.kernel_services import KernelServices
+from virtualrobot_kernel.api.limits import described
 from virtualrobot_kernel.api.token import ROLES
 from virtualrobot_kernel.api.token_table import CALLER
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -71,12 +72,16 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
             capabilities=[name for name in CAPABILITIES if name != "viewer" or url],
             model_formats=dict.fromkeys((*MODEL_FORMATS, *self._kernel.importers.endings)),
             kinematics=sorted(self._kernel.catalog.offers(ComponentKind.KINEMATICS)),
-            max_message_bytes=MAX_MESSAGE_BYTES,
+            max_message_bytes=self._kernel.limits.message_bytes,
             max_asset_bytes=self._kernel.assets.limit_bytes,
             viewer_url=url,
             process_id=os.getpid(),
             role=ROLES.write(CALLER.get().role),
             token_name=CALLER.get().name,
+            limits=[
+                kernel_pb2.Limit(name=name, value=getattr(self._kernel.limits, name), description=text)
+                for name, _, text in described()
+            ],
         )
 
     async def GetClock(self, request: kernel_pb2.GetClockRequest, context: object) -> kernel_pb2.GetClockResponse:

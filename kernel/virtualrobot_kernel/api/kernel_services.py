@@ -14,6 +14,7 @@ from typing import ParamSpec, TypeVar
 from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
+from virtualrobot_kernel.api.limits import Limits
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.token_table import CALLER, TokenTable
 from virtualrobot_kernel.collision.guard import CollisionGuard
@@ -35,13 +36,11 @@ from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied, Permit, World
 
 P = ParamSpec("P")
 Result = TypeVar("Result")
-
-MAX_MESSAGE_BYTES = 16 * 1024 * 1024
-"""Greatest message that the server takes; larger things travel as assets, in chunks."""
 
 MAX_SENT_BYTES = 256 * 1024 * 1024
 """Greatest message that the server sends: pictures and clouds go in one piece. The client library takes as much."""
@@ -74,6 +73,7 @@ class KernelServices:
     importers: Importers
     leases: LeaseTable
     tokens: TokenTable
+    limits: Limits
     viewer_url: Callable[[], str]
     viewer_count: Callable[[], int]
     report: Callable[[Path, int], None]
@@ -111,7 +111,13 @@ class KernelServices:
 
     def permit(self) -> Permit:
         """Return what lets those commands into the world that the call of this task may give."""
-        return self.leases.permit(CARRIED.get(), CALLER.get().moves_leased_only)
+        leased = self.leases.permit(CARRIED.get(), CALLER.get().moves_leased_only)
+
+        def check(snapshot: Snapshot, commands: Sequence[Command]) -> None:
+            self.limits.check_nodes(snapshot, commands)
+            leased(snapshot, commands)
+
+        return check
 
     def submit(
         self, commands: Sequence[Command], context: object, expected_revision: int | None = None

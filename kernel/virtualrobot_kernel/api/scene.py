@@ -216,6 +216,9 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
     async def _submit(
         self, commands: Sequence[Command], context: object, expected_revision: int | None = None
     ) -> Applied:
+        limits, meshes = self._kernel.limits, self._kernel.meshes
+        if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
+            await self._kernel.in_worker(limits.check_triangles, self._kernel.world.snapshot, commands, meshes)
         self._kernel.solvers.check_choices(commands)
         check_choices(commands, self._kernel.sensing)
         snapshot = self._kernel.world.snapshot

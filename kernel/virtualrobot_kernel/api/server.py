@@ -51,7 +51,7 @@ from virtualrobot_kernel.api.collision import CollisionServicer
 from virtualrobot_kernel.api.history import HistoryServicer
 from virtualrobot_kernel.api.interceptors import Errors, Leasing
 from virtualrobot_kernel.api.kernel import KernelServicer
-from virtualrobot_kernel.api.kernel_services import MAX_MESSAGE_BYTES, MAX_SENT_BYTES, KernelServices
+from virtualrobot_kernel.api.kernel_services import MAX_SENT_BYTES, KernelServices
 from virtualrobot_kernel.api.lease import LeaseServicer
 from virtualrobot_kernel.api.motion import MotionServicer
 from virtualrobot_kernel.api.path import PathServicer
@@ -95,7 +95,6 @@ SERVICES = (
 """Messages, registration and servicer of each noun of the contract."""
 
 OPTIONS = (
-    ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
     ("grpc.max_send_message_length", MAX_SENT_BYTES),
     ("grpc.so_reuseport", 0),
     # A client whose machine or network is gone closes nothing. Its streams, and what they hold (leases, motions), end
@@ -112,10 +111,6 @@ OPTIONS = (
     ("grpc.server_handshake_timeout_ms", 5_000),
     ("grpc.max_connection_idle_ms", 60_000),
 )
-
-MOST_CONNECTIONS = 1000
-"""Greatest number of connections at a time, 10 KiB each; more are closed at once."""
-
 
 GRACE_SECONDS = 1.0
 """Time (s) that an ending kernel leaves calls: half of it for their work, then for them to say that it ends."""
@@ -171,8 +166,14 @@ class Server:
         kernel = self._kernel(publications)
         services = [service for module, _, _ in SERVICES for service in module.DESCRIPTOR.services_by_name.values()]
         tokens = [] if kernel.tokens.is_open else [Tokens(services, kernel.tokens)]
-        errors, leasing = Errors(publications, kernel.view.under_way, kernel.tokens), Leasing(services, kernel)
-        options = (*OPTIONS, ("grpc.max_allowed_incoming_connections", _most_connections()))
+        errors, leasing = Errors(publications, kernel), Leasing(services, kernel)
+        limits = kernel.limits
+        options = (
+            *OPTIONS,
+            # What is a little too large is refused by the limit's name (`api/interceptors.py`); more is not even read.
+            ("grpc.max_receive_message_length", 2 * limits.message_bytes),
+            ("grpc.max_allowed_incoming_connections", _most_connections(limits.connections)),
+        )
         server = grpc.aio.server(interceptors=[*tokens, errors, leasing], options=options)
         names = [reflection.SERVICE_NAME, health_pb2.DESCRIPTOR.services_by_name["Health"].full_name]
         names += [service.full_name for service in services]
@@ -209,9 +210,9 @@ class Server:
             ) from error
 
 
-def _most_connections() -> int:
+def _most_connections(limit: int) -> int:
     """Return the greatest number of connections: half of the descriptors are for files, processes and the viewer."""
     if resource is None:
-        return MOST_CONNECTIONS
+        return limit
     descriptors, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    return MOST_CONNECTIONS if descriptors == resource.RLIM_INFINITY else min(MOST_CONNECTIONS, descriptors // 2)
+    return limit if descriptors == resource.RLIM_INFINITY else min(limit, descriptors // 2)

@@ -41,6 +41,7 @@ CODES = {
     Reason.PLAN_OUTDATED: grpc.StatusCode.ABORTED,
     Reason.CONFLICT: grpc.StatusCode.FAILED_PRECONDITION,
     Reason.ROLE_TOO_LOW: grpc.StatusCode.PERMISSION_DENIED,
+    Reason.TOO_MANY_CALLS: grpc.StatusCode.RESOURCE_EXHAUSTED,
 }
 
 

@@ -45,7 +45,8 @@ class Files:
         """Return the file that `referrer` (the key of the file that names it; empty: the request) names as `uri`.
 
         What a file names must lie in its own folder or in a known package, or have the content that it states for it
-        (`sha256`); see `virtualrobot.files.resolver`. An uploaded file has no folder on the kernel's disk.
+        (`sha256`); see `virtualrobot.files.resolver`. An uploaded file has no folder on the kernel's disk, nor has one
+        that says to lie where requests may name nothing.
 
         Raises:
             MissingFileError: when it is neither uploaded nor found; the message names the file, who names it and each
@@ -73,7 +74,7 @@ class Files:
         try:
             if not referrer:
                 return self.resolver.resolve(uri)
-            if referrer not in self.uploaded and Path(referrer).is_absolute():
+            if referrer not in self.uploaded and Path(referrer).is_absolute() and self.resolver.may_name(referrer):
                 return self.resolver.resolve(uri, referrer, sha256)
             if is_relative(uri):
                 # Its folder is on the client's machine; the kernel's own working folder has nothing to do with it.

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
+from collections.abc import Iterable
+from pathlib import Path
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
 from virtualrobot_kernel.formats.assets import MEBIBYTE, AssetStore
@@ -29,17 +31,27 @@ class MeshLibrary:
     Attributes:
         store: holds the files.
         importers: translate what the kernel does not read itself.
+        folders: where on the disk files may lie that a request names; None: anywhere.
     """
 
     def __init__(
-        self, store: AssetStore, importers: Importers | None = None, limit_bytes: int = 256 * MEBIBYTE
+        self,
+        store: AssetStore,
+        importers: Importers | None = None,
+        limit_bytes: int = 256 * MEBIBYTE,
+        folders: Iterable[Path] | None = None,
     ) -> None:
-        """Take the files from `store`; forget what was not asked for longest when over `limit_bytes`."""
+        """Take the files from `store`; forget what was not asked for longest when over `limit_bytes`.
+
+        `folders` of the disk are where files may lie that a request names; None: anywhere.
+        """
         self.store = store
+        self.folders = None if folders is None else tuple(folders)
         self.importers: Importers = importers or NoImporters()
         self._limit = limit_bytes
         self._kept: OrderedDict[tuple, tuple[Submesh, ...]] = OrderedDict()
         self._size = 0
+        self._triangles: dict[tuple, int] = {}
         self._lock = threading.Lock()
 
     @property
@@ -99,8 +111,7 @@ class MeshLibrary:
             MalformedFileError: when the file is broken or of a format that nothing reads.
             KernelError: UNKNOWN_ASSET when the store does not hold one of its files.
         """
-        # Equal bytes under another name of a dependent would look for another file, so the names count.
-        content = (ending(mesh.uri), mesh.sha256, mesh.files)
+        content = self.content(mesh)
         parts = self._recall((content, mesh.scale))
         if parts is not None:
             return parts
@@ -112,6 +123,19 @@ class MeshLibrary:
             parts = scaled(parts, mesh.scale)
             self._keep((content, mesh.scale), parts)
         return parts
+
+    @staticmethod
+    def content(mesh: Mesh) -> tuple:
+        """Return what is alike for meshes with the same triangles but for their scale."""
+        # Equal bytes under another name of a dependent would look for another file, so the names count.
+        return ending(mesh.uri), mesh.sha256, mesh.files
+
+    def triangles(self, mesh: Mesh) -> int:
+        """Return the number of triangles of a mesh; errors as of `load`."""
+        content = self.content(mesh)
+        if content not in self._triangles:
+            self._triangles[content] = sum(len(part.faces) for part in self.load(mesh))
+        return self._triangles[content]
 
     def _read(self, mesh: Mesh) -> tuple[Submesh, ...]:
         data = self.store.get(mesh.sha256)

@@ -55,6 +55,8 @@ _TABLES = (
 )
 _ENTRY = "seq, tick, time, author, commands, crc"
 _STEP = "number, first, tick, time, author, kind, label, names, undoes, difference, touched, crc"
+_WRITE_ENTRY = f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?)"
+_WRITE_STEP = f"INSERT OR REPLACE INTO steps ({_STEP}) VALUES (?,?,?,?,?,?,?,?,?,?,?,?)"
 _CHECKPOINT = "id, seq, tick, name, author, time, body, parts, crc"
 
 PART_HASH_BYTES = 16
@@ -250,31 +252,25 @@ class Store:
 
     # What is written, by one thread.
 
-    def write(self, rows: Sequence[Row]) -> None:
-        """Write rows as one transaction."""
-        sql = f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?)"
-        with self._writing:
-            if len(rows) == 1:
-                self._writer.execute(sql, self._entry(rows[0]))  # by itself a transaction, in half the time
-                return
-            with self._transaction():
-                self._writer.executemany(sql, map(self._entry, rows))
+    def write(self, rows: Sequence[Row], steps: Sequence[tuple[StepRow, int]] = ()) -> None:
+        """Write entries and steps as one transaction.
 
-    def write_step(self, step: StepRow, replaced: int = 0) -> None:
-        """Write a step, in place of one that it has drawn out (0: of none); the same one again changes nothing."""
-        sql = f"INSERT OR REPLACE INTO steps ({_STEP}) VALUES (?,?,?,?,?,?,?,?,?,?,?,?)"
+        With each step is the number of the one that it has drawn out, whose place it takes (0: of none). Writing one
+        again changes nothing.
+        """
+        run, many = self._writer.execute, self._writer.executemany
         with self._writing:
-            if not step.touched and not replaced:
-                self._writer.execute(sql, self._step(step))
+            if len(rows) == 1 and not steps:
+                run(_WRITE_ENTRY, self._entry(rows[0]))  # by itself a transaction, in half the time
                 return
             with self._transaction():
-                if replaced:
-                    self._writer.execute("DELETE FROM steps WHERE number = ?", (replaced,))
-                    self._writer.execute("DELETE FROM touched WHERE number = ?", (replaced,))
-                self._writer.execute(sql, self._step(step))
-                self._writer.executemany(
-                    "INSERT OR IGNORE INTO touched VALUES (?,?)", [(uid, step.number) for uid in step.touched]
-                )
+                many(_WRITE_ENTRY, map(self._entry, rows))
+                for gone in (replaced for _, replaced in steps if replaced):
+                    run("DELETE FROM steps WHERE number = ?", (gone,))
+                    run("DELETE FROM touched WHERE number = ?", (gone,))
+                many(_WRITE_STEP, [self._step(step) for step, _ in steps])
+                if touched := [(uid, step.number) for step, _ in steps for uid in step.touched]:
+                    many("INSERT OR IGNORE INTO touched VALUES (?,?)", touched)
 
     def add_hashes(self, first_tick: int, hashes: bytes) -> None:
         """Write the hashes of ticks from a first one on, `HASH_BYTES` each."""

@@ -23,7 +23,7 @@ from virtualrobot_kernel.world.structure import Structure
 
 def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile]) -> Files:
     """Return the sources of a request's files: what was uploaded, then the kernel's disk."""
-    return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver())
+    return Files(meshes.store, {file.uri: file.sha256 for file in files}, Resolver(folders=meshes.folders))
 
 
 def check_assets(structure: Structure, store: AssetStore) -> None:

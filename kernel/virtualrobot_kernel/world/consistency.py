@@ -21,8 +21,8 @@ from virtualrobot_kernel.world.groups import Group, chain_links
 from virtualrobot_kernel.world.structure import Kind, Node, NodeData, RobotData, Structure, TargetData, ToolData
 from virtualrobot_kernel.world.targets import check_target, taught_with
 
-MOST_NODES = 20_000
-"""Greatest number of nodes of a world: adding them, and each change of the tree, holds up ticks by about 10 µs each."""
+MOST_NODES = 100_000
+"""Greatest number of nodes that a kernel may allow; each change of the tree holds up ticks by about 10 µs for each."""
 
 
 def check_count(nodes: int) -> None:

@@ -67,9 +67,16 @@ def test_a_file_is_written_as_a_whole_or_not_at_all(tmp_path: Path) -> None:
     with pytest.raises(virtualrobot.InvalidArgumentError, match="cannot be written"):
         write_file(tmp_path / "taken", b"x")
     assert [path.name for path in tmp_path.iterdir()] == ["taken"]
-    path = write_file(tmp_path / "new" / "x.bin", b"1")
+    path = write_file(tmp_path / "x.bin", b"1")
     assert write_file(path, b"22").read_bytes() == b"22"
     if os.name != "nt":
         mask = os.umask(0)
         os.umask(mask)
         assert stat.S_IMODE(path.stat().st_mode) == 0o666 & ~mask
+
+
+def test_a_folder_that_is_not_there_is_not_made(tmp_path: Path) -> None:
+    for write in (lambda: write_file(tmp_path / "nope" / "x.yaml", b"x"), lambda: beside(tmp_path / "nope", "x.stl")):
+        with pytest.raises(virtualrobot.InvalidArgumentError, match="nope' is not there; make it first"):
+            write()
+    assert list(tmp_path.iterdir()) == []

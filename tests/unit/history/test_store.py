@@ -49,8 +49,7 @@ def filled(store: Store, rng: np.random.Generator, count: int = 30) -> list[Row]
     keys = [b"a" * 16, b"b" * 16]
     store.add_checkpoint(count, 3 * count, "", "kernel", 1.8e9, b"other body", keys, {keys[1]: b"part b"})
     store.add_hashes(10, rng.bytes(160))
-    for one in rows:
-        store.write_step(step(one.seq, rng))
+    store.write([], [(step(one.seq, rng), 0) for one in rows])
     return rows
 
 
@@ -95,10 +94,10 @@ def test_what_was_written_is_read_back(tmp_path: Path, rng: np.random.Generator,
 def test_a_step_takes_the_place_of_those_that_it_draws_out(rng: np.random.Generator) -> None:
     store = Store(None, SEED)
     first = replace(step(5, rng), touched=(7, 8))
-    store.write_step(first)
+    store.write([], [(first, 0)])
     drawn = replace(first, number=6, label="longer")
     for _ in range(2):
-        store.write_step(drawn, replaced=5)
+        store.write([], [(drawn, 5)])
     assert fields(store.steps()) == fields([drawn])
     assert (one := store.step(5)) and one.label == "longer" and store.step(4) is None and store.step(7) is None
     assert [one.number for one in store.steps("number IN (SELECT number FROM touched WHERE uid = 8)")] == [6]

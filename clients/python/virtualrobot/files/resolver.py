@@ -5,7 +5,8 @@ client uses it for files on its own machine, the kernel for files on its machine
 
 Files come from anywhere, and could name any other file of the machine. So what a file names must lie in or below its
 own folder (`packages.own_folder`) or a known package, links followed; whether there is a file elsewhere is not told.
-What a person names may lie anywhere. Nothing is opened but `package.xml` files, and files whose content is stated.
+What a person names may lie anywhere, unless the resolver was given folders, as a kernel's is: anybody may name files in
+calls. Nothing is opened but `package.xml` files, and files whose content is stated.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from __future__ import annotations
 import hashlib
 import os
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from urllib.parse import unquote
 
@@ -71,14 +72,15 @@ def join_uri(referrer: str, uri: str) -> str:
 
 
 class _Namer:
-    """Origin of a file's name: a person (`own` is None), or a file with the folders that its own files lie below.
+    """Origin of a file's name: a person, or a file with the folders that its own files lie below.
 
-    A file that lies on another machine has no own folders, and no place (`source`).
+    `own` of a person are the folders whose files may be named; None: all. A file on another machine has no own folders,
+    and no place (`source`).
     """
 
-    def __init__(self, source: Path | None, own: tuple[Path, ...] | None) -> None:
-        self.source, self.own = source, own
-        self.starts = [Path.cwd()] if own is None else [] if source is None else _folders_of(source)
+    def __init__(self, source: Path | None, own: tuple[Path, ...] | None, *, person: bool = False) -> None:
+        self.source, self.own, self.person = source, own, person
+        self.starts = [Path.cwd()] if person else [] if source is None else _folders_of(source)
 
     def may(self, folder: Path) -> bool:
         """Return whether a folder that nothing says to be a package may be taken."""
@@ -88,9 +90,15 @@ class _Namer:
 class Resolver:
     """Finds the files that URIs mean, with folders that are told for packages."""
 
-    def __init__(self, packages: Mapping[str, str | Path] | None = None) -> None:
-        """Take folders by package name, which win over all other places."""
+    def __init__(
+        self, packages: Mapping[str, str | Path] | None = None, folders: Iterable[str | Path] | None = None
+    ) -> None:
+        """Take folders by package name, which win over all other places.
+
+        What a person names must lie below one of `folders`, links followed, or in a known package; None: anywhere.
+        """
         self.packages = {name: Path(folder) for name, folder in (packages or {}).items()}
+        self.folders = None if folders is None else tuple(Path(os.path.abspath(folder)) for folder in folders)
         # A robot has dozens of meshes in one package; its folders are looked for once.
         self._known: dict[tuple, list[Path]] = {}
         # The textures of a mesh may lie beside the robot that names the mesh, so what was found keeps the folders of
@@ -122,12 +130,33 @@ class Resolver:
                 more of the package's name than the others; its text lists every place that was tried.
         """
         if referrer is None:
-            return self._resolve(uri, _Namer(None, None), sha256)
+            return self._resolve(uri, _Namer(None, self.folders, person=True), sha256)
         source = Path(referrer).absolute()
         if source not in self._namers:
-            own = self._own.get(source) or tuple(dict.fromkeys((own_folder(source), own_folder(source.resolve()))))
-            self._namers[source] = _Namer(source, own)
+            self._namers[source] = _Namer(source, self._own.get(source) or self._own_folders(source))
         return self._resolve(uri, self._namers[source], sha256)
+
+    def _own_folders(self, source: Path) -> tuple[Path, ...]:
+        """Return the folders that a file's own files lie below; none that is wider than what a person may name."""
+        own = dict.fromkeys((own_folder(source), own_folder(source.resolve())))
+        if self.folders is None:
+            return tuple(own)
+        known = self._packages_above(source)
+        within = [folder for folder in self.folders if _lies_below(source, folder)]
+        narrow: dict[Path, None] = {}
+        for folder in own:
+            if any(folder.is_relative_to(one) for one in (*within, *known)):
+                narrow[folder] = None
+            else:
+                narrow |= dict.fromkeys((*within, *known))
+        return tuple(narrow)
+
+    def may_name(self, file: str | Path) -> bool:
+        """Return whether a person may name a file, there or not: it lies below `folders` or in a known package."""
+        place = Path(os.path.normpath(file))
+        return self.folders is None or any(
+            _lies_below(place, folder) for folder in (*self.folders, *self._packages_above(place))
+        )
 
     def resolve_known(self, uri: str) -> Path:
         """Return the file of a known package that a file on another machine names; errors as of `resolve`."""
@@ -148,7 +177,8 @@ class Resolver:
             tried.append(candidate)
             other = _spelled_otherwise(candidate)
             if candidate.is_file() and other is None:
-                if roots is not None:
+                # What a person names by its path has its own folder, and not all that the person may name.
+                if roots is not None and (not namer.person or _package_and_inner(uri)[0]):
                     self._own.setdefault(candidate, roots)
                 return candidate
             if other is not None and not hint:
@@ -162,6 +192,12 @@ class Resolver:
         if outside and not hint:
             own = f"its own folder ({_listed(namer.own)})" if namer.own else "what came with it"
             hint = f"what a file names must lie in {own} or in a known package"
+            if namer.person:
+                below = _listed(namer.own or ()) or "no folder"
+                hint = (
+                    f"what calls name must lie below {below} or in a known package; send the file, or start the kernel "
+                    "with --files FOLDER"
+                )
         raise UnresolvedUriError(uri, namer.source, tried, hint)
 
     def _candidates(self, uri: str, namer: _Namer) -> Iterator[tuple[Path, tuple[Path, ...] | None]]:

@@ -17,10 +17,11 @@ from virtualrobot.v1 import nodes_pb2
 def write_beside(
     folder: Path, files: Iterable[nodes_pb2.AssetFile], assets: Assets, *, replace: bool = True
 ) -> list[Path]:
-    """Download files and write them below a folder, by their names; return their paths.
+    """Download files and write them below a folder, by their names; return their paths. Folders in it are made.
 
     Raises:
         VirtualRobotError: when a name would lead out of the folder; nothing has been written then.
+        InvalidArgumentError: when the folder itself is not there.
         InvalidArgumentError: when one cannot be written, or, unless `replace`, when one is there with other bytes.
     """
     files = list(files)
@@ -32,7 +33,22 @@ def write_beside(
         raise InvalidArgumentError(
             f"{folder / others[0]} is there already and is something else: choose another folder"
         )
-    return [write_file(folder / file.uri, assets.download(file.sha256)) for file in files]
+    check_folder(folder)
+    written = []
+    for file in files:
+        path = folder / file.uri
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InvalidArgumentError(f"{path.parent} cannot be made: {error.strerror or error}") from error
+        written.append(write_file(path, assets.download(file.sha256)))
+    return written
+
+
+def check_folder(folder: Path) -> None:
+    """Raise InvalidArgumentError when a folder is not there: a name that is not quite right makes no new one."""
+    if not folder.is_dir():
+        raise InvalidArgumentError(f"the folder {str(folder)!r} is not there; make it first, or choose another one")
 
 
 def _has_other_bytes(path: Path, sha256: str) -> bool:
@@ -40,9 +56,9 @@ def _has_other_bytes(path: Path, sha256: str) -> bool:
 
 
 def write_file(path: Path, data: bytes) -> Path:
-    """Write a file as a whole or not at all; return its path."""
+    """Write a file as a whole or not at all, into a folder that is there; return its path."""
+    check_folder(path.parent)
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
         descriptor, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
         try:
             with os.fdopen(descriptor, "wb") as file:

@@ -26,7 +26,7 @@ class GetInfoRequest(_message.Message):
     def __init__(self) -> None: ...
 
 class GetInfoResponse(_message.Message):
-    __slots__ = ("version", "api_version", "capabilities", "model_formats", "kinematics", "max_message_bytes", "max_asset_bytes", "viewer_url", "process_id", "role", "token_name")
+    __slots__ = ("version", "api_version", "capabilities", "model_formats", "kinematics", "max_message_bytes", "max_asset_bytes", "viewer_url", "process_id", "role", "token_name", "limits")
     VERSION_FIELD_NUMBER: _ClassVar[int]
     API_VERSION_FIELD_NUMBER: _ClassVar[int]
     CAPABILITIES_FIELD_NUMBER: _ClassVar[int]
@@ -38,6 +38,7 @@ class GetInfoResponse(_message.Message):
     PROCESS_ID_FIELD_NUMBER: _ClassVar[int]
     ROLE_FIELD_NUMBER: _ClassVar[int]
     TOKEN_NAME_FIELD_NUMBER: _ClassVar[int]
+    LIMITS_FIELD_NUMBER: _ClassVar[int]
     version: str
     api_version: str
     capabilities: _containers.RepeatedScalarFieldContainer[str]
@@ -49,7 +50,18 @@ class GetInfoResponse(_message.Message):
     process_id: int
     role: _token_pb2.Role
     token_name: str
-    def __init__(self, version: _Optional[str] = ..., api_version: _Optional[str] = ..., capabilities: _Optional[_Iterable[str]] = ..., model_formats: _Optional[_Iterable[str]] = ..., kinematics: _Optional[_Iterable[str]] = ..., max_message_bytes: _Optional[int] = ..., max_asset_bytes: _Optional[int] = ..., viewer_url: _Optional[str] = ..., process_id: _Optional[int] = ..., role: _Optional[_Union[_token_pb2.Role, str]] = ..., token_name: _Optional[str] = ...) -> None: ...
+    limits: _containers.RepeatedCompositeFieldContainer[Limit]
+    def __init__(self, version: _Optional[str] = ..., api_version: _Optional[str] = ..., capabilities: _Optional[_Iterable[str]] = ..., model_formats: _Optional[_Iterable[str]] = ..., kinematics: _Optional[_Iterable[str]] = ..., max_message_bytes: _Optional[int] = ..., max_asset_bytes: _Optional[int] = ..., viewer_url: _Optional[str] = ..., process_id: _Optional[int] = ..., role: _Optional[_Union[_token_pb2.Role, str]] = ..., token_name: _Optional[str] = ..., limits: _Optional[_Iterable[_Union[Limit, _Mapping]]] = ...) -> None: ...
+
+class Limit(_message.Message):
+    __slots__ = ("name", "value", "description")
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    VALUE_FIELD_NUMBER: _ClassVar[int]
+    DESCRIPTION_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    value: int
+    description: str
+    def __init__(self, name: _Optional[str] = ..., value: _Optional[int] = ..., description: _Optional[str] = ...) -> None: ...
 
 class Clock(_message.Message):
     __slots__ = ("mode", "speed_factor", "tick_nanoseconds", "real_time_factor", "late_ticks", "recorded")
