@@ -473,8 +473,7 @@ class Store:
 
     def entry_bytes(self, since: int) -> int:
         """Return about how many bytes the entries after one have."""
-        sql = "SELECT sum(length(commands) + coalesce(length(records), 0)) FROM entries WHERE seq > ?"
-        return self._all(sql, since)[0][0] or 0
+        return self._all("SELECT sum(length(commands)) FROM entries WHERE seq > ?", since)[0][0] or 0
 
     def copy(self, path: Path) -> None:
         """Write all as it is at this moment into a new database."""
