@@ -35,7 +35,7 @@ HIDDEN = "***"
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reported:
-    """What a report is made of.
+    """Parts of a report.
 
     Attributes:
         store: the journal.

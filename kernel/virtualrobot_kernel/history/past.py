@@ -66,7 +66,7 @@ class PastFolder:
 
     @property
     def changed_versions(self) -> str:
-        """What has another version than when it was written, in words; empty when nothing has."""
+        """Packages that have another version than when it was written, in words; empty when none has."""
         return changed_since(self.project.versions or {})
 
     def replay(self, forward: Forward) -> Replay:

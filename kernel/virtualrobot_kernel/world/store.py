@@ -92,7 +92,7 @@ class World:
     """World and its thread. All methods may be called from any thread; results come as futures."""
 
     publishes_each_tick = False
-    """Whether each tick of a Step is published, though nobody supervises or listens."""
+    """True where each tick of a Step is published, though nobody supervises or listens."""
 
     def __init__(
         self,
