@@ -101,9 +101,9 @@ class History:
         self.upkeep = Upkeep(self.store, codec, rules, self.begin, self._last_tick)
         kept = StoredSteps(self.store, codec)
         self.steps = Steps(kept)
-        self.checkpoints = Checkpoints()
+        self.checkpoints = Checkpoints(self.store, codec, self.upkeep)
         recorder = Recorder(self.store, codec, kept, self.upkeep)
-        self.journal = Journal((self.steps, self.checkpoints, recorder), self.begin.number, self.upkeep.ticked)
+        self.journal = Journal((self.steps, recorder, self.checkpoints), self.begin.number, self.upkeep.ticked)
 
     def start(self) -> None:
         """Start the threads."""

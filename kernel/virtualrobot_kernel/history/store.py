@@ -47,6 +47,7 @@ _TABLES = (
     "CREATE TABLE steps (number INTEGER PRIMARY KEY, first INTEGER, tick INTEGER, time REAL, author TEXT, kind TEXT, "
     "label TEXT, names TEXT, undoes INTEGER, difference BLOB, touched BLOB, crc INTEGER)",
     "CREATE INDEX steps_by_kind ON steps (kind, number)",
+    "CREATE INDEX steps_by_first ON steps (first)",
     "CREATE TABLE touched (uid INTEGER, number INTEGER, PRIMARY KEY (uid, number)) WITHOUT ROWID",
     "CREATE TABLE checkpoints (id INTEGER PRIMARY KEY AUTOINCREMENT, seq INTEGER, tick INTEGER, name TEXT, "
     "author TEXT, time REAL, body BLOB, parts BLOB, crc INTEGER)",
@@ -403,10 +404,9 @@ class Store:
             raise self.damaged(f"the entry {since + 1} is missing")
 
     def step(self, number: int) -> StepRow | None:
-        """Return the step that has an entry in it, or None when it isn't kept; raise KernelError when it is damaged."""
-        sql = f"SELECT {_STEP} FROM steps WHERE number >= ? ORDER BY number LIMIT 1"
-        found = self._all(sql, number)
-        return self._checked_step(found[0]) if found and found[0][1] <= number else None
+        """Return the step that begins or ends with an entry, None when it isn't kept; raise KernelError for damage."""
+        found = self._all(f"SELECT {_STEP} FROM steps WHERE number = ? OR first = ?", number, number)
+        return self._checked_step(found[0]) if found else None
 
     def steps(self, where: str = "1", values: Sequence[object] = (), before: int | None = None) -> Iterator[StepRow]:
         """Yield the steps for which a condition of SQL on the columns of `steps` holds, newest first.
@@ -414,11 +414,13 @@ class Store:
         Those with smaller numbers than `before`. `where` is the kernel's own text; what clients say is in `values`.
         Raises KernelError when one is damaged.
         """
-        sql = f"SELECT {_STEP} FROM steps WHERE number < ? AND {where} ORDER BY number DESC LIMIT {ROWS_AT_ONCE}"
+        sql = f"SELECT {_STEP} FROM steps WHERE number < ? AND {where} ORDER BY number DESC LIMIT ?"
         at = before if before is not None else 2**62
-        while found := self._all(sql, at, *values):
+        most = 4  # whoever undoes wants the newest one
+        while found := self._all(sql, at, *values, most):
             yield from map(self._checked_step, found)
             at = found[-1][0]
+            most = min(4 * most, ROWS_AT_ONCE)
 
     def checkpoints(self) -> list[CheckpointRow]:
         """Return all checkpoints without their bodies, oldest first."""

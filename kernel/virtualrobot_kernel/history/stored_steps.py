@@ -41,7 +41,7 @@ class StoredSteps:
     def get(self, number: int) -> Step | None:
         """Return the step of an entry, None when it is not kept."""
         for step, _ in [*self._waiting.values()]:
-            if step.first_number <= number <= step.number:
+            if number in (step.first_number, step.number):
                 return step
         row = self._store.step(number)
         return self._step(row) if row else None

@@ -114,12 +114,13 @@ class Upkeep:
                 self._latest = last
         return self._latest
 
-    def checkpoint(self, name: str = "", author: str = KERNEL) -> int:
-        """Write the world as it is now as a checkpoint and return its id; any thread may call it."""
+    def checkpoint(self, name: str = "", author: str = KERNEL, past: Moment | None = None) -> int:
+        """Write the world as it is now, or was in the `past`, as a checkpoint and return its id, from any thread."""
         with self._checkpointing:
-            now = self.now()
-            with self._noting:
-                self._entries = self._bytes = self._motion_ticks = 0
+            now = past or self.now()
+            if past is None:
+                with self._noting:
+                    self._entries = self._bytes = self._motion_ticks = 0
             try:
                 written = self._codec.encode_in_parts(image_of(now.structure, now.state), self._parts)
                 return self._store.add_checkpoint(
