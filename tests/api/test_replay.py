@@ -123,6 +123,7 @@ def test_nothing_changes_it(replay: Client) -> None:
         lambda: replay.scene.add_object("box", virtualrobot.box(0.1, 0.1, 0.1)),
         lambda: replay.scene.set_pose("crate", virtualrobot.pose(2.0)),
         lambda: replay.robots["arm"].stop(),
+        lambda: replay.history.checkpoint("then"),
     ):
         with pytest.raises(WrongStateError, match="this is a replay, and what was can only be looked at"):
             change()

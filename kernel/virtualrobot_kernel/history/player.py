@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
+from collections.abc import Sequence
 
 from virtualrobot_kernel.background import give_way
 from virtualrobot_kernel.errors import KernelError
@@ -13,9 +14,23 @@ from virtualrobot_kernel.history.past import PastFolder
 from virtualrobot_kernel.history.replay import Cursor
 from virtualrobot_kernel.history.steps import Steps
 from virtualrobot_kernel.history.stored_steps import StoredSteps
+from virtualrobot_kernel.history.upkeep import KERNEL, Rules, Upkeep
 from virtualrobot_kernel.world.change import Change, Forward
+from virtualrobot_kernel.world.past_world import is_past
 
 log = logging.getLogger(__name__)
+
+
+class _NoUpkeep(Upkeep):
+    """Upkeep of what was: nothing is added, and nothing removed."""
+
+    def checkpoint(self, name: str = "", author: str = KERNEL) -> int:
+        """Refuse it."""
+        raise is_past()
+
+    def remove_checkpoints(self, ids: Sequence[int]) -> None:
+        """Refuse it."""
+        raise is_past()
 
 
 class Player:
@@ -23,7 +38,7 @@ class Player:
 
     Attributes:
         steps: what was done, as it was kept.
-        checkpoints: none: a replay goes to any moment.
+        checkpoints: those that there were; there come no others.
         ready: is set once every moment is near.
     """
 
@@ -32,7 +47,9 @@ class Player:
         self._past = past
         self._replay = replay = past.replay(forward)
         self._cursor: Cursor = replay.at(replay.first_tick)
-        self.steps, self.checkpoints = Steps(StoredSteps(past.store, world_codec())), Checkpoints()
+        codec, store = world_codec(), past.store
+        self.steps = Steps(StoredSteps(store, codec))
+        self.checkpoints = Checkpoints(store, codec, _NoUpkeep(store, codec, Rules(), self._cursor.moment))
         self._ended = threading.Event()
         self.ready = threading.Event()
         self._thread = threading.Thread(target=self._keep_moments, name="replay", daemon=True)

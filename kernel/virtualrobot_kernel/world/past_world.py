@@ -22,6 +22,14 @@ from virtualrobot_kernel.world.supervisor import Supervisor
 log = logging.getLogger(__name__)
 
 
+def is_past() -> KernelError:
+    """Return the refusal of what would change a replay."""
+    return KernelError(
+        "this is a replay, and what was can only be looked at; change the world of a kernel that runs",
+        reason=Reason.WRONG_STATE,
+    )
+
+
 class Past(Protocol):
     """Past of a world, at one moment of it; the world thread alone calls it."""
 
@@ -49,10 +57,7 @@ class NoJournal:
 
     def admit(self, commands: Sequence[Command]) -> None:
         """Raise KernelError (WRONG_STATE): what was is not changed."""
-        raise KernelError(
-            "this is a replay, and what was can only be looked at; change the world of a kernel that runs",
-            reason=Reason.WRONG_STATE,
-        )
+        raise is_past()
 
     def append(self, entry: Entry, before: Change, after: Change) -> None:
         """Keep nothing."""
