@@ -23,7 +23,7 @@ def kernel_inside(*keepers: Keeper) -> Iterator[tuple[Kernel, str]]:
         return Journal((*own, *keepers), *args, **named)
 
     compile_all_code()
-    with mock.patch("virtualrobot_kernel.kernel.Journal", journal):
+    with mock.patch("virtualrobot_kernel.history.history.Journal", journal):
         kernel = Kernel(Settings(Address("127.0.0.1", 0, ""), Mode.STEPPED), Catalog(), lambda: None)
     try:
         yield kernel, f"127.0.0.1:{kernel.start()}"

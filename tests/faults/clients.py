@@ -101,6 +101,20 @@ class Look:
         """Return the names of nodes of these kinds, in order."""
         return sorted(node.name for node in self.scene.nodes if node.WhichOneof("kind") in kinds)
 
+    def edited(self) -> list[object]:
+        """Return what undo covers: all but where joints are, values of signals, and which sensors run."""
+        nodes = []
+        for node in self.scene.nodes:
+            bare = deepcopy(node)
+            if bare.WhichOneof("kind") == "link":
+                bare.ClearField("parent_t_node")
+            if bare.WhichOneof("kind") == "range_sensor":
+                bare.range_sensor.ClearField("running")
+            nodes.append((bare.uid, bare.SerializeToString(deterministic=True)))
+        tools = [(one.name, one.tool, one.tool_center_point, one.speed_factor) for one in self.robots.robots]
+        signals = [(one.name, one.owner, one.description, one.value.WhichOneof("kind")) for one in self.signals.signals]
+        return [*nodes, *tools, *sorted(signals)]
+
     def check_tree(self) -> None:
         """Fail unless the nodes are one tree with names of their own, and each is where its parent says."""
         nodes = self.by_name()

@@ -14,6 +14,7 @@ from virtualrobot._wire.signal_values import set_command, value_message
 from virtualrobot.v1 import (
     collision_pb2,
     geometry_pb2,
+    history_pb2,
     kernel_pb2,
     lease_pb2,
     motion_pb2,
@@ -67,13 +68,20 @@ class WorldOfFaults(RuleBasedStateMachine):
         self.seen: Look | None = None
         self.count = 0
         self.joints: list[str] = []
+        self.kept: dict[str, tuple[Look, bool]] = {}
+        """What was seen when a checkpoint was made, and whether something moved then."""
+        self.restored = False
+        self.start: list[object] = []
+        self.first_step = 0
 
     @initialize()
     def begin(self) -> None:
-        """Put two arms with a suction cup each into an empty world, and a client beside it."""
+        """Put two arms with a suction cup each and two parts into an empty world, and a client beside it."""
         self._free()
         stubs = self.watcher.stubs
         stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
+        for kept in stubs.history.ListCheckpoints(history_pb2.ListCheckpointsRequest()).checkpoints:
+            stubs.history.RemoveCheckpoint(history_pb2.RemoveCheckpointRequest(name=kept.name))
         for place, name in enumerate(ARMS):
             model = scene_pb2.ModelSource(uri=str(self.arm), name=name, parent_t_node=pose(2.0 * place, 0.0, 0.0))
             stubs.scene.ImportModel(scene_pb2.ImportModelRequest(model=model))
@@ -82,10 +90,12 @@ class WorldOfFaults(RuleBasedStateMachine):
             for name in ARMS
         ]
         chosen = [Command(select_tool=scene_pb2.SelectTool(robot=name, tool=f"{name}.cup")) for name in ARMS]
-        stubs.scene.Apply(scene_pb2.ApplyRequest(commands=[*cups, *chosen]))
+        parts = [create(box(f"part {number}", x=0.5 * number, z=0.5)) for number in (1, 2)]
+        stubs.scene.Apply(scene_pb2.ApplyRequest(commands=[*cups, *chosen, *parts]))
         self.joints = [f"panda_joint{number}" for number in range(1, 8)]
         self.clients = [Client(self.connect)]
         self.seen = Look.at(stubs)
+        self.start, self.first_step = self.seen.edited(), self._edits()[0].number
 
     # Clients that come and go.
 
@@ -272,6 +282,63 @@ class WorldOfFaults(RuleBasedStateMachine):
         after = self._look()
         assert after.places() == before.places(), "time has moved what no joint moves"
 
+    # History.
+
+    @rule(who=numbers, mine=st.booleans(), which=st.none() | numbers, again=st.booleans())
+    def undo(self, who: int, mine: bool, which: int | None, again: bool) -> None:
+        """Take back the newest edit, or any; redone, all is as before."""
+        client, before = self._client(who), self._look()
+        request = history_pb2.UndoRequest(only_mine=mine)
+        steps = self._edits()
+        if which is not None:
+            request.number = steps[which % len(steps)].number if steps else 1_000_000
+        elif not mine and all(step.undone for step in steps):
+            return  # what the world began with stays
+        undone, _ = client.ask(client.stubs.history.Undo, request)
+        if undone is None:
+            assert self._look().content() == before.content(), "a refused undo has changed the world"
+        elif again:
+            redone, code = client.ask(client.stubs.history.Redo, history_pb2.RedoRequest(number=undone.step.number))
+            assert redone is not None, code
+            assert self._look().edited() == before.edited(), "an undo that was undone has left something"
+
+    @rule(who=numbers, mine=st.booleans())
+    def redo(self, who: int, mine: bool) -> None:
+        """Take back the newest undo."""
+        client, before = self._client(who), self._look()
+        redone, _ = client.ask(client.stubs.history.Redo, history_pb2.RedoRequest(only_mine=mine))
+        if redone is None:
+            assert self._look().content() == before.content(), "a refused redo has changed the world"
+
+    @precondition(lambda self: len(self.kept) < 3)
+    @rule(who=numbers)
+    def keep(self, who: int) -> None:
+        """Keep the world under a name."""
+        client, name = self._client(who), f"kept {len(self.kept)}"
+        answer, code = client.ask(client.stubs.history.CreateCheckpoint, history_pb2.CreateCheckpointRequest(name=name))
+        assert answer is not None, code
+        self.kept[name] = self._look(), bool(running(self.watcher.stubs))
+
+    @precondition(lambda self: self.kept)
+    @rule(who=numbers, which=numbers)
+    def restore(self, who: int, which: int) -> None:
+        """Go back to a world that was kept, unless somebody else has leased an arm."""
+        client, before = self._client(who), self._look()
+        name = some(list(self.kept), which)
+        request = history_pb2.RestoreCheckpointRequest(name=name)
+        answer, _ = client.ask(client.stubs.history.RestoreCheckpoint, request)
+        after = self._look()
+        if answer is None:
+            assert after.content() == before.content(), "a refused return has changed the world"
+            return
+        self.restored = True
+        look, moved = self.kept[name]
+        assert not running(self.watcher.stubs)
+        assert after.scene.stamp.tick == before.scene.stamp.tick
+        assert after.edited() == look.edited()
+        if not moved:
+            assert after.content() == look.content(), "the world is not as it was kept"
+
     # Files.
 
     @rule()
@@ -302,11 +369,31 @@ class WorldOfFaults(RuleBasedStateMachine):
         self.seen = look
 
     def teardown(self) -> None:
-        """Let everybody go."""
+        """Undo all, and let everybody go."""
         if self.seen is not None:
             self._free()
+            if not self.restored:
+                self._undo_all()
         for client in (*self.clients, self.watcher):
             client.vanish()
+
+    def _edits(self) -> list[history_pb2.Step]:
+        """Return the edits since the start, newest first."""
+        request = history_pb2.ListStepsRequest(kinds=[history_pb2.STEP_KIND_EDIT], page_size=1000)
+        steps = self.watcher.stubs.history.ListSteps(request).steps
+        return [step for step in steps if step.number > self.first_step]
+
+    def _undo_all(self) -> None:
+        """Take back all edits that stand, newest first: the world is as it was at the start."""
+        stubs = self.watcher.stubs
+        stubs.motion.Stop(motion_pb2.StopRequest())
+        while running(stubs):
+            stubs.kernel.StepClock(kernel_pb2.StepClockRequest(ticks=200))
+        for step in self._edits():
+            if not step.undone:
+                stubs.history.Undo(history_pb2.UndoRequest(number=step.number))
+        left = self._look().edited()
+        assert left == self.start, f"undo of everything is not the start: {set(left) ^ set(self.start)}"
 
     def _free(self) -> None:
         """Take all leases and give them back, so that the observer may do what it wants."""

@@ -24,7 +24,10 @@ from tests.inside import kernel_inside
 from tests.kernels import Stubs
 from tests.tiers import Draws
 
+PHASES = [Phase.generate, Phase.shrink]
 STEPS = 30
+APART = [("grpc.use_local_subchannel_pool", 1)]
+"""Options of channels that have a connection of their own, as those of other processes have."""
 
 
 class Recorder:
@@ -51,11 +54,10 @@ class RecordedWorld(WorldOfFaults):
         self.recorder.told.clear()
 
     def teardown(self) -> None:
+        super().teardown()
         if self.seen is not None:
-            self._free()
             self.kernel.world.submit((), "test").result()
             self._check_replay()
-        super().teardown()
 
     def _check_replay(self) -> None:
         told, last = list(self.recorder.told), self.kernel.world.snapshot
@@ -82,7 +84,7 @@ def world(arm: Path) -> Iterator[type[WorldOfFaults]]:
     """Return the machine of a kernel in this process, whose journal is kept."""
     recorder = Recorder()
     with kernel_inside(recorder) as (kernel, address):
-        connect = staticmethod(lambda: Stubs(grpc.insecure_channel(address)))
+        connect = staticmethod(lambda: Stubs(grpc.insecure_channel(address, APART)))
         fields = {"kernel": kernel, "recorder": recorder, "connect": connect, "arm": arm}
         yield type("World", (RecordedWorld,), fields)
 
@@ -94,7 +96,7 @@ def run(machine: type[WorldOfFaults], seed: int, worlds: int, steps: int = STEPS
         stateful_step_count=steps,
         deadline=None,
         database=None,
-        phases=[Phase.generate, Phase.shrink],
+        phases=PHASES,
         suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
     )
     run_state_machine_as_test(hypothesis.seed(seed)(machine), settings=chosen)

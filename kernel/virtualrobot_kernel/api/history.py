@@ -7,7 +7,7 @@ from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import aclosing
 
 from google.protobuf.timestamp_pb2 import Timestamp
-from virtualrobot.v1 import history_pb2, history_pb2_grpc
+from virtualrobot.v1 import geometry_pb2, history_pb2, history_pb2_grpc
 
 from virtualrobot_kernel.api.author import author, is_mine
 from virtualrobot_kernel.api.kernel_services import KernelServices
@@ -19,7 +19,6 @@ from virtualrobot_kernel.history.step import MOST_NAMED, Step, StepKind
 from virtualrobot_kernel.history.steps import Mine, Wanted, page, taking_back
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.world.apply_records import Conflict
-from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import Applied
@@ -123,10 +122,8 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         """Keep the world as it is."""
 
         async def create() -> history_pb2.CreateCheckpointResponse:
-            snapshot = self._kernel.world.snapshot
-            world = Change(snapshot.structure, snapshot.state)
-            made = self._kernel.checkpoints.create(request.name, author(context), world)
-            return history_pb2.CreateCheckpointResponse(stamp=stamp(snapshot), checkpoint=_checkpoint(made))
+            made = await self._kernel.in_worker(self._kernel.checkpoints.create, request.name, author(context))
+            return history_pb2.CreateCheckpointResponse(stamp=self._stamp(), checkpoint=_checkpoint(made))
 
         return await self._repeats.once(request, create)
 
@@ -134,9 +131,8 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         self, request: history_pb2.ListCheckpointsRequest, context: object
     ) -> history_pb2.ListCheckpointsResponse:
         """Tell the checkpoints."""
-        return history_pb2.ListCheckpointsResponse(
-            stamp=stamp(self._kernel.world.snapshot), checkpoints=map(_checkpoint, self._kernel.checkpoints.all)
-        )
+        found = await self._kernel.in_worker(lambda: self._kernel.checkpoints.all)
+        return history_pb2.ListCheckpointsResponse(stamp=self._stamp(), checkpoints=map(_checkpoint, found))
 
     async def RestoreCheckpoint(
         self, request: history_pb2.RestoreCheckpointRequest, context: object
@@ -145,12 +141,14 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
 
         async def restore() -> history_pb2.RestoreCheckpointResponse:
             checkpoints = self._kernel.checkpoints
-            found = checkpoints.get(request.name)
-            applied = await self._submit(found.restore, context)
+            found = await self._kernel.in_worker(checkpoints.get, request.name)
+            command = await self._kernel.in_worker(checkpoints.restoring, found)
+            applied = await self._submit(command, context)
+            before = checkpoints.left_by(command)
             return history_pb2.RestoreCheckpointResponse(
                 stamp=stamp(applied.snapshot),
                 checkpoint=_checkpoint(found),
-                before=_checkpoint(checkpoints.left_by(found.restore)),
+                before=None if before is None else _checkpoint(before),
             )
 
         return await self._repeats.once(request, restore)
@@ -159,9 +157,11 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         self, request: history_pb2.RemoveCheckpointRequest, context: object
     ) -> history_pb2.RemoveCheckpointResponse:
         """Forget a checkpoint."""
-        gone = self._kernel.checkpoints.remove(request.name)
-        snapshot = self._kernel.world.snapshot
-        return history_pb2.RemoveCheckpointResponse(stamp=stamp(snapshot), checkpoint=_checkpoint(gone))
+        gone = await self._kernel.in_worker(self._kernel.checkpoints.remove, request.name)
+        return history_pb2.RemoveCheckpointResponse(stamp=self._stamp(), checkpoint=_checkpoint(gone))
+
+    def _stamp(self) -> geometry_pb2.Stamp:
+        return stamp(self._kernel.world.snapshot)
 
     async def _submit(self, command: Command, context: object) -> Applied:
         snapshot = self._kernel.world.snapshot
@@ -238,7 +238,7 @@ def _checkpoint(checkpoint: Checkpoint) -> history_pb2.Checkpoint:
         name=checkpoint.name,
         author=checkpoint.author,
         time=_timestamp(checkpoint.wall_time),
-        tick=checkpoint.restore.state.tick,
-        node_count=len(checkpoint.restore.nodes),
+        tick=checkpoint.tick,
+        node_count=checkpoint.node_count,
         automatic=checkpoint.automatic,
     )

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import logging
 import threading
-import time
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.history.codec import Codec
 from virtualrobot_kernel.history.journal import Told
+from virtualrobot_kernel.history.recovery import image
+from virtualrobot_kernel.history.store import CheckpointRow, Store
+from virtualrobot_kernel.history.upkeep import Moment, Upkeep
 from virtualrobot_kernel.world.apply_checkpoint import checkpoint_of
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import RestoreWorld
@@ -20,96 +24,125 @@ MOST_CHECKPOINTS = 100
 MOST_AUTOMATIC = 10
 """Greatest number of those that the kernel has made; the oldest goes."""
 
+AUTOMATIC = "before step "
+"""Begin of the names of these."""
+
 LONGEST_NAME = 200
 
+log = logging.getLogger(__name__)
 
-@dataclass(frozen=True, slots=True, eq=False)
+
+@dataclass(frozen=True, slots=True)
 class Checkpoint:
-    """World under a name: who made it, when (seconds since 1970), and the command that goes back to it.
+    """World under a name: who made it, when (seconds since 1970), at which tick, and how many nodes it has.
 
-    `automatic`: the kernel made it before it went back to another one.
+    `id` is its number in the store.
     """
 
+    id: int
     name: str
     author: str
     wall_time: float
-    restore: RestoreWorld
-    automatic: bool = False
+    tick: int
+    node_count: int
+
+    @property
+    def automatic(self) -> bool:
+        """True when the kernel made it, before it went back to another one."""
+        return self.name.startswith(AUTOMATIC)
 
 
 class Checkpoints:
-    """Checkpoints of a world; as a keeper of the journal it notes the world that each return to one leaves."""
+    """Named checkpoints of a store; as a keeper of the journal it keeps the world that each return to one leaves."""
 
-    def __init__(self) -> None:
-        """Begin with none."""
-        self._by_name: dict[str, Checkpoint] = {}
+    def __init__(self, store: Store, codec: Codec, upkeep: Upkeep) -> None:
+        """Read and remove them in `store`; `upkeep` writes them."""
+        self._store, self._codec, self._upkeep = store, codec, upkeep
         self._left: deque[tuple[RestoreWorld, Checkpoint]] = deque(maxlen=MOST_AUTOMATIC)
         self._lock = threading.Lock()
 
     @property
     def all(self) -> list[Checkpoint]:
-        """Checkpoints, oldest first."""
-        return list(self._by_name.values())
+        """Checkpoints with a name, oldest first."""
+        return [self._known(row) for row in self._store.checkpoints() if row.name]
 
     def get(self, name: str) -> Checkpoint:
         """Return a checkpoint; raise UnknownNameError."""
-        try:
-            return self._by_name[name]
-        except KeyError:
-            raise UnknownNameError("checkpoint", name, self._by_name) from None
+        rows = {row.name: row for row in self._store.checkpoints() if row.name}
+        if name not in rows:
+            raise UnknownNameError("checkpoint", name, rows)
+        return self._known(rows[name])
 
-    def create(self, name: str, author: str, world: Change) -> Checkpoint:
-        """Keep a world under a name (empty: one that is free); raise KernelError when it is taken, or for too many."""
+    def restoring(self, checkpoint: Checkpoint) -> RestoreWorld:
+        """Return the command that goes back to a checkpoint; raise KernelError when it can't be read."""
+        world = image(self._store, self._codec, checkpoint.id)
+        return checkpoint_of(Change(world.structure, world.state), checkpoint.name)
+
+    def create(self, name: str, author: str) -> Checkpoint:
+        """Keep the world as it is under a name (empty: a free one); all that was answered before is in it.
+
+        Raises KernelError when the name is taken, and when there are too many.
+        """
         with self._lock:
+            taken = {row.name for row in self._store.checkpoints() if row.name}
             if not name:
-                name = next(free for n in range(1, 10**9) if (free := f"checkpoint {n}") not in self._by_name)
+                name = next(free for n in range(1, len(taken) + 2) if (free := f"checkpoint {n}") not in taken)
             if len(name) > LONGEST_NAME or not name.isprintable() or name != name.strip():
                 raise KernelError(
                     f"a checkpoint's name has at most {LONGEST_NAME} characters that can be printed, and no space at "
                     f"its ends; this one is {name[:LONGEST_NAME]!r}",
                     field="name",
                 )
-            if name in self._by_name:
+            if name.startswith(AUTOMATIC):
+                raise KernelError(
+                    f"names that begin with {AUTOMATIC!r} are the kernel's own; choose another one than {name!r}",
+                    field="name",
+                )
+            if name in taken:
                 raise KernelError(
                     f"the name {name!r} is taken by another checkpoint; choose another one, or remove it first",
                     reason=Reason.NAME_TAKEN,
                     name=name,
                 )
-            if sum(not one.automatic for one in self._by_name.values()) >= MOST_CHECKPOINTS:
+            if sum(not one.startswith(AUTOMATIC) for one in taken) >= MOST_CHECKPOINTS:
                 raise KernelError(
                     f"there are {MOST_CHECKPOINTS} checkpoints already; remove one first",
                     reason=Reason.TOO_LARGE,
                     limit=MOST_CHECKPOINTS,
                 )
-            made = Checkpoint(name, author, time.time(), checkpoint_of(world, name))
-            self._by_name = {**self._by_name, name: made}
-            return made
+            self._upkeep.checkpoint(name, author)
+        return self.get(name)
 
     def remove(self, name: str) -> Checkpoint:
         """Forget a checkpoint and return it; raise UnknownNameError."""
         with self._lock:
             found = self.get(name)
-            self._by_name = {other: one for other, one in self._by_name.items() if other != name}
+            self._upkeep.remove_checkpoints([found.id])
             return found
 
-    def left_by(self, command: RestoreWorld) -> Checkpoint:
-        """Return the world as it was right before a return to a checkpoint; there must have been one."""
-        return next(checkpoint for one, checkpoint in reversed(self._left) if one is command)
+    def left_by(self, command: RestoreWorld) -> Checkpoint | None:
+        """Return the world as it was right before a return to a checkpoint; None when it could not be kept."""
+        return next((checkpoint for one, checkpoint in reversed(self._left) if one is command), None)
 
     def keep(self, told: Sequence[Told]) -> None:
         """Keep the worlds that were left for a checkpoint."""
         for one in told:
             for command in one.entry.commands:
                 if isinstance(command, RestoreWorld):
-                    self._note(one, command)
+                    try:
+                        self._left.append((command, self._note(one)))
+                    except Exception:  # the world has gone back all the same
+                        log.exception("the world before entry %d could not be kept as a checkpoint", one.number)
 
-    def _note(self, told: Told, command: RestoreWorld) -> None:
+    def _note(self, told: Told) -> Checkpoint:
         with self._lock:
-            name = f"before step {told.number}"
-            made = Checkpoint(
-                name, told.entry.author, told.entry.wall_time, checkpoint_of(told.before, name), automatic=True
-            )
-            others = [one for one in self._by_name.values() if one.automatic]
-            gone = {one.name for one in others[: max(0, len(others) + 1 - MOST_AUTOMATIC)]}
-            self._by_name = {**{key: one for key, one in self._by_name.items() if key not in gone}, name: made}
-            self._left.append((command, made))
+            name = f"{AUTOMATIC}{told.number}"
+            before = Moment(told.number - 1, told.before.structure, told.before.state)
+            self._upkeep.checkpoint(name, told.entry.author, before)
+            others = [row.id for row in self._store.checkpoints() if row.name.startswith(AUTOMATIC)]
+            if old := others[:-MOST_AUTOMATIC]:
+                self._upkeep.remove_checkpoints(old)
+            return self.get(name)
+
+    def _known(self, row: CheckpointRow) -> Checkpoint:
+        return Checkpoint(row.id, row.name, row.author, row.time, row.tick, row.nodes)

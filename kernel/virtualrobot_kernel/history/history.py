@@ -56,9 +56,11 @@ class History:
     """History in a project folder, or without one in memory, where it is as complete until the kernel ends.
 
     Attributes:
+        codec: how it is written.
         store: what is kept.
         journal: what the world tells.
         steps: what people see of it, undo and redo.
+        checkpoints: those that people know by their names.
         upkeep: makes checkpoints.
         begin: the moment that the world begins from.
         goes_on: whether there was something to go on from.
@@ -83,7 +85,7 @@ class History:
 
         Raises KernelError when what the world was can't be read.
         """
-        codec = world_codec()
+        self.codec = codec = world_codec()
         self._folder = folder
         self._last_tick: LastTick | None = None
         if folder is None:
@@ -98,10 +100,11 @@ class History:
         self.goes_on = self.begin.number > 0 or self.begin.state.tick > 0
         rules = rules or rules_of(None, folder is not None)
         self.upkeep = Upkeep(self.store, codec, rules, self.begin, self._last_tick)
-        recorder = Recorder(self.store, codec, self.upkeep)
-        self.steps = Steps(StoredSteps(self.store, codec))
-        self.checkpoints = Checkpoints()
-        self.journal = Journal((recorder, self.steps, self.checkpoints), self.begin.number, self.upkeep.ticked)
+        kept = StoredSteps(self.store, codec)
+        self.steps = Steps(kept)
+        self.checkpoints = Checkpoints(self.store, codec, self.upkeep)
+        recorder = Recorder(self.store, codec, kept, self.upkeep)
+        self.journal = Journal((self.steps, recorder, self.checkpoints), self.begin.number, self.upkeep.ticked)
 
     def start(self) -> None:
         """Start the threads."""
@@ -112,6 +115,10 @@ class History:
         """Write what is left, and a checkpoint where the next kernel may begin; let others use the folder."""
         self.journal.close()
         self.upkeep.close(checkpoint=self._folder is not None)
+        self.close_files()
+
+    def close_files(self) -> None:
+        """Close what is open, of a history that was not started."""
         self.store.close()
         if self._last_tick is not None:
             self._last_tick.close()

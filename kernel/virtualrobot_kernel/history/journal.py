@@ -6,6 +6,7 @@ import contextlib
 import logging
 import queue
 import threading
+import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -81,6 +82,7 @@ class Journal:
         self._ticked = ticked
         self._unkept: list[Told] = []
         self._given_up = False
+        self._retry_at = 0.0
         self._queue: queue.SimpleQueue[Told | Answer | None] = queue.SimpleQueue()
         self._failed: KernelError | None = None
         self._thread = threading.Thread(target=self._run, name="history", daemon=True)
@@ -144,13 +146,16 @@ class Journal:
         if self._given_up or not (told or self._unkept):
             return
         together = [*self._unkept, *told]
+        if self._unkept and time.monotonic() < self._retry_at:
+            self._unkept = together
+            return
         try:
             for keeper in self._keepers:
                 keeper.keep(together)
         except Exception as error:
             if self._failed is None:
                 log.exception("entry %d can't be kept; the world takes no more changes until it is", together[0].number)
-            self._unkept = together
+            self._unkept, self._retry_at = together, time.monotonic() + RETRY_SECONDS
             if len(together) > MOST_UNKEPT:
                 self._unkept, self._given_up = [], True
             self._failed = KernelError(

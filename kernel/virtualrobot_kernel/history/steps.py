@@ -3,11 +3,8 @@
 from __future__ import annotations
 
 import logging
-import threading
-from collections import OrderedDict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from heapq import merge
 from itertools import islice
 from typing import Protocol
 
@@ -16,20 +13,10 @@ from virtualrobot_kernel.history.journal import Told
 from virtualrobot_kernel.history.step import Step, StepKind, drawn_out, step_of
 from virtualrobot_kernel.world.apply_records import Conflict
 from virtualrobot_kernel.world.commands import RestoreRecords
-from virtualrobot_kernel.world.journal import weight
 from virtualrobot_kernel.world.listeners import Listeners
-
-MOST_STEPS = 10_000
-"""Greatest number of steps in memory, of those that undo is about and of all others each."""
-
-MOST_BYTES = 64 * 1024 * 1024
-"""Greatest size of what the steps in memory have changed, in bytes."""
 
 MOST_AUTHORS = 100
 """Greatest number of authors whose newest edits may go on as drags."""
-
-LISTED_APART = frozenset({StepKind.MOTION, StepKind.SIGNAL, StepKind.OTHER})
-"""Kinds that come as often as programs run: they push no edit out of the memory."""
 
 log = logging.getLogger(__name__)
 Mine = Callable[[str], bool]
@@ -89,67 +76,13 @@ class StepStore(Protocol):
         ...
 
 
-class StepMemory:
-    """Store of steps in memory, where the oldest ones make room."""
-
-    def __init__(self, most_steps: int = MOST_STEPS, most_bytes: int = MOST_BYTES) -> None:
-        """Begin empty."""
-        self._most_steps, self._most_bytes = most_steps, most_bytes
-        # Two, each in the order of its numbers; a drag takes the number of its last entry.
-        self._edits: OrderedDict[int, tuple[Step, int]] = OrderedDict()
-        self._others: OrderedDict[int, tuple[Step, int]] = OrderedDict()
-        self._drawn: dict[int, int] = {}
-        self._bytes = 0
-        self._lock = threading.Lock()
-        self.last = 0
-        self.forgotten = 0
-
-    def append(self, step: Step, replaced: Step | None) -> None:
-        """Keep a step after all others, in place of one that it has drawn out (None: of none)."""
-        among = self._others if step.kind in LISTED_APART else self._edits
-        size = weight((step.difference.old, step.difference.new))
-        with self._lock:
-            if replaced is not None:
-                self._bytes -= self._edits.pop(replaced.number, (replaced, 0))[1]
-                self._drawn[replaced.number] = step.number
-            among[step.number] = step, size
-            self._bytes += size
-            self.last = step.number
-            while len(among) > self._most_steps:
-                self._forget(among)
-            while self._bytes > self._most_bytes and len(self._edits) > 1:
-                self._forget(self._edits)
-
-    def _forget(self, among: OrderedDict[int, tuple[Step, int]]) -> None:
-        number, (step, size) = among.popitem(last=False)
-        self._bytes -= size
-        self.forgotten = max(self.forgotten, number)
-        for drawn in range(step.first_number, number):
-            self._drawn.pop(drawn, None)
-
-    def get(self, number: int) -> Step | None:
-        """Return the step of an entry, None when it is not kept."""
-        with self._lock:
-            while number in self._drawn:
-                number = self._drawn[number]
-            found = self._edits.get(number) or self._others.get(number)
-        return found[0] if found else None
-
-    def find(self, wanted: Wanted, before: int | None = None) -> Iterator[Step]:
-        """Yield steps that are wanted, newest first, with smaller numbers than `before`."""
-        apart = [bool(wanted.kinds - LISTED_APART), bool(wanted.kinds & LISTED_APART)] if wanted.kinds else [True, True]
-        with self._lock:
-            every = [list(one.values()) for one, asked in zip((self._edits, self._others), apart, strict=True) if asked]
-        newest_first = merge(*map(reversed, every), key=lambda one: -one[0].number)
-        return (step for step, _ in newest_first if (before is None or step.number < before) and wanted.has(step))
-
-
 class Steps:
     """Steps of a world: a keeper of the journal, which makes them, and what undo and redo ask."""
 
-    def __init__(self, store: StepStore | None = None) -> None:
-        """Begin with the steps of a store; without one they are in memory alone."""
-        self.store = StepMemory() if store is None else store
+    def __init__(self, store: StepStore) -> None:
+        """Begin with the steps of a store."""
+        self.store = store
+        self._last = 0
         self._listeners: Listeners[[Sequence[Step]]] = Listeners()
         self._undone: dict[int, int] = {}
         self._newest: dict[str, Step] = {}
@@ -157,9 +90,12 @@ class Steps:
             self._note(step)
 
     def keep(self, told: Sequence[Told]) -> None:
-        """Make steps of entries, and tell those who watch."""
+        """Make steps of entries, and tell those who watch; entries that could not be written at first come again."""
         made: list[Step] = []
         for one in told:
+            if one.number <= self._last:
+                continue
+            self._last = one.number
             try:
                 if (step := self._kept(one)) is not None:
                     made.append(step)

@@ -12,38 +12,54 @@ from virtualrobot_kernel.world.records import Difference
 
 
 class StoredSteps:
-    """Steps of a store; the journal's thread writes them, any may read."""
+    """Steps of a store; the journal's thread adds them, any may read.
+
+    They wait in memory until they are written, with the entries that they were made of.
+    """
 
     def __init__(self, store: Store, codec: Codec) -> None:
         """Keep steps in `store`, their differences as `codec` writes them."""
         self._store = store
         self._codec = codec
+        self._waiting: dict[int, tuple[Step, int]] = {}
 
     def append(self, step: Step, replaced: Step | None) -> None:
         """Keep a step after all others, in place of one that it has drawn out (None: of none)."""
-        changed = step.difference
-        row = StepRow(
-            step.number,
-            step.first_number,
-            step.tick,
-            step.wall_time,
-            step.author,
-            step.kind.value,
-            step.label,
-            step.names,
-            step.undoes,
-            self._codec.encode((changed.old, changed.new)) if changed else b"",
-            tuple(sorted(step.touched)),
-        )
-        self._store.write_step(row, replaced.number if replaced else 0)
+        gone = replaced.number if replaced else 0
+        if gone in self._waiting:
+            gone = self._waiting.pop(gone)[1]
+        self._waiting[step.number] = step, gone
+
+    def waiting(self) -> list[tuple[StepRow, int]]:
+        """Return the steps that are to be written, each with the number of the one whose place it takes (0: none)."""
+        return [(self._row(step), replaced) for step, replaced in self._waiting.values()]
+
+    def written(self) -> None:
+        """Note that all that waited is in the store."""
+        self._waiting = {}
 
     def get(self, number: int) -> Step | None:
         """Return the step of an entry, None when it is not kept."""
+        for step, _ in [*self._waiting.values()]:
+            if number in (step.first_number, step.number):
+                return step
         row = self._store.step(number)
         return self._step(row) if row else None
 
     def find(self, wanted: Wanted, before: int | None = None) -> Iterator[Step]:
         """Yield steps that are wanted, newest first, with smaller numbers than `before`."""
+        waiting = sorted([*self._waiting.values()], key=lambda one: -one[0].number)
+        for step, _ in waiting:
+            if (before is None or step.number < before) and wanted.has(step):
+                yield step
+        replaced = {number for _, number in waiting}
+        first = min((step.number for step, _ in waiting), default=before)
+        before = first if before is None or first is None else min(before, first)
+        for step in self._written(wanted, before):
+            if step.number not in replaced:
+                yield step
+
+    def _written(self, wanted: Wanted, before: int | None) -> Iterator[Step]:
         conditions, values = ["1"], list[object]()
         if wanted.kinds:
             conditions.append(f"kind IN ({','.join('?' * len(wanted.kinds))})")
@@ -64,12 +80,28 @@ class StoredSteps:
     @property
     def last(self) -> int:
         """Number of the newest step that was ever kept; 0: none was."""
-        return next((row.number for row in self._store.steps()), self._store.forgotten)
+        return next((step.number for step in self.find(Wanted())), self._store.forgotten)
 
     @property
     def forgotten(self) -> int:
         """Number of the newest step that may not be kept any more; 0: all are."""
         return self._store.forgotten
+
+    def _row(self, step: Step) -> StepRow:
+        changed = step.difference
+        return StepRow(
+            step.number,
+            step.first_number,
+            step.tick,
+            step.wall_time,
+            step.author,
+            step.kind.value,
+            step.label,
+            step.names,
+            step.undoes,
+            self._codec.encode((changed.old, changed.new)) if changed else b"",
+            tuple(sorted(step.touched)),
+        )
 
     def _step(self, row: StepRow) -> Step:
         old, new = self._codec.decode(row.difference) if row.difference else (None, None)

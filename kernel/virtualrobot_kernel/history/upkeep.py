@@ -67,14 +67,14 @@ class Upkeep:
         """Look after `store` from the moment `begin` on; write the last tick to `last_tick`, if there is one."""
         self._store = store
         self._codec = codec
-        self._rules = rules
+        self.rules = rules
         self._last_tick = last_tick
         self._parts = Parts()
         self._ticks: deque[Moment] = deque()
         self._hashes: tuple[int, bytes] | None = None
         self._latest, self._kept = begin, begin.number
         self._entries = self._bytes = self._motion_ticks = 0
-        self._noting, self._checkpointing = threading.Lock(), threading.Lock()
+        self._noting, self._checkpointing, self._looking_after = (threading.Lock() for _ in range(3))
         self._failed = False
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, name="history upkeep", daemon=True)
@@ -88,7 +88,7 @@ class Upkeep:
         self._ended.set()
         if self._thread.is_alive():
             self._thread.join(10.0)
-        self._round()
+        self.look_after()
         if checkpoint and not self._failed:
             self.checkpoint()
 
@@ -114,17 +114,18 @@ class Upkeep:
                 self._latest = last
         return self._latest
 
-    def checkpoint(self, name: str = "", author: str = KERNEL) -> int:
-        """Write the world as it is now as a checkpoint and return its id; any thread may call it."""
+    def checkpoint(self, name: str = "", author: str = KERNEL, past: Moment | None = None) -> int:
+        """Write the world as it is now, or was in the `past`, as a checkpoint and return its id, from any thread."""
         with self._checkpointing:
-            now = self.now()
-            with self._noting:
-                self._entries = self._bytes = self._motion_ticks = 0
+            now = past or self.now()
+            if past is None:
+                with self._noting:
+                    self._entries = self._bytes = self._motion_ticks = 0
             try:
                 written = self._codec.encode_in_parts(image_of(now.structure, now.state), self._parts)
-                return self._store.add_checkpoint(
-                    now.number, now.state.tick, name, author, time.time(), written.body, [*written.parts], written.fresh
-                )
+                tick, nodes, parts = now.state.tick, len(now.structure.nodes), tuple(written.parts)
+                row = CheckpointRow(0, now.number, tick, name, author, time.time(), nodes, written.body, parts)
+                return self._store.add_checkpoint(row, written.fresh)
             except BaseException:
                 self._parts = Parts()  # some of them may not have been written
                 raise
@@ -137,9 +138,14 @@ class Upkeep:
 
     def _run(self) -> None:
         while not self._ended.wait(ROUND_SECONDS):
-            self._round()
+            self.look_after()
 
-    def _round(self) -> None:
+    def look_after(self) -> None:
+        """Do what is due."""
+        with self._looking_after:
+            self._do_what_is_due()
+
+    def _do_what_is_due(self) -> None:
         try:
             self._hash()
             self._store.tidy()
@@ -167,7 +173,7 @@ class Upkeep:
 
     def _is_due(self) -> bool:
         """Return whether replaying from the last checkpoint takes too long."""
-        rules = self._rules
+        rules = self.rules
         return self._entries >= rules.entries or self._bytes >= rules.bytes or self._motion_ticks >= rules.motion_ticks
 
     def _thin(self) -> None:
@@ -181,7 +187,7 @@ class Upkeep:
 
     def _wanted_begin(self) -> CheckpointRow | None:
         """Return the checkpoint with which the history shall begin; None leaves it as it is."""
-        store, rules = self._store, self._rules
+        store, rules = self._store, self.rules
         wanted = None
         if rules.most_seconds is not None:
             oldest = time.time() - rules.most_seconds

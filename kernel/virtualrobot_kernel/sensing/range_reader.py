@@ -32,8 +32,8 @@ from virtualrobot_kernel.world.structure import Node, Structure
 
 MOST_RAYS = 8_000_000
 """The most rays of one reading, those of all beams together."""
-OWN_SECONDS = 5.0
-"""Longest time (s) of a reading beside its components' own deadlines."""
+OWN_SECONDS = 20.0
+"""Longest time (s) of a reading beside its components' own deadlines, of which they may wait for a core."""
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
 
@@ -10,7 +11,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.affected_robots import robots_of_records
 from virtualrobot_kernel.world.apply_sensors import with_sensors_running
-from virtualrobot_kernel.world.change import Change, Forward, rebuilt
+from virtualrobot_kernel.world.change import Change, Forward, rebuilt, shortened
 from virtualrobot_kernel.world.commands import RestoreRecords
 from virtualrobot_kernel.world.consistency import (
     check_count,
@@ -31,7 +32,8 @@ from virtualrobot_kernel.world.difference import (
     with_values,
 )
 from virtualrobot_kernel.world.records import EVERYWHERE, Key, Presence, Values
-from virtualrobot_kernel.world.structure import WORLD_UID, Kind, Node, Structure, ToolData
+from virtualrobot_kernel.world.state import Signal
+from virtualrobot_kernel.world.structure import Kind, Node, Structure, ToolData
 
 SAID = {
     "names": "the name of {}",
@@ -53,13 +55,15 @@ SAID = {
 
 
 class Conflict(KernelError):
-    """Refusal of an undo: something is not as it was left. `table` and `key` say what."""
+    """Refusal of an undo: something is not as it was left. `table` and `key` say what; "" where that is not known."""
 
     reason = Reason.CONFLICT
 
     def __init__(self, message: str, table: str, key: Key) -> None:
         """Say what stands in the way."""
-        super().__init__(message, aspect=table)
+        super().__init__(message)
+        if table:
+            self.metadata["aspect"] = table
         self.table, self.key = table, key
 
 
@@ -159,6 +163,9 @@ def _with_nodes(change: Change, restored: Values) -> Change:
         for uid, one in getattr(restored, table).items():
             changed.setdefault(uid, {})[name] = one
     poses = dict(restored.poses)
+    gone = restored.nodes.keys()
+    if gone and not changed and not poses and not any(restored.nodes.values()) and index.ends_with(structure, gone):
+        return shortened(change, gone)  # what was created last goes again
     if restored.nodes or not all(_is_simple(structure, structure.nodes[uid], given) for uid, given in changed.items()):
         nodes = dict(structure.nodes)
         for uid, given in changed.items():
@@ -168,9 +175,10 @@ def _with_nodes(change: Change, restored: Values) -> Change:
             del nodes[uid]
         for one in coming:
             nodes[one.node.uid], poses[one.node.uid] = one.node, one.parent_t_node
-        _check_tree(structure, nodes)
-        # Rows follow the order of creation, and uids do.
-        after = with_coordinates(rebuilt(change, dict(sorted(nodes.items())), structure.next_uid, poses), coming)
+        _check_tree(structure, nodes, (*changed, *restored.nodes))
+        with _inconsistent():
+            after = rebuilt(change, nodes, structure.next_uid, poses)
+        after = with_coordinates(after, coming)
         return with_sensors_running(after, (one.node.uid for one in coming if one.running), True)
     for uid, given in changed.items():
         parent = given.pop("parent", None)
@@ -199,33 +207,28 @@ def _is_simple(structure: Structure, node: Node, given: Mapping[str, Any]) -> bo
     return fits and all(one.kind is not Kind.TOOL for one in structure.below(node.uid))
 
 
-def _check_tree(structure: Structure, nodes: Mapping[int, Node]) -> None:
-    """Raise Conflict unless the nodes are a tree with names of their own."""
-    taken: dict[str, int] = {}
-    for uid, node in nodes.items():
-        if node.name in taken:
-            # The one that comes back or gets its name back is not in the way of the other.
-            other = next(one for one in (taken[node.name], uid) if _is_called(structure, one, node.name))
+def _check_tree(structure: Structure, nodes: Mapping[int, Node], touched: Iterable[int]) -> None:
+    """Raise Conflict unless nodes, of which some were touched, are a tree with names of their own."""
+    for uid in touched:
+        node = nodes.get(uid)
+        if node is None:
+            for child in structure.children.get(uid, ()):
+                if child in nodes and nodes[child].parent == uid:
+                    names = structure.nodes[child].name, structure.nodes[uid].name
+                    raise Conflict(f"{names[0]!r} hangs on {names[1]!r}, which would go", "parents", child)
+            continue
+        other = structure.uid_by_name.get(node.name, uid)
+        if other != uid and other in nodes and nodes[other].name == node.name:
             raise Conflict(f"another node has the name {node.name!r}", "names", other)
-        taken[node.name] = uid
         if node.parent and node.parent not in nodes:
-            if node.parent in structure.nodes:
-                names = node.name, structure.nodes[node.parent].name
-                raise Conflict(f"{names[0]!r} hangs on {names[1]!r}, which would go", "parents", uid)
             raise Conflict(f"what {node.name!r} hung on is gone", "nodes", node.parent)
-    for uid, node in nodes.items():
-        if structure.nodes.get(uid) is not node:
-            above, at = set[int](), node
-            while at.parent and at.uid not in above:
-                above.add(at.uid)
-                at = nodes[at.parent]
-            if at.uid != WORLD_UID:
-                names = node.name, nodes[node.parent].name
-                raise Conflict(f"{names[1]!r} hangs below {names[0]!r}", "parents", node.parent)
-
-
-def _is_called(structure: Structure, uid: int, name: str) -> bool:
-    return uid in structure.nodes and structure.nodes[uid].name == name
+        above, at = set[int](), node
+        while at.parent in nodes and at.uid not in above:
+            above.add(at.uid)
+            at = nodes[at.parent]
+        if at.uid in above:
+            names = node.name, nodes[node.parent].name
+            raise Conflict(f"{names[1]!r} hangs below {names[0]!r}", "parents", node.parent)
 
 
 def _check_nothing_else(before: Change, after: Change, command: RestoreRecords) -> None:
@@ -237,9 +240,30 @@ def _check_nothing_else(before: Change, after: Change, command: RestoreRecords) 
             )
 
 
+@contextmanager
+def _inconsistent() -> Iterator[None]:
+    """Make a conflict of what is wrong with a world; of which change it comes is not known."""
+    try:
+        yield
+    except KernelError as error:
+        raise Conflict(str(error), "", EVERYWHERE) from None
+
+
+def _check_named(structure: Structure, restored: Values) -> None:
+    """Raise Conflict when a value would be set for a node that is gone."""
+    for table, key, one in restored.items():
+        if one is None or table == "nodes":
+            continue
+        uids = [one.owner] if isinstance(one, Signal) else key if isinstance(key, tuple) else [key]
+        for uid in uids:
+            if uid != EVERYWHERE and isinstance(uid, int) and uid not in structure.nodes:
+                raise Conflict(f"{words(structure, table, key, one)} was set for a node that is gone", "nodes", uid)
+
+
 def _check_consistent(after: Change, restored: Values) -> None:
     """Raise Conflict unless what has changed names only what is there, and joints are within limits."""
     structure = after.structure
+    _check_named(structure, restored)
     uids = {uid for table in ("nodes", *FIELDS) for uid in getattr(restored, table)} & structure.nodes.keys()
     moved = (one for uid in restored.parents for one in structure.below(uid) if one.kind is Kind.TOOL)
     touched = {node.uid: node for node in (*(structure.nodes[uid] for uid in uids), *moved)}
@@ -250,19 +274,15 @@ def _check_consistent(after: Change, restored: Values) -> None:
         for node in touched.values()
         if node.kind in (Kind.ROBOT, Kind.LINK, Kind.TOOL) and (robot := structure.robot_of(node.uid))
     }
-    about = 0
-    try:
+    with _inconsistent():
         check_count(len(structure.nodes))
         for node in touched.values():
-            about = node.uid
             check_figures(node.name, node.data, node.figures)
             check_names(structure, node)
             if node.kind is Kind.TOOL:
                 check_tool_in_use(after, node)
-        for about in robots:
-            check_robot(after, about)
-    except KernelError as error:
-        raise Conflict(str(error), "data", about) from None
+        for robot in robots:
+            check_robot(after, robot)
     for robot, selection in restored.selections.items():
         if selection is not None and selection.tool:
             tool = structure.nodes.get(selection.tool) if selection.tool in structure.tools.get(robot, ()) else None

@@ -75,26 +75,38 @@ def rebuilt(change: Change, nodes: Mapping[int, Node], next_uid: int, poses: Map
         else:
             q[at_q : at_q + nq] = neutral(joint)
     motions = tuple(relocated(new, motion) for motion in state.motions)
+    state = replace(state, q=q, v=v, parent_t_node=parent_t_node, motions=motions)
+    return replace(change, structure=new, state=_among(old, new, state))
+
+
+def shortened(change: Change, gone: Collection[int]) -> Change:
+    """Return the world without its last nodes (uids), as `rebuilt` would; `index.ends_with` says whether it can."""
+    old, state = change.structure, change.state
+    new = index.shortened(old, gone)
+    state = replace(
+        state,
+        q=state.q[: new.q_count],
+        v=state.v[: new.v_count],
+        parent_t_node=state.parent_t_node[: len(new.nodes)],
+        motions=tuple(relocated(new, motion) for motion in state.motions),
+    )
+    return replace(change, structure=new, state=_among(old, new, state))
+
+
+def _among(old: Structure, new: Structure, state: State) -> State:
+    """Return a state in which nothing is about nodes that are gone."""
     alive = new.nodes.keys()
     return replace(
-        change,
-        structure=new,
-        state=replace(
-            state,
-            q=q,
-            v=v,
-            parent_t_node=parent_t_node,
-            signals=_owned(state.signals, alive),
-            commanded=_kept(old, new, state.commanded),
-            readings=_kept(old, new, state.readings),
-            motions=motions,
-            tool_states={uid: name for uid, name in state.tool_states.items() if uid in alive},
-            selections=_selected(new, state.selections),
-            speed_factors={uid: factor for uid, factor in state.speed_factors.items() if uid in alive},
-            allowed_pairs={pair: why for pair, why in state.allowed_pairs.items() if alive >= set(pair)},
-            collisions=state.collisions.among(alive),
-            running_sensors={uid: start for uid, start in state.running_sensors.items() if uid in alive},
-        ),
+        state,
+        signals=_owned(state.signals, alive),
+        commanded=_kept(old, new, state.commanded),
+        readings=_kept(old, new, state.readings),
+        tool_states={uid: name for uid, name in state.tool_states.items() if uid in alive},
+        selections=_selected(new, state.selections),
+        speed_factors={uid: factor for uid, factor in state.speed_factors.items() if uid in alive},
+        allowed_pairs={pair: why for pair, why in state.allowed_pairs.items() if alive >= set(pair)},
+        collisions=state.collisions.among(alive),
+        running_sensors={uid: start for uid, start in state.running_sensors.items() if uid in alive},
     )
 
 

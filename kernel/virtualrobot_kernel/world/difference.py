@@ -187,11 +187,15 @@ def _poses(before: Change, after: Change) -> Iterator[Record]:
     rows, later = before.structure.rows, after.structure.rows
     if old is new and rows is later:
         return
-    if rows is later:
-        uids = list(rows)
-    else:
-        uids = [uid for uid in later if uid in rows]
-        old, new = old[[rows[uid] for uid in uids]], new[[later[uid] for uid in uids]]
+    uids = list(rows)
+    if rows is not later:
+        now = list(later)
+        few = min(len(uids), len(now))
+        if uids[:few] == now[:few]:  # nodes came or went at the end alone
+            uids, old, new = uids[:few], old[:few], new[:few]
+        else:
+            uids = [uid for uid in now if uid in rows]
+            old, new = old[[rows[uid] for uid in uids]], new[[later[uid] for uid in uids]]
     for at in np.flatnonzero((_bits(old) != _bits(new)).any(axis=1)).tolist():
         yield Record("poses", uids[at], old[at], new[at])
 

@@ -6,8 +6,9 @@ world that was replayed, undone or read from a checkpoint is the same as one tha
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
+from itertools import islice
 
 import numpy as np
 from numpy.typing import NDArray
@@ -120,6 +121,54 @@ def extended(structure: Structure, new: Mapping[int, Node], next_uid: int) -> St
         ),
         q_count=q_count,
         v_count=v_count,
+    )
+
+
+def ends_with(structure: Structure, gone: Collection[int]) -> bool:
+    """Return whether `shortened` can take these nodes (uids) away: the last ones, and no part of a robot that stays."""
+    if {*islice(reversed(structure.rows), len(gone))} != {*gone}:
+        return False
+    whole = (structure.nodes[uid].kind is not Kind.LINK or structure.nodes[uid].parent in gone for uid in gone)
+    return all(whole) and all(child in gone for uid in gone for child in structure.children.get(uid, ()))
+
+
+def shortened(structure: Structure, gone: Collection[int]) -> Structure:
+    """Return what `build` would return without the last nodes (uids); see `ends_with`."""
+    left = len(structure.nodes) - len(gone)
+    nodes, rows, names = dict(structure.nodes), dict(structure.rows), dict(structure.uid_by_name)
+    children = dict(structure.children)
+    for uid in gone:
+        del rows[uid], names[nodes.pop(uid).name]
+        children.pop(uid, None)
+        parent = structure.nodes[uid].parent
+        if below := tuple(child for child in children.get(parent, ()) if child not in gone):
+            children[parent] = below
+        else:
+            children.pop(parent, None)
+    robots = {uid: robot for uid, robot in structure.robots.items() if uid not in gone}
+    ended = [robot for uid, robot in structure.robots.items() if uid in gone and robot.joints]
+    tools = {uid: tuple(tool for tool in mounted if tool not in gone) for uid, mounted in structure.tools.items()}
+    forest = structure.forest
+    return Structure(
+        nodes=nodes,
+        next_uid=structure.next_uid,
+        revision=structure.revision,
+        uid_by_name=names,
+        rows=rows,
+        children=children,
+        robots=robots,
+        tools={uid: mounted for uid, mounted in tools.items() if mounted and uid in robots},
+        forest=Forest(
+            order=forest.order[forest.order < left],
+            parent=forest.parent[:left],
+            joint_type=forest.joint_type[:left],
+            axis=forest.axis[:left],
+            q_index=forest.q_index[:left],
+            multiplier=forest.multiplier[:left],
+            offset=forest.offset[:left],
+        ),
+        q_count=min((robot.q_start[0] for robot in ended), default=structure.q_count),
+        v_count=min((robot.v_start[0] for robot in ended), default=structure.v_count),
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,7 +12,7 @@ import virtualrobot
 from virtualrobot import errors
 
 from tests.api.client.conftest import IIWA, Run
-from tests.kernels import KernelProcess, Stubs
+from tests.kernels import KernelProcess, StartKernel, Stubs
 
 
 @pytest.fixture
@@ -175,6 +176,40 @@ def test_what_is_restored_may_not_be_leased(ann: virtualrobot.Client, bob: virtu
     ann.history.checkpoint("noon")
     with bob.lease("arm"), pytest.raises(errors.LeasedError, match="'arm' is leased"):
         ann.history.restore("noon")
+
+
+@pytest.mark.long
+def test_all_of_it_is_there_after_a_restart(start_kernel: StartKernel, tmp_path: Path) -> None:
+    """What was done before can be undone, who did it is told, and the world goes back to a checkpoint of then."""
+    kernel = start_kernel("--data", str(tmp_path))
+    with virtualrobot.connect(kernel.address, name="ann") as client:
+        client.scene.add_object("table")
+        move(client, 0.1)
+        client.history.checkpoint("noon")
+        client.scene.hide("table")
+        client.undo()
+    kernel.process.kill()
+    kernel.process.wait()
+    kernel = start_kernel("--data", str(tmp_path))
+    with virtualrobot.connect(kernel.address, name="ann") as client:
+        assert x(client) == 0.1
+        assert [step.label for step in client.history.list(mine=True, limit=3)] == [
+            "took back: hid 'table'",
+            "hid 'table'",
+            "moved 'table' by 0.10 m",
+        ]
+        client.redo()
+        assert client.scene["table"].hidden
+        client.undo()
+        client.undo()
+        assert x(client) == 0.0
+        client.scene.clear()
+        before = client.history.restore("noon")
+        assert x(client) == 0.1
+        client.history.restore(before.name)
+        assert "table" not in client.scene
+        client.undo()
+        assert x(client) == 0.0
 
 
 def test_commands(run: Run) -> None:

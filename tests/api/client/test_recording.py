@@ -206,6 +206,24 @@ def test_a_table_has_a_row_for_each_tick(cell: Client, tmp_path: Path, ending: s
         assert row[8:] == ([tick + 1.0, tick + 1 > 5] if tick + 1 < TICKS else [float(tick), tick > 5])
 
 
+def test_one_of_so_many_ticks_holds_what_changed_in_all_of_them(cell: Client, tmp_path: Path) -> None:
+    arm = cell.robots["arm"]
+    path = tmp_path / "run.mcap"
+    with cell.start_recording(path, topics=["/robots/*", "/transforms*"]) as recording:
+        motion = arm.move_joints([0.5, -0.4, 0.1], wait=False, on_disconnect="continue")
+        recording.step(10, every=4)
+        begin = arm.state.stamp.tick - 10
+        poses = cell.scene.poses()
+    motion.cancel()
+    messages = read(path)
+    times = [time for time, _ in messages["/robots/arm/joint_states"]]
+    assert sorted({time // 4_000_000 - begin for time in times}) == [0, 4, 8, 10]
+    assert recording.finish().missed_ticks == 0
+    where = placed(messages)
+    for name, world_t_node in poses.items():
+        np.testing.assert_allclose(where[name], world_t_node, atol=1e-12)
+
+
 def test_looks_follow_their_nodes(cell: Client, tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     scene = cell.scene

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
-from virtualrobot_kernel.history.store import Row, StepRow, Store
+from virtualrobot_kernel.history.store import CheckpointRow, Row, StepRow, Store
 
 from tests.tiers import Draws
 
@@ -42,15 +42,16 @@ def filled(store: Store, rng: np.random.Generator, count: int = 30) -> list[Row]
     """Write rows, two checkpoints and hashes; return the rows."""
     rows = [row(seq, rng) for seq in range(1, count + 1)]
     store.write(rows[:1])
-    store.add_checkpoint(1, 3, "begin", "me", 1.8e9, b"body", [b"a" * 16], {b"a" * 16: b"part a"})
+    keys = b"a" * 16, b"b" * 16
+    begin = CheckpointRow(0, 1, 3, "begin", "me", 1.8e9, 7, b"body", keys[:1])
+    store.add_checkpoint(begin, {keys[0]: b"part a"})
     store.write(rows[1:10])
     store.add_hashes(0, rng.bytes(80))
     store.write(rows[10:])
-    keys = [b"a" * 16, b"b" * 16]
-    store.add_checkpoint(count, 3 * count, "", "kernel", 1.8e9, b"other body", keys, {keys[1]: b"part b"})
+    end = CheckpointRow(0, count, 3 * count, "", "kernel", 1.8e9, 9, b"other body", keys)
+    store.add_checkpoint(end, {keys[1]: b"part b"})
     store.add_hashes(10, rng.bytes(160))
-    for one in rows:
-        store.write_step(step(one.seq, rng))
+    store.write([], [(step(one.seq, rng), 0) for one in rows])
     return rows
 
 
@@ -95,10 +96,10 @@ def test_what_was_written_is_read_back(tmp_path: Path, rng: np.random.Generator,
 def test_a_step_takes_the_place_of_those_that_it_draws_out(rng: np.random.Generator) -> None:
     store = Store(None, SEED)
     first = replace(step(5, rng), touched=(7, 8))
-    store.write_step(first)
+    store.write([], [(first, 0)])
     drawn = replace(first, number=6, label="longer")
     for _ in range(2):
-        store.write_step(drawn, replaced=5)
+        store.write([], [(drawn, 5)])
     assert fields(store.steps()) == fields([drawn])
     assert (one := store.step(5)) and one.label == "longer" and store.step(4) is None and store.step(7) is None
     assert [one.number for one in store.steps("number IN (SELECT number FROM touched WHERE uid = 8)")] == [6]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import index
-from virtualrobot_kernel.world.change import Change, rebuilt
+from virtualrobot_kernel.world.change import Change, rebuilt, shortened
 from virtualrobot_kernel.world.commands import (
     AttachNode,
     Command,
@@ -99,6 +99,27 @@ def test_step_by_step_is_as_at_once(hall: Change, rng: np.random.Generator) -> N
     at_once = rebuilt(world, world.structure.nodes, world.structure.next_uid, {})
     for name in ("q", "v", "parent_t_node"):
         np.testing.assert_array_equal(getattr(world.state, name), getattr(at_once.state, name), name)
+
+
+def test_what_was_added_last_goes_as_if_it_had_never_been(hall: Change) -> None:
+    more = after(
+        hall,
+        CreateNodes((NodeSpec("tray", Kind.OBJECT), NodeSpec("cup", Kind.OBJECT, "tray"))),
+        arm("second"),
+        CreateNodes((NodeSpec("blade", Kind.TOOL, "arm.hand"), NodeSpec("lid", Kind.OBJECT, "cup"))),
+        AttachNode("blade", "tray"),
+    )
+    uids = [uid for uid in more.structure.nodes if uid not in hall.structure.nodes]
+    for gone in (uids[-1:], uids[-2:], uids[2:], uids):
+        assert index.ends_with(more.structure, gone)
+        assert_equal_to_one_built_at_once(index.shortened(more.structure, gone))
+        left = shortened(more, gone)
+        assert len(left.state.q) == left.structure.q_count
+        assert len(left.state.v) == left.structure.v_count
+        assert len(left.state.parent_t_node) == len(left.structure.nodes)
+    on_cup, within_arm = uids[1:-1], uids[3:]
+    assert not index.ends_with(more.structure, on_cup)
+    assert not index.ends_with(more.structure, within_arm)
 
 
 def test_a_batch_that_alternates_creates_with_other_commands_builds_nothing_anew(

@@ -16,6 +16,7 @@ from virtualrobot._wire.messages import whole
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown
 from virtualrobot.errors import KernelGoneError, VirtualRobotError, WrongStateError
+from virtualrobot.recording.gathered import Gathered
 from virtualrobot.recording.seen import Seen
 from virtualrobot.v1 import (
     collision_pb2,
@@ -40,8 +41,7 @@ _MOTIONS_SECONDS = 0.05
 
 _WAIT_SECONDS = 0.1
 """Waited for in small steps: Ctrl-C would not get through on Windows."""
-_CAUGHT_UP_SECONDS = 10.0
-_SHORTEST_SECONDS, _LONGEST_SECONDS = 0.0005, 0.02
+_IDLE_SECONDS = 0.001
 
 
 class Output(Protocol):
@@ -126,6 +126,7 @@ class Recording:
         self._first = self._last = stamp.tick
         self._until = math.inf if duration is None else stamp.tick + round(duration / self._tick_seconds)
         self._seen = Seen(services, counts_gaps=rate is None, wants_readings="readings" in output.watches)
+        self._gathered: Gathered | None = None
         self._fault: Exception | None = None
         self._recorded: Recorded | None = None
         self._ended = threading.Event()
@@ -139,7 +140,7 @@ class Recording:
             self._threads.append(threading.Thread(target=self._ask_motions, name="recording motions", daemon=True))
         for thread in self._threads:
             thread.start()
-        self._await(lambda: self._seen.begun.issuperset(self._streams.keys() - {"readings"}))
+        self._seen.wait_for_begin(self._streams.keys() - {"readings"})
 
     @property
     def simulation_time(self) -> float:
@@ -159,16 +160,32 @@ class Recording:
                 return False
         return True
 
-    def step(self, ticks: Count = 1) -> None:
-        """Let time go on by some ticks, and record each of them: none is missed.
+    def step(self, ticks: Count = 1, *, every: Count = 1) -> None:
+        """Let time go on by some ticks and record each of them, or one of `every` so many and the last: none is missed.
+
+        Signals, readings of sensors and motions are recorded as they come in any case.
 
         Raises:
             WrongStateError: when time follows the wall clock.
         """
-        for _ in range(whole(ticks, "ticks")):
-            request = kernel_pb2.StepClockRequest(ticks=1)
-            self._counts(self._services.kernel.StepClock(request, timeout=LONG_TIMEOUT_SECONDS).stamp)
-            self._await(lambda: self._seen.is_up_to_date() and self._output.idle)
+        left, stride = whole(ticks, "ticks"), whole(every, "every")
+        self._seen.counts_gaps = stride == 1
+        self._gathered = Gathered() if stride > 1 else None
+        try:
+            while left > 0 and self.running:
+                self._step(min(left, stride))
+                left -= stride
+        finally:
+            self._gathered = None
+
+    def _step(self, ticks: int) -> None:
+        request = kernel_pb2.StepClockRequest(ticks=ticks)
+        step = self._services.kernel.StepClock(request, timeout=LONG_TIMEOUT_SECONDS)
+        self._seen.catch_up(step)
+        if self._counts(step.stamp) and self._gathered is not None:
+            for watch, message in self._gathered.taken(step.stamp).items():
+                self._output.take(watch, message)
+        self._await_idle()
 
     def finish(self) -> Recorded:
         """Record what has happened so far, make the file whole, and return what is in it.
@@ -180,9 +197,10 @@ class Recording:
             try:
                 now = self._services.kernel.GetClock(kernel_pb2.GetClockRequest()).stamp.tick
                 self._until = min(self._until, now)
-                self._await(lambda: self._seen.is_up_to_date() and self._output.idle)
+                self._seen.catch_up()
                 if "motions" in self._output.watches:
                     self._take_motions()
+                self._await_idle()
             except VirtualRobotError as error:
                 self._end(error)
         return self.cancel()
@@ -242,7 +260,10 @@ class Recording:
                 if name == "readings":
                     self._take_readings(message)
                 elif self._counts(message.stamp) and name != "clock":
-                    self._output.take(name, message)
+                    if (gathered := self._gathered) is not None and name in ("robots", "scene"):
+                        gathered.add(name, message)
+                    else:
+                        self._output.take(name, message)
                 self._seen.take(name, message)
             self._end(None)
         except Exception as error:
@@ -280,14 +301,11 @@ class Recording:
     def _end(self, fault: Exception | None) -> None:
         self._fault = self._fault or fault
         self._ended.set()
+        self._seen.end()
 
-    def _await(self, done: Callable[[], bool]) -> None:
-        """Wait until something is done, but not for ever: what is on its way comes within a few milliseconds."""
-        end = time.monotonic() + _CAUGHT_UP_SECONDS
-        pause = _SHORTEST_SECONDS
-        while not (done() or self._fault is not None or time.monotonic() > end):
-            time.sleep(pause)
-            pause = min(2.0 * pause, _LONGEST_SECONDS)
+    def _await_idle(self) -> None:
+        while not self._output.idle and self._fault is None:
+            time.sleep(_IDLE_SECONDS)
 
     def __enter__(self) -> Recording:
         """Return itself."""
