@@ -14,6 +14,7 @@ import virtualrobot
 from virtualrobot.cli import run
 from virtualrobot.v1 import (
     collision_pb2,
+    history_pb2,
     kernel_pb2,
     lease_pb2,
     motion_pb2,
@@ -200,6 +201,8 @@ def test_what_an_operator_may_not_command_it_may_not_have_programs_do(given: Giv
 def test_an_engineer_edits_and_moves_what_is_free_but_makes_no_tokens(given: Given) -> None:
     stubs = given("engineer").stubs()
     load(stubs, IIWA, "arm")
+    steps = stubs.history.ListSteps(history_pb2.ListStepsRequest(), metadata=(("client-name", "cell"),)).steps
+    assert steps[0].author.startswith("engineer with client at ipv4:127.0.0.1:")
     id = start(stubs, slow("arm")).id
     stubs.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=id))
     request = token_pb2.CreateTokenRequest(name="mine", role=token_pb2.ROLE_ADMIN)
@@ -308,3 +311,14 @@ def test_the_command_line_makes_lists_and_withdraws_tokens(
     assert code == 1 and words.startswith("virtualrobot: SetClock needs the role 'operator'; the token 'panel' is an ")
     assert said(own, "token", "revoke", "panel") == (0, "withdrawn: panel, observer\n")
     assert said(file, "state")[0] == 1
+
+
+@pytest.mark.long
+def test_tokens_are_kept_in_the_folder_of_a_project(start_kernel: StartKernel, tmp_path: Path) -> None:
+    kernel = start_kernel("--data", str(tmp_path / "cell"), token=True)
+    request = token_pb2.CreateTokenRequest(name="panel", role=token_pb2.ROLE_OPERATOR)
+    secret = kernel.stubs().token.CreateToken(request).secret
+    assert kernel.end() == 0
+    again = start_kernel("--data", str(tmp_path / "cell"), token=True)
+    info = replace(again, token=secret).stubs().kernel.GetInfo(kernel_pb2.GetInfoRequest())
+    assert (info.role, info.token_name) == (token_pb2.ROLE_OPERATOR, "panel")
