@@ -24,13 +24,13 @@ from virtualrobot.v1 import (
     token_pb2,
     view_pb2,
 )
-from virtualrobot_kernel.api.roles import commands_in, roles_of
+from virtualrobot_kernel.api.roles import commands_in, may_command, roles_of
 from virtualrobot_kernel.api.server import SERVICES
 from virtualrobot_kernel.api.token_table import Role
 
 from tests.api.asking import IIWA, apply, box, create, ended, joints, load, refusal, set_signals, start
 from tests.api.leasing import Holder, all_free, leases, slow
-from tests.api.moving import ABORTED, CANCELLED
+from tests.api.moving import ABORTED, CANCELLED, SUCCEEDED
 from tests.api.reading import state
 from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel, Stubs
 
@@ -98,6 +98,12 @@ def test_calls_that_touch_robots_are_not_for_observers_and_commands_need_more_th
         assert marked, kind
 
 
+def test_no_stream_of_requests_carries_commands() -> None:
+    """Commands are looked for in the one request of a call."""
+    assert [method.name for _, method in METHODS if method.client_streaming and may_command(method.input_type)] == []
+    assert may_command(scene_pb2.ApplyRequest.DESCRIPTOR)
+
+
 def with_field(kind: Any, name: str) -> Any:  # noqa: ANN401 a message
     message = kind()
     getattr(message, name).SetInParent()
@@ -157,6 +163,11 @@ def test_an_operator_moves_what_it_has_leased_and_edits_nothing(admin: Stubs, gi
     assert refusal(lambda: apply(stubs, speed)).metadata["robot"] == "arm"
     holder = Holder(kernel, "arm", owner="Ada")
     holder.apply(speed)
+    target = motion_pb2.SetpointTarget(robot="arm", mode=motion_pb2.SETPOINT_MODE_POSITION)
+    first = motion_pb2.StreamSetpointsRequest(target=target)
+    *_, end = stubs.motion.StreamSetpoints(iter([first]), metadata=holder.metadata)
+    assert end.motion.phase == SUCCEEDED
+    assert refusal(lambda: list(stubs.motion.StreamSetpoints(iter([first])))).metadata["owner"] == "Ada"
     id = holder.start(slow("arm"))
     stubs.motion.PauseMotion(motion_pb2.PauseMotionRequest(id=id))
     stubs.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=id))
