@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sqlite3
 import threading
 from collections import deque
 from collections.abc import Sequence
@@ -110,7 +111,13 @@ class Checkpoints:
                     reason=Reason.TOO_LARGE,
                     limit=MOST_CHECKPOINTS,
                 )
-            self._upkeep.checkpoint(name, author)
+            try:
+                self._upkeep.checkpoint(name, author)
+            except sqlite3.Error as error:
+                raise KernelError(
+                    f"the checkpoint can't be written: {error}. Make room on its disk",
+                    reason=Reason.WRONG_STATE,
+                ) from error
         return self.get(name)
 
     def remove(self, name: str) -> Checkpoint:
