@@ -105,6 +105,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/motion/online.py": (*MOTION, "ruckig"),
     # In the tick an arm goes along with a frame by compiled Newton steps.
     f"{KERNEL}/motion/conveyor_tracking.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
+    # Of the many brakes that are tried, the one that keeps the limits is chosen within a tick.
+    f"{KERNEL}/motion/brake.py": (*MOTION, "virtualrobot_kernel.numeric.braking"),
     # Plugins are found by entry point; no room imports one.
     f"{KERNEL}/components": room("components", "virtualrobot_sdk"),
     f"{KERNEL}/planning": room("planning", "virtualrobot_sdk"),

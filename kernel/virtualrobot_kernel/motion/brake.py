@@ -1,68 +1,90 @@
-"""Brakes of a cancelled motion: on each track, the fastest jerk-limited stop of the path parameter.
+"""Brakes of a running motion and changes of its rate, chosen so that the joints keep their limits, by compiled code.
 
 A rate ramp multiplies the motion's own law, jerk included, so it cannot stop a motion whose law is at its jerk limit.
-A brake leaves the law: from the present state it is a new law u(t) on the same path.
+A brake leaves the law: on each track, from the present state, it is the fastest jerk-limited stop u(t) of the path
+parameter on the same path.
 """
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from virtualrobot_kernel.motion.planned import Plan, Track, peaks
+from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
-from virtualrobot_kernel.motion.ramp import SLACK
-
-#: Shares of what the joints allow on a straight path that are tried, for acceleration and jerk each; the path's
-#: curvature takes the rest.
-_SHARES = (1.0, 0.8, 0.64, 0.5, 0.4, 0.3, 0.2, 0.1)
-#: By how much a brake must stop sooner than the motion does anyway (s): above rounding, far below a tick.
-_SOONER = 1e-6
-_COARSE, _FINE = 32, 480
-_ROUNDING = 1e-9
-#: Phases shorter than this (s) are left out.
-_SHORTEST = 1e-12
+from virtualrobot_kernel.motion.ramp import RateRamp
+from virtualrobot_kernel.numeric import braking
+from virtualrobot_kernel.numeric.braking import END_TOLERANCE as END_TOLERANCE
+from virtualrobot_kernel.numeric.braking import RETRY as RETRY
 
 #: Path parameter u of a track and its first two derivatives by time (1/s, 1/s²).
 PathState = tuple[float, float, float]
+#: For each track its brake, a law u(t), t >= 0; none while the motion does not brake.
+Brakes = tuple[PiecewisePolynomial, ...]
+
+_NO_TABLE = (np.empty((0, 3, 0)), np.empty((0, 2, 0)), np.empty(0), np.empty(0))
 
 
-@dataclass(frozen=True, slots=True)
-class BrakeChoice:
-    """Choice of brakes: for each track one law u(t), t >= 0, or None.
+class RateState(NamedTuple):
+    """State of a motion on its plan: nominal time tau and its ramp, as in `PlanExecution`."""
 
-    sooner: whether a brake can stop every track before the motion stands still anyway; if so and `brakes` is None,
-    none of them keeps the limits of the joints.
+    tau: float
+    ramp_tau: float
+    elapsed: float
+    waiting: float
+    ramp: RateRamp
+
+
+class Change(NamedTuple):
+    """Change of a motion that asks for one.
+
+    brakes: none where it does not brake. ramp: the one that it follows now, or None. waits: whether it wants a change
+    and none fits yet.
     """
 
-    brakes: tuple[PiecewisePolynomial, ...] | None
-    sooner: bool
+    brakes: Brakes
+    ramp: RateRamp | None
+    waits: bool
 
 
-def can_brake(plan: Plan) -> bool:
-    """Return True if every track has a jerk-limited law to leave; the law u = tau of a timed trajectory is not one."""
-    return all(track.time_law.coefficients.shape[1] == 4 for track in plan.tracks)
+class StopAhead(NamedTuple):
+    """Stop of a motion that begins now.
 
-
-def choose_brakes(plan: Plan, states: Sequence[PathState], left: float) -> BrakeChoice:
-    """Return, for each track in its state, the soonest brake on which the joints keep the plan's limits.
-
-    left: after how many seconds the motion stands still without a brake; brakes that are not sooner are left out.
+    positions (m, n): where its joints are now and at each tick until it stands. at_goal: whether that is at its goal.
+    reached: where on the path each track comes to.
     """
-    brakes, first = [], 0
-    for track, state in zip(plan.tracks, states, strict=True):
-        joints = slice(first, first + track.path.dimension)
-        first = joints.stop
-        limits = np.stack([plan.max_velocity[joints], plan.max_acceleration[joints], plan.max_jerk[joints]])
-        choice = _choose_brake(track.rated, state, limits, left)
-        if not choice.sooner:
-            return choice
-        brakes.append(choice.brakes)
-    fits = all(brake is not None for brake in brakes)
-    return BrakeChoice(tuple(brake for one in brakes for brake in one) if fits else None, True)
+
+    positions: Array
+    at_goal: bool
+    reached: tuple[float, ...]
+
+
+def change(plan: Plan, now: RateState, wanted: float, *, stops: bool) -> Change:
+    """Return the change of a motion to the rate `wanted`; one that `stops` brakes, or follows a ramp to rate 0.
+
+    It is, on each track, the soonest brake on which the joints keep the plan's limits, unless the motion stands no
+    later without; where none keeps them, the shortest of a fixed list of ramps that does. A ramp that does not fit is
+    chosen when waiting for a better moment has taken long enough.
+    """
+    answer = _asked(plan, now, wanted, stops=stops, asks=True)
+    if answer.came == braking.BRAKES:
+        return Change(tuple(map(_law, answer.brakes, answer.ends.tolist())), None, False)
+    if answer.came == braking.RAMPS:
+        goal, length, *coefficients = answer.state[braking.GOAL :].tolist()
+        return Change((), RateRamp(goal, length, tuple(coefficients)), False)
+    return Change((), None, answer.came == braking.WAITS)
+
+
+def stop_ahead(plan: Plan, now: RateState, begun: Brakes, dt: float, most: int, *, asks: bool) -> StopAhead:
+    """Return how a motion stops, in ticks of `dt` seconds and at most so many of them.
+
+    begun: the brakes that it has begun; asks: whether it begins to stop now.
+    """
+    answer = _asked(plan, now, 0.0, stops=True, asks=asks, begun=begun, dt=dt, most=most)
+    return StopAhead(answer.positions, answer.came == braking.AT_GOAL, tuple(answer.reached.tolist()))
 
 
 def brake_state(brake: PiecewisePolynomial, t: float) -> PathState:
@@ -94,82 +116,70 @@ def nominal_time(law: PiecewisePolynomial, u: float, low: float) -> float:
     return tau
 
 
-def _choose_brake(path: PiecewisePolynomial, state: PathState, limits: Array, left: float) -> BrakeChoice:
-    """Return the soonest brake of one track; limits (3, k): the joints' velocity, acceleration and jerk."""
-    u, speed, slope = state
-    if speed <= 0.0 and slope == 0.0:
-        brake = PiecewisePolynomial(np.zeros(2), np.full((1, 1, 1), u))
-        return BrakeChoice((brake,), True) if left > _SOONER else BrakeChoice(None, False)
-    direction = np.abs(path.state(u, 1)[1])
-    turning = direction > 0.0
-    acceleration, jerk = (float((limit[turning] / direction[turning]).min()) for limit in limits[1:])
-    # With less of both none is quicker: so the rest need not be looked at, where the motion runs to its goal.
-    quickest = _phases(speed, slope, acceleration, jerk)
-    if quickest is None or sum(quickest) + _SOONER >= left:
-        return BrakeChoice(None, False)
-    candidates = set()
-    for j in _SHARES:
-        for a in _SHARES:
-            phases = _phases(speed, slope, a * acceleration, j * jerk)
-            if phases is not None:
-                candidates.add((sum(phases), j * jerk, phases))
-    sooner = False
-    for seconds, jerk, phases in sorted(candidates):
-        if seconds + _SOONER >= left:
-            break
-        brake = _integrated(state, jerk, phases)
-        if brake.scalar_state(brake.end)[0] <= path.end:
-            sooner = True
-            if _keeps(path, brake, limits):
-                return BrakeChoice((brake,), True)
-    return BrakeChoice(None, sooner)
+class _Answer(NamedTuple):
+    """Answer of `brake_ahead`, with all that it has written."""
+
+    came: int
+    positions: Array
+    state: Array
+    brakes: Array
+    ends: Array
+    reached: Array
 
 
-def _phases(speed: float, slope: float, acceleration: float, jerk: float) -> tuple[float, float, float] | None:
-    """Return the durations (s) of the time-optimal stop from u' = speed >= 0, u'' = slope, or None when there is none.
+def _asked(
+    plan: Plan,
+    now: RateState,
+    wanted: float,
+    *,
+    stops: bool,
+    asks: bool,
+    begun: Brakes = (),
+    dt: float = 0.0,
+    most: int = 0,
+) -> _Answer:
+    """Return what a motion comes to; its braking table is made only where nothing can be told without it."""
 
-    Jerk -J until u'' = -a_p, jerk 0, jerk +J until u'' = 0. The first and last phase change u' by (u''² - a_p²) / 2J
-    and -a_p² / 2J, so without the middle one a_p² = J u' + u''² / 2; where that exceeds A², a_p = A and the middle one
-    lasts (u' + u''² / 2J - A² / J) / A. Source: the end of the double S profile, Biagiotti, Melchiorri, Trajectory
-    Planning for Automatic Machines and Robots (2008), section 3.4. A is `acceleration` (1/s²), or the deceleration
-    -u'' when that is larger already; J is `jerk` (1/s³). None: the deceleration is so large that even jerk +J would
-    end it with u' < 0.
-    """
-    acceleration = max(acceleration, -slope)
-    peak = math.sqrt(jerk * max(speed, 0.0) + 0.5 * slope * slope)
-    if peak < -slope:
-        return None
-    if peak <= acceleration:
-        return (slope + peak) / jerk, 0.0, peak / jerk
-    peak = acceleration
-    hold = (speed + (0.5 * slope * slope - peak * peak) / jerk) / peak
-    return (slope + peak) / jerk, hold, peak / jerk
+    def ask(table: tuple[Array, ...], stop_time: float, begin: float) -> _Answer:
+        ramp, tracks = now.ramp, len(plan.tracks)
+        state = np.array([*now[:4], ramp.goal, ramp.length, *ramp.coefficients])
+        brakes, ends, reached = np.full((tracks, 3, 5), np.inf), np.full(tracks, -1.0), np.empty(tracks)
+        for track, law in enumerate(begun):
+            count = len(law.coefficients)
+            brakes[track, :count, 0] = law.breaks[:-1]
+            brakes[track, :count, 1:] = law.coefficients[:, :, 0]
+            ends[track] = law.end
+        times = np.array([stop_time, begin, plan.duration])
+        came, positions = braking.brake_ahead(
+            *_arrays(plan), *table, times, stops, asks, wanted, dt, most, state, brakes, ends, reached
+        )
+        return _Answer(came, positions, state, brakes, ends, reached)
 
-
-def _integrated(state: PathState, jerk: float, phases: tuple[float, float, float]) -> PiecewisePolynomial:
-    u, speed, slope = state
-    breaks, pieces = [0.0], []
-    for time, j in zip(phases, (-jerk, 0.0, jerk), strict=True):
-        if time <= _SHORTEST:
-            continue
-        pieces.append([u, speed, slope / 2.0, j / 6.0])
-        u += time * (speed + time * (slope / 2.0 + time * j / 6.0))
-        speed += time * (slope + time * j / 2.0)
-        slope += time * j
-        breaks.append(breaks[-1] + time)
-    if not pieces:
-        return PiecewisePolynomial(np.zeros(2), np.full((1, 1, 1), u))
-    return PiecewisePolynomial(np.array(breaks), np.array(pieces)[:, :, None])
+    answer = ask(_NO_TABLE, 0.0, 0.0)
+    if answer.came == braking.NEEDS_TABLE:
+        data = plan.braking
+        answer = ask((data.table, data.beyond, data.max_acceleration, data.max_jerk), data.stop_time, data.begin)
+    return answer
 
 
-def _keeps(path: PiecewisePolynomial, brake: PiecewisePolynomial, limits: Array) -> bool:
-    """Return True if the joints keep their limits (3, k) on a brake: on a few points first, then on many."""
-    bounds = limits * (1.0 + np.array([_ROUNDING, SLACK, SLACK]))[:, None]
-    track = Track(path, brake)
-    few = track.derivatives(np.linspace(0.0, brake.end, _COARSE))[1:]
-    if np.any(np.abs(few).max(axis=1) > bounds):
-        return False
-    begin, end = brake.scalar_state(0.0)[0], brake.scalar_state(brake.end)[0]
-    # Of a long path, such as a program's, only what the brake covers is looked at: this is done within a tick.
-    covered = Track(path.between(begin, end), brake) if begin < end else track
-    return bool(np.all(peaks(covered, _FINE) <= bounds))
+def _law(brake: Array, end: float) -> PiecewisePolynomial:
+    begun = np.isfinite(brake[:, 0])
+    return PiecewisePolynomial(np.append(brake[begun, 0], end), brake[begun, 1:, None])
+
+
+# Beside the plans, which the journal keeps for good, and only for the last ones, as their braking tables.
+@lru_cache(maxsize=256)
+def _arrays(plan: Plan) -> tuple[NDArray[np.int64], Array, Array, Array, Array]:
+    """Return a plan's polynomials, limits and goal as `brake_ahead` takes them."""
+    shapes, breaks, terms = [], [], []
+    for track in plan.tracks:
+        for part in (track.path, track.quasi, track.time_law):
+            if part is None:
+                shapes.append(shapes[-1])  # the path's own derivatives are the velocities
+                continue
+            shapes.append((sum(map(len, breaks)), sum(map(len, terms)), *part.coefficients.shape))
+            breaks.append(part.breaks)
+            terms.append(part.coefficients.ravel())
+    limits = np.stack([plan.max_velocity, plan.max_acceleration, plan.max_jerk])
+    shaped = np.array(shapes, np.int64).reshape(-1, 3, 5)
+    return shaped, np.concatenate(breaks), np.concatenate(terms), limits, plan.goal

@@ -10,21 +10,25 @@ trajectories, rarely on a curved joint path) it is a ramp of the rate, too.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion.brake import PathState, brake_state, can_brake, choose_brakes, nominal_time
+from virtualrobot_kernel.motion import brake
+from virtualrobot_kernel.motion.brake import (
+    END_TOLERANCE,
+    RETRY,
+    PathState,
+    RateState,
+    StopAhead,
+    brake_state,
+    nominal_time,
+)
 from virtualrobot_kernel.motion.limits import checked_scale
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
-from virtualrobot_kernel.motion.ramp import RateRamp, choose_ramp
+from virtualrobot_kernel.motion.ramp import RateRamp
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
-
-_RETRY = 0.02
-_SHORTEST_PATIENCE = 0.1
-_END_TOLERANCE = 1e-9
 
 _SLOWING = (Phase.PAUSING, Phase.STOPPING)
 
@@ -112,7 +116,7 @@ class PlanExecution:
 
     def on(self, plan: Plan, cut: float) -> PlanExecution | None:
         """Return the motion on a plan that is the same up to the nominal time `cut` (s); None when it is too late."""
-        if self.ended or self.brakes or self.settled > cut + _END_TOLERANCE:
+        if self.ended or self.brakes or self.settled > cut + END_TOLERANCE:
             return None
         return replace(self, plan=plan)
 
@@ -163,6 +167,20 @@ class PlanExecution:
         waiting = self.waiting if self.phase is Phase.PAUSING else 0.0
         return _retarget(replace(self, phase=Phase.STOPPING, waiting=waiting))
 
+    def stop_ahead(self, dt: float, override: float, most: int) -> StopAhead | None:
+        """Return the stop of the motion if it is cancelled now, as `cancel` and at most so many ticks would have it.
+
+        None where it stands, and where that can't be told at once.
+        """
+        anew = override != self.override
+        if self.phase in (*ENDED, Phase.PAUSED) or (anew and self.phase is Phase.PAUSING):
+            return None
+        now = _rate_state(self)
+        if anew or self.phase is Phase.RUNNING:
+            now = now._replace(waiting=0.0)
+        asks = anew or self.phase is not Phase.STOPPING
+        return brake.stop_ahead(self.plan, now, self.brakes, dt, most, asks=asks)
+
 
 def start(plan: Plan, override: float) -> PlanExecution:
     """Return the motion at the start of its plan, at rest; a plan of duration 0 has succeeded already.
@@ -182,7 +200,7 @@ def _advanced(running: PlanExecution, dt: float) -> PlanExecution:
     waiting = 0.0
     if _wanted(running) != running.ramp.goal:
         waiting = running.waiting + dt
-        if int(waiting / _RETRY) != int(running.waiting / _RETRY):
+        if int(waiting / RETRY) != int(running.waiting / RETRY):
             running = _retarget(replace(running, waiting=waiting))
             if running.brakes:
                 return _brake_on(running, dt)
@@ -191,7 +209,7 @@ def _advanced(running: PlanExecution, dt: float) -> PlanExecution:
     rate, slope, _, gone = running.ramp.state(elapsed)
     tau = max(running.tau, running.ramp_tau + gone)
     phase, left = running.phase, 0.0
-    if tau >= running.plan.duration - _END_TOLERANCE:
+    if tau >= running.plan.duration - END_TOLERANCE:
         left = min(dt, max(0.0, tau - running.plan.duration) / rate) if rate > 0.0 else 0.0
         phase, tau, rate, slope = Phase.SUCCEEDED, running.plan.duration, 0.0, 0.0
     elif elapsed >= running.ramp.length and running.ramp.goal == 0.0 and phase in _SLOWING:
@@ -229,43 +247,21 @@ def _brake_on(running: PlanExecution, dt: float) -> PlanExecution:
 
 def _retarget(running: PlanExecution) -> PlanExecution:
     """Start the brakes or the ramp to the wanted rate when they fit, or when waiting has taken long enough."""
+    wanted, stops = _wanted(running), running.phase is Phase.STOPPING
     if running.brakes:
         return running
-    left = _time_left(running) if running.phase is Phase.STOPPING else math.inf
-    if running.phase is Phase.STOPPING and can_brake(running.plan):
-        stop = choose_brakes(running.plan, running.path_states, left)
-        if stop.brakes is not None:
-            return replace(running, brakes=stop.brakes, elapsed=0.0, waiting=0.0)
-        if not stop.sooner:
-            return replace(running, waiting=0.0)
-    wanted = _wanted(running)
-    if running.phase in ENDED or wanted == running.ramp.goal:
+    if running.phase in ENDED or (wanted == running.ramp.goal and not stops):
         return replace(running, waiting=0.0)
-    rate, slope, curvature, _ = running.ramp.state(running.elapsed)
-    # At standstill, waiting would change nothing. While there is patience, a better moment for a short ramp is likely
-    # nearer than the end of a long one.
-    patience = max(running.plan.braking.stop_time, _SHORTEST_PATIENCE) if rate > 0.0 else 0.0
-    patient = running.waiting < patience
-    choice = choose_ramp(
-        running.plan,
-        running.tau,
-        rate,
-        slope,
-        curvature,
-        wanted,
-        prompt=patient,
-        joints_only=running.phase is Phase.STOPPING,
-    )
-    if choice.ramp is None or (patient and not choice.fits) or choice.ramp.length > left:
-        return running
-    return replace(running, ramp=choice.ramp, ramp_tau=running.tau, elapsed=0.0, waiting=0.0)
+    change = brake.change(running.plan, _rate_state(running), wanted, stops=stops)
+    if change.brakes:
+        return replace(running, brakes=change.brakes, elapsed=0.0, waiting=0.0)
+    if change.ramp:
+        return replace(running, ramp=change.ramp, ramp_tau=running.tau, elapsed=0.0, waiting=0.0)
+    return running if change.waits else replace(running, waiting=0.0)
 
 
-def _time_left(running: PlanExecution) -> float:
-    """Return after how many seconds the motion stands still, at its goal or at the end of a ramp to rate 0."""
-    ramp = running.ramp
-    at_goal = ramp.time_when(running.plan.duration - running.ramp_tau)
-    return (min(at_goal, ramp.length) if ramp.goal == 0.0 else at_goal) - running.elapsed
+def _rate_state(running: PlanExecution) -> RateState:
+    return RateState(running.tau, running.ramp_tau, running.elapsed, running.waiting, running.ramp)
 
 
 def _refuse(running: PlanExecution, what: str) -> None:

@@ -169,7 +169,7 @@ def _braking(plan: Plan) -> Braking:
         return np.concatenate(derivatives, axis=2).transpose(1, 0, 2)
 
     table = rows(times)
-    table = np.concatenate([table, np.zeros((1, *table.shape[1:]))])
+    table = np.ascontiguousarray(np.concatenate([table, np.zeros((1, *table.shape[1:]))]))
     sides = np.concatenate([track.sides for track in plan.tracks])
     before = np.searchsorted(times[1:-1], sides, side="right")
     ends = np.stack([table[before, 1:], table[before + 1, 1:]])

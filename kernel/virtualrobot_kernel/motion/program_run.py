@@ -16,6 +16,7 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion import plan_execution
+from virtualrobot_kernel.motion.brake import StopAhead
 from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.program import Program, Stage, Wait
@@ -179,6 +180,27 @@ class ProgramRun:
         if self.due or (stopping is not None and stopping.phase is Phase.STOPPING):
             return replace(self, running=stopping, phase=Phase.STOPPING)
         return replace(self, running=stopping, phase=Phase.CANCELLED)
+
+    def stop_ahead(self, dt: float, override: float, most: int) -> StopAhead | None:
+        """Return the stop of the program if it is cancelled now, as `cancel` and at most so many ticks would have it.
+
+        None where nothing moves, and where that can't be told at once.
+        """
+        if self.running is None or self.due or self.ended:
+            return None
+        ahead, columns = self.running.stop_ahead(dt, override, most), self.program.places[self.at]
+        if ahead is None or columns is None:
+            return ahead
+        held = np.repeat(self.held[None], len(ahead.positions), axis=0)
+        held[:, columns] = ahead.positions
+        return ahead._replace(positions=held)
+
+    def arrived(self) -> ProgramRun:
+        """Return the program after a stop that ends at the goal of its stage (`stop_ahead`)."""
+        if self.running is None:
+            return self
+        there = replace(self.running, phase=Phase.SUCCEEDED, tau=self.running.duration)
+        return replace(self, running=there, phase=Phase.STOPPING).advance(0.0, there.override)
 
     def append(self, more: Program, cut: float | None) -> ProgramRun | None:
         """Return the program with the stages of `more` after its own, which are gone as far as they are done.

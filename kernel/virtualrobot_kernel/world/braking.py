@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion import online
-from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import ENDED, Phase, RunningMotion
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
@@ -80,17 +80,22 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
     """
     if state.motions and all(map(_alone, state.motions)):
         ways = [_way(motion, override(state, motion), tick_seconds) for motion in state.motions]
-        count = max(len(way) for way, _ in ways)
-        positions = np.repeat(state.q[None], count, axis=0)
+        count = max(len(way.positions) for way in ways)
+        positions = np.empty((count, len(state.q)))
+        positions[:] = state.q
+        changes: list[tuple[int, dict[int, str]]] = []
+        for motion, way in zip(state.motions, ways, strict=True):
+            length = len(way.positions)
+            positions[:length, motion.q_index] = way.positions
+            positions[length:, motion.q_index] = way.positions[-1]
+            if motion.tool_states:
+                done = range(motion.running.steps_done if state.tick > motion.start_tick else 0, way.end().steps_done)
+                changes.append((length - 1, {tool: name for step, tool, name in motion.tool_states if step in done}))
         tools = [(0, state.tool_states)]
-        for motion, (way, end) in sorted(zip(state.motions, ways, strict=True), key=lambda one: len(one[1][0])):
-            positions[: len(way), motion.q_index] = way
-            positions[len(way) :, motion.q_index] = way[-1]
-            done = range(motion.running.steps_done if state.tick > motion.start_tick else 0, end.steps_done)
-            if reached := {tool: name for step, tool, name in motion.tool_states if step in done}:
-                tools.append((len(way) - 1, {**tools[-1][1], **reached}))
-        ends = ((motion.id, _reached(end)) for motion, (_, end) in zip(state.motions, ways, strict=True))
-        reached = {id: places for id, places in ends if places is not None}
+        for row, changed in sorted(changes, key=lambda change: change[0]):
+            if changed:
+                tools.append((row, {**tools[-1][1], **changed}))
+        reached = {motion.id: way.reached for motion, way in zip(state.motions, ways, strict=True) if way.reached}
         return BrakePath(state.tick, positions, tuple(tools), count <= LONGEST_BRAKE_TICKS, reached)
     robots = tuple({uid for motion in state.motions for uid in motion.robots})
     stop = commands.StopRobots(robots, Cancellation(EndCause.COLLISION, ""))
@@ -114,80 +119,52 @@ def _alone(motion: Motion) -> bool:
     return len(run.program.stages[run.at].steps) == 1
 
 
-def _way(motion: Motion, override: float, dt: float) -> tuple[NDArray[np.float64], RunningMotion]:
-    """Return the positions (m, n) of a motion's joints while it brakes from now on, a tick apart.
+class _Way(NamedTuple):
+    """Way of a motion that brakes.
 
-    With it comes the motion as it is in the end; where that is told by its brakes at once, as it is before.
+    positions (m, n): where its joints are, a tick apart. end: what gives the motion as it is in the end. reached: where
+    on its path each track comes to; None where there is no path.
     """
-    now = motion.running.cancel()
+
+    positions: NDArray[np.float64]
+    end: Callable[[], RunningMotion]
+    reached: tuple[float, ...] | None
+
+
+def _way(motion: Motion, override: float, dt: float) -> _Way:
+    """Return the way of a motion that brakes from now on."""
+    now = motion.running
+    if (rest := _rest(now, override, dt)) is not None:
+        return rest
+    now = now.cancel()
     rows = [now.sample()[0]]
     while not now.ended and len(rows) <= LONGEST_BRAKE_TICKS:
-        if (rest := _rest(now, dt)) is not None:
-            return np.concatenate([np.array(rows), rest]), now
-        if (stretch := _on_plan(now, dt, override)) is not None:
-            now, more = stretch
-            rows.extend(more)
-            continue
+        if (rest := _rest(now, override, dt)) is not None:
+            return rest._replace(positions=np.concatenate([np.array(rows), rest.positions[1:]]))
         now = now.advance(dt, override)
         rows.append(now.sample()[0])
-    return np.array(rows), now
+    moving = now.running if isinstance(now, ProgramRun) else None
+    reached = tuple(u for u, _, _ in moving.path_states) if moving is not None else None
+    return _Way(np.array(rows), lambda: now, reached)
 
 
-def _reached(end: RunningMotion) -> tuple[float, ...] | None:
-    """Return the path parameter at the end of each track of a stage (see `_way`); None where there is no path."""
-    if not isinstance(end, ProgramRun) or end.running is None:
+def _rest(now: RunningMotion, override: float, dt: float) -> _Way | None:
+    """Return the way of a motion that brakes from now on where it is told at once; else None."""
+    if isinstance(now, ProgramRun):
+        ahead = now.stop_ahead(dt, override, LONGEST_BRAKE_TICKS)
+        if ahead is None:
+            return None
+        if ahead.at_goal:
+            return _Way(ahead.positions, now.arrived, None)
+        return _Way(ahead.positions, lambda: now, ahead.reached)
+    if not isinstance(now, SetpointMotion) or now.phase is not Phase.STOPPING:
         return None
-    if brakes := end.running.brakes:
-        return tuple(brake.scalar_state(brake.end)[0] for brake in brakes)
-    return tuple(u for u, _, _ in end.running.path_states)
-
-
-def _on_plan(now: RunningMotion, dt: float, override: float) -> tuple[RunningMotion, NDArray[np.float64]] | None:
-    """Return a motion that stops without brakes of its own as it is before its last tick, or when it has some.
-
-    With it come the places of its joints (m, n) until then, m >= 1; None where this is so with the next tick.
-    """
-    if not isinstance(now, ProgramRun) or now.running is None or now.due:
+    way, _ = online.brake(now.now, now.bounds, dt)
+    count = math.ceil(way.duration / dt)
+    if not count:
         return None
-    moving, taus, plan = now.running, [], now.running.plan
-    while not moving.brakes and len(taus) < LONGEST_BRAKE_TICKS:
-        later = moving.advance(dt, override)
-        if later.ended or later.brakes:
-            break
-        moving = later
-        taus.append(later.tau)
-    if not taus:
-        return None
-    times = np.array(taus)
-    laws = [track.time_law.states(times, 0)[0, :, 0] for track in plan.tracks]
-    return replace(now, running=moving), _places(now, plan, laws)
-
-
-def _rest(now: RunningMotion, dt: float) -> NDArray[np.float64] | None:
-    """Return the positions (m, n) of a braking motion's joints from the next tick on, at once; or None."""
-    if isinstance(now, SetpointMotion) and now.phase is Phase.STOPPING:
-        way, _ = online.brake(now.now, now.bounds, dt)
-        count = math.ceil(way.duration / dt)
-        return now.positions(np.array([way.at((row + 1) * dt).q for row in range(count)])) if count else None
-    if not isinstance(now, ProgramRun) or now.running is None or not now.running.brakes:
-        return None
-    moving = now.running
-    times = np.arange(1, math.ceil((max(brake.end for brake in moving.brakes) - moving.elapsed) / dt) + 1) * dt
-    if not len(times):
-        return None
-    laws = [brake.states(np.minimum(moving.elapsed + times, brake.end), 0)[0, :, 0] for brake in moving.brakes]
-    return _places(now, moving.plan, laws)
-
-
-def _places(now: ProgramRun, plan: Plan, laws: Sequence[NDArray[np.float64]]) -> NDArray[np.float64]:
-    """Return the positions (m, n) of a program's joints where the tracks of its plan are at the places u (m,)."""
-    rows = np.concatenate([track.path.states(u, 0)[0] for track, u in zip(plan.tracks, laws, strict=True)], axis=1)
-    columns = now.program.places[now.at]
-    if columns is None:
-        return rows
-    held = np.repeat(now.held[None], len(rows), axis=0)
-    held[:, columns] = rows
-    return held
+    states = [now.now.q, *(way.at((row + 1) * dt).q for row in range(count))]
+    return _Way(now.positions(np.array(states)), lambda: now, None)
 
 
 def going(state: State) -> frozenset[int]:

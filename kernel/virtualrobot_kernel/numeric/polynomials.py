@@ -1,0 +1,72 @@
+"""Piecewise polynomials as `motion/polynomial.py` has them, in compiled code.
+
+Their arrays are breaks (p + 1,) and terms (p, t, k): of p pieces and k components, ascending powers of the parameter
+from the piece's break on; clamped outside.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from virtualrobot_sdk.compiled.cache import inlined
+
+Floats = np.ndarray[Any, np.dtype[np.float64]]
+Integers = np.ndarray[Any, np.dtype[np.int64]]
+
+
+@inlined
+def one_of(breaks: Floats, terms: Floats, shape: Integers) -> tuple[Floats, Floats]:
+    """Return breaks and terms of one of many that are kept one after the other in (b,) and (c,).
+
+    shape (5,): its first break, its first term, and the numbers of its pieces, terms and components.
+    """
+    pieces = shape[2]
+    size = pieces * shape[3] * shape[4]
+    own = terms[shape[1] : shape[1] + size].reshape((pieces, shape[3], shape[4]))
+    return breaks[shape[0] : shape[0] + pieces + 1], own
+
+
+@inlined
+def piece_at(breaks: Floats, x: float) -> int:
+    """Return the piece at x: of two that meet there the second one, beyond the ends the first or the last one."""
+    low = 0
+    high = breaks.shape[0] - 1
+    while high - low > 1:
+        middle = (low + high) // 2
+        if breaks[middle] <= x:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@inlined
+def scalar_state(breaks: Floats, terms: Floats, x: float) -> tuple[float, float, float]:
+    """Return the first component at x and its first two derivatives, which are 0 beyond the ends."""
+    begin = breaks[0]
+    end = breaks[breaks.shape[0] - 1]
+    piece = piece_at(breaks, x)
+    local = min(max(x, begin), end) - breaks[piece]
+    value = 0.0
+    first = 0.0
+    second = 0.0
+    for power in range(terms.shape[1] - 1, -1, -1):
+        second = second * local + 2.0 * first
+        first = first * local + value
+        value = value * local + terms[piece, power, 0]
+    if x < begin or x > end:
+        return value, 0.0, 0.0
+    return value, first, second
+
+
+@inlined
+def write_values(breaks: Floats, terms: Floats, x: float, row: Floats, column: int) -> None:
+    """Write all components at x into a row from a column on."""
+    piece = piece_at(breaks, x)
+    local = min(max(x, breaks[0]), breaks[breaks.shape[0] - 1]) - breaks[piece]
+    for component in range(terms.shape[2]):
+        value = 0.0
+        for power in range(terms.shape[1] - 1, -1, -1):
+            value = value * local + terms[piece, power, component]
+        row[column + component] = value
