@@ -471,6 +471,19 @@ class Store:
                 yield first, data
             at = found[-1][0] + 1
 
+    def entry_bytes(self, since: int) -> int:
+        """Return about how many bytes the entries after one have."""
+        return self._all("SELECT sum(length(commands)) FROM entries WHERE seq > ?", since)[0][0] or 0
+
+    def copy(self, path: Path) -> None:
+        """Write all as it is at this moment into a new database."""
+        target = sqlite3.connect(path)
+        try:
+            with self._reading:
+                self._reader.backup(target)
+        finally:
+            target.close()
+
     @property
     def last_tick(self) -> int:
         """Return the last tick of which anything was written."""

@@ -15,6 +15,7 @@ from virtualrobot.cli.options import Target, target_options
 
 _COMMANDS = {
     "serve": ("virtualrobot.cli.serve", "Start a kernel and keep it running."),
+    "replay": ("virtualrobot.cli.serve", "Show what a project folder has recorded, or verify it."),
     "shell": ("virtualrobot.cli.shell", "Take commands one after the other, with completion and history."),
     "load": ("virtualrobot.cli.scene", "Load a model or a scene file."),
     "models": ("virtualrobot.cli.scene", "Show the robots and grippers that the kernel knows by name."),
@@ -64,6 +65,7 @@ _COMMANDS = {
     "collision": ("virtualrobot.cli.collision", "Show what touches, what may, and how far things are apart."),
     "rays": ("virtualrobot.cli.rays", "Compare ray casters, or cast a ray."),
     "sensor": ("virtualrobot.cli.sensor", "Show, start, stop, read and watch sensors."),
+    "report": ("virtualrobot.cli.report", "Write what a report of a fault needs to a zip archive."),
     "grade": ("virtualrobot.cli.serve", "Test components of plugins."),
 }
 
