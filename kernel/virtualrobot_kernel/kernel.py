@@ -125,9 +125,12 @@ class Kernel:
         clock = Clock(settings.mode, 1.0, settings.tick_nanoseconds)
         self._history: History | Player
         if settings.past is not None:
-            self._history = Player(settings.past, world_poses)
+            self._history = Player(settings.past, world_poses, lambda structure: check_assets(structure, self._assets))
             self.world = PastWorld(world_poses, clock, self._history)
-            self._check_assets_of_past(self._history)
+            try:
+                check_assets(self._history.newest, self._assets)
+            except KernelError as error:
+                raise error.at("the replay can't be shown (`--verify` needs no meshes)") from error
         else:
             self._history = self._recorded(clock)
         self._guard = CollisionGuard(self._sensing.solids, self.world)
@@ -146,14 +149,6 @@ class Kernel:
         self.world = World(world_poses, history.journal, clock, begin.structure, begin.state, inputs=self._mailbox.take)
         check_assets(begin.structure, self._assets)
         return history
-
-    def _check_assets_of_past(self, player: Player) -> None:
-        """Raise KernelError, which names node and file, when meshes of the world as it ended are gone."""
-        try:
-            check_assets(player.at(player.last_tick).structure, self._assets)
-        except KernelError as error:
-            raise error.at("the replay can't be shown (`--verify` needs no meshes)") from error
-        player.at(player.first_tick)
 
     def start(self) -> int:
         """Start the journal, the world and the API; return the port."""

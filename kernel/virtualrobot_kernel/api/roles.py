@@ -77,9 +77,12 @@ def roles_of(services: Iterable[ServiceDescriptor]) -> dict[str, Role]:
     return {path: Role(number) if number else Role.ADMIN for path, number in said.items()}
 
 
-def check_commands(request: Message, account: Account) -> None:
-    """Raise KernelError when a command, or a step, of a request needs another role than the caller's."""
-    if account.role is Role.ADMIN:
+def check_commands(request: object, account: Account) -> None:
+    """Raise KernelError when a command, or a step, of a request needs another role than the caller's.
+
+    A stream of requests has none: what a client streams are setpoints and files.
+    """
+    if account.role is Role.ADMIN or not isinstance(request, Message):
         return
     for name, needs in commands_in(request):
         if account.role < needs:
@@ -92,13 +95,13 @@ def commands_in(message: Message) -> Iterator[tuple[str, Role]]:
         number = field.GetOptions().Extensions[token_pb2.command_needs_role]  # pyright: ignore[reportArgumentType] its stub
         if number:
             yield field.name, Role(number)
-        if field.message_type is not None and _may_command(field.message_type):
+        if field.message_type is not None and may_command(field.message_type):
             for one in (value,) if isinstance(value, Message) else value.values() if is_map(field) else value:
                 yield from commands_in(one)
 
 
 @cache
-def _may_command(kind: Descriptor) -> bool:
+def may_command(kind: Descriptor) -> bool:
     """Return whether messages of a kind may have commands in them, however deep; so no array is gone through."""
     seen: set[str] = set()
     open_kinds = [kind]

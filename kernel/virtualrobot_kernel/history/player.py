@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from virtualrobot_kernel.background import give_way
 from virtualrobot_kernel.errors import KernelError
@@ -17,6 +17,7 @@ from virtualrobot_kernel.history.stored_steps import StoredSteps
 from virtualrobot_kernel.history.upkeep import KERNEL, Rules, Upkeep
 from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.past_world import is_past
+from virtualrobot_kernel.world.structure import Structure
 
 log = logging.getLogger(__name__)
 
@@ -42,9 +43,14 @@ class Player:
         ready: is set once every moment is near.
     """
 
-    def __init__(self, past: PastFolder, forward: Forward) -> None:
-        """Be at the first moment of a past, which `close` closes; raise KernelError when it can't be replayed."""
-        self._past = past
+    def __init__(
+        self, past: PastFolder, forward: Forward, look: Callable[[Structure], None] = lambda structure: None
+    ) -> None:
+        """Be at the first moment of a past, which `close` closes; raise KernelError when it can't be replayed.
+
+        `look` is given the structure of the last moment once that is near; the KernelError that it raises is logged.
+        """
+        self._past, self._look = past, look
         self._replay = replay = past.replay(forward)
         self._cursor: Cursor = replay.at(replay.first_tick)
         codec, store = world_codec(), past.store
@@ -53,6 +59,11 @@ class Player:
         self._ended = threading.Event()
         self.ready = threading.Event()
         self._thread = threading.Thread(target=self._keep_moments, name="replay", daemon=True)
+
+    @property
+    def newest(self) -> Structure:
+        """Structure of the last moment that is at hand."""
+        return self._replay.newest
 
     @property
     def first_tick(self) -> int:
@@ -92,8 +103,10 @@ class Player:
         give_way()
         try:
             self._replay.keep_moments(lambda: not self._ended.is_set())
+            if not self._ended.is_set():
+                self._look(self._replay.at(self.last_tick).structure)
         except KernelError as error:
-            log.warning("moments of the replay stay far: %s", error)
+            log.warning("%s: %s", self._past.path, error)
         for warning in self._replay.warnings.values():
             log.warning("%s", warning)
         self.ready.set()

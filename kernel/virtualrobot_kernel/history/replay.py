@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history.codec import Codec
-from virtualrobot_kernel.history.recovery import empty_world, image
+from virtualrobot_kernel.history.recovery import empty_world, entry, image
 from virtualrobot_kernel.history.store import CheckpointRow, Row, Store
 from virtualrobot_kernel.history.upkeep import Moment
 from virtualrobot_kernel.world.apply import apply
@@ -75,6 +75,11 @@ class Replay:
         cursor.go_to(tick)
         return cursor
 
+    @property
+    def newest(self) -> Structure:
+        """Structure of the last moment that is at hand, without going through what came after it."""
+        return self._kept[-1].moment().structure
+
     def begin(self) -> Cursor:
         """Return the world at the first moment that is kept, before what was done in its tick."""
         return Cursor(self, self._kept[0].moment())
@@ -95,10 +100,13 @@ class Replay:
         return advance(structure, state, self._tick_seconds, self._forward)
 
     def done(self, moment: Moment, row: Row) -> Moment:
-        """Return the world after an entry; one that can't be repeated is left out and told in `warnings`."""
-        structure, state = moment.structure, moment.state
+        """Return the world after an entry; one that can't be repeated is left out and told in `warnings`.
+
+        Raises KernelError, which names the entry, when it was written by a newer program, or is damaged.
+        """
+        structure, state, commands = moment.structure, moment.state, entry(row, self._codec).commands
         try:
-            change = apply(structure, state, self._codec.decode(row.commands), self._forward)
+            change = apply(structure, state, commands, self._forward)
             structure, state = change.structure, change.state
         except KernelError as error:
             if len(self.warnings) < MOST_WARNINGS:

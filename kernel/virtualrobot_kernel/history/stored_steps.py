@@ -8,8 +8,11 @@ from dataclasses import replace
 from virtualrobot_kernel.history.codec import Codec
 from virtualrobot_kernel.history.step import Step, StepKind
 from virtualrobot_kernel.history.steps import Wanted
-from virtualrobot_kernel.history.store import StepRow, Store
+from virtualrobot_kernel.history.store import RARE_STEPS, StepRow, Store
 from virtualrobot_kernel.world.records import Difference
+
+FREQUENT = frozenset({StepKind.SIGNAL, StepKind.MOTION, StepKind.OTHER})
+"""Kinds that come as often as calls: `RARE_STEPS` are those of all others."""
 
 
 class StoredSteps:
@@ -65,6 +68,8 @@ class StoredSteps:
         if wanted.kinds:
             conditions.append(f"kind IN ({','.join('?' * len(wanted.kinds))})")
             values += [kind.value for kind in wanted.kinds]
+            if wanted.kinds.isdisjoint(FREQUENT):
+                conditions.append(RARE_STEPS)
         if wanted.since is not None:
             conditions.append("time >= ?")
             values.append(wanted.since)
