@@ -20,7 +20,10 @@ _COMMANDS = {
     "load": ("virtualrobot.cli.scene", "Load a model or a scene file."),
     "models": ("virtualrobot.cli.scene", "Show the robots and grippers that the kernel knows by name."),
     "save": ("virtualrobot.cli.scene", "Save the world to a scene file."),
-    "export": ("virtualrobot.cli.scene", "Write a robot as URDF, or anything as glTF."),
+    "export": (
+        "virtualrobot.cli.scene",
+        "Write a robot as URDF, anything as glTF, or a run that is over as a recording.",
+    ),
     "ls": ("virtualrobot.cli.scene", "Draw the scene tree."),
     "add": ("virtualrobot.cli.build", "Add a box, a mesh, a table, a frame, a part, a sensor or a light."),
     "rename": ("virtualrobot.cli.build", "Give a node another name."),
