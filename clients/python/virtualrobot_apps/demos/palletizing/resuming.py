@@ -17,7 +17,7 @@ HOME = "home"
 
 @dataclass(frozen=True)
 class Done:
-    """What is done at a station: boxes on the pallet, whether the tool holds one, and whether one waits on the belt."""
+    """Progress at a station: boxes on the pallet, whether the tool holds one, and whether one waits on the belt."""
 
     placed: int
     holds: bool
