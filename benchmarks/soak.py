@@ -251,7 +251,15 @@ def rows_of(soak: Soak, minutes: float) -> list[Row]:
     threads, descriptors = soak.after.threads, soak.after.descriptors
     return [
         row(f"memory, {name}", last, first, "its second quarter", "MB", 1.05, rounds),
-        row(f"threads after {name}", threads, soak.before.threads, "before them", "threads", 1.0),
+        row(
+            f"threads after {name}",
+            threads,
+            soak.before.threads,
+            "before them",
+            "threads",
+            None,
+            "pools make them late",
+        ),
         row(f"descriptors after {name}", descriptors, soak.before.descriptors, "before them", "descriptors", 1.0),
         row(f"a simulated second with {name}", 1.0 / soak.factor, 1.0, "the wall clock", "s", 1.0 / 0.99),
     ]
