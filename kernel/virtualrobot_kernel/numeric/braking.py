@@ -54,10 +54,16 @@ def _phases(speed: float, slope: float, acceleration: float, jerk: float) -> tup
     -u'' when that is larger already; J is `jerk` (1/s³). There is none where the deceleration is so large that even
     jerk +J would end it with u' < 0.
     """
-    acceleration = max(acceleration, -slope)
     peak = math.sqrt(jerk * max(speed, 0.0) + 0.5 * slope * slope)
     if peak < -slope:
         return math.inf, math.inf, math.inf
+    return _with_peak(peak, speed, slope, acceleration, jerk)
+
+
+@inlined
+def _with_peak(peak: float, speed: float, slope: float, acceleration: float, jerk: float) -> tuple[float, float, float]:
+    """Return the durations (s) of the phases of a stop whose greatest deceleration would be `peak` (1/s²)."""
+    acceleration = max(acceleration, -slope)
     if peak <= acceleration:
         return (slope + peak) / jerk, 0.0, peak / jerk
     peak = acceleration
@@ -538,3 +544,36 @@ def brake_ahead(
     if came == AT_GOAL:
         rows[ticks] = goal
     return came, rows
+
+
+@compiled(array_of(float64, 2), array_of(float64, 2), float64, int64)
+def stop_joints(state: Floats, bounds: Floats, dt: float, most: int) -> Floats:
+    """Return where joints are (m, k) while each stops as soon as its limits allow, now and a tick apart.
+
+    Args:
+        state: (3, k) positions, velocities and accelerations, in rad or m, per s and s².
+        bounds: (4, k) least and greatest position, greatest acceleration and jerk. Rounding may have led past a
+            position's limit by as much as a float's last places.
+        dt: s, a tick.
+        most: greatest number of ticks.
+    """
+    count = state.shape[1]
+    brakes = np.empty((count, 3, 5))
+    ends = np.empty(count)
+    for j in range(count):
+        q, v, a = state[:, j]
+        acceleration = bounds[2, j]
+        jerk = bounds[3, j]
+        # It brakes against the velocity that it would have when its acceleration ended at once.
+        sign = 1.0 if v + 0.5 * a * abs(a) / jerk >= 0.0 else -1.0
+        speed = sign * v
+        slope = sign * a
+        peak = max(math.sqrt(max(jerk * speed + 0.5 * slope * slope, 0.0)), -slope)
+        phases = _with_peak(peak, speed, slope, acceleration, jerk)
+        ends[j], _ = _integrate(q, v, a, sign * jerk, phases, brakes[j])
+    rows = np.empty((1 + max(1, math.ceil(min(ends.max() / dt, float(most)))), count))
+    for row in range(rows.shape[0]):
+        for j in range(count):
+            q = _brake_at(brakes[j], min(row * dt, ends[j]))[0]
+            rows[row, j] = min(max(q, bounds[0, j]), bounds[1, j])
+    return rows
