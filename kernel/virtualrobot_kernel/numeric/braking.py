@@ -294,7 +294,7 @@ def _choose_brake(
         if not reach <= end:
             continue
         result = WAITS
-        points = _points(breaks, u, reach)
+        points = _points(breaks, u, reach) if in_fine else 0
         if in_fine and _beyond(breaks, terms, bounds, along, brake, duration, points, fine, 1) >= 0:
             continue
         found = _beyond(breaks, terms, bounds, along, brake, duration, _COARSE, coarse, _COARSE + _SIDES)
@@ -302,6 +302,7 @@ def _choose_brake(
         if found >= 0:
             coarse = found
             continue
+        points = _points(breaks, u, reach)
         found = _beyond(breaks, terms, bounds, along, brake, duration, points, fine, points + _SIDES)
         if found < 0:
             return BRAKES, duration
