@@ -34,7 +34,7 @@ END_TOLERANCE = 1e-9
 _SHARES = np.array([1.0, 0.8, 0.64, 0.5, 0.4, 0.3, 0.2, 0.1])
 #: By how much a brake must stop sooner than the motion does anyway (s): above rounding, far below a tick.
 _SOONER = 1e-6
-_COARSE, _FINE, _SIDES = 32, 480, 8
+_COARSE, _FINE, _SIDES, _BEFORE = 32, 480, 8, 2
 _ROUNDING = 1e-9
 #: Distance from a break at which its sides are looked at, as a share of the whole law: far above rounding.
 _ASIDE = 1e-9
@@ -268,7 +268,7 @@ def _choose_brake(
     result = GOES_ON
     before = -1.0
     before_jerk = -1.0
-    # Where the brake before was beyond, this one likely is, too.
+    # Where the brake before was beyond, this one likely is, too, or a little before, as it is longer.
     coarse = 0
     fine = 0
     in_fine = False
@@ -300,7 +300,7 @@ def _choose_brake(
         found = _beyond(breaks, terms, bounds, along, brake, duration, _COARSE, coarse, _COARSE + _SIDES)
         in_fine = found < 0
         if found >= 0:
-            coarse = found
+            coarse = max(found - _BEFORE, 0)
             continue
         points = _points(breaks, u, reach)
         found = _beyond(breaks, terms, bounds, along, brake, duration, points, fine, points + _SIDES)
