@@ -91,6 +91,10 @@ class Tokens:
         answer = self._services.token.RevokeToken(token_pb2.RevokeTokenRequest(name=name))
         return TokenInfo(*_told(answer.token))
 
+    def __repr__(self) -> str:
+        """Return a line for people."""
+        return f"<Tokens of the kernel at {self._services.address}>"
+
 
 def role_name(role: token_pb2.Role) -> str:
     """Return a role of the contract as a word; empty for one that this client does not know."""

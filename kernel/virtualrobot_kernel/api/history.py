@@ -67,29 +67,29 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
                 forgotten=steps.store.forgotten,
             )
         async with aclosing(self._kernel.publications.every(steps.subscribe)) as told:
-            last = 0
+            last: int | None = None
             async for some in told:
                 new: Sequence[Step] = some
-                if not last:  # what came between listening and looking comes twice
-                    kept = steps.store.find(Wanted())
-                    new = [one for one in kept if one.number >= request.from_number] if request.from_number else []
-                    new.reverse()
-                    last = max((one.number for one in new), default=-1)
+                if last is None:  # what came between listening and looking comes twice
+                    if request.from_number:
+                        new = await self._kernel.in_worker(steps.since, request.from_number)
+                    last = max((one.number for one in new), default=0)
                 else:
                     new = [step for step in some if step.number > last]
                     if not new:
                         continue
-                snapshot = self._kernel.world.snapshot
-                yield history_pb2.WatchStepsResponse(
-                    stamp=stamp(snapshot), steps=[self._message(snapshot, step, mine) for step in new]
-                )
+                for at in range(0, max(1, len(new)), USUAL_PAGE):
+                    snapshot = self._kernel.world.snapshot
+                    messages = [self._message(snapshot, step, mine) for step in new[at : at + USUAL_PAGE]]
+                    yield history_pb2.WatchStepsResponse(stamp=stamp(snapshot), steps=messages)
 
     async def Undo(self, request: history_pb2.UndoRequest, context: object) -> history_pb2.UndoResponse:
         """Take a step back."""
         return await self._repeats.once(request, lambda: self._undo(request, context))
 
     async def _undo(self, request: history_pb2.UndoRequest, context: object) -> history_pb2.UndoResponse:
-        undone = self._kernel.steps.to_undo(_number(request), _mine_if(request.only_mine, context))
+        steps, mine = self._kernel.steps, _mine_if(request.only_mine, context)
+        undone = await self._kernel.in_worker(steps.to_undo, _number(request), mine)
         snapshot, step, undone = await self._take_back(undone, context)
         return history_pb2.UndoResponse(stamp=stamp(snapshot), step=step, undone=undone)
 
@@ -99,7 +99,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
 
     async def _redo(self, request: history_pb2.RedoRequest, context: object) -> history_pb2.RedoResponse:
         steps = self._kernel.steps
-        undo = steps.to_redo(_number(request), _mine_if(request.only_mine, context))
+        undo = await self._kernel.in_worker(steps.to_redo, _number(request), _mine_if(request.only_mine, context))
         redone = steps.store.get(undo.undoes)
         snapshot, step, _ = await self._take_back(undo, context)
         told = self._message(snapshot, redone, is_mine(context)) if redone else None
@@ -111,7 +111,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         try:
             applied = await self._submit(taking_back(step), context)
         except Conflict as error:
-            raise steps.conflict(step, error) from None
+            raise await self._kernel.in_worker(steps.conflict, step, error) from None
         snapshot = applied.snapshot
         made = self._message(snapshot, steps.taken_back_by(step.number), mine)
         return snapshot, made, self._message(snapshot, step, mine)
@@ -205,7 +205,7 @@ def _wanted(snapshot: Snapshot, request: history_pb2.ListStepsRequest, mine: Min
 
 
 def _page_start(token: str) -> int | None:
-    if token and not (token.isascii() and token.isdigit() and len(token) < 20):
+    if token and not (token.isascii() and token.isdigit() and len(token) < 19):
         raise KernelError(
             f"page_token must be the next_page_token of another answer, not {token[:40]!r}", field="page_token"
         )

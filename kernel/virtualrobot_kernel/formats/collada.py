@@ -6,7 +6,7 @@ Format: Khronos, COLLADA 1.4.1 and 1.5 specifications.
 from __future__ import annotations
 
 import io
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from copy import deepcopy
 from urllib.parse import unquote
 
@@ -15,6 +15,9 @@ from lxml import etree  # pyright: ignore[reportAttributeAccessIssue]  compiled,
 from virtualrobot_sdk.xml import Element, line_of, local_name
 
 from virtualrobot_kernel.formats.xml import FileWarning, children, malformed, parse_xml
+
+MOST_INSTANCES = 100_000
+"""Greatest number of nodes and shapes that a node comes to, those that it shows by reference written out."""
 
 _SHAPES = ("library_geometries", "library_controllers", "library_animations", "library_visual_scenes", "library_nodes",
            "scene")  # fmt: skip
@@ -25,7 +28,49 @@ def parse_collada(data: bytes, uri: str) -> Element:
     root = parse_xml(data, uri, huge=True)
     if local_name(root) != "COLLADA":
         raise malformed(uri, root.sourceline, f"not COLLADA: the root element is <{local_name(root)}>")
+    _check_instances(root, uri)
     return root
+
+
+def _check_instances(root: Element, uri: str) -> None:
+    """Raise MalformedFileError when nodes that show nodes come to too many shapes, or show themselves.
+
+    Each is written out by pycollada: ten nodes that show the next one ten times are ten billion.
+    """
+    places = [*root.iter("{*}node", "{*}visual_scene")]
+    numbers = {place: number for number, place in enumerate(places)}
+    by_id = {place.get("id"): number for number, place in enumerate(places) if place.get("id")}
+    shown = [[*_shown(place, numbers, by_id)] for place in places]
+    counts: dict[int, int] = {}
+    under_way: set[int] = set()
+    for first in range(len(places)):
+        waiting = [] if first in counts else [first]
+        while waiting:
+            number = waiting[-1]
+            under_way.add(number)
+            line = line_of(places[number])
+            more = [one for one in dict.fromkeys(shown[number]) if one >= 0 and one not in counts]
+            if not under_way.isdisjoint(more):
+                raise malformed(uri, line, "the node shows itself")
+            waiting += more
+            if more:
+                continue
+            under_way.discard(waiting.pop())
+            counts[number] = 1 + sum(1 if one < 0 else counts[one] for one in shown[number])
+            if counts[number] > MOST_INSTANCES:
+                raise malformed(uri, line, f"the node comes to more than {MOST_INSTANCES:,} shapes, written out")
+
+
+def _shown(place: Element, numbers: Mapping[Element, int], by_id: Mapping[str, int]) -> Iterator[int]:
+    """Yield what a node shows: the numbers of other nodes, -1 for a shape."""
+    for child in place:
+        kind = local_name(child)
+        if kind == "node":
+            yield numbers[child]
+        elif kind == "instance_node":
+            yield by_id.get(child.get("url", "").removeprefix("#"), -1)
+        elif kind in ("instance_geometry", "instance_controller"):
+            yield -1
 
 
 def length_unit(root: Element, uri: str) -> float:

@@ -15,9 +15,19 @@ from trimesh.resolvers import Resolver as TrimeshResolver
 from virtualrobot.files.resolver import join_uri
 
 from virtualrobot_kernel.formats import gltf_looks
+from virtualrobot_kernel.formats.xml import malformed
 from virtualrobot_kernel.shapes.submesh import Submesh, frozen, transformed
 
 Color = tuple[float, float, float, float]
+
+MOST_TRIANGLES = 20_000_000
+"""Greatest number of triangles of a file, those of a shape counted each time that a node shows it."""
+
+MOST_PIECES = 10_000
+"""Greatest number of objects, and of uses of materials, of an OBJ file: trimesh takes 10 s for so many."""
+
+MOST_PIXELS = 64 * 1024 * 1024
+"""Greatest number of pixels of a texture, 8192 x 8192; a larger one is left out, as one that is broken."""
 
 _Material: TypeAlias = Any
 """Material of one of trimesh's kinds, which have no base with the fields that are read here."""
@@ -64,8 +74,14 @@ def read(data: bytes, kind: str, uri: str, dependents: Mapping[str, bytes], unit
     factors: _Factors = None
     if kind in (".gltf", ".glb"):
         data, factors = gltf_looks.prepared(data, uri)
+    if kind == ".obj" and (pieces := max(data.count(b"\nusemtl "), data.count(b"\no "))) > MOST_PIECES:
+        raise malformed(uri, None, f"the file has {pieces:,} objects or uses of materials; {MOST_PIECES:,} are read")
     with np.errstate(all="ignore"):  # a broken file is told by what it yields
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], resolver=files, process=False)
+        placed = scene.graph.geometry_nodes.items()
+        triangles = sum(len(nodes) * len(getattr(scene.geometry[name], "faces", ())) for name, nodes in placed)
+        if triangles > MOST_TRIANGLES:
+            raise malformed(uri, None, f"the file shows {triangles:,} triangles; at most {MOST_TRIANGLES:,} are read")
         return [part for node in scene.graph.nodes_geometry for part in _placed(scene, node, unit, files, factors)]
 
 
@@ -133,6 +149,8 @@ def _gltf_vertex_colors(
 def _material_look(material: _Material, files: _Dependents, factors: _Factors) -> tuple[Color | None, bytes | None]:
     """Return colour and texture of one of trimesh's materials."""
     image = getattr(material, "image", None) or getattr(material, "baseColorTexture", None)
+    if image is not None and image.width * image.height > MOST_PIXELS:
+        image = None
     main = material.baseColorFactor if hasattr(material, "baseColorFactor") else material.diffuse
     color = None if main is None else _parts_of_one(main)
     if factors is not None:

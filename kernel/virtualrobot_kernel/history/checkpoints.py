@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sqlite3
 import threading
 from collections import deque
 from collections.abc import Sequence
@@ -58,7 +59,6 @@ class Checkpoints:
     def __init__(self, store: Store, codec: Codec, upkeep: Upkeep) -> None:
         """Read and remove them in `store`; `upkeep` writes them."""
         self._store, self._codec, self._upkeep = store, codec, upkeep
-        self._node_counts: dict[int, int] = {}
         self._left: deque[tuple[RestoreWorld, Checkpoint]] = deque(maxlen=MOST_AUTOMATIC)
         self._lock = threading.Lock()
 
@@ -111,7 +111,13 @@ class Checkpoints:
                     reason=Reason.TOO_LARGE,
                     limit=MOST_CHECKPOINTS,
                 )
-            self._upkeep.checkpoint(name, author)
+            try:
+                self._upkeep.checkpoint(name, author)
+            except sqlite3.Error as error:
+                raise KernelError(
+                    f"the checkpoint can't be written: {error}. Make room on its disk",
+                    reason=Reason.WRONG_STATE,
+                ) from error
         return self.get(name)
 
     def remove(self, name: str) -> Checkpoint:
@@ -146,6 +152,4 @@ class Checkpoints:
             return self.get(name)
 
     def _known(self, row: CheckpointRow) -> Checkpoint:
-        if row.id not in self._node_counts:
-            self._node_counts[row.id] = len(image(self._store, self._codec, row.id).nodes)
-        return Checkpoint(row.id, row.name, row.author, row.time, row.tick, self._node_counts[row.id])
+        return Checkpoint(row.id, row.name, row.author, row.time, row.tick, row.nodes)

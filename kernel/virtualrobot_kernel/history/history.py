@@ -60,6 +60,7 @@ class History:
         store: what is kept.
         journal: what the world tells.
         steps: what people see of it, undo and redo.
+        checkpoints: those that people know by their names.
         upkeep: makes checkpoints.
         begin: the moment that the world begins from.
         goes_on: whether there was something to go on from.

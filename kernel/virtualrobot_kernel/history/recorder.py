@@ -12,7 +12,7 @@ from virtualrobot_kernel.history.upkeep import Upkeep
 
 
 class Recorder:
-    """Keeper that writes entries into a store, with the steps that others have made of them; it is the last one."""
+    """Keeper that writes entries into a store, with the steps that were made of them before."""
 
     def __init__(self, store: Store, codec: Codec, steps: StoredSteps, upkeep: Upkeep) -> None:
         """Write into `store` what `codec` makes of entries, and what `steps` has; tell `upkeep` of them."""
@@ -20,12 +20,15 @@ class Recorder:
         self._encode = codec.encode
         self._steps = steps
         self._upkeep = upkeep
+        self._last = store.last_seq
 
     def keep(self, told: Sequence[Told]) -> None:
         """Write entries and their steps as one transaction."""
-        rows = [self._row(one) for one in told]
+        # Others may have failed to keep what is written already.
+        rows = [self._row(one) for one in told if one.number > self._last]
         self._store.write(rows, self._steps.waiting())
         self._steps.written()
+        self._last = told[-1].number
         self._upkeep.kept(told[-1], len(rows), sum(len(row.commands) for row in rows))
 
     def _row(self, told: Told) -> Row:

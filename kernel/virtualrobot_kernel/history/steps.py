@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
+from itertools import islice, takewhile
 from typing import Protocol
 
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -126,6 +126,10 @@ class Steps:
             self._undone[undo.number] = step.number
             self._undone.pop(undo.undoes, None)
 
+    def since(self, number: int) -> list[Step]:
+        """Return the steps from a number on, oldest first."""
+        return [*takewhile(lambda step: step.number >= number, self.store.find(Wanted()))][::-1]
+
     def subscribe(self, listener: Callable[[Sequence[Step]], None]) -> Callable[[], None]:
         """Call `listener` with steps as they come, in the journal's thread, until the returned function is called."""
         return self._listeners.add(listener)
@@ -198,7 +202,7 @@ class Steps:
         return at
 
     def _known(self, number: int, mine: Mine | None, what: str) -> Step:
-        step = self.store.get(number)
+        step = self.store.get(number) if number <= self.store.last else None
         if step is None:
             gone = "is not kept any more" if 0 < number <= self.store.forgotten else "is no step of this history"
             raise KernelError(f"step {number} {gone}", reason=Reason.WRONG_STATE, step=number)
@@ -214,9 +218,8 @@ class Steps:
     def conflict(self, step: Step, error: Conflict) -> KernelError:
         """Return why a step can't be taken back, with who stands in the way where that is known."""
         keys = {(error.table, error.key), ("nodes", error.key)}
-        later = self.store.find(Wanted())
-        since = (one for one in later if one.number > step.number and not keys.isdisjoint(one.difference.keys))
-        other = next(since, None)
+        since = reversed(self.since(step.number + 1))
+        other = next((one for one in since if not keys.isdisjoint(one.difference.keys)), None)
         who = f", by step {other.number} of {other.author}: {other.label}" if other else ""
         told = {"step": other.number, "author": other.author, "label": other.label} if other else {}
         about = f"cannot take back step {step.number} ({step.label})"

@@ -50,7 +50,7 @@ _TABLES = (
     "CREATE INDEX steps_by_first ON steps (first)",
     "CREATE TABLE touched (uid INTEGER, number INTEGER, PRIMARY KEY (uid, number)) WITHOUT ROWID",
     "CREATE TABLE checkpoints (id INTEGER PRIMARY KEY AUTOINCREMENT, seq INTEGER, tick INTEGER, name TEXT, "
-    "author TEXT, time REAL, body BLOB, parts BLOB, crc INTEGER)",
+    "author TEXT, time REAL, nodes INTEGER, body BLOB, parts BLOB, crc INTEGER)",
     "CREATE TABLE parts (hash BLOB PRIMARY KEY, body BLOB, crc INTEGER)",
     "CREATE TABLE hashes (first_tick INTEGER PRIMARY KEY, hashes BLOB, crc INTEGER)",
 )
@@ -58,7 +58,8 @@ _ENTRY = "seq, tick, time, author, commands, crc"
 _STEP = "number, first, tick, time, author, kind, label, names, undoes, difference, touched, crc"
 _WRITE_ENTRY = f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?)"
 _WRITE_STEP = f"INSERT OR REPLACE INTO steps ({_STEP}) VALUES (?,?,?,?,?,?,?,?,?,?,?,?)"
-_CHECKPOINT = "id, seq, tick, name, author, time, body, parts, crc"
+_HEAD = "id, seq, tick, name, author, time, nodes"
+_CHECKPOINT = f"{_HEAD}, body, parts, crc"
 
 PART_HASH_BYTES = 16
 """Length of a part's hash."""
@@ -119,9 +120,18 @@ class StepRow:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class CheckpointRow:
-    """World at a moment: `seq` is the last entry that it has in it, `tick` its tick; `name` is "" for the kernel's own.
+    """World at a moment.
 
-    body: encoded, without its parts. parts: their hashes, in the order in which the body names them.
+    Attributes:
+        id: its number; 0 until it has one.
+        seq: number of the last entry that it has in it.
+        tick: its tick.
+        name: as people know it; "" for those that only replays begin from.
+        author: who made it.
+        time: when, in seconds since 1970.
+        nodes: how many it has.
+        body: the encoded world, without its parts.
+        parts: their hashes.
     """
 
     id: int
@@ -130,6 +140,7 @@ class CheckpointRow:
     name: str
     author: str
     time: float
+    nodes: int
     body: bytes = b""
     parts: tuple[bytes, ...] = ()
 
@@ -279,28 +290,16 @@ class Store:
             said = first_tick, hashes, self._crc(first_tick, hashes)
             self._writer.execute("INSERT OR REPLACE INTO hashes VALUES (?,?,?)", said)
 
-    def add_checkpoint(
-        self,
-        seq: int,
-        tick: int,
-        name: str,
-        author: str,
-        time: float,
-        body: bytes,
-        parts: Sequence[bytes],
-        new: Mapping[bytes, bytes],
-    ) -> int:
+    def add_checkpoint(self, row: CheckpointRow, new: Mapping[bytes, bytes]) -> int:
         """Write a checkpoint and those of its parts (by hash) that are new; return its id."""
         with self._writing, self._transaction():
             self._writer.executemany(
                 "INSERT OR IGNORE INTO parts VALUES (?,?,?)",
                 [(key, data, self._crc(len(data), key, data)) for key, data in new.items()],
             )
-            said = (seq, tick, name, author, time, body, b"".join(parts))
             ((id,),) = self._writer.execute(
-                "INSERT INTO checkpoints (seq, tick, name, author, time, body, parts, crc) VALUES (?,?,?,?,?,?,?,?) "
-                "RETURNING id",
-                (*said, self._checkpoint_crc(*said)),
+                f"INSERT INTO checkpoints ({_CHECKPOINT}) VALUES (NULL,?,?,?,?,?,?,?,?,?) RETURNING id",
+                self._checkpoint(row)[1:],
             ).fetchall()
             return id
 
@@ -424,24 +423,23 @@ class Store:
 
     def checkpoints(self) -> list[CheckpointRow]:
         """Return all checkpoints without their bodies, oldest first."""
-        return [
-            CheckpointRow(*one)
-            for one in self._all("SELECT id, seq, tick, name, author, time FROM checkpoints ORDER BY seq, id")
-        ]
+        return [CheckpointRow(*one) for one in self._all(f"SELECT {_HEAD} FROM checkpoints ORDER BY seq, id")]
 
     def checkpoint(self, id: int) -> CheckpointRow | None:
         """Return a checkpoint, or None when there is none; raise KernelError (MALFORMED_FILE) when it is damaged."""
         found = self._all(f"SELECT {_CHECKPOINT} FROM checkpoints WHERE id = ?", id)
         if not found:
             return None
-        crc, said = found[0][-1], found[0][1:-1]
+        number, seq, tick, name, author, time, nodes, body, parts, crc = found[0]
         try:
-            sound = crc == self._checkpoint_crc(*said)
+            split = tuple(_split(parts))
+            row = CheckpointRow(number, seq, tick, name, author, time, nodes, body, split)
+            sound = crc == self._checkpoint(row)[-1]
         except UNSOUND:
             sound = False
         if not sound:
             raise self.damaged(f"the checkpoint {id} has a wrong checksum")
-        return CheckpointRow(id, *said[:-1], parts=tuple(_split(said[-1])))
+        return row
 
     def parts(self, keys: Sequence[bytes]) -> list[bytes]:
         """Return the bodies of parts by their hashes; raise KernelError when one is missing or damaged."""
@@ -546,12 +544,12 @@ class Store:
         said = row.number, row.first, row.tick, row.time, row.author, row.kind, row.label, names, row.undoes
         return *said, row.difference, touched, crc
 
-    def _checkpoint_crc(
-        self, seq: int, tick: int, name: str, author: str, time: float, body: bytes, parts: bytes
-    ) -> int:
-        texts = name.encode(), author.encode()
-        head = struct.pack("<qdIII", tick, time, *map(len, texts), len(body))
-        return self._crc(seq, head, *texts, body, parts)
+    def _checkpoint(self, row: CheckpointRow) -> tuple[Any, ...]:
+        texts, parts = (row.name.encode(), row.author.encode()), b"".join(row.parts)
+        head = struct.pack("<qdqIII", row.tick, row.time, row.nodes, *map(len, texts), len(row.body))
+        crc = self._crc(row.seq, head, *texts, row.body, parts)
+        said = row.id, row.seq, row.tick, row.name, row.author, row.time, row.nodes
+        return *said, row.body, parts, crc
 
     def _crc(self, number: int, *pieces: bytes) -> int:
         """Return the checksum of a number and bytes, which begins with the folder's seed."""

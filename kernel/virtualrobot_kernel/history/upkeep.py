@@ -123,9 +123,9 @@ class Upkeep:
                     self._entries = self._bytes = self._motion_ticks = 0
             try:
                 written = self._codec.encode_in_parts(image_of(now.structure, now.state), self._parts)
-                return self._store.add_checkpoint(
-                    now.number, now.state.tick, name, author, time.time(), written.body, [*written.parts], written.fresh
-                )
+                tick, nodes, parts = now.state.tick, len(now.structure.nodes), tuple(written.parts)
+                row = CheckpointRow(0, now.number, tick, name, author, time.time(), nodes, written.body, parts)
+                return self._store.add_checkpoint(row, written.fresh)
             except BaseException:
                 self._parts = Parts()  # some of them may not have been written
                 raise

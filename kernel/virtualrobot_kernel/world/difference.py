@@ -154,8 +154,9 @@ def presence(change: Change, uid: int) -> Presence:
     """Return a node with all that comes and goes with it."""
     structure, state = change.structure, change.state
     node = structure.nodes[uid]
-    q = state.q[_coordinates(structure, node)]
-    return Presence(node, state.parent_t_node[structure.rows[uid]], q, uid in state.running_sensors)
+    # Copies: a view would keep the poses of all nodes as long as a step is remembered.
+    pose, q = state.parent_t_node[structure.rows[uid]].copy(), state.q[_coordinates(structure, node)].copy()
+    return Presence(node, pose, q, uid in state.running_sensors)
 
 
 def _coordinates(structure: Structure, node: Node) -> slice:
@@ -197,7 +198,7 @@ def _poses(before: Change, after: Change) -> Iterator[Record]:
             uids = [uid for uid in now if uid in rows]
             old, new = old[[rows[uid] for uid in uids]], new[[later[uid] for uid in uids]]
     for at in np.flatnonzero((_bits(old) != _bits(new)).any(axis=1)).tolist():
-        yield Record("poses", uids[at], old[at], new[at])
+        yield Record("poses", uids[at], old[at].copy(), new[at].copy())
 
 
 def _bits(poses: NDArray[np.float64]) -> NDArray[np.uint64]:

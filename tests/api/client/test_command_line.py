@@ -104,7 +104,7 @@ def test_refusals_are_one_line(run: Run, iiwa: Robot) -> None:
     assert "it has 7 joints" in run("move", "iiwa", "--joints", "1,2", "--degrees", code=1)
     assert "iiwa" in run("state", "arm", code=1)
     assert "is not there; tried" in run("load", "none.urdf", code=1)
-    assert "cannot be written" in run("save", "/dev/null/x.yaml", code=1)
+    assert "the folder '/dev/null' is not there" in run("save", "/dev/null/x.yaml", code=1)
     assert "a scene file ends with .yaml or .yml" in run("save", "cell.txt", code=2, warns=4)
 
 

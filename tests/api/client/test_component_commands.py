@@ -65,6 +65,7 @@ def test_a_known_model_is_loaded_and_exported(run: Run, client: Client, tmp_path
     assert run("models", "--search", "nothing of the kind") == "the kernel knows no such model\n"
     assert run("load", "model://puma560", "--name", "puma") == "loaded robot puma\n"
     file = tmp_path / "out" / "puma.urdf"
+    file.parent.mkdir()
     assert run("export", "puma", str(file)).startswith(f"exported puma to {file}")
     run("load", str(file), "--name", "again")
     puma, again = client.robot("puma"), client.robot("again")

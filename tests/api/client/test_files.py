@@ -109,6 +109,7 @@ def test_a_saved_scene_is_the_same_when_loaded(client: Client, tmp_path: Path, b
     client.scene.add_part("box", virtualrobot.box(0.1, 0.1, 0.1, color="red"), pose=pose(x=0.5), mass=1.5)
     client.signals.create("ready", True, description="the cell is ready")
     robot.set_positions({"panda_joint4": -1.5})
+    (tmp_path / "cells").mkdir()
     written = client.scene.save(tmp_path / "cells" / "cell.yaml", bundle=bundle)
     assert written[-1] == tmp_path / "cells" / "cell.yaml"
     assert (len(written) > 1) == bundle
@@ -126,6 +127,7 @@ def test_a_saved_scene_is_the_same_when_loaded(client: Client, tmp_path: Path, b
         np.testing.assert_allclose(again[name], world_t_node, atol=1e-15)
     np.testing.assert_array_equal(client.robot("panda").positions, positions)
     assert client.signals["ready"] is True
+    (tmp_path / "again").mkdir()
     saved_again = client.scene.save(tmp_path / "again" / "cell.yaml", bundle=bundle)
     assert [path.relative_to(tmp_path / "again") for path in saved_again] == names
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import errors
+from virtualrobot.v1 import history_pb2
 
 from tests.api.client.conftest import IIWA, Run
 from tests.kernels import KernelProcess, StartKernel, Stubs
@@ -126,6 +127,27 @@ def test_filters_and_pages(ann: virtualrobot.Client, bob: virtualrobot.Client) -
     assert ann.history.list(kinds=["signal"], limit=1)[0].number == steps[0].number
     with pytest.raises(errors.InvalidArgumentError, match="a kind of steps is one of edit, undo"):
         ann.history.list(kinds=["edits"])
+
+
+def test_numbers_of_no_step(ann: virtualrobot.Client) -> None:
+    for number in (0, 2**63, 2**64 - 1):
+        with pytest.raises(errors.WrongStateError, match="is no step of this history"):
+            ann.undo(number)
+    with pytest.raises(errors.InvalidArgumentError, match="page_token must be"):
+        ann.services.history.ListSteps(history_pb2.ListStepsRequest(page_token="9" * 19))
+    with pytest.raises(errors.InvalidArgumentError, match="page_size is at most 1000"):
+        ann.services.history.ListSteps(history_pb2.ListStepsRequest(page_size=1001))
+    assert next(iter(ann.services.history.WatchSteps(history_pb2.WatchStepsRequest(from_number=2**64 - 1)))).stamp
+
+
+def test_a_guard_keeps_an_undo_from_bringing_robots_into_touch(ann: virtualrobot.Client) -> None:
+    ann.load_robot(IIWA, name="arm")
+    ann.scene.add_object("block", virtualrobot.box(0.2, 0.2, 0.2), pose=virtualrobot.pose(0.0, 0.0, 0.6))
+    ann.scene.remove("block")
+    ann.collisions.set(mode="guard")
+    with pytest.raises(errors.CollisionError, match="'block'"):
+        ann.undo(ann.history.list(node="block", limit=1)[0].number)
+    assert "block" not in ann.scene
 
 
 def test_undo_across_a_cleared_world(ann: virtualrobot.Client) -> None:

@@ -187,6 +187,7 @@ def test_a_table_is_a_robot(client: Client, rng: np.random.Generator, convention
 
 def test_a_robot_is_exported_and_loaded_again(client: Client, tmp_path: Path, rng: np.random.Generator) -> None:
     panda = client.load_robot(PANDA, name="panda")
+    (tmp_path / "out").mkdir()
     exported = client.scene.export(panda, tmp_path / "out" / "arm.urdf")
     assert exported.files[-1] == tmp_path / "out" / "arm.urdf"
     assert sorted(exported.files) == sorted(path for path in (tmp_path / "out").rglob("*") if path.is_file())

@@ -144,6 +144,35 @@ def test_it_goes_on_at_rest_and_what_was_done_before_is_undone_after(tmp_path: P
         assert not world.snapshot.state.motions and world.snapshot.state.tick == was.state.tick
 
 
+def test_checkpoints_by_name_are_there_after_a_restart(tmp_path: Path, rng: np.random.Generator) -> None:
+    with kernel(tmp_path) as (world, history):
+        setup(world)
+        made = history.checkpoints.create("lunch", "ann")
+        was = world.snapshot
+        world.submit([ClearWorld()]).result(GUARD)
+    with kernel(tmp_path) as (world, history):
+        (found,) = history.checkpoints.all
+        assert (found.name, found.author, found.id, found.node_count) == (
+            "lunch",
+            "ann",
+            made.id,
+            len(was.structure.nodes),
+        )
+        command = history.checkpoints.restoring(found)
+        world.submit([command], "bob").result(GUARD)
+        assert same(tuple(world.snapshot.structure.nodes.values()), tuple(was.structure.nodes.values())) == ""
+        left = history.checkpoints.left_by(command)
+        assert left and left.automatic and left.node_count == 1 and left.author == "bob"
+        assert [one.name for one in history.checkpoints.all] == ["lunch", left.name]
+        history.checkpoints.remove("lunch")
+    with kernel(tmp_path) as (world, history):
+        assert [one.name for one in history.checkpoints.all] == [left.name]
+        assert len(world.snapshot.structure.nodes) == len(was.structure.nodes)
+        world.submit([history.checkpoints.restoring(left)]).result(GUARD)
+        assert len(world.snapshot.structure.nodes) == 1
+        history.store.check()
+
+
 def test_a_damaged_checkpoint_leaves_the_one_before(tmp_path: Path, rng: np.random.Generator) -> None:
     with kernel(tmp_path, Rules(entries=2)) as (world, history):
         setup(world)

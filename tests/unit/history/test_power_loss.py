@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.history.store import Row, Store
+from virtualrobot_kernel.history.store import CheckpointRow, Row, Store
 
 from tests.tiers import Draws
 from tests.unit.history.lossy import Disk, LossyVFS, promised
@@ -37,7 +37,7 @@ def test_what_was_promised_is_there_and_nothing_else(
         if tidied or power:
             notes.append((len(disk.steps), at))
         if rng.random() < 0.1:
-            store.add_checkpoint(at, at, "", "", 0.0, rng.bytes(5000), [], {})
+            store.add_checkpoint(CheckpointRow(0, at, at, "", "", 0.0, 1, rng.bytes(5000)), {})
     end = len(disk.steps)
     told = 0
     for _ in range(draws(500)):

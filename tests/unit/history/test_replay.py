@@ -10,7 +10,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.codec import Parts, same
 from virtualrobot_kernel.history.replay import Replay
-from virtualrobot_kernel.history.store import Row, Store
+from virtualrobot_kernel.history.store import CheckpointRow, Row, Store
 from virtualrobot_kernel.history.tick_hash import BYTES, differing_robots, tick_hash
 from virtualrobot_kernel.history.verify import verify
 from virtualrobot_kernel.history.world_image import image_of
@@ -27,12 +27,14 @@ CODEC = world_codec()
 
 def stored(run: Run, checkpoints: tuple[int, ...] = ()) -> Store:
     """Return a store in memory that has a run, with checkpoints before some entries."""
-    store, parts = Store(), Parts()
+    store, memory = Store(), Parts()
     for number, entry in enumerate(run.entries):
         if number in checkpoints:
             structure, state = run.worlds[number]
-            written = CODEC.encode_in_parts(image_of(structure, state), parts)
-            store.add_checkpoint(number, state.tick, "", "", 0.0, written.body, [*written.parts], written.fresh)
+            written = CODEC.encode_in_parts(image_of(structure, state), memory)
+            parts = tuple(written.parts)
+            row = CheckpointRow(0, number, state.tick, "", "", 0.0, len(structure.nodes), written.body, parts)
+            store.add_checkpoint(row, written.fresh)
         store.write([Row(number + 1, entry.tick, 0.0, entry.author, CODEC.encode(entry.commands))])
     return store
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
-from virtualrobot_kernel.history.store import Row, StepRow, Store
+from virtualrobot_kernel.history.store import CheckpointRow, Row, StepRow, Store
 
 from tests.tiers import Draws
 
@@ -42,12 +42,14 @@ def filled(store: Store, rng: np.random.Generator, count: int = 30) -> list[Row]
     """Write rows, two checkpoints and hashes; return the rows."""
     rows = [row(seq, rng) for seq in range(1, count + 1)]
     store.write(rows[:1])
-    store.add_checkpoint(1, 3, "begin", "me", 1.8e9, b"body", [b"a" * 16], {b"a" * 16: b"part a"})
+    keys = b"a" * 16, b"b" * 16
+    begin = CheckpointRow(0, 1, 3, "begin", "me", 1.8e9, 7, b"body", keys[:1])
+    store.add_checkpoint(begin, {keys[0]: b"part a"})
     store.write(rows[1:10])
     store.add_hashes(0, rng.bytes(80))
     store.write(rows[10:])
-    keys = [b"a" * 16, b"b" * 16]
-    store.add_checkpoint(count, 3 * count, "", "kernel", 1.8e9, b"other body", keys, {keys[1]: b"part b"})
+    end = CheckpointRow(0, count, 3 * count, "", "kernel", 1.8e9, 9, b"other body", keys)
+    store.add_checkpoint(end, {keys[1]: b"part b"})
     store.add_hashes(10, rng.bytes(160))
     store.write([], [(step(one.seq, rng), 0) for one in rows])
     return rows
