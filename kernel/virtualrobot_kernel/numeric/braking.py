@@ -34,7 +34,7 @@ END_TOLERANCE = 1e-9
 _SHARES = np.array([1.0, 0.8, 0.64, 0.5, 0.4, 0.3, 0.2, 0.1])
 #: By how much a brake must stop sooner than the motion does anyway (s): above rounding, far below a tick.
 _SOONER = 1e-6
-_COARSE, _FINE, _SIDES, _BEFORE = 32, 480, 8, 2
+_COARSE, _FINE, _SIDES = 32, 480, 8
 _ROUNDING = 1e-9
 #: Distance from a break at which its sides are looked at, as a share of the whole law: far above rounding.
 _ASIDE = 1e-9
@@ -268,7 +268,7 @@ def _choose_brake(
     result = GOES_ON
     before = -1.0
     before_jerk = -1.0
-    # Where the brake before was beyond, this one likely is, too, or a little before, as it is longer.
+    # Where the brake before was beyond, this one likely is, too.
     coarse = 0
     fine = 0
     in_fine = False
@@ -294,19 +294,23 @@ def _choose_brake(
         if not reach <= end:
             continue
         result = WAITS
-        points = _points(breaks, u, reach) if in_fine else 0
-        if in_fine and _beyond(breaks, terms, bounds, along, brake, duration, points, fine, 1) >= 0:
-            continue
-        found = _beyond(breaks, terms, bounds, along, brake, duration, _COARSE, coarse, _COARSE + _SIDES)
-        in_fine = found < 0
-        if found >= 0:
-            coarse = max(found - _BEFORE, 0)
-            continue
-        points = _points(breaks, u, reach)
-        found = _beyond(breaks, terms, bounds, along, brake, duration, points, fine, points + _SIDES)
+        found = -1
+        for look in range(0 if in_fine else 1, 3):
+            few = look == 1
+            points = _COARSE if few else _points(breaks, u, reach)
+            first = coarse if few else fine
+            count = 1 if look == 0 else points + _SIDES
+            found = _beyond(breaks, terms, bounds, along, brake, duration, points, first, count)
+            in_fine = in_fine or few
+            if found >= 0:
+                if few:
+                    coarse = found
+                    in_fine = False
+                else:
+                    fine = min(found, _FINE - 1)
+                break
         if found < 0:
             return BRAKES, duration
-        fine = min(found, _FINE - 1)
 
 
 TAU, RAMP_TAU, ELAPSED, WAITING, GOAL, LENGTH, COEFFICIENTS = range(7)
@@ -492,26 +496,29 @@ def brake_ahead(
     motion = _Motion(shapes, breaks, terms, limits, joints, table.shape[0] > 0, stops, wanted)
     chosen = np.empty(6)
     came = BRAKES if ends[0] >= 0.0 else WAITS
-    if asks and came != BRAKES:
-        came = _change(motion, state, brakes, ends, chosen)
-    if most == 0 or came == NEEDS_TABLE:
-        return came, np.empty((0, count))
+    at_once = asks
     taus = np.empty(512)
     taus[0] = state[TAU]
     ticks = 0
-    while came not in (BRAKES, AT_GOAL, STANDS) and ticks < most:
-        if state[GOAL] == wanted:
-            state[WAITING] = 0.0
-        else:
-            waiting = state[WAITING] + dt
-            again = int(waiting / RETRY) != int(state[WAITING] / RETRY)
+    while came not in (BRAKES, AT_GOAL, STANDS):
+        again = at_once
+        if not at_once:
+            if ticks == most:
+                break
+            waiting = 0.0 if state[GOAL] == wanted else state[WAITING] + dt
+            again = int(waiting / RETRY) != int(state[WAITING] / RETRY) and waiting > 0.0
             state[WAITING] = waiting
-            if again:
-                came = _change(motion, state, brakes, ends, chosen)
-                if came == NEEDS_TABLE:
-                    return came, np.empty((0, count))
-                if came == BRAKES:
-                    break
+        if again:
+            came = _change(motion, state, brakes, ends, chosen)
+            if came == NEEDS_TABLE:
+                return came, np.empty((0, count))
+        if at_once:
+            if most == 0:
+                return came, np.empty((0, count))
+            at_once = False
+            continue
+        if came == BRAKES:
+            break
         state[ELAPSED] += dt
         gone = ramp_state(state[GOAL], state[LENGTH], state[COEFFICIENTS:], state[ELAPSED])[3]
         state[TAU] = max(state[TAU], state[RAMP_TAU] + gone)
