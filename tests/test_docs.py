@@ -35,7 +35,7 @@ from virtualrobot.v1 import (
     view_pb2,
 )
 from virtualrobot_kernel.api.status import CODES
-from virtualrobot_kernel.serve import _parser
+from virtualrobot_kernel.serve import _parser, _replay_parser
 from virtualrobot_sdk.testing.grade import command as grade
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -235,6 +235,9 @@ def test_command_line_tells_each_option(name: str) -> None:
     assert command is not None
     if name == "serve":
         options = {option for action in _parser()._actions for option in action.option_strings} - {"-h", "--help"}
+    elif name == "replay":
+        options = {option for action in _replay_parser()._actions for option in action.option_strings}
+        options -= {"-h", "--help"}
     elif name == "grade":
         options = long_options(grade)
     elif name == "new":

@@ -35,12 +35,15 @@ from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.errors import KernelError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.history.folder import ASSETS, Folder
+from virtualrobot_kernel.history.folder import ASSETS, IN_MEMORY_SEED, Folder, Project, versions
 from virtualrobot_kernel.history.history import History
+from virtualrobot_kernel.history.past import PastFolder
+from virtualrobot_kernel.history.player import Player
 from virtualrobot_kernel.history.upkeep import Rules
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
+from virtualrobot_kernel.report import Reported, write_report
 from virtualrobot_kernel.scenes.assets import check_assets, files_of
 from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
@@ -51,6 +54,7 @@ from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import RestartWorld, SetAllowedPairs
+from virtualrobot_kernel.world.past_world import PastWorld
 from virtualrobot_kernel.world.store import World
 
 if TYPE_CHECKING:
@@ -77,6 +81,8 @@ class Settings:
         power: whether what is answered survives a loss of power, and not only the end of the process.
         limits: what calls are refused by.
         folders: where files must lie that calls name, besides known packages; None: anywhere.
+        past: what this kernel replays; None: it has a world of its own. It closes it.
+        log: gives the newest lines of the log, for reports.
     """
 
     address: Address
@@ -89,6 +95,8 @@ class Settings:
     power: bool = False
     limits: Limits = field(default_factory=Limits)
     folders: tuple[Path, ...] | None = None
+    past: PastFolder | None = None
+    log: Callable[[], str] = str
 
 
 class Kernel:
@@ -102,9 +110,7 @@ class Kernel:
         self._importers = Importers(catalog)
         self._tokens = TokenTable(settings.address.token, settings.tokens_file)
         self._viewer: Viewer | None = None
-        folder, limits = settings.folder, settings.limits
-        files = folder and folder.path / ASSETS
-        self._assets = AssetStore(limits.asset_bytes, limits.assets_bytes, files, settings.power)
+        self._assets = _asset_store(settings)
         self._meshes = MeshLibrary(self._assets, self._importers, folders=settings.folders)
         self._view = ViewStore()
         load = self._meshes.load
@@ -117,12 +123,16 @@ class Kernel:
         self._processes = Processes(self._sensing.shapes)
         self._mailbox = Mailbox()
         clock = Clock(settings.mode, 1.0, settings.tick_nanoseconds)
-        self._history = History(folder, clock.tick_seconds, world_poses, settings.rules, settings.power)
-        begin = self._history.begin
-        self.world = World(
-            world_poses, self._history.journal, clock, begin.structure, begin.state, inputs=self._mailbox.take
-        )
-        check_assets(begin.structure, self._assets)
+        self._history: History | Player
+        if settings.past is not None:
+            self._history = Player(settings.past, world_poses, lambda structure: check_assets(structure, self._assets))
+            self.world = PastWorld(world_poses, clock, self._history)
+            try:
+                check_assets(self._history.newest, self._assets)
+            except KernelError as error:
+                raise error.at("the replay can't be shown (`--verify` needs no meshes)") from error
+        else:
+            self._history = self._recorded(clock)
         self._guard = CollisionGuard(self._sensing.solids, self.world)
         self._sensors = Sensors(self.world, self._sensing)
         self._monitor = Monitor(self.world, self._sensing.solids)
@@ -131,11 +141,20 @@ class Kernel:
         self._server = Server(settings.address, self.world, self._services)
         self._shut_down = shut_down
 
+    def _recorded(self, clock: Clock) -> History:
+        """Make the history of a world, and the world from where it ended."""
+        given = self._settings
+        history = History(given.folder, clock.tick_seconds, world_poses, given.rules, given.power)
+        begin = history.begin
+        self.world = World(world_poses, history.journal, clock, begin.structure, begin.state, inputs=self._mailbox.take)
+        check_assets(begin.structure, self._assets)
+        return history
+
     def start(self) -> int:
         """Start the journal, the world and the API; return the port."""
         self._history.start()
         self.world.start()
-        if self._history.goes_on:
+        if isinstance(self._history, History) and self._history.goes_on:
             self.world.submit([RestartWorld()], "kernel").result()
             self._history.upkeep.checkpoint()
         return self._server.start()
@@ -154,6 +173,7 @@ class Kernel:
             readings=lambda: self._sensors.latest,
             touching=lambda: self._monitor.latest.touching,
             clearances=self._clearances,
+            replay=self.world if isinstance(self.world, PastWorld) else None,
         )
         viewer.start()
         self._viewer = viewer
@@ -162,7 +182,7 @@ class Kernel:
     def load(self, path: Path) -> None:
         """Load a scene file; raise KernelError when something in it is wrong, or the folder has a world already."""
         folder = self._settings.folder
-        begin = self._history.begin
+        begin = self.world.snapshot
         if folder is not None and (len(begin.structure.nodes) > 1 or begin.state.signals):
             begun = f", which began with {folder.project.scene}" if folder.project.scene else ""
             raise KernelError(
@@ -188,6 +208,26 @@ class Kernel:
         self.world.submit(commands, f"scene file {path}", permit=limits.check_nodes).result()
         if folder is not None:
             folder.name_scene(path.name)
+
+    def report(self, target: Path, most_bytes: int) -> None:
+        """Write the report of a fault as a file, with about so many bytes of the journal; see `report.write_report`."""
+        given = self._settings
+        if given.past is not None:
+            store, project = given.past.store, given.past.project
+        else:
+            assert isinstance(self._history, History)  # it is no replay
+            nowhere = Project(f"{IN_MEMORY_SEED:08x}", given.tick_nanoseconds, versions=versions())
+            store, project = self._history.store, given.folder.project if given.folder else nowhere
+        about = Reported(
+            store,
+            project,
+            self.world.snapshot,
+            self._assets,
+            self._catalog.plugins,
+            given.log,
+            (given.address.token,),
+        )
+        write_report(target, about, most_bytes)
 
     def close(self) -> None:
         """End all calls with UNAVAILABLE, then every thread."""
@@ -237,5 +277,13 @@ class Kernel:
             limits=self._settings.limits,
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,
+            report=self.report,
             shut_down=self._shut_down,
         )
+
+
+def _asset_store(settings: Settings) -> AssetStore:
+    """Return the store of assets: those of a folder where there is one, and those of a past as they are."""
+    limits, past = settings.limits, settings.past
+    folder = past.assets if past else settings.folder and settings.folder.path / ASSETS
+    return AssetStore(limits.asset_bytes, limits.assets_bytes, folder, settings.power, read_only=past is not None)

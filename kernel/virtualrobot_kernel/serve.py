@@ -13,7 +13,7 @@ import secrets
 import signal
 import sys
 import threading
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -22,11 +22,17 @@ from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, given_token, is_loo
 from virtualrobot_kernel.api.limits import Limits, described
 from virtualrobot_kernel.background import share_memory
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.recent_log import RecentLog
 
 if TYPE_CHECKING:
     from virtualrobot_kernel.components.catalog import Catalog
+    from virtualrobot_kernel.history.past import PastFolder
+    from virtualrobot_kernel.world.clock import Clock
 
 log = logging.getLogger(__name__)
+
+RECENT = RecentLog()
+"""Newest lines of the log, for reports."""
 
 CLOSE_SECONDS = 20.0
 """Longest time (s) that the rooms may take to close before the process ends without them."""
@@ -40,42 +46,44 @@ SWITCH_INTERVAL_SECONDS = 0.0005
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a kernel until it is told to end; return the exit code."""
-    options = _parser().parse_args(arguments)
+    return _told("virtualrobot serve", _parser().parse_args(arguments), _serve)
+
+
+def replay(arguments: Sequence[str] | None = None) -> int:
+    """Run a kernel that replays a folder until it is told to end, or only verify it; return the exit code."""
+    options = _replay_parser().parse_args(arguments)
+    return _told("virtualrobot replay", options, _verify if options.verify else _serve_past)
+
+
+def report(path: Path, target: Path) -> None:
+    """Write the report of a project folder; raise KernelError when it is none, or damaged."""
+    from virtualrobot_kernel.report import report_of_folder
+
+    report_of_folder(path, target)
+
+
+def _told(name: str, options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
+    """Return the exit code of a program; what it refuses is one line."""
     logging.basicConfig(
         level=logging.DEBUG if options.debug else logging.WARNING, format="%(levelname)s %(name)s: %(message)s"
     )
+    logging.getLogger().addHandler(RECENT)
     if not options.debug:
         # Read when grpc is imported, below: what fails is said here, once, and not in the words of its C core too.
         os.environ.setdefault("GRPC_VERBOSITY", "NONE")
     try:
-        return _serve(options)
+        return run(options)
     except KernelError as error:
         if options.debug:
             raise
-        print(f"virtualrobot serve: {error}", file=sys.stderr)
+        print(f"{name}: {error}", file=sys.stderr)
         return 1
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser("virtualrobot serve", description="Start a kernel and keep it running.")
     parser.add_argument("scene", nargs="?", type=Path, help="a scene file to load first")
-    parser.add_argument("--host", default=DEFAULT_HOST, help="the address to listen on (default: this machine only)")
-    parser.add_argument("--port", type=int, default=DEFAULT_PORT, help=f"0 for any free one (default: {DEFAULT_PORT})")
-    token = "a file, read or, when it isn't there, written; without it VIRTUALROBOT_TOKEN is the token, or one is made"
-    parser.add_argument("--token-file", type=Path, help=token)
-    parser.add_argument("--no-token", action="store_true", help="let every program of this machine in")
-    parser.add_argument("--tls-certificate", type=Path, help="a PEM file; needed beyond this machine")
-    parser.add_argument("--tls-key", type=Path, help="the certificate's key, a PEM file")
-    parser.add_argument("--headless", action="store_true", help="no viewer")
-    parser.add_argument(
-        "--viewer-port", type=int, default=8080, help="the first port that the viewer tries (default: 8080)"
-    )
-    files = "a folder that files named in calls may lie in; repeated for several (default: the working folder)"
-    parser.add_argument("--files", type=Path, action="append", metavar="FOLDER", help=files)
-    names = ", ".join(f"{name} ({default:,})" for name, default, _ in described())
-    parser.add_argument(
-        "--limit", action="append", default=[], metavar="NAME=VALUE", help=f"sets a limit; there are {names}"
-    )
+    _add_server_options(parser)
     parser.add_argument("--stepped", action="store_true", help="time goes on only when a client steps it")
     parser.add_argument(
         "--tick-milliseconds", type=float, help="the length of a tick, from 1 (default: that of --data, else 4)"
@@ -98,15 +106,76 @@ def _parser() -> argparse.ArgumentParser:
         help="how much of the history is kept: 500MB, 4GB, 12h, 30d, or both as in 4GB,30d "
         "(default: 4GB with --data, else 64MB)",
     )
+    return parser
+
+
+def _replay_parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(
+        "virtualrobot replay",
+        description="Start a kernel that shows what a project folder has recorded, paused at its first moment.",
+    )
+    parser.add_argument("data", type=Path, metavar="DIR", help="the folder of `virtualrobot serve --data DIR`")
+    parser.add_argument(
+        "--verify", action="store_true", help="only make every tick again and compare it with what it was"
+    )
+    _add_server_options(parser)
+    parser.set_defaults(scene=None, stepped=True, tick_milliseconds=None, durability="process", keep_history=None)
+    return parser
+
+
+def _add_server_options(parser: argparse.ArgumentParser) -> None:
+    """Add what is said of any kernel: who may call it, and whether it has a viewer."""
+    parser.add_argument("--host", default=DEFAULT_HOST, help="the address to listen on (default: this machine only)")
+    parser.add_argument("--port", type=int, default=DEFAULT_PORT, help=f"0 for any free one (default: {DEFAULT_PORT})")
+    token = "a file, read or, when it isn't there, written; without it VIRTUALROBOT_TOKEN is the token, or one is made"
+    parser.add_argument("--token-file", type=Path, help=token)
+    parser.add_argument("--no-token", action="store_true", help="let every program of this machine in")
+    parser.add_argument("--tls-certificate", type=Path, help="a PEM file; needed beyond this machine")
+    parser.add_argument("--tls-key", type=Path, help="the certificate's key, a PEM file")
+    parser.add_argument("--headless", action="store_true", help="no viewer")
+    parser.add_argument(
+        "--viewer-port", type=int, default=8080, help="the first port that the viewer tries (default: 8080)"
+    )
+    files = "a folder that files named in calls may lie in; repeated for several (default: the working folder)"
+    parser.add_argument("--files", type=Path, action="append", metavar="FOLDER", help=files)
+    names = ", ".join(f"{name} ({default:,})" for name, default, _ in described())
+    parser.add_argument(
+        "--limit", action="append", default=[], metavar="NAME=VALUE", help=f"sets a limit; there are {names}"
+    )
     parser.add_argument(
         "--end-with-input", action="store_true", help="end when the standard input does: for child processes"
     )
     parser.add_argument("--strict-plugins", action="store_true", help="do not start when a plugin has failed")
     parser.add_argument("--debug", action="store_true", help="log more, and show tracebacks")
-    return parser
 
 
-def _serve(options: argparse.Namespace) -> int:
+def _verify(options: argparse.Namespace) -> int:
+    """Make every tick of a folder's past again; return 0 when each is what it was."""
+    compile_all_code()
+    from virtualrobot_kernel.history.past import PastFolder
+    from virtualrobot_kernel.history.verify import verify
+    from virtualrobot_kernel.planning.robots import world_poses
+
+    past = PastFolder(options.data)
+    try:
+        verdict = verify(past.replay(world_poses), past.store.hashes())
+    finally:
+        past.close()
+    for warning in verdict.warnings:
+        print(warning, file=sys.stderr)
+    print(verdict)
+    return 0 if verdict.tick is None and not verdict.warnings else 1
+
+
+def _serve_past(options: argparse.Namespace) -> int:
+    from virtualrobot_kernel.history.past import PastFolder
+
+    past = PastFolder(options.data)
+    options.data = None  # it is read, and not gone on with
+    return _serve(options, past)
+
+
+def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
     _check(options)
     share_memory()
     # What modules make as they are loaded stays: to look for garbage among it takes a fifth of the start's time.
@@ -125,10 +194,11 @@ def _serve(options: argparse.Namespace) -> int:
     tls = [_read(path) for path in (options.tls_certificate, options.tls_key) if path]
     ticks = None if options.tick_milliseconds is None else round(options.tick_milliseconds * 1e6)
     folder = Folder(options.data, ticks) if options.data else None
+    project = folder.project if folder else past and past.project
     settings = Settings(
         Address(options.host, options.port, token, *tls),
         Mode.STEPPED if options.stepped else Mode.REALTIME,
-        folder.project.tick_nanoseconds if folder else ticks or NANOSECONDS,
+        project.tick_nanoseconds if project else ticks or NANOSECONDS,
         options.viewer_port,
         folder and folder.path / TOKENS,
         folder,
@@ -136,6 +206,8 @@ def _serve(options: argparse.Namespace) -> int:
         options.durability == "power",
         limits=Limits.of(options.limit),
         folders=_folders(options),
+        past=past,
+        log=RECENT.__str__,
     )
     kernel = Kernel(settings, catalog, ended.set)
     faults: list[threading.ExceptHookArgs] = []
@@ -158,6 +230,8 @@ def _serve(options: argparse.Namespace) -> int:
             gc.freeze()  # nor is it looked at later, between ticks and as the process ends
             gc.enable()
             print(f"listening on {options.host}:{port}", flush=True)
+            if past is not None:
+                print(_told_of_past(past, kernel.world.clock), flush=True)
             if not options.headless:
                 print(f"viewer at {kernel.start_viewer()}", flush=True)
             if options.end_with_input:
@@ -169,6 +243,13 @@ def _serve(options: argparse.Namespace) -> int:
         kernel.close()
         _end_after(LAST_THREADS_SECONDS, 1 if faults else 0)
     return 1 if faults else 0
+
+
+def _told_of_past(past: PastFolder, clock: Clock) -> str:
+    """Return in words what a replay has."""
+    assert clock.recorded is not None  # it is that of a replay
+    first, last = (tick * clock.tick_seconds for tick in (clock.recorded.first_tick, clock.recorded.last_tick))
+    return f"replay of {past.path}: {first:.3f} s to {last:.3f} s; paused at its begin"
 
 
 def _end_after(seconds: float, code: int) -> None:

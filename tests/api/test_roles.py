@@ -14,6 +14,7 @@ import virtualrobot
 from virtualrobot.cli import run
 from virtualrobot.v1 import (
     collision_pb2,
+    history_pb2,
     kernel_pb2,
     lease_pb2,
     motion_pb2,
@@ -23,13 +24,13 @@ from virtualrobot.v1 import (
     token_pb2,
     view_pb2,
 )
-from virtualrobot_kernel.api.roles import commands_in, roles_of
+from virtualrobot_kernel.api.roles import commands_in, may_command, roles_of
 from virtualrobot_kernel.api.server import SERVICES
 from virtualrobot_kernel.api.token_table import Role
 
 from tests.api.asking import IIWA, apply, box, create, ended, joints, load, refusal, set_signals, start
 from tests.api.leasing import Holder, all_free, leases, slow
-from tests.api.moving import ABORTED, CANCELLED
+from tests.api.moving import ABORTED, CANCELLED, SUCCEEDED
 from tests.api.reading import state
 from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel, Stubs
 
@@ -97,6 +98,12 @@ def test_calls_that_touch_robots_are_not_for_observers_and_commands_need_more_th
         assert marked, kind
 
 
+def test_no_stream_of_requests_carries_commands() -> None:
+    """Commands are looked for in the one request of a call."""
+    assert [method.name for _, method in METHODS if method.client_streaming and may_command(method.input_type)] == []
+    assert may_command(scene_pb2.ApplyRequest.DESCRIPTOR)
+
+
 def with_field(kind: Any, name: str) -> Any:  # noqa: ANN401 a message
     message = kind()
     getattr(message, name).SetInParent()
@@ -156,6 +163,11 @@ def test_an_operator_moves_what_it_has_leased_and_edits_nothing(admin: Stubs, gi
     assert refusal(lambda: apply(stubs, speed)).metadata["robot"] == "arm"
     holder = Holder(kernel, "arm", owner="Ada")
     holder.apply(speed)
+    target = motion_pb2.SetpointTarget(robot="arm", mode=motion_pb2.SETPOINT_MODE_POSITION)
+    first = motion_pb2.StreamSetpointsRequest(target=target)
+    *_, end = stubs.motion.StreamSetpoints(iter([first]), metadata=holder.metadata)
+    assert end.motion.phase == SUCCEEDED
+    assert refusal(lambda: list(stubs.motion.StreamSetpoints(iter([first])))).metadata["owner"] == "Ada"
     id = holder.start(slow("arm"))
     stubs.motion.PauseMotion(motion_pb2.PauseMotionRequest(id=id))
     stubs.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=id))
@@ -200,6 +212,8 @@ def test_what_an_operator_may_not_command_it_may_not_have_programs_do(given: Giv
 def test_an_engineer_edits_and_moves_what_is_free_but_makes_no_tokens(given: Given) -> None:
     stubs = given("engineer").stubs()
     load(stubs, IIWA, "arm")
+    steps = stubs.history.ListSteps(history_pb2.ListStepsRequest(), metadata=(("client-name", "cell"),)).steps
+    assert steps[0].author.startswith("engineer with client at ipv4:127.0.0.1:")
     id = start(stubs, slow("arm")).id
     stubs.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=id))
     request = token_pb2.CreateTokenRequest(name="mine", role=token_pb2.ROLE_ADMIN)
@@ -308,3 +322,14 @@ def test_the_command_line_makes_lists_and_withdraws_tokens(
     assert code == 1 and words.startswith("virtualrobot: SetClock needs the role 'operator'; the token 'panel' is an ")
     assert said(own, "token", "revoke", "panel") == (0, "withdrawn: panel, observer\n")
     assert said(file, "state")[0] == 1
+
+
+@pytest.mark.long
+def test_tokens_are_kept_in_the_folder_of_a_project(start_kernel: StartKernel, tmp_path: Path) -> None:
+    kernel = start_kernel("--data", str(tmp_path / "cell"), token=True)
+    request = token_pb2.CreateTokenRequest(name="panel", role=token_pb2.ROLE_OPERATOR)
+    secret = kernel.stubs().token.CreateToken(request).secret
+    assert kernel.end() == 0
+    again = start_kernel("--data", str(tmp_path / "cell"), token=True)
+    info = replace(again, token=secret).stubs().kernel.GetInfo(kernel_pb2.GetInfoRequest())
+    assert (info.role, info.token_name) == (token_pb2.ROLE_OPERATOR, "panel")

@@ -6,10 +6,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import grpc
-import hypothesis
 import pytest
-from hypothesis import HealthCheck, Phase, settings
-from hypothesis.stateful import run_state_machine_as_test
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.codec import same
 from virtualrobot_kernel.history.journal import Told
@@ -19,15 +16,10 @@ from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.journal import Entry, replay
 
 from tests.faults.machine import WorldOfFaults
-from tests.fuzz.readers import bare_arm
+from tests.faults.running import APART, run
 from tests.inside import kernel_inside
 from tests.kernels import Stubs
 from tests.tiers import Draws
-
-PHASES = [Phase.generate, Phase.shrink]
-STEPS = 30
-APART = [("grpc.use_local_subchannel_pool", 1)]
-"""Options of channels that have a connection of their own, as those of other processes have."""
 
 
 class Recorder:
@@ -72,14 +64,6 @@ class RecordedWorld(WorldOfFaults):
 
 
 @pytest.fixture(scope="module")
-def arm(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the file of an arm without meshes."""
-    path = tmp_path_factory.mktemp("arm") / "arm.urdf"
-    path.write_bytes(bare_arm())
-    return path
-
-
-@pytest.fixture(scope="module")
 def world(arm: Path) -> Iterator[type[WorldOfFaults]]:
     """Return the machine of a kernel in this process, whose journal is kept."""
     recorder = Recorder()
@@ -87,19 +71,6 @@ def world(arm: Path) -> Iterator[type[WorldOfFaults]]:
         connect = staticmethod(lambda: Stubs(grpc.insecure_channel(address, APART)))
         fields = {"kernel": kernel, "recorder": recorder, "connect": connect, "arm": arm}
         yield type("World", (RecordedWorld,), fields)
-
-
-def run(machine: type[WorldOfFaults], seed: int, worlds: int, steps: int = STEPS) -> None:
-    """Run a machine; hypothesis shrinks what fails, and prints it as a program."""
-    chosen = settings(
-        max_examples=worlds,
-        stateful_step_count=steps,
-        deadline=None,
-        database=None,
-        phases=PHASES,
-        suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-    )
-    run_state_machine_as_test(hypothesis.seed(seed)(machine), settings=chosen)
 
 
 def test_whatever_clients_do_the_world_stays_whole(world: type[WorldOfFaults], seed: int, draws: Draws) -> None:

@@ -11,7 +11,7 @@ from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default, whole
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown, told
 from virtualrobot._wire.signal_values import SignalValue, value_of
-from virtualrobot.errors import CallTimeoutError
+from virtualrobot.errors import CallTimeoutError, InvalidArgumentError
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.state import MotionState
 from virtualrobot.robots.values import RobotState
@@ -35,6 +35,7 @@ class ClockState:
         tick_length: length of a tick (s).
         real_time_factor: simulated seconds for each second of the wall clock that were reached lately.
         late_ticks: ticks that began late since the kernel started.
+        recorded: of a replay: its first and its last tick; else None.
     """
 
     stamp: Stamp
@@ -43,6 +44,7 @@ class ClockState:
     tick_length: float
     real_time_factor: float
     late_ticks: int
+    recorded: tuple[int, int] | None = None
 
 
 @shown
@@ -128,6 +130,24 @@ class Clock:
             tuple(map(MotionState.of, response.motions)),
         )
 
+    def seek(self, simulation_time: float) -> ClockState:
+        """Go to a moment of a replay (`virtualrobot replay`), back or forth; return the clock there.
+
+        Args:
+            simulation_time: seconds of simulation time, rounded to the next tick. `read().recorded` has the ticks.
+
+        Raises:
+            InvalidArgumentError: when the replay has no such moment.
+            WrongStateError: when the kernel is no replay: its time goes forwards only.
+
+        Example:
+            >>> client.clock.seek(12.5)
+        """
+        if not 0.0 <= simulation_time < math.inf:
+            raise InvalidArgumentError(f"a replay has moments from 0 s on, not {simulation_time:g} s")
+        tick = round(simulation_time / self.read().tick_length)
+        return _state(self._services.kernel.SeekClock(kernel_pb2.SeekClockRequest(tick=tick)))
+
     def run(self, *motions: Motion, timeout: float | None = None) -> ClockState:
         """Let time go on by steps until these motions have ended; return the clock as it is then.
 
@@ -180,7 +200,10 @@ class Clock:
 
 
 def _state(
-    response: kernel_pb2.GetClockResponse | kernel_pb2.SetClockResponse | kernel_pb2.WatchClockResponse,
+    response: kernel_pb2.GetClockResponse
+    | kernel_pb2.SetClockResponse
+    | kernel_pb2.SeekClockResponse
+    | kernel_pb2.WatchClockResponse,
 ) -> ClockState:
     clock = response.clock
     return ClockState(
@@ -190,4 +213,5 @@ def _state(
         clock.tick_nanoseconds / 1e9,
         clock.real_time_factor,
         clock.late_ticks,
+        (clock.recorded.first_tick, clock.recorded.last_tick) if clock.HasField("recorded") else None,
     )

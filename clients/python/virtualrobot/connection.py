@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Unpack
 
 from virtualrobot._wire.arguments import PoseLike, Text, checked
+from virtualrobot._wire.messages import count_or_default
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown
@@ -17,6 +18,7 @@ from virtualrobot.collisions.collisions import Collisions
 from virtualrobot.errors import AuthenticationError, InvalidArgumentError, VersionError, WrongStateError
 from virtualrobot.files.assets import Assets
 from virtualrobot.files.scene_files import model_request
+from virtualrobot.files.writing import write_file
 from virtualrobot.history.history import History
 from virtualrobot.history.values import Step
 from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases, program_name
@@ -384,6 +386,29 @@ class Client:
     @speed_factor.setter
     def speed_factor(self, factor: float) -> None:
         Direct(self._services).set_speed_factor(factor)
+
+    def report(self, path: str | Path, max_journal_bytes: int | None = None) -> Path:
+        """Write what a report of a fault needs to a zip archive, and return its path.
+
+        It has the scene, the journal, versions, plugins and the log, and no token. Unpacked it is a folder that
+        `virtualrobot replay` shows.
+
+        Args:
+            path: the archive; one that is there is replaced.
+            max_journal_bytes: about so many bytes of the journal at most, the newest; None: 100 MB.
+
+        Raises:
+            InvalidArgumentError: when the file cannot be written.
+
+        Example:
+            >>> client.report("fault.zip")
+        """
+        request = kernel_pb2.GetReportRequest(
+            max_journal_bytes=count_or_default(max_journal_bytes, "max_journal_bytes")
+        )
+        with self._services.kernel.GetReport(request) as stream:
+            data = b"".join(response.data for response in stream)
+        return write_file(Path(path), data)
 
     def shutdown(self) -> None:
         """End the kernel."""

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import threading
 from collections.abc import Callable
+from pathlib import Path
 
 from virtualrobot.errors import KernelGoneError
 
@@ -29,15 +30,23 @@ class KernelProcess:
         ...     print(kernel.viewer_url)
     """
 
-    def __init__(self, *options: str, headless: bool = False, say: Callable[[str], object] | None = None) -> None:
+    def __init__(
+        self,
+        *options: str,
+        headless: bool = False,
+        say: Callable[[str], object] | None = None,
+        replay: str | Path | None = None,
+    ) -> None:
         """Start it with more `options` of `virtualrobot serve` and wait until it answers.
 
-        `say` gets each other line that it prints. What it writes to the standard error stays there.
+        With `replay` it shows what that project folder has recorded, as `virtualrobot replay` does. `say` gets each
+        other line that it prints. What it writes to the standard error stays there.
 
         Raises:
             KernelGoneError: when it ends before it answers.
         """
-        command = [sys.executable, "-m", "virtualrobot", "serve", "--port", "0", "--end-with-input", *options]
+        does = ["serve"] if replay is None else ["replay", str(replay)]
+        command = [sys.executable, "-m", "virtualrobot", *does, "--port", "0", "--end-with-input", *options]
         if headless:
             command.append("--headless")
         self.address = self.viewer_url = ""

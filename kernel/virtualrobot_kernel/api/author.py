@@ -14,8 +14,10 @@ def author(context: Any) -> str:  # noqa: ANN401 grpc.aio.ServicerContext, which
     Before it stands the name of the call's token, which nobody gives himself; the kernel's own has none.
     """
     metadata = dict(context.invocation_metadata() or ())
-    client = f"{metadata.get('client-name', 'client')} at {context.peer()}"
-    return f"{name} with {client}" if (name := CALLER.get().name) else client
+    said, place = str(metadata.get("client-name", "client")), context.peer()
+    token = CALLER.get().name
+    # Who has the kernel's own token does not give itself the name of another.
+    return f"{token} with {said} at {place}" if token else f"{said.replace(' with ', ' ')} at {place}"
 
 
 def person(context: Any) -> str:  # noqa: ANN401 grpc.aio.ServicerContext, which servicers need not know

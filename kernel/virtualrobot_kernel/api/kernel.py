@@ -5,6 +5,8 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import AsyncIterator
+from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from virtualrobot.v1 import kernel_pb2, kernel_pb2_grpc
 from virtualrobot_sdk.registration import ComponentKind
@@ -20,10 +22,17 @@ from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.limits import described
 from virtualrobot_kernel.api.token import ROLES
 from virtualrobot_kernel.api.token_table import CALLER
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
 from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.messages.values import finite, stamp
 from virtualrobot_kernel.version import VERSION
+from virtualrobot_kernel.world.past_world import PastWorld
+
+MOST_REPORT_BYTES = 100 * 1000 * 1000
+"""Greatest size of the journal's entries in a report where nobody says another one."""
+
+CHUNK_BYTES = 1024 * 1024
 
 CAPABILITIES = (
     "assets",
@@ -39,6 +48,7 @@ CAPABILITIES = (
     "motion.setpoints",
     "motion.tool_state",
     "plugins",
+    "report",
     "scene.bundle",
     "signals",
     "tokens",
@@ -95,6 +105,17 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
         async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz, 1.0):
             yield kernel_pb2.WatchClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(world.clock))
 
+    async def SeekClock(self, request: kernel_pb2.SeekClockRequest, context: object) -> kernel_pb2.SeekClockResponse:
+        """Go to another moment of a replay."""
+        world = self._kernel.world
+        if not isinstance(world, PastWorld):
+            raise KernelError(
+                "time of a world that runs goes forwards only; `virtualrobot replay` shows what was",
+                reason=Reason.WRONG_STATE,
+            )
+        snapshot = await asyncio.wrap_future(world.seek(request.tick))
+        return kernel_pb2.SeekClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(world.clock))
+
     async def StepClock(self, request: kernel_pb2.StepClockRequest, context: object) -> kernel_pb2.StepClockResponse:
         """Advance time by a number of ticks."""
         world = self._kernel.world
@@ -108,6 +129,18 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
             signals=[signal_message(snapshot.structure, signal) for signal in state.signals.values()],
             motions=[motion_message(snapshot, motion) for motion in (*ended, *state.motions)],
         )
+
+    async def GetReport(
+        self, request: kernel_pb2.GetReportRequest, context: object
+    ) -> AsyncIterator[kernel_pb2.GetReportResponse]:
+        """Give the report of a fault, piece by piece."""
+        most = request.max_journal_bytes or MOST_REPORT_BYTES
+        with TemporaryDirectory(prefix="virtualrobot-report-") as place:
+            archive = Path(place) / "report.zip"
+            await self._kernel.in_worker(self._kernel.report, archive, most)
+            with open(archive, "rb") as file:
+                while data := file.read(CHUNK_BYTES):
+                    yield kernel_pb2.GetReportResponse(data=data)
 
     async def Shutdown(self, request: kernel_pb2.ShutdownRequest, context: object) -> kernel_pb2.ShutdownResponse:
         """End the kernel once this call is answered."""

@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import Executor, Future
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import ParamSpec, TypeVar
 
 from virtualrobot_kernel.api.author import author
@@ -75,6 +76,7 @@ class KernelServices:
     limits: Limits
     viewer_url: Callable[[], str]
     viewer_count: Callable[[], int]
+    report: Callable[[Path, int], None]
     shut_down: Callable[[], None]
 
     async def in_worker(self, work: Callable[P, Result], *args: P.args, **named: P.kwargs) -> Result:

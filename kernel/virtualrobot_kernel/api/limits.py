@@ -38,7 +38,7 @@ class Limits:
     asset_bytes: int = _limit(256 * MEBIBYTE, "bytes of one file")
     assets_bytes: int = _limit(4096 * MEBIBYTE, "bytes of all files together")
     connections: int = _limit(1000, "connections at a time; half of the process's descriptors where those are fewer")
-    streams: int = _limit(200, "streams of one client at a time, such as watches")
+    streams: int = _limit(1000, "streams of one client at a time, such as watches")
     calls_per_second: int = _limit(10_000, "calls and opened streams of one client in a second")
 
     @staticmethod

@@ -14,7 +14,7 @@ from typing import Any, NoReturn
 import grpc
 from google.protobuf.descriptor import Descriptor, ServiceDescriptor
 from google.protobuf.message import Message
-from virtualrobot.v1 import token_pb2
+from virtualrobot.v1 import scene_pb2, token_pb2
 
 from virtualrobot_kernel.api.status import trailers
 from virtualrobot_kernel.api.token_table import CALLER, Account, Role, TokenTable, role_too_low
@@ -67,6 +67,16 @@ class Tokens(grpc.aio.ServerInterceptor):
         return handler
 
 
+def _needed(field: Any) -> Role | None:  # noqa: ANN401 protobuf has two classes for it
+    """Return the role that a command or step needs by its field; None where it needs no more than its call."""
+    number = field.GetOptions().Extensions[token_pb2.command_needs_role]
+    return Role(number) if number else None
+
+
+_by_name = ((field.name, _needed(field)) for field in scene_pb2.Command.DESCRIPTOR.fields)
+_COMMANDS = {name: needs for name, needs in _by_name if needs}
+
+
 def roles_of(services: Iterable[ServiceDescriptor]) -> dict[str, Role]:
     """Return the least role of each method, by its path; a method that does not say one is for admins."""
     said = {
@@ -77,9 +87,12 @@ def roles_of(services: Iterable[ServiceDescriptor]) -> dict[str, Role]:
     return {path: Role(number) if number else Role.ADMIN for path, number in said.items()}
 
 
-def check_commands(request: Message, account: Account) -> None:
-    """Raise KernelError when a command, or a step, of a request needs another role than the caller's."""
-    if account.role is Role.ADMIN:
+def check_commands(request: object, account: Account) -> None:
+    """Raise KernelError when a command, or a step, of a request needs another role than the caller's.
+
+    A stream of requests has none: what a client streams are setpoints and files.
+    """
+    if account.role is Role.ADMIN or not isinstance(request, Message):
         return
     for name, needs in commands_in(request):
         if account.role < needs:
@@ -88,23 +101,26 @@ def check_commands(request: Message, account: Account) -> None:
 
 def commands_in(message: Message) -> Iterator[tuple[str, Role]]:
     """Yield the names of commands and steps in a message that say which role they need, and that role."""
+    if isinstance(message, scene_pb2.ApplyRequest):  # it may have 20,000, of which each kind is looked at once
+        given = {command.WhichOneof("command") for command in message.commands}
+        yield from ((name, needs) for name, needs in _COMMANDS.items() if name in given)
+        return
     for field, value in message.ListFields():
-        number = field.GetOptions().Extensions[token_pb2.command_needs_role]  # pyright: ignore[reportArgumentType] its stub
-        if number:
-            yield field.name, Role(number)
-        if field.message_type is not None and _may_command(field.message_type):
+        if needs := _needed(field):
+            yield field.name, needs
+        if field.message_type is not None and may_command(field.message_type):
             for one in (value,) if isinstance(value, Message) else value.values() if is_map(field) else value:
                 yield from commands_in(one)
 
 
 @cache
-def _may_command(kind: Descriptor) -> bool:
+def may_command(kind: Descriptor) -> bool:
     """Return whether messages of a kind may have commands in them, however deep; so no array is gone through."""
     seen: set[str] = set()
     open_kinds = [kind]
     while open_kinds:
         for field in open_kinds.pop().fields:
-            if field.GetOptions().Extensions[token_pb2.command_needs_role]:  # pyright: ignore[reportArgumentType] its stub
+            if _needed(field):
                 return True
             if field.message_type is not None and field.message_type.full_name not in seen:
                 seen.add(field.message_type.full_name)

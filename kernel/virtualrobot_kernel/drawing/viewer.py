@@ -23,12 +23,14 @@ from virtualrobot_kernel.drawing.library import ShapeLibrary
 from virtualrobot_kernel.drawing.measurements import MeasurementLayer
 from virtualrobot_kernel.drawing.page_server import quiet, serve
 from virtualrobot_kernel.drawing.program_panel import ProgramPanel
+from virtualrobot_kernel.drawing.replay_panel import ReplayPanel
 from virtualrobot_kernel.drawing.sensor_overlays import SensorLayer
 from virtualrobot_kernel.drawing.stage import Stage
 from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
 from virtualrobot_kernel.drawing.work_note import WorkNote
 from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.shapes.submesh import Meshes
+from virtualrobot_kernel.world.past_world import PastWorld
 from virtualrobot_kernel.world.state import Snapshot
 
 AFTER_ERROR = 1.0
@@ -58,6 +60,7 @@ class Viewer:
         readings: Readings = dict,
         touching: Callable[[], Touching] = tuple,
         clearances: Measure = lambda snapshot, wanted: {},
+        replay: PastWorld | None = None,
     ) -> None:
         """Prepare a viewer; `start` opens its port.
 
@@ -72,6 +75,7 @@ class Viewer:
             readings: gives what sensors have said last.
             touching: gives what the collision monitor has found last.
             clearances: measures least distances, in another thread.
+            replay: the world, if it is a replay; then the page has a panel to play it.
         """
         self._snapshot = snapshot
         self._view = view
@@ -79,6 +83,7 @@ class Viewer:
         self._readings = readings
         self._touching = touching
         self._meter = ClearanceMeter(clearances)
+        self._replay = replay
         self._host, self._port = host, port
         self._period = 1.0 / rate
         self._server: viser.ViserServer | None = None
@@ -120,6 +125,7 @@ class Viewer:
     def _run(self, server: viser.ViserServer) -> None:
         give_way()
         picture, note = Picture(server, self._meshes), WorkNote()
+        panel = ReplayPanel(server, self._replay) if self._replay is not None else None
         told = ""
         while not self._closing.is_set():
             if not server.get_clients():
@@ -134,6 +140,8 @@ class Viewer:
                 clearances = self._meter.latest(snapshot, settings.clearances)
                 with server.atomic():
                     picture.draw(snapshot, settings, self._readings(), self._touching(), clearances)
+                if panel is not None:
+                    panel.show(snapshot)
                 note.show(server.get_clients(), self._view.under_way.long())
                 for message in self._view.take_messages():
                     for client in server.get_clients().values():

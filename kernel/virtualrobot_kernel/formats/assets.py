@@ -23,15 +23,17 @@ class AssetStore:
         total_limit_bytes: int = 4096 * MEBIBYTE,
         folder: Path | None = None,
         sync: bool = False,
+        read_only: bool = False,
     ) -> None:
         """Accept assets of at most `limit_bytes` each and `total_limit_bytes` together.
 
         With a folder each is a file in it, too, and what is there is held already; with `sync` it survives a loss of
-        power.
+        power. A folder that is `read_only` stays as it is.
         """
         self._folder = folder
+        self._writes = folder is not None and not read_only
         self._sync = sync
-        if folder is not None:
+        if folder is not None and self._writes:
             folder.mkdir(exist_ok=True)
         self.limit_bytes = limit_bytes
         self.total_limit_bytes = total_limit_bytes
@@ -78,7 +80,7 @@ class AssetStore:
                     size_bytes=self._total + len(data),
                     limit_bytes=self.total_limit_bytes,
                 )
-            if self._folder is not None:
+            if self._folder is not None and self._writes:
                 self._write(self._folder / sha256, data)
             self._assets[sha256] = bytes(data)
             self._total += len(data)

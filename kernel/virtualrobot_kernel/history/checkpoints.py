@@ -7,14 +7,14 @@ import sqlite3
 import threading
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.history.codec import Codec
 from virtualrobot_kernel.history.journal import Told
 from virtualrobot_kernel.history.recovery import image
 from virtualrobot_kernel.history.store import CheckpointRow, Store
-from virtualrobot_kernel.history.upkeep import Moment, Upkeep
+from virtualrobot_kernel.history.upkeep import KERNEL, Moment, Upkeep
 from virtualrobot_kernel.world.apply_checkpoint import checkpoint_of
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import RestoreWorld
@@ -124,7 +124,7 @@ class Checkpoints:
         """Forget a checkpoint and return it; raise UnknownNameError."""
         with self._lock:
             found = self.get(name)
-            self._upkeep.remove_checkpoints([found.id])
+            self._remove([found.id])
             return found
 
     def left_by(self, command: RestoreWorld) -> Checkpoint | None:
@@ -148,8 +148,16 @@ class Checkpoints:
             self._upkeep.checkpoint(name, told.entry.author, before)
             others = [row.id for row in self._store.checkpoints() if row.name.startswith(AUTOMATIC)]
             if old := others[:-MOST_AUTOMATIC]:
-                self._upkeep.remove_checkpoints(old)
+                self._remove(old)
             return self.get(name)
+
+    def _remove(self, ids: Sequence[int]) -> None:
+        """Take checkpoints out; the one that the rest of a thinned history begins with loses its name alone."""
+        forgotten = self._store.forgotten
+        begin = next((row for row in self._store.checkpoints() if row.seq >= forgotten), None) if forgotten else None
+        if begin is not None and begin.id in ids and (row := self._store.checkpoint(begin.id)) is not None:
+            self._store.add_checkpoint(replace(row, name="", author=KERNEL), {})
+        self._upkeep.remove_checkpoints(ids)
 
     def _known(self, row: CheckpointRow) -> Checkpoint:
         return Checkpoint(row.id, row.name, row.author, row.time, row.tick, row.nodes)

@@ -31,6 +31,9 @@ LAST_TICK = "last_tick"
 ASSETS = "assets"
 TOKENS = "tokens.json"
 
+IN_MEMORY_SEED = 0
+"""Number with which checksums begin where there is no folder."""
+
 NANOSECONDS = 4_000_000
 """Length of a tick (ns) in a new folder, when nobody says another one."""
 
@@ -81,7 +84,7 @@ class Folder:
                 self._check_empty()
                 self.project = Project(secrets.token_hex(4), tick_nanoseconds or NANOSECONDS)
             else:
-                self.project = self._read(tick_nanoseconds)
+                self.project = read_project(path, tick_nanoseconds)
             self.written_with: Mapping[str, str] = self.project.versions or versions()
             self._write(replace(self.project, versions=versions()))
         except BaseException:
@@ -94,10 +97,7 @@ class Folder:
 
     def changed_versions(self) -> str:
         """Return in words what has another version than when the folder was written; "" when nothing has."""
-        before, now = self.written_with, versions()
-        return ", ".join(
-            f"{name} {before.get(name, 'unknown')}, now {now[name]}" for name in now if before.get(name) != now[name]
-        )
+        return changed_since(self.written_with)
 
     def close(self) -> None:
         """Let others use the folder."""
@@ -154,49 +154,60 @@ class Folder:
                 path=self.path,
             )
 
-    def _read(self, tick_nanoseconds: int | None) -> Project:
-        place = self.path / PROJECT
-        try:
-            said: Any = json.loads(place.read_text("utf-8"))
-            form = said["format"]
-            if isinstance(form, int) and form > FORMAT:
-                raise KernelError(
-                    f"{self.path} was written by a newer version, in form {form}; this one knows {FORMAT}. Use that "
-                    "version, or another folder",
-                    reason=Reason.WRONG_STATE,
-                    path=self.path,
-                    format=form,
-                    known_format=FORMAT,
-                )
-            project = Project(said["id"], said["tick_nanoseconds"], said["scene"], dict(said["versions"]))
-            sound = form == FORMAT and len(bytes.fromhex(project.id)) == 4 and project.tick_nanoseconds > 0
-        except (OSError, ValueError, TypeError, KeyError) as error:
-            raise MalformedFileError(f"{place} is damaged: {error!r}; put back a copy of it", file=place) from error
-        if not sound:
-            raise MalformedFileError(f"{place} is damaged: it says what no kernel writes; put back a copy", file=place)
-        if tick_nanoseconds not in (None, project.tick_nanoseconds):
-            raise KernelError(
-                f"{self.path} was written with ticks of {project.tick_nanoseconds * 1e-6:g} ms, not of "
-                f"{(tick_nanoseconds or 0) * 1e-6:g} ms; leave the length out, or take another folder",
-                path=self.path,
-                tick_nanoseconds=project.tick_nanoseconds,
-            )
-        return project
-
     def _write(self, project: Project) -> None:
         """Replace the description as a whole: a crash leaves the one before or this one."""
         self.project = project
-        said = {
-            "format": FORMAT,
-            "id": project.id,
-            "tick_nanoseconds": project.tick_nanoseconds,
-            "scene": project.scene,
-            "versions": dict(project.versions or {}),
-        }
         try:
-            write_whole(self.path / PROJECT, json.dumps(said, indent=2).encode() + b"\n", sync=True)
+            write_whole(self.path / PROJECT, project_text(project).encode(), sync=True)
         except OSError as error:
             raise self._unwritable(error) from error
+
+
+def project_text(project: Project) -> str:
+    """Return a description as a folder has it."""
+    said = {
+        "format": FORMAT,
+        "id": project.id,
+        "tick_nanoseconds": project.tick_nanoseconds,
+        "scene": project.scene,
+        "versions": dict(project.versions or {}),
+    }
+    return json.dumps(said, indent=2) + "\n"
+
+
+def read_project(path: Path, tick_nanoseconds: int | None = None) -> Project:
+    """Return the description of a folder.
+
+    Raises KernelError when it is damaged, when a newer version wrote it, and when it has ticks of another length than
+    `tick_nanoseconds` (None: any).
+    """
+    place = path / PROJECT
+    try:
+        said: Any = json.loads(place.read_text("utf-8"))
+        form = said["format"]
+        if isinstance(form, int) and form > FORMAT:
+            raise KernelError(
+                f"{path} was written by a newer version, in form {form}; this one knows {FORMAT}. Use that "
+                "version, or another folder",
+                reason=Reason.WRONG_STATE,
+                path=path,
+                format=form,
+                known_format=FORMAT,
+            )
+        project = Project(said["id"], said["tick_nanoseconds"], said["scene"], dict(said["versions"]))
+        sound = form == FORMAT and len(bytes.fromhex(project.id)) == 4 and project.tick_nanoseconds > 0
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise MalformedFileError(f"{place} is damaged: {error!r}; put back a copy of it", file=place) from error
+    if not sound:
+        raise MalformedFileError(f"{place} is damaged: it says what no kernel writes; put back a copy", file=place)
+    if tick_nanoseconds not in (None, project.tick_nanoseconds):
+        raise KernelError(
+            f"{path} was written with ticks of {project.tick_nanoseconds * 1e-6:g} ms, not of "
+            f"{(tick_nanoseconds or 0) * 1e-6:g} ms; leave the length out, or take another folder",
+            path=path,
+            tick_nanoseconds=project.tick_nanoseconds,
+        )
+    return project
 
 
 def write_whole(path: Path, data: bytes, sync: bool) -> None:
@@ -225,6 +236,14 @@ def versions() -> dict[str, str]:
         except PackageNotFoundError:
             found[name] = "unknown"
     return {**found, "processor": processor(), "system": f"{platform.system()} {platform.machine()}"}
+
+
+def changed_since(before: Mapping[str, str]) -> str:
+    """Return in words what has another version now than `before`; "" when nothing has."""
+    now = versions()
+    return ", ".join(
+        f"{name} {before.get(name, 'unknown')}, now {now[name]}" for name in now if before.get(name) != now[name]
+    )
 
 
 def processor() -> str:

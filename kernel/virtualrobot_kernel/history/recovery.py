@@ -71,6 +71,8 @@ def _begin(store: Store, codec: Codec) -> tuple[Moment, list[str]]:
     """Return the newest checkpoint that can be read, else the empty world, if the first entry is there."""
     warnings: list[str] = []
     for head in reversed(store.checkpoints()):
+        if head.seq < store.forgotten:
+            break  # what came right after it is not kept any more
         try:
             world = image(store, codec, head.id)
         except KernelError as error:

@@ -12,13 +12,11 @@ from bisect import bisect_right, insort
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
-import numpy as np
-
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history.codec import Codec
+from virtualrobot_kernel.history.recovery import empty_world, entry, image
 from virtualrobot_kernel.history.store import CheckpointRow, Row, Store
-from virtualrobot_kernel.history.world_image import WorldImage
-from virtualrobot_kernel.world import index
+from virtualrobot_kernel.history.upkeep import Moment
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.state import State
@@ -30,15 +28,6 @@ APART_SECONDS = 0.25
 
 MOST_WARNINGS = 20
 """Number of entries that can't be repeated and are told one by one."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Moment:
-    """World after the entry of a number and all before it."""
-
-    number: int
-    structure: Structure
-    state: State
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -70,8 +59,7 @@ class Replay:
         self.warnings: dict[int, str] = {}
         """Entries that could not be repeated, in words by their number."""
         if not store.forgotten:
-            empty = Moment(0, index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]))
-            self._kept.append(_Kept(0, 0, lambda: empty))
+            self._kept.append(_Kept(0, 0, empty_world))
         self._kept += (_Kept(head.tick, head.seq, self._of_checkpoint(head)) for head in store.checkpoints())
         self._kept = sorted((one for one in self._kept if one.number >= store.forgotten), key=lambda one: one.place)
         if not self._kept:
@@ -86,6 +74,11 @@ class Replay:
         cursor = Cursor(self, kept.moment())
         cursor.go_to(tick)
         return cursor
+
+    @property
+    def newest(self) -> Structure:
+        """Structure of the last moment that is at hand, without going through what came after it."""
+        return self._kept[-1].moment().structure
 
     def begin(self) -> Cursor:
         """Return the world at the first moment that is kept, before what was done in its tick."""
@@ -107,10 +100,13 @@ class Replay:
         return advance(structure, state, self._tick_seconds, self._forward)
 
     def done(self, moment: Moment, row: Row) -> Moment:
-        """Return the world after an entry; one that can't be repeated is left out and told in `warnings`."""
-        structure, state = moment.structure, moment.state
+        """Return the world after an entry; one that can't be repeated is left out and told in `warnings`.
+
+        Raises KernelError, which names the entry, when it was written by a newer program, or is damaged.
+        """
+        structure, state, commands = moment.structure, moment.state, entry(row, self._codec).commands
         try:
-            change = apply(structure, state, self._codec.decode(row.commands), self._forward)
+            change = apply(structure, state, commands, self._forward)
             structure, state = change.structure, change.state
         except KernelError as error:
             if len(self.warnings) < MOST_WARNINGS:
@@ -124,15 +120,8 @@ class Replay:
 
     def _of_checkpoint(self, head: CheckpointRow) -> Callable[[], Moment]:
         def read() -> Moment:
-            found = self.store.checkpoint(head.id)
-            if found is None:
-                raise self.store.damaged(f"the checkpoint {head.id} is gone")
-            bodies = dict(zip(found.parts, self.store.parts(found.parts), strict=True))
-            try:
-                image: WorldImage = self._codec.decode(found.body, bodies.__getitem__)
-            except KernelError as error:
-                raise error.at(f"the checkpoint {head.id}") from error
-            return Moment(head.seq, image.structure, image.state)
+            world = image(self.store, self._codec, head.id)
+            return Moment(head.seq, world.structure, world.state)
 
         return read
 

@@ -218,7 +218,7 @@ class Steps:
     def conflict(self, step: Step, error: Conflict) -> KernelError:
         """Return why a step can't be taken back, with who stands in the way where that is known."""
         keys = {(error.table, error.key), ("nodes", error.key)}
-        since = reversed(self.since(step.number + 1))
+        since = takewhile(lambda one: one.number > step.number, self.store.find(Wanted()))
         other = next((one for one in since if not keys.isdisjoint(one.difference.keys)), None)
         who = f", by step {other.number} of {other.author}: {other.label}" if other else ""
         told = {"step": other.number, "author": other.author, "label": other.label} if other else {}

@@ -27,6 +27,9 @@ QUICK_CHECK_BYTES = 256 * 1024 * 1024
 
 PAGE_BYTES = 4096
 
+LEAST_PACKED = 500
+"""Number of bytes from which they are made smaller."""
+
 MOST_OLD_EDITS = 10_000
 """Number of edits that are kept, so that they can be undone, when their entries are thinned out."""
 
@@ -38,21 +41,24 @@ _FORGET_STEPS = (
 MOST_FRAMES = 4096
 """Number of pages beside the database from which the writer waits until they are brought into it."""
 
-UNSOUND = (TypeError, AttributeError, ValueError, OverflowError, struct.error)
+UNSOUND = (TypeError, AttributeError, ValueError, OverflowError, struct.error, zlib.error)
 """Errors that the check of a damaged row may come to, before its checksum is compared."""
+
+RARE_STEPS = "kind NOT IN ('signal', 'motion', 'other')"
+"""Condition of the steps that have an index, which a query has to repeat: of others there are as many as calls."""
 
 _TABLES = (
     "CREATE TABLE about (key TEXT PRIMARY KEY, value) WITHOUT ROWID",
     "CREATE TABLE entries (seq INTEGER PRIMARY KEY, tick INTEGER, time REAL, author TEXT, commands BLOB, crc INTEGER)",
     "CREATE TABLE steps (number INTEGER PRIMARY KEY, first INTEGER, tick INTEGER, time REAL, author TEXT, kind TEXT, "
     "label TEXT, names TEXT, undoes INTEGER, difference BLOB, touched BLOB, crc INTEGER)",
-    "CREATE INDEX steps_by_kind ON steps (kind, number)",
+    f"CREATE INDEX rare_steps ON steps (kind, number) WHERE {RARE_STEPS}",
     "CREATE INDEX steps_by_first ON steps (first)",
     "CREATE TABLE touched (uid INTEGER, number INTEGER, PRIMARY KEY (uid, number)) WITHOUT ROWID",
     "CREATE TABLE checkpoints (id INTEGER PRIMARY KEY AUTOINCREMENT, seq INTEGER, tick INTEGER, name TEXT, "
     "author TEXT, time REAL, nodes INTEGER, body BLOB, parts BLOB, crc INTEGER)",
     "CREATE TABLE parts (hash BLOB PRIMARY KEY, body BLOB, crc INTEGER)",
-    "CREATE TABLE hashes (first_tick INTEGER PRIMARY KEY, hashes BLOB, crc INTEGER)",
+    "CREATE TABLE hashes (first_tick INTEGER PRIMARY KEY, last_tick INTEGER, hashes BLOB, crc INTEGER)",
 )
 _ENTRY = "seq, tick, time, author, commands, crc"
 _STEP = "number, first, tick, time, author, kind, label, names, undoes, difference, touched, crc"
@@ -270,32 +276,35 @@ class Store:
         With each step is the number of the one that it has drawn out, whose place it takes (0: of none). Writing one
         again changes nothing.
         """
-        run, many = self._writer.execute, self._writer.executemany
+        run = self._writer.execute
         with self._writing:
             if len(rows) == 1 and not steps:
                 run(_WRITE_ENTRY, self._entry(rows[0]))  # by itself a transaction, in half the time
                 return
             with self._transaction():
-                many(_WRITE_ENTRY, map(self._entry, rows))
+                for row in rows:
+                    run(_WRITE_ENTRY, self._entry(row))
                 for gone in (replaced for _, replaced in steps if replaced):
                     run("DELETE FROM steps WHERE number = ?", (gone,))
                     run("DELETE FROM touched WHERE number = ?", (gone,))
-                many(_WRITE_STEP, [self._step(step) for step, _ in steps])
+                for step, _ in steps:
+                    run(_WRITE_STEP, self._step(step))
                 if touched := [(uid, step.number) for step, _ in steps for uid in step.touched]:
-                    many("INSERT OR IGNORE INTO touched VALUES (?,?)", touched)
+                    self._writer.executemany("INSERT OR IGNORE INTO touched VALUES (?,?)", touched)
 
     def add_hashes(self, first_tick: int, hashes: bytes) -> None:
         """Write the hashes of ticks from a first one on, `HASH_BYTES` each."""
         with self._writing:
-            said = first_tick, hashes, self._crc(first_tick, hashes)
-            self._writer.execute("INSERT OR REPLACE INTO hashes VALUES (?,?,?)", said)
+            last = first_tick + len(hashes) // HASH_BYTES - 1
+            said = first_tick, last, _packed(hashes), self._crc(first_tick, hashes)
+            self._writer.execute("INSERT OR REPLACE INTO hashes VALUES (?,?,?,?)", said)
 
     def add_checkpoint(self, row: CheckpointRow, new: Mapping[bytes, bytes]) -> int:
         """Write a checkpoint and those of its parts (by hash) that are new; return its id."""
         with self._writing, self._transaction():
             self._writer.executemany(
                 "INSERT OR IGNORE INTO parts VALUES (?,?,?)",
-                [(key, data, self._crc(len(data), key, data)) for key, data in new.items()],
+                [(key, _packed(data), self._crc(len(data), key, data)) for key, data in new.items()],
             )
             ((id,),) = self._writer.execute(
                 f"INSERT INTO checkpoints ({_CHECKPOINT}) VALUES (NULL,?,?,?,?,?,?,?,?,?) RETURNING id",
@@ -433,8 +442,8 @@ class Store:
         number, seq, tick, name, author, time, nodes, body, parts, crc = found[0]
         try:
             split = tuple(_split(parts))
-            row = CheckpointRow(number, seq, tick, name, author, time, nodes, body, split)
-            sound = crc == self._checkpoint(row)[-1]
+            row = CheckpointRow(number, seq, tick, name, author, time, nodes, _unpacked(body), split)
+            sound = crc == self._checkpoint(row, pack=False)[-1]
         except UNSOUND:
             sound = False
         if not sound:
@@ -448,8 +457,13 @@ class Store:
             row = self._all("SELECT body, crc FROM parts WHERE hash = ?", key)
             if not row:
                 raise self.damaged(f"the part {key.hex()} is missing")
-            body, crc = row[0]
-            if not isinstance(body, bytes) or crc != self._crc(len(body), key, body):
+            stored, crc = row[0]
+            try:
+                body = _unpacked(stored)
+                sound = crc == self._crc(len(body), key, body)
+            except UNSOUND:
+                body, sound = b"", False
+            if not sound:
                 raise self.damaged(f"the part {key.hex()} has a wrong checksum")
             found.append(body)
         return found
@@ -465,11 +479,29 @@ class Store:
         while found := self._all(
             "SELECT first_tick, hashes, crc FROM hashes WHERE first_tick >= ? ORDER BY first_tick LIMIT 100", at
         ):
-            for first, data, crc in found:
-                if not isinstance(data, bytes) or crc != self._crc(first, data):
+            for first, stored, crc in found:
+                try:
+                    data = _unpacked(stored)
+                    sound = crc == self._crc(first, data)
+                except UNSOUND:
+                    data, sound = b"", False
+                if not sound:
                     raise self.damaged(f"the hashes from tick {first} on have a wrong checksum")
                 yield first, data
             at = found[-1][0] + 1
+
+    def entry_bytes(self, since: int) -> int:
+        """Return about how many bytes the entries after one have."""
+        return self._all("SELECT sum(length(commands)) FROM entries WHERE seq > ?", since)[0][0] or 0
+
+    def copy(self, path: Path) -> None:
+        """Write all as it is at this moment into a new database."""
+        target = sqlite3.connect(path)
+        try:
+            with self._reading:
+                self._reader.backup(target)
+        finally:
+            target.close()
 
     @property
     def last_tick(self) -> int:
@@ -478,8 +510,8 @@ class Store:
             "SELECT max(tick) FROM (SELECT tick FROM checkpoints UNION ALL SELECT * FROM "
             "(SELECT tick FROM entries ORDER BY seq DESC LIMIT 1))"
         )[0][0]
-        last = self._all("SELECT first_tick, length(hashes) FROM hashes ORDER BY first_tick DESC LIMIT 1")
-        return max(ticks or 0, last[0][0] + last[0][1] // HASH_BYTES - 1 if last else 0)
+        last = self._all("SELECT last_tick FROM hashes ORDER BY first_tick DESC LIMIT 1")
+        return max(ticks or 0, last[0][0] if last else 0)
 
     def check(self) -> int:
         """Look at every row; return how many entries there are. Raises KernelError, which names what is damaged."""
@@ -506,10 +538,10 @@ class Store:
         return _Transaction(self._writer)
 
     def _checked(self, one: Sequence[Any]) -> Row:
-        *said, crc = one
+        seq, tick, time, author, commands, crc = one
         try:
-            row = Row(*said)
-            sound = crc == self._entry(row)[-1]
+            row = Row(seq, tick, time, author, _unpacked(commands))
+            sound = crc == self._entry_crc(row)
         except UNSOUND:
             sound = False
         if not sound:
@@ -521,8 +553,9 @@ class Store:
         try:
             named = tuple((int(uid), name) for uid, _, name in (one.partition(" ") for one in names.splitlines()))
             uids = _uids(touched)
-            row = StepRow(number, first, tick, time, author, kind, label, named, undoes, difference, uids)
-            sound = crc == self._step(row)[-1]
+            changed = _unpacked(difference)
+            row = StepRow(number, first, tick, time, author, kind, label, named, undoes, changed, uids)
+            sound = crc == self._step(row, pack=False)[-1]
         except UNSOUND:
             sound = False
         if not sound:
@@ -530,26 +563,28 @@ class Store:
         return row
 
     def _entry(self, row: Row) -> tuple[Any, ...]:
+        return row.seq, row.tick, row.time, row.author, _packed(row.commands), self._entry_crc(row)
+
+    def _entry_crc(self, row: Row) -> int:
         author = row.author.encode()
         head = struct.pack("<qdI", row.tick, row.time, len(author))
-        crc = self._crc(row.seq, head, author, row.commands)
-        return row.seq, row.tick, row.time, row.author, row.commands, crc
+        return self._crc(row.seq, head, author, row.commands)
 
-    def _step(self, row: StepRow) -> tuple[Any, ...]:
+    def _step(self, row: StepRow, pack: bool = True) -> tuple[Any, ...]:
         names = "".join(f"{uid} {name}\n" for uid, name in row.names)  # names of nodes have no line breaks
         touched = struct.pack(f"<{len(row.touched)}q", *row.touched)
         texts = [text.encode() for text in (row.author, row.kind, row.label, names)]
         head = struct.pack("<qqdqIIIII", row.first, row.tick, row.time, row.undoes, *map(len, texts), len(touched))
         crc = self._crc(row.number, head, *texts, touched, row.difference)
         said = row.number, row.first, row.tick, row.time, row.author, row.kind, row.label, names, row.undoes
-        return *said, row.difference, touched, crc
+        return *said, _packed(row.difference) if pack else b"", touched, crc
 
-    def _checkpoint(self, row: CheckpointRow) -> tuple[Any, ...]:
+    def _checkpoint(self, row: CheckpointRow, pack: bool = True) -> tuple[Any, ...]:
         texts, parts = (row.name.encode(), row.author.encode()), b"".join(row.parts)
         head = struct.pack("<qdqIII", row.tick, row.time, row.nodes, *map(len, texts), len(row.body))
         crc = self._crc(row.seq, head, *texts, row.body, parts)
         said = row.id, row.seq, row.tick, row.name, row.author, row.time, row.nodes
-        return *said, row.body, parts, crc
+        return *said, _packed(row.body) if pack else b"", parts, crc
 
     def _crc(self, number: int, *pieces: bytes) -> int:
         """Return the checksum of a number and bytes, which begins with the folder's seed."""
@@ -581,6 +616,22 @@ class _Transaction:
     def _roll_back(self) -> None:
         if self._connection.in_transaction:  # SQLite does it by itself after some errors
             self._connection.execute("ROLLBACK")
+
+
+def _packed(data: bytes) -> bytes:
+    """Return bytes as they are stored: as they are, or made smaller where that is worth it."""
+    if len(data) < LEAST_PACKED:
+        return b"\0" + data
+    packed = zlib.compress(data, 1)
+    return b"\1" + packed if len(packed) < 0.9 * len(data) else b"\0" + data
+
+
+def _unpacked(stored: bytes) -> bytes:
+    """Return what was packed; damaged bytes raise one of `UNSOUND`."""
+    how = stored[:1]
+    if how not in (b"\0", b"\1"):
+        raise ValueError("neither packed nor not")
+    return zlib.decompress(stored[1:]) if how == b"\1" else stored[1:]
 
 
 def _uids(blob: bytes) -> tuple[int, ...]:

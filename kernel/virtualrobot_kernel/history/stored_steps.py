@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 from virtualrobot_kernel.history.codec import Codec
 from virtualrobot_kernel.history.step import Step, StepKind
 from virtualrobot_kernel.history.steps import Wanted
-from virtualrobot_kernel.history.store import StepRow, Store
+from virtualrobot_kernel.history.store import RARE_STEPS, StepRow, Store
 from virtualrobot_kernel.world.records import Difference
+
+FREQUENT = frozenset({StepKind.SIGNAL, StepKind.MOTION, StepKind.OTHER})
+"""Kinds that come as often as calls: `RARE_STEPS` are those of all others."""
 
 
 class StoredSteps:
@@ -64,6 +68,8 @@ class StoredSteps:
         if wanted.kinds:
             conditions.append(f"kind IN ({','.join('?' * len(wanted.kinds))})")
             values += [kind.value for kind in wanted.kinds]
+            if wanted.kinds.isdisjoint(FREQUENT):
+                conditions.append(RARE_STEPS)
         if wanted.since is not None:
             conditions.append("time >= ?")
             values.append(wanted.since)
@@ -75,7 +81,8 @@ class StoredSteps:
             conditions.append(f"(number IN (SELECT number FROM touched WHERE uid IN ({uids})) OR instr(names, ?))")
             values.append(wanted.node)
         rows = self._store.steps(" AND ".join(conditions), values, before)
-        return (step for row in rows if wanted.has(step := self._step(row)))
+        # What it changed is most of a step, and no filter asks for it.
+        return (self._step(row) for row in rows if wanted.has(_listed(row)))
 
     @property
     def last(self) -> int:
@@ -105,16 +112,21 @@ class StoredSteps:
 
     def _step(self, row: StepRow) -> Step:
         old, new = self._codec.decode(row.difference) if row.difference else (None, None)
-        return Step(
-            number=row.number,
-            first_number=row.first,
-            tick=row.tick,
-            wall_time=row.time,
-            author=row.author,
-            kind=StepKind(row.kind),
-            label=row.label,
-            difference=Difference(old, new) if old and new else Difference(),
-            touched=frozenset(row.touched),
-            names=row.names,
-            undoes=row.undoes,
-        )
+        return replace(_listed(row), difference=Difference(old, new) if old and new else Difference())
+
+
+def _listed(row: StepRow) -> Step:
+    """Return a step without its difference."""
+    return Step(
+        number=row.number,
+        first_number=row.first,
+        tick=row.tick,
+        wall_time=row.time,
+        author=row.author,
+        kind=StepKind(row.kind),
+        label=row.label,
+        difference=Difference(),
+        touched=frozenset(row.touched),
+        names=row.names,
+        undoes=row.undoes,
+    )

@@ -61,6 +61,7 @@ class Sensors:
         """The last reading of each sensor that was started, by uid; replaced, never changed."""
         self._structure: Structure | None = None
         self._starts: Mapping[int, SensorStart] = {}
+        self._epoch = world.snapshot.state.epoch
         self._running: tuple[SensorWorker, ...] = ()
         self._asked: dict[int, int] = {}
         self._history: tuple[Snapshot, ...] = ()
@@ -123,15 +124,19 @@ class Sensors:
         """Follow changes of the structure and of what runs; called by the world thread after each snapshot."""
         snapshot = self._world.snapshot
         starts, now = self._starts, snapshot.state.running_sensors
-        if (self._structure is snapshot.structure and starts is now) or self._closed:
+        anew = snapshot.state.epoch != self._epoch
+        if (self._structure is snapshot.structure and starts is now and not anew) or self._closed:
             return
-        self._structure, self._starts = snapshot.structure, now
+        self._structure, self._starts, self._epoch = snapshot.structure, now, snapshot.state.epoch
+        if anew:
+            self._history = ()
         with self._lock:
             old, workers = self.workers, {}
             for node in sensor_nodes(snapshot.structure):
                 count = sum(one.schedule is not None for one in workers.values())
                 begun = starts.get(node.uid) != now.get(node.uid)
-                worker = self._followed(old.get(node.uid), node, snapshot, begun, count)
+                before = None if anew else old.get(node.uid)
+                worker = self._followed(before, node, snapshot, begun, count)
                 if worker is not None:
                     workers[node.uid] = worker
             self.workers = workers

@@ -136,7 +136,7 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
         change = replace(change, structure=(index.renamed if renamed else index.replaced)(change.structure, new))
     if renamed:
         now = change.structure.nodes
-        _refuse_while_named(change.state, [old for uid, old in before.nodes.items() if now[uid].name != old.name])
+        refuse_while_named(change.state, [old for uid, old in before.nodes.items() if now[uid].name != old.name])
         change = replace(change, structure=with_nodes_renamed(before, change.structure))
     if rejointed and (robot := change.structure.robot_of(node.uid)):
         check_robot(change, robot.uid)
@@ -162,7 +162,7 @@ def remove_node(change: Change, command: RemoveNode, forward: Forward) -> Change
     gone = {other.uid for other in below}
     refuse_while_robot_moves(change, node)
     refuse_while_tools_move(change, below)
-    _refuse_while_named(change.state, below)
+    refuse_while_named(change.state, below)
     for uid in gone & change.structure.robots.keys():
         refuse_while_robot_moves(change, change.structure.nodes[uid])
     nodes = {uid: kept for uid, kept in change.structure.nodes.items() if uid not in gone}
@@ -173,7 +173,7 @@ def remove_node(change: Change, command: RemoveNode, forward: Forward) -> Change
     return change
 
 
-def _refuse_while_named(state: State, nodes: Iterable[Node]) -> None:
+def refuse_while_named(state: State, nodes: Iterable[Node]) -> None:
     """Raise KernelError (WRONG_STATE) for nodes that a running program looks up by name when it is there."""
     names = {node.uid: node.name for node in nodes}
     for motion in state.motions:

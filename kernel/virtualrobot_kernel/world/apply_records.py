@@ -10,7 +10,9 @@ from typing import Any
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.affected_robots import robots_of_records
+from virtualrobot_kernel.world.apply_nodes import refuse_while_named
 from virtualrobot_kernel.world.apply_sensors import with_sensors_running
+from virtualrobot_kernel.world.apply_signals import refuse_while_signal_named
 from virtualrobot_kernel.world.change import Change, Forward, rebuilt, shortened
 from virtualrobot_kernel.world.commands import RestoreRecords
 from virtualrobot_kernel.world.consistency import (
@@ -70,7 +72,8 @@ class Conflict(KernelError):
 def restore_records(change: Change, command: RestoreRecords, forward: Forward) -> Change:
     """Return the world with the restored values, and nothing else changed.
 
-    Raises Conflict, which names what stands in the way, and KernelError (ROBOT_BUSY) while a robot of it moves.
+    Raises Conflict, which names what stands in the way, and KernelError while a robot of it moves (ROBOT_BUSY) or a
+    program runs that names what would go (WRONG_STATE).
     """
     _refuse_while_moving(change, command)
     for table, key, found in command.found.items():
@@ -119,16 +122,12 @@ def _refuse_while_moving(change: Change, command: RestoreRecords) -> None:
                     robot=name,
                     motion=motion.id,
                 )
-    gone = [uid for uid, one in command.restored.nodes.items() if one is None and uid in structure.nodes]
-    refuse_while_tools_move(change, (structure.nodes[uid] for uid in gone))
-    named = {name for motion in state.motions for name in motion.signals}
-    for name, restored in command.restored.signals.items():
-        if restored is None and name in named:
-            raise KernelError(
-                f"a running program names the signal {name!r}; wait for its end or cancel it",
-                reason=Reason.ROBOT_BUSY,
-                signal=name,
-            )
+    restored = command.restored
+    gone = [structure.nodes[uid] for uid, one in restored.nodes.items() if one is None and uid in structure.nodes]
+    refuse_while_tools_move(change, gone)
+    refuse_while_named(state, (*gone, *(structure.nodes[uid] for uid in restored.names if uid in structure.nodes)))
+    for name in (name for name, one in restored.signals.items() if one is None):
+        refuse_while_signal_named(state, name)
 
 
 def _check_found(change: Change, table: str, key: Key, found: object, restored: object) -> None:
@@ -138,7 +137,7 @@ def _check_found(change: Change, table: str, key: Key, found: object, restored: 
     if alike(table, now, found):
         return
     if isinstance(key, int) and table in (*FIELDS, "poses", "nodes") and key not in structure.nodes:
-        gone = f"the node {found.node.name!r}" if isinstance(found, Presence) else words(structure, table, key)
+        gone = f"the node {found.node.name!r}" if isinstance(found, Presence) else "a node that it changed"
         raise Conflict(f"{gone} is gone", "nodes", key)
     if isinstance(now, Presence) and isinstance(found, Presence):
         table = _changed_of(now, found)
@@ -164,9 +163,12 @@ def _with_nodes(change: Change, restored: Values) -> Change:
             changed.setdefault(uid, {})[name] = one
     poses = dict(restored.poses)
     gone = restored.nodes.keys()
+    simple = len(restored.parents) < 2 and all(
+        _is_simple(structure, structure.nodes[uid], given) for uid, given in changed.items()
+    )
     if gone and not changed and not poses and not any(restored.nodes.values()) and index.ends_with(structure, gone):
         return shortened(change, gone)  # what was created last goes again
-    if restored.nodes or not all(_is_simple(structure, structure.nodes[uid], given) for uid, given in changed.items()):
+    if restored.nodes or not simple:
         nodes = dict(structure.nodes)
         for uid, given in changed.items():
             nodes[uid] = replace(nodes[uid], **given)

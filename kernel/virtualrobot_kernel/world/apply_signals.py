@@ -35,16 +35,21 @@ def create_signal(change: Change, command: CreateSignal, forward: Forward) -> Ch
 def remove_signal(change: Change, command: RemoveSignal, forward: Forward) -> Change:
     """Take a signal away; refused while a program runs that names it."""
     named(change.state, command.name)
-    for motion in change.state.motions:
-        if command.name in motion.signals:
-            raise KernelError(
-                f"the program {motion.id!r} names the signal {command.name!r}; wait for its end or cancel it",
-                reason=Reason.WRONG_STATE,
-                signal=command.name,
-                motion=motion.id,
-            )
+    refuse_while_signal_named(change.state, command.name)
     signals = {name: signal for name, signal in change.state.signals.items() if name != command.name}
     return replace(change, state=replace(change.state, signals=signals))
+
+
+def refuse_while_signal_named(state: State, name: str) -> None:
+    """Raise KernelError (WRONG_STATE) for a signal that a running program names."""
+    for motion in state.motions:
+        if name in motion.signals:
+            raise KernelError(
+                f"the program {motion.id!r} names the signal {name!r}; wait for its end or cancel it",
+                reason=Reason.WRONG_STATE,
+                signal=name,
+                motion=motion.id,
+            )
 
 
 def set_signal(change: Change, command: SetSignal, forward: Forward) -> Change:

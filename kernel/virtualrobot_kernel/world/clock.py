@@ -20,14 +20,26 @@ class Mode(Enum):
 
 
 @dataclass(frozen=True, slots=True)
+class Recorded:
+    """Ticks that a replay has, from the first one to the last."""
+
+    first_tick: int
+    last_tick: int
+
+
+@dataclass(frozen=True, slots=True)
 class Clock:
-    """Mode, speed and measured punctuality of time; `tick_nanoseconds` is the length of a tick in simulation time."""
+    """Mode, speed and measured punctuality of time; `tick_nanoseconds` is the length of a tick in simulation time.
+
+    recorded: what a replay has; None where time makes what comes.
+    """
 
     mode: Mode
     speed_factor: float
     tick_nanoseconds: int
     real_time_factor: float = 0.0
     late_ticks: int = 0
+    recorded: Recorded | None = None
 
     @property
     def tick_seconds(self) -> float:

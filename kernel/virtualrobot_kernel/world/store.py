@@ -63,19 +63,14 @@ class _Batch:
 
 
 @dataclass(slots=True, eq=False)
-class _Step:
-    ticks: int
+class _Work:
+    """Work of the world thread that is no batch: a step, another clock."""
+
+    do: Callable[[], Snapshot]
     done: Future[Snapshot] = field(default_factory=Future)
 
 
-@dataclass(slots=True, eq=False)
-class _SetClock:
-    mode: Mode
-    speed_factor: float
-    done: Future[Snapshot] = field(default_factory=Future)
-
-
-Item = TypeVar("Item", _Batch, _Step, _SetClock)
+Item = TypeVar("Item", _Batch, _Work)
 
 
 def _closed() -> KernelError:
@@ -95,6 +90,9 @@ def check_revision(structure: Structure, expected: int | None) -> None:
 
 class World:
     """World and its thread. All methods may be called from any thread; results come as futures."""
+
+    publishes_each_tick = False
+    """True where each tick of a Step is published, though nobody supervises or listens."""
 
     def __init__(
         self,
@@ -117,7 +115,7 @@ class World:
             structure, state or State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]), clock, 0, None
         )
         self._pacer = Pacer(clock, time.monotonic())
-        self._queue: queue.SimpleQueue[_Batch | _Step | _SetClock | None] = queue.SimpleQueue()
+        self._queue: queue.SimpleQueue[_Batch | _Work | None] = queue.SimpleQueue()
         self._listeners: Listeners[[]] = Listeners()
         self._tick_listeners: Listeners[[Snapshot]] = Listeners()
         self._supervisors: tuple[Supervisor, ...] = ()
@@ -187,11 +185,15 @@ class World:
 
     def step(self, ticks: int) -> Future[Snapshot]:
         """Advance time by some ticks in STEPPED mode; the future gives the snapshot after the last one."""
-        return self._queued(_Step(ticks)).done
+        return self._told(lambda: self._step(ticks))
 
     def set_clock(self, mode: Mode, speed_factor: float) -> Future[Snapshot]:
         """Change how time runs, between two ticks."""
-        return self._queued(_SetClock(mode, speed_factor)).done
+        return self._told(lambda: self._set_clock(mode, speed_factor))
+
+    def _told(self, work: Callable[[], Snapshot]) -> Future[Snapshot]:
+        """Have work done in the world thread between two ticks."""
+        return self._queued(_Work(work)).done
 
     def _queued(self, item: Item) -> Item:
         self._queue.put(item)
@@ -219,16 +221,14 @@ class World:
         self._ended = True
         self._refuse_rest()
 
-    def _serve(self, item: _Batch | _Step | _SetClock) -> None:
+    def _serve(self, item: _Batch | _Work) -> None:
         if not item.done.set_running_or_notify_cancel():
             return
         try:
             if isinstance(item, _Batch):
                 self._apply(item)
-            elif isinstance(item, _Step):
-                item.done.set_result(self._step(item.ticks))
             else:
-                item.done.set_result(self._set_clock(item.mode, item.speed_factor))
+                item.done.set_result(item.do())
         except KernelError as error:
             item.done.set_exception(error)
         except Exception as error:
@@ -274,11 +274,11 @@ class World:
             raise KernelError(f"a step takes 1 to {MAX_STEPS} ticks, not {ticks}", ticks=ticks)
         state = self.snapshot.state
         last = state.tick + ticks
-        supervised = bool(self._supervisors)
+        publishes_each = self.publishes_each_tick or bool(self._supervisors)
         for _ in range(ticks):
             if self._closing:
                 raise _closed()
-            if supervised:
+            if publishes_each:
                 self._tick()
                 continue
             state = self._with_inputs(state)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history.classes import world_codec
-from virtualrobot_kernel.history.codec import Parts, same
+from virtualrobot_kernel.history.codec import Codec, Parts, same
 from virtualrobot_kernel.history.replay import Replay
 from virtualrobot_kernel.history.store import CheckpointRow, Row, Store
 from virtualrobot_kernel.history.tick_hash import BYTES, differing_robots, tick_hash
@@ -64,6 +64,13 @@ def test_it_is_at_each_moment_what_was(rng: np.random.Generator, draws: Draws) -
                 assert same(image_of(*before[tick]), image_of(cursor.structure, cursor.state)) == ""
         assert same(image_of(*run.last), image_of(*_at(replay, 10**9))) == ""
         assert replay.warnings == {}
+
+
+@dataclass(frozen=True)
+class Newer:
+    """Command of a program to come."""
+
+    number: int
 
 
 def _at(replay: Replay, tick: int) -> tuple[Structure, State]:
@@ -153,3 +160,13 @@ def test_what_cannot_be_repeated_is_told_and_left_out(rng: np.random.Generator) 
     assert same(image_of(*run.last), image_of(*_at(replay, last))) == ""
     (warning,) = replay.warnings.values()
     assert warning.startswith(f"entry {len(run.entries) + 1} by ann can't be repeated: the name 'arm' is taken")
+
+
+def test_what_a_newer_program_has_written_is_refused_by_its_entry(rng: np.random.Generator) -> None:
+    run = random_run(rng, 20)
+    store = stored(run)
+    newer = Codec([Newer], versions={Newer: 2}, migrations={("Newer", 1): list}).encode((Newer(1),))
+    store.write([Row(len(run.entries) + 1, run.last[1].tick, 0.0, "ann", newer)])
+    number = len(run.entries) + 1
+    with pytest.raises(KernelError, match=f"entry {number}: it has a 'Newer' of version 2, which this program doesn't"):
+        replay_of(run, store).at(10**9)

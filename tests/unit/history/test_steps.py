@@ -324,3 +324,38 @@ def test_a_checkpoint_brings_all_back_and_time_goes_on(desk: Desk) -> None:
     assert now.structure.next_uid > start.structure.next_uid
     assert now.state.running_sensors.keys() == start.state.running_sensors.keys()
     assert now.state.sensor_starts > start.state.sensor_starts
+
+
+def test_a_search_does_not_decode_what_steps_have_changed() -> None:
+    """That is most of a history: a search of 64 MB for somebody who never was there took longer than 20 s."""
+
+    class Unread:
+        def decode(self, data: bytes) -> object:
+            raise AssertionError("a difference was decoded")
+
+    desk = Desk()
+    desk.do("ann", commands.CreateNodes((NodeSpec("shelf", Kind.OBJECT),)))
+    assert desk.store.step(1)
+    kept = StoredSteps(desk.store, Unread())  # pyright: ignore[reportArgumentType] of its methods one is called
+    assert not list(kept.find(Wanted(author="nobody")))
+
+
+def test_who_stands_in_the_way_is_looked_for_from_the_newest_on(desk: Desk) -> None:
+    """A conflict with a step of long ago read all steps since, one list of them: half a minute of a long history."""
+    desk.do("ann", moved(1.0))
+    for number in range(20):
+        desk.do("bob", commands.CreateNodes((NodeSpec(f"shelf {number}", Kind.OBJECT),)))
+    desk.do("bob", moved(2.0))
+    step = desk.steps.to_undo(1)
+    with pytest.raises(Conflict) as error:
+        after(desk.now, taking_back(step))
+    codec, read = world_codec(), []
+
+    class Counted:
+        def decode(self, data: bytes) -> object:
+            read.append(data)
+            return codec.decode(data)
+
+    counting = Steps(StoredSteps(desk.store, Counted()))  # pyright: ignore[reportArgumentType] of its methods one is called
+    assert counting.conflict(step, error.value).metadata["step"] == "22"
+    assert len(read) == 1

@@ -15,11 +15,15 @@ from virtualrobot.cli.options import Target, target_options
 
 _COMMANDS = {
     "serve": ("virtualrobot.cli.serve", "Start a kernel and keep it running."),
+    "replay": ("virtualrobot.cli.serve", "Show what a project folder has recorded, or verify it."),
     "shell": ("virtualrobot.cli.shell", "Take commands one after the other, with completion and history."),
     "load": ("virtualrobot.cli.scene", "Load a model or a scene file."),
     "models": ("virtualrobot.cli.scene", "Show the robots and grippers that the kernel knows by name."),
     "save": ("virtualrobot.cli.scene", "Save the world to a scene file."),
-    "export": ("virtualrobot.cli.scene", "Write a robot as URDF, or anything as glTF."),
+    "export": (
+        "virtualrobot.cli.scene",
+        "Write a robot as URDF, anything as glTF, or a run that is over as a recording.",
+    ),
     "ls": ("virtualrobot.cli.scene", "Draw the scene tree."),
     "add": ("virtualrobot.cli.build", "Add a box, a mesh, a table, a frame, a part, a sensor or a light."),
     "rename": ("virtualrobot.cli.build", "Give a node another name."),
@@ -61,6 +65,7 @@ _COMMANDS = {
     "collision": ("virtualrobot.cli.collision", "Show what touches, what may, and how far things are apart."),
     "rays": ("virtualrobot.cli.rays", "Compare ray casters, or cast a ray."),
     "sensor": ("virtualrobot.cli.sensor", "Show, start, stop, read and watch sensors."),
+    "report": ("virtualrobot.cli.report", "Write what a report of a fault needs to a zip archive."),
     "grade": ("virtualrobot.cli.serve", "Test components of plugins."),
 }
 

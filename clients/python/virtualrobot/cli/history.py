@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 import click
@@ -53,10 +54,15 @@ def history(
     click.echo("\n".join(aligned(rows, left=3)) if rows else "nothing was changed yet")
 
 
+def _clock(time: datetime) -> str:
+    """Return a local time, with its day unless that is today."""
+    local = time.astimezone()
+    return local.strftime("%H:%M:%S" if local.date() == datetime.now().date() else "%Y-%m-%d %H:%M:%S")
+
+
 def _row(step: Step) -> list[str]:
     author = step.author.rpartition(" at ")[0] or step.author
-    time = step.time.astimezone().strftime("%H:%M:%S")
-    return [str(step.number), time, author, f"{step.label}{' (undone)' if step.undone else ''}"]
+    return [str(step.number), _clock(step.time), author, f"{step.label}{' (undone)' if step.undone else ''}"]
 
 
 @click.command(epilog=_EXAMPLES)
@@ -96,8 +102,7 @@ def checkpoint(target: Target, name: str | None, restore: bool, remove: bool) ->
     with target.connect() as client:
         if name is None:
             for known in client.history.checkpoints.values():
-                time = known.time.astimezone().strftime("%H:%M:%S")
-                click.echo(f"{known.name}  {time}, tick {known.tick}, {known.node_count} nodes")
+                click.echo(f"{known.name}  {_clock(known.time)}, tick {known.tick}, {known.node_count} nodes")
         elif restore:
             before = client.history.restore(name)
             click.echo(f"went back to {name}; the world as it was before is the checkpoint '{before.name}'")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,22 +14,55 @@ from virtualrobot.cli.pictures import camera_of, camera_options, plain_option
 
 if TYPE_CHECKING:
     from virtualrobot.recording.recording import Recorded, Recording
+    from virtualrobot.recording.start import RecordingOptions
     from virtualrobot.view.pictures import Picture
 
 DEFAULT_RATE = 25.0
 ABOVE_ZERO = FiniteRange(0.0, min_open=True)
 
+RECORDINGS = (".mcap", ".csv", ".parquet")
+_FILMS = (".mp4", ".gif")
 _FILM = ("fps", "camera", "eye", "target_point", "size", "plain")
 _DATA = ("topics", "rate", "png", "overwrite")
+_OPTIONS = {"eye": "--from", "target_point": "--at", "begin": "--from", "end": "--to"}
+
+
+def option_of(name: str) -> str:
+    """Return the option that an argument is given by."""
+    return _OPTIONS.get(name, f"--{name}")
+
+
+def data_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options of recordings."""
+    for option in (
+        click.option("--overwrite", is_flag=True, help="Recordings: replace a file that is there."),
+        click.option("--png", is_flag=True, help="Recordings: colours of cameras as PNG."),
+        click.option("--rate", type=ABOVE_ZERO, help="Recordings: the most states a second [each tick]."),
+        click.option(
+            "--topics",
+            multiple=True,
+            metavar="PATTERN",
+            help="Recordings: only these, such as '/robots/*'; may be given again.",
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+def run_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Give a command the options of recordings of a run that is over."""
+    times = FiniteRange(0.0)
+    to = click.option(
+        "--to", "end", type=times, metavar="S", help="Recordings: end at this simulation time [the last]."
+    )
+    begin = click.option("--from", "begin", type=times, metavar="S", help="Recordings: begin there [the first].")
+    return begin(to(data_options(function)))
 
 
 @click.command()
 @click.argument("output", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("--seconds", type=ABOVE_ZERO, help="Of simulation time [until Ctrl-C].")
-@click.option("--topics", multiple=True, metavar="PATTERN", help="Only these, such as '/robots/*'; may be given again.")
-@click.option("--rate", type=ABOVE_ZERO, help="The most states a second [each tick].")
-@click.option("--png", is_flag=True, help="Colours of cameras as PNG.")
-@click.option("--overwrite", is_flag=True, help="Replace a file that is there.")
+@data_options
 @click.option("--fps", type=ABOVE_ZERO, help=f"Films: pictures a second [{DEFAULT_RATE:g}].")
 @camera_options
 @plain_option
@@ -44,11 +78,10 @@ def record(target: Target, output: Path, seconds: float | None, **options: Any) 
     Ctrl-C leaves a whole file. --topics, --rate, --png and --overwrite are for recordings of data, --fps and what
     follows it for films.
     """
-    film = output.suffix.lower() in (".mp4", ".gif")
+    film = output.suffix.lower() in _FILMS
     for name in _DATA if film else _FILM:
         if options[name]:
-            said = {"eye": "from", "target_point": "at"}.get(name, name)
-            raise click.UsageError(f"--{said} is not for {output.suffix or 'names without an ending'}")
+            raise click.UsageError(f"{option_of(name)} is not for {output.suffix or 'names without an ending'}")
     (_film if film else _data)(target, output, seconds, options)
 
 
@@ -74,32 +107,46 @@ def _film(target: Target, output: Path, seconds: float | None, options: dict[str
 
 def _data(target: Target, output: Path, seconds: float | None, options: dict[str, Any]) -> None:
     with target.connect() as client:
-        recording = client.start_recording(
-            output,
-            duration=seconds,
-            topics=options["topics"],
-            rate=options["rate"],
-            overwrite=options["overwrite"],
-            pictures="png" if options["png"] else "raw",
-        )
+        recording = client.start_recording(output, duration=seconds, **_chosen(options))
         try:
             while not recording.wait(0.25):
                 _show(recording, seconds)
         except KeyboardInterrupt:
             pass  # the file is made whole with what there is
         recorded = recording.finish()
-    if sys.stderr.isatty():
-        click.echo("\r\x1b[K", nl=False, err=True)
-    for line in _told(recorded):
-        click.echo(line)
-    for line in _left_out(recorded):
-        click.echo(line, err=True)
+    _tell(recorded)
+
+
+def export_run(folder: str, output: Path, options: dict[str, Any]) -> None:
+    """Record a run that is over; Ctrl-C leaves a whole file."""
+    from virtualrobot.recording import export
+
+    begin, end = options["begin"], options["end"]
+    _tell(export.export_run(folder, output, begin=begin, end=end, told=_show, **_chosen(options)))
+
+
+def _chosen(options: dict[str, Any]) -> RecordingOptions:
+    return {
+        "topics": options["topics"],
+        "rate": options["rate"],
+        "overwrite": options["overwrite"],
+        "pictures": "png" if options["png"] else "raw",
+    }
 
 
 def _show(recording: Recording, seconds: float | None) -> None:
     if sys.stderr.isatty():
         of = f" of {seconds:g}" if seconds else ""
         click.echo(f"\r\x1b[K{recording.simulation_time:.1f}{of} s", nl=False, err=True)
+
+
+def _tell(recorded: Recorded) -> None:
+    if sys.stderr.isatty():
+        click.echo("\r\x1b[K", nl=False, err=True)
+    for line in _told(recorded):
+        click.echo(line)
+    for line in _left_out(recorded):
+        click.echo(line, err=True)
 
 
 def _told(recorded: Recorded) -> list[str]:

@@ -12,6 +12,7 @@ import click
 
 from virtualrobot.cli.names import FILE, NODE, SOURCE
 from virtualrobot.cli.options import Numbers, Target, degrees_option, named_folders, pose_of_numbers, target_options
+from virtualrobot.cli.recording import RECORDINGS, export_run, option_of, run_options
 from virtualrobot.cli.settings import settings_from, settings_option
 
 if TYPE_CHECKING:
@@ -115,14 +116,27 @@ def save(target: Target, file: Path, bundle: bool) -> None:
 
 
 @click.command()
-@click.argument("node", type=NODE)
+@click.argument("source", type=NODE)
 @click.argument("file", type=click.Path(dir_okay=False, path_type=Path))
+@run_options
 @target_options
-def export(target: Target, node: str, file: Path) -> None:
-    """Write the robot NODE as URDF (FILE ends with .urdf), or all that hangs below NODE as glTF (.glb).
+def export(target: Target, source: str, file: Path, **options: Any) -> None:  # noqa: ANN401 those of recordings
+    r"""Write a robot, what hangs below a node, or a run that is over, to FILE, whose ending says which.
 
-    Meshes that the file names go beside it. The whole scene hangs below the node 'world'.
+    \b
+    .urdf                   the robot SOURCE; meshes go beside it
+    .glb                    all that hangs below the node SOURCE; below 'world' hangs the whole scene
+    .mcap, .csv, .parquet   what the project folder SOURCE tells of a run, from 'virtualrobot serve --data SOURCE'
     """
+    if file.suffix.lower() in RECORDINGS:
+        export_run(source, file, options)
+        return
+    for name in options:
+        if options[name]:
+            raise click.UsageError(
+                f"{option_of(name)} is for recordings, not for {file.suffix or 'files without an ending'}"
+            )
+    node = source
     with target.connect() as client:
         exported = client.scene.export(node, file)
     for warning in exported.warnings:

@@ -28,6 +28,14 @@ def serve(ctx: click.Context) -> int:
 
 @click.command(add_help_option=False, context_settings=_PASS_ALL)
 @click.pass_context
+def replay(ctx: click.Context) -> int:
+    """Show, or verify, what a project folder has recorded; `virtualrobot replay --help` shows its options."""
+    with _told_how_to_install(raised="--debug" in ctx.args):
+        return int(kernel_entry_point("replay").load()(list(ctx.args)) or 0)
+
+
+@click.command(add_help_option=False, context_settings=_PASS_ALL)
+@click.pass_context
 def grade(ctx: click.Context) -> int:
     """Test components of plugins; `virtualrobot grade --help` shows the test kit's own options."""
     with _told_how_to_install(raised="--debug" in ctx.args):

@@ -194,16 +194,20 @@ def lease(target: Target, robots: tuple[str, ...], take: bool, owner: str | None
 @click.command()
 @click.argument("mode", required=False, type=click.Choice(["realtime", "stepped"]))
 @click.option("--speed", type=FiniteRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock.")
+@click.option("--at", type=FiniteRange(0.0), help="Of a replay: the moment to go to, in seconds of simulation time.")
 @target_options
-def clock(target: Target, mode: str | None, speed: float | None) -> None:
-    """Show how time runs; or let it follow the wall clock, times --speed, or only steps."""
+def clock(target: Target, mode: str | None, speed: float | None, at: float | None) -> None:
+    """Show how time runs; let it follow the wall clock, times --speed, or only steps; go elsewhere in a replay."""
     if speed is not None and mode == "stepped":
         raise click.UsageError("--speed is for a clock that follows the wall clock")
     with target.connect() as client:
+        if at is not None:
+            client.clock.seek(at)
         if mode == "stepped":
             client.clock.set_stepped()
         elif mode or speed is not None:
             client.clock.set_realtime(1.0 if speed is None else speed)
         now = client.clock.read()
         runs = f"{now.speed_factor:g} times the wall clock" if now.mode == "realtime" else "time goes on by steps"
-        click.echo(f"{now.mode}: {runs}; {now.stamp.simulation_time:.3f} s, tick {now.stamp.tick}")
+        of = "" if now.recorded is None else f" of {now.recorded[0]} to {now.recorded[1]}"
+        click.echo(f"{now.mode}: {runs}; {now.stamp.simulation_time:.3f} s, tick {now.stamp.tick}{of}")

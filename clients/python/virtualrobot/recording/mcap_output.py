@@ -175,8 +175,8 @@ class McapOutput:
 
     @property
     def notes(self) -> Sequence[str]:
-        """Nodes whose looks are not in the file, and why."""
-        return () if self._scenery is None else self._scenery.notes
+        """Topics that nothing came of, and nodes whose looks are not in the file, and why."""
+        return [*self._selection.unmet(), *(() if self._scenery is None else self._scenery.notes)]
 
     @property
     def idle(self) -> bool:

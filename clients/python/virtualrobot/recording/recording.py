@@ -141,6 +141,8 @@ class Recording:
         for thread in self._threads:
             thread.start()
         self._seen.wait_for_begin(self._streams.keys() - {"readings"})
+        # What the scene looks like at the begin is asked for before anything is changed.
+        self._await_idle()
 
     @property
     def simulation_time(self) -> float:

@@ -36,14 +36,20 @@ class RecordingOptions(TypedDict, total=False):
     pictures: str
 
 
-def start(services: Services, path: str | Path, duration: float | None, options: RecordingOptions) -> Recording:
-    """Begin a recording; the arguments are those of `Client.start_recording`."""
-    path = Path(path)
+def start(
+    services: Services,
+    path: str | Path,
+    duration: float | None,
+    options: RecordingOptions,
+    *,
+    complete: bool = False,
+) -> Recording:
+    """Begin a recording; the arguments are those of `Client.start_recording`.
+
+    One that is `complete` takes topics that come later; a CSV file has columns for them, and is readable at its end.
+    """
+    path = checked_path(path, options)
     ending = path.suffix.lower()
-    if ending not in ENDINGS:
-        raise InvalidArgumentError(
-            f"{path} is no recording; let its name end with {', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}"
-        )
     for name, value in (("duration", duration), ("rate", rate := options.get("rate"))):
         if value is not None and not 0.0 < value < float("inf"):
             raise InvalidArgumentError(f"{name} is above 0, not {value:g}")
@@ -64,19 +70,38 @@ def start(services: Services, path: str | Path, duration: float | None, options:
             f"{ending} needs the package {package}: pip install 'virtualrobot[{EXTRAS[ending]}]'"
         ) from None
     table = None if ending == ".mcap" else TableOutput(services, selection)
-    selection.check(_topics(services) if table is None else table.known)
+    if not complete:
+        selection.check(_topics(services) if table is None else table.known)
     stream = _opened(path, options.get("overwrite") or False)
     try:
         if table is None:
             output: Output = McapOutput(stream, services, selection, about, pictures == "png")
         else:
-            columns = table.columns
-            table.begin(CsvFile(stream, columns) if ending == ".csv" else ParquetFile(stream, columns, about))
+            csv = ending == ".csv"
+            table.begin(
+                lambda columns: CsvFile(stream, columns) if csv else ParquetFile(stream, columns, about),
+                grows=complete or not csv,
+            )
             output = table
         return Recording(services, path, stream, output, rate=rate, duration=duration)
     except BaseException:
         stream.close()
         raise
+
+
+def checked_path(path: str | Path, options: RecordingOptions) -> Path:
+    """Return the path of a recording.
+
+    Raises:
+        InvalidArgumentError: when its ending is none of theirs, or it is there and shall not be overwritten.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in ENDINGS:
+        endings = f"{', '.join(ENDINGS[:-1])} or {ENDINGS[-1]}"
+        raise InvalidArgumentError(f"{path} is no recording; let its name end with {endings}")
+    if path.exists() and not options.get("overwrite"):
+        raise InvalidArgumentError(f"{path} is there already: choose another name, or overwrite it")
+    return path
 
 
 def _topics(services: Services) -> list[str]:
@@ -95,7 +120,5 @@ def _topics(services: Services) -> list[str]:
 def _opened(path: Path, overwrite: bool) -> BinaryIO:
     try:
         return path.open("wb" if overwrite else "xb")
-    except FileExistsError:
-        raise InvalidArgumentError(f"{path} is there already: choose another name, or overwrite it") from None
     except OSError as error:
         raise InvalidArgumentError(f"{path} cannot be written: {error.strerror or error}") from error

@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import heapq
 import io
+import json
+import tempfile
 import threading
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, BinaryIO, Protocol
 
@@ -80,12 +82,37 @@ class CsvFile:
         self._text.detach()
 
 
+MakeFile = Callable[[Sequence[Column]], RowFile]
+
+
+class Spool:
+    """Rows that wait in a temporary file until all columns are known."""
+
+    def __init__(self, columns: Sequence[Column], make: MakeFile) -> None:
+        """Keep rows for the file that `make` makes of the columns, which may become more until it is closed."""
+        self._columns, self._make = columns, make
+        self._text = tempfile.TemporaryFile("w+", encoding="utf-8")
+
+    def write(self, row: Sequence[Cell]) -> None:
+        """Keep a row; columns that it has not are empty."""
+        self._text.write(json.dumps(row) + "\n")
+
+    def close(self, about: Mapping[str, str]) -> None:
+        """Write the file."""
+        with self._text as text:
+            text.seek(0)
+            file = self._make(self._columns)
+            for line in text:
+                row = json.loads(line)
+                file.write(row + [None] * (len(self._columns) - len(row)))
+            file.close(about)
+
+
 class TableOutput:
     """A recording as a table. Its methods take what watches tell.
 
     Attributes:
         counts: how many rows and columns there are.
-        notes: what is not in the table though it was asked for.
         columns: the columns, the time (s) and the tick first.
         known: the names of all columns that there could be, and their topics.
     """
@@ -96,7 +123,7 @@ class TableOutput:
     def __init__(self, services: Services, selection: topics.Selection) -> None:
         """Take the columns from what there is now; `begin` gives the file."""
         self.counts: Counter[str] = Counter()
-        self.notes: list[str] = []
+        self._late: list[str] = []
         self._selection = selection
         self._robots = Robots(services)
         self._places: dict[str, int] = {}
@@ -107,19 +134,19 @@ class TableOutput:
             for column, topic, _ in self._of_robot(state, states):
                 self._add(column, topic)
         for signal in services.signal.GetSignals(signal_pb2.GetSignalsRequest()).signals:
-            kind = type(_cell(signal))
-            self._add(Column(f"signals/{signal.name}", signal.unit, kind), topics.signal(signal.name))
+            self._add(self._of_signal(signal, type(_cell(signal))), topics.signal(signal.name))
         self._row: list[Cell] = [None] * len(self.columns)
         self._file: RowFile | None = None
+        self._grows = False
         self._lock = threading.Lock()
         self._waiting: list[tuple[int, int, float, list[tuple[int, Cell]]]] = []
         self._taken = 0
         self._newest = 0.0
 
-    def begin(self, file: RowFile) -> None:
-        """Write to this file."""
-        self._file = file
-        self.counts["columns"] = len(self.columns)
+    def begin(self, make: MakeFile, grows: bool) -> None:
+        """Write to the file that `make` makes of the columns: now, or, if the table `grows`, at its end."""
+        self._grows = grows
+        self._file = Spool(self.columns, make) if grows else make(self.columns)
 
     def _add(self, column: Column, topic: str) -> None:
         self.known += [topic, column.name]
@@ -153,7 +180,7 @@ class TableOutput:
             (place, value)
             for state in message.robots
             for column, topic, value in self._of_robot(state, message)
-            if (place := self._place(column.name, topic)) is not None
+            if (place := self._place(column, topic)) is not None
         ]
         for gone in message.removed_names:
             cells += [(place, None) for name, place in self._places.items() if name.startswith(f"{gone}/")]
@@ -162,21 +189,32 @@ class TableOutput:
     def signals(self, message: signal_pb2.WatchSignalsResponse) -> None:
         """Take signals."""
         cells: list[tuple[int, Cell]] = [
-            (place, _cell(one))
+            (place, cell)
             for one in message.signals
-            if (place := self._place(f"signals/{one.name}", topics.signal(one.name))) is not None
+            for cell in [_cell(one)]
+            if (place := self._place(self._of_signal(one, type(cell)), topics.signal(one.name))) is not None
         ]
         cells += [
             (self._places[name], None) for gone in message.removed_names if (name := f"signals/{gone}") in self._places
         ]
         self._take(message, cells)
 
-    def _place(self, name: str, topic: str) -> int | None:
-        if name not in self._places and (topic in self._selection or name in self._selection):
-            note = f"{topic} came when the table had its columns already"
-            if note not in self.notes:
-                self.notes.append(note)
-        return self._places.get(name)
+    def _of_signal(self, signal: signal_pb2.Signal, kind: type) -> Column:
+        """Return the column of a signal; one that was removed and came again with another type has another one."""
+        name = f"signals/{signal.name}"
+        known = self._places.get(name)
+        other = known is not None and self.columns[known].type is not kind
+        return Column(f"{name} ({kind.__name__})" if other else name, signal.unit, kind)
+
+    def _place(self, column: Column, topic: str) -> int | None:
+        """Return the place of a column; None where it is not wanted, or came too late."""
+        if column.name not in self._places and (topic in self._selection or column.name in self._selection):
+            if self._grows:
+                self._add(column, topic)
+                self._row.append(None)
+            elif (note := f"{topic} came when the table had its columns already") not in self._late:
+                self._late.append(note)
+        return self._places.get(column.name)
 
     def _take(
         self,
@@ -205,11 +243,17 @@ class TableOutput:
             self._file.write(self._row)
             self.counts["rows"] += 1
 
+    @property
+    def notes(self) -> Sequence[str]:
+        """Columns that are not in the table though they were asked for."""
+        return [*self._selection.unmet(), *self._late]
+
     def close(self, about: Mapping[str, str]) -> None:
         """Write what is left."""
         assert self._file is not None
         with self._lock:
             self._write(float("inf"))
+            self.counts["columns"] = len(self.columns)
             self._file.close(about)
 
 

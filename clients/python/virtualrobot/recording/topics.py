@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
 
-from virtualrobot._wire.names import unknown_name
+from virtualrobot._wire.names import nearest, unknown_name
 from virtualrobot.v1 import sensor_pb2
 
 TRANSFORMS, FIXED_TRANSFORMS = "/transforms", "/transforms/fixed"
@@ -79,6 +79,14 @@ class Selection:
         if topic not in self._chosen:
             self._chosen[topic] = not self.patterns or any(fnmatchcase(topic, one) for one in self.patterns)
         return self._chosen[topic]
+
+    def unmet(self) -> list[str]:
+        """Return in words which patterns nothing fits that was asked for so far, and what there is."""
+        return [
+            f"nothing came of {pattern!r}; {nearest(pattern, self._chosen)}"
+            for pattern in self.patterns
+            if not any(fnmatchcase(name, pattern) for name in self._chosen)
+        ]
 
     def may_have(self, beginning: str) -> bool:
         """Return whether a topic that begins so may be chosen."""

@@ -29,7 +29,7 @@ from virtualrobot.v1 import signal_pb2 as virtualrobot_dot_v1_dot_signal__pb2
 from virtualrobot.v1 import token_pb2 as virtualrobot_dot_v1_dot_token__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/kernel.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1cvirtualrobot/v1/motion.proto\x1a\x1bvirtualrobot/v1/robot.proto\x1a\x1cvirtualrobot/v1/signal.proto\x1a\x1bvirtualrobot/v1/token.proto\"\x10\n\x0eGetInfoRequest\"\xb5\x02\n\x0fGetInfoResponse\x12\x0f\n\x07version\x18\x01 \x01(\t\x12\x13\n\x0b\x61pi_version\x18\x02 \x01(\t\x12\x14\n\x0c\x63\x61pabilities\x18\x03 \x03(\t\x12\x15\n\rmodel_formats\x18\x04 \x03(\t\x12\x12\n\nkinematics\x18\x05 \x03(\t\x12\x19\n\x11max_message_bytes\x18\x06 \x01(\x04\x12\x17\n\x0fmax_asset_bytes\x18\x07 \x01(\x04\x12\x12\n\nviewer_url\x18\x08 \x01(\t\x12\x12\n\nprocess_id\x18\t \x01(\r\x12#\n\x04role\x18\n \x01(\x0e\x32\x15.virtualrobot.v1.Role\x12\x12\n\ntoken_name\x18\x0b \x01(\t\x12&\n\x06limits\x18\x0c \x03(\x0b\x32\x16.virtualrobot.v1.Limit\"9\n\x05Limit\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x04\x12\x13\n\x0b\x64\x65scription\x18\x03 \x01(\t\"\x8f\x01\n\x05\x43lock\x12(\n\x04mode\x18\x01 \x01(\x0e\x32\x1a.virtualrobot.v1.ClockMode\x12\x14\n\x0cspeed_factor\x18\x02 \x01(\x01\x12\x18\n\x10tick_nanoseconds\x18\x03 \x01(\x04\x12\x18\n\x10real_time_factor\x18\x04 \x01(\x01\x12\x12\n\nlate_ticks\x18\x05 \x01(\x04\"\x11\n\x0fGetClockRequest\"`\n\x10GetClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"Q\n\x0fSetClockRequest\x12(\n\x04mode\x18\x01 \x01(\x0e\x32\x1a.virtualrobot.v1.ClockMode\x12\x14\n\x0cspeed_factor\x18\x02 \x01(\x01\"`\n\x10SetClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"+\n\x11WatchClockRequest\x12\x16\n\x0emax_rate_hertz\x18\x01 \x01(\x01\"b\n\x12WatchClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"!\n\x10StepClockRequest\x12\r\n\x05ticks\x18\x01 \x01(\r\"\xbb\x01\n\x11StepClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\x12(\n\x07signals\x18\x03 \x03(\x0b\x32\x17.virtualrobot.v1.Signal\x12(\n\x07motions\x18\x04 \x03(\x0b\x32\x17.virtualrobot.v1.Motion\"\x11\n\x0fShutdownRequest\"\x12\n\x10ShutdownResponse*X\n\tClockMode\x12\x1a\n\x16\x43LOCK_MODE_UNSPECIFIED\x10\x00\x12\x17\n\x13\x43LOCK_MODE_REALTIME\x10\x01\x12\x16\n\x12\x43LOCK_MODE_STEPPED\x10\x02\x32\xa1\x04\n\rKernelService\x12R\n\x07GetInfo\x12\x1f.virtualrobot.v1.GetInfoRequest\x1a .virtualrobot.v1.GetInfoResponse\"\x04\xa8\xbb\x18\x01\x12U\n\x08GetClock\x12 .virtualrobot.v1.GetClockRequest\x1a!.virtualrobot.v1.GetClockResponse\"\x04\xa8\xbb\x18\x01\x12U\n\x08SetClock\x12 .virtualrobot.v1.SetClockRequest\x1a!.virtualrobot.v1.SetClockResponse\"\x04\xa8\xbb\x18\x02\x12]\n\nWatchClock\x12\".virtualrobot.v1.WatchClockRequest\x1a#.virtualrobot.v1.WatchClockResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x12X\n\tStepClock\x12!.virtualrobot.v1.StepClockRequest\x1a\".virtualrobot.v1.StepClockResponse\"\x04\xa8\xbb\x18\x02\x12U\n\x08Shutdown\x12 .virtualrobot.v1.ShutdownRequest\x1a!.virtualrobot.v1.ShutdownResponse\"\x04\xa8\xbb\x18\x04\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/kernel.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1cvirtualrobot/v1/motion.proto\x1a\x1bvirtualrobot/v1/robot.proto\x1a\x1cvirtualrobot/v1/signal.proto\x1a\x1bvirtualrobot/v1/token.proto\"\x10\n\x0eGetInfoRequest\"\xb5\x02\n\x0fGetInfoResponse\x12\x0f\n\x07version\x18\x01 \x01(\t\x12\x13\n\x0b\x61pi_version\x18\x02 \x01(\t\x12\x14\n\x0c\x63\x61pabilities\x18\x03 \x03(\t\x12\x15\n\rmodel_formats\x18\x04 \x03(\t\x12\x12\n\nkinematics\x18\x05 \x03(\t\x12\x19\n\x11max_message_bytes\x18\x06 \x01(\x04\x12\x17\n\x0fmax_asset_bytes\x18\x07 \x01(\x04\x12\x12\n\nviewer_url\x18\x08 \x01(\t\x12\x12\n\nprocess_id\x18\t \x01(\r\x12#\n\x04role\x18\n \x01(\x0e\x32\x15.virtualrobot.v1.Role\x12\x12\n\ntoken_name\x18\x0b \x01(\t\x12&\n\x06limits\x18\x0c \x03(\x0b\x32\x16.virtualrobot.v1.Limit\"9\n\x05Limit\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x04\x12\x13\n\x0b\x64\x65scription\x18\x03 \x01(\t\"\xbc\x01\n\x05\x43lock\x12(\n\x04mode\x18\x01 \x01(\x0e\x32\x1a.virtualrobot.v1.ClockMode\x12\x14\n\x0cspeed_factor\x18\x02 \x01(\x01\x12\x18\n\x10tick_nanoseconds\x18\x03 \x01(\x04\x12\x18\n\x10real_time_factor\x18\x04 \x01(\x01\x12\x12\n\nlate_ticks\x18\x05 \x01(\x04\x12+\n\x08recorded\x18\x06 \x01(\x0b\x32\x19.virtualrobot.v1.Recorded\"1\n\x08Recorded\x12\x12\n\nfirst_tick\x18\x01 \x01(\x04\x12\x11\n\tlast_tick\x18\x02 \x01(\x04\"\x11\n\x0fGetClockRequest\"`\n\x10GetClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"Q\n\x0fSetClockRequest\x12(\n\x04mode\x18\x01 \x01(\x0e\x32\x1a.virtualrobot.v1.ClockMode\x12\x14\n\x0cspeed_factor\x18\x02 \x01(\x01\"`\n\x10SetClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"+\n\x11WatchClockRequest\x12\x16\n\x0emax_rate_hertz\x18\x01 \x01(\x01\"b\n\x12WatchClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"!\n\x10StepClockRequest\x12\r\n\x05ticks\x18\x01 \x01(\r\"\xbb\x01\n\x11StepClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\x12(\n\x07signals\x18\x03 \x03(\x0b\x32\x17.virtualrobot.v1.Signal\x12(\n\x07motions\x18\x04 \x03(\x0b\x32\x17.virtualrobot.v1.Motion\" \n\x10SeekClockRequest\x12\x0c\n\x04tick\x18\x01 \x01(\x04\"a\n\x11SeekClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"-\n\x10GetReportRequest\x12\x19\n\x11max_journal_bytes\x18\x01 \x01(\x04\"!\n\x11GetReportResponse\x12\x0c\n\x04\x64\x61ta\x18\x01 \x01(\x0c\"\x11\n\x0fShutdownRequest\"\x12\n\x10ShutdownResponse*X\n\tClockMode\x12\x1a\n\x16\x43LOCK_MODE_UNSPECIFIED\x10\x00\x12\x17\n\x13\x43LOCK_MODE_REALTIME\x10\x01\x12\x16\n\x12\x43LOCK_MODE_STEPPED\x10\x02\x32\xd7\x05\n\rKernelService\x12R\n\x07GetInfo\x12\x1f.virtualrobot.v1.GetInfoRequest\x1a .virtualrobot.v1.GetInfoResponse\"\x04\xa8\xbb\x18\x01\x12U\n\x08GetClock\x12 .virtualrobot.v1.GetClockRequest\x1a!.virtualrobot.v1.GetClockResponse\"\x04\xa8\xbb\x18\x01\x12U\n\x08SetClock\x12 .virtualrobot.v1.SetClockRequest\x1a!.virtualrobot.v1.SetClockResponse\"\x04\xa8\xbb\x18\x02\x12]\n\nWatchClock\x12\".virtualrobot.v1.WatchClockRequest\x1a#.virtualrobot.v1.WatchClockResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x12X\n\tStepClock\x12!.virtualrobot.v1.StepClockRequest\x1a\".virtualrobot.v1.StepClockResponse\"\x04\xa8\xbb\x18\x02\x12X\n\tSeekClock\x12!.virtualrobot.v1.SeekClockRequest\x1a\".virtualrobot.v1.SeekClockResponse\"\x04\xa8\xbb\x18\x02\x12Z\n\tGetReport\x12!.virtualrobot.v1.GetReportRequest\x1a\".virtualrobot.v1.GetReportResponse\"\x04\xa8\xbb\x18\x03\x30\x01\x12U\n\x08Shutdown\x12 .virtualrobot.v1.ShutdownRequest\x1a!.virtualrobot.v1.ShutdownResponse\"\x04\xa8\xbb\x18\x04\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -46,10 +46,14 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_KERNELSERVICE'].methods_by_name['WatchClock']._serialized_options = b'\250\273\030\001'
   _globals['_KERNELSERVICE'].methods_by_name['StepClock']._loaded_options = None
   _globals['_KERNELSERVICE'].methods_by_name['StepClock']._serialized_options = b'\250\273\030\002'
+  _globals['_KERNELSERVICE'].methods_by_name['SeekClock']._loaded_options = None
+  _globals['_KERNELSERVICE'].methods_by_name['SeekClock']._serialized_options = b'\250\273\030\002'
+  _globals['_KERNELSERVICE'].methods_by_name['GetReport']._loaded_options = None
+  _globals['_KERNELSERVICE'].methods_by_name['GetReport']._serialized_options = b'\250\273\030\003'
   _globals['_KERNELSERVICE'].methods_by_name['Shutdown']._loaded_options = None
   _globals['_KERNELSERVICE'].methods_by_name['Shutdown']._serialized_options = b'\250\273\030\004'
-  _globals['_CLOCKMODE']._serialized_start=1441
-  _globals['_CLOCKMODE']._serialized_end=1529
+  _globals['_CLOCKMODE']._serialized_start=1752
+  _globals['_CLOCKMODE']._serialized_end=1840
   _globals['_GETINFOREQUEST']._serialized_start=199
   _globals['_GETINFOREQUEST']._serialized_end=215
   _globals['_GETINFORESPONSE']._serialized_start=218
@@ -57,27 +61,37 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_LIMIT']._serialized_start=529
   _globals['_LIMIT']._serialized_end=586
   _globals['_CLOCK']._serialized_start=589
-  _globals['_CLOCK']._serialized_end=732
-  _globals['_GETCLOCKREQUEST']._serialized_start=734
-  _globals['_GETCLOCKREQUEST']._serialized_end=751
-  _globals['_GETCLOCKRESPONSE']._serialized_start=753
-  _globals['_GETCLOCKRESPONSE']._serialized_end=849
-  _globals['_SETCLOCKREQUEST']._serialized_start=851
-  _globals['_SETCLOCKREQUEST']._serialized_end=932
-  _globals['_SETCLOCKRESPONSE']._serialized_start=934
-  _globals['_SETCLOCKRESPONSE']._serialized_end=1030
-  _globals['_WATCHCLOCKREQUEST']._serialized_start=1032
-  _globals['_WATCHCLOCKREQUEST']._serialized_end=1075
-  _globals['_WATCHCLOCKRESPONSE']._serialized_start=1077
-  _globals['_WATCHCLOCKRESPONSE']._serialized_end=1175
-  _globals['_STEPCLOCKREQUEST']._serialized_start=1177
-  _globals['_STEPCLOCKREQUEST']._serialized_end=1210
-  _globals['_STEPCLOCKRESPONSE']._serialized_start=1213
-  _globals['_STEPCLOCKRESPONSE']._serialized_end=1400
-  _globals['_SHUTDOWNREQUEST']._serialized_start=1402
-  _globals['_SHUTDOWNREQUEST']._serialized_end=1419
-  _globals['_SHUTDOWNRESPONSE']._serialized_start=1421
-  _globals['_SHUTDOWNRESPONSE']._serialized_end=1439
-  _globals['_KERNELSERVICE']._serialized_start=1532
-  _globals['_KERNELSERVICE']._serialized_end=2077
+  _globals['_CLOCK']._serialized_end=777
+  _globals['_RECORDED']._serialized_start=779
+  _globals['_RECORDED']._serialized_end=828
+  _globals['_GETCLOCKREQUEST']._serialized_start=830
+  _globals['_GETCLOCKREQUEST']._serialized_end=847
+  _globals['_GETCLOCKRESPONSE']._serialized_start=849
+  _globals['_GETCLOCKRESPONSE']._serialized_end=945
+  _globals['_SETCLOCKREQUEST']._serialized_start=947
+  _globals['_SETCLOCKREQUEST']._serialized_end=1028
+  _globals['_SETCLOCKRESPONSE']._serialized_start=1030
+  _globals['_SETCLOCKRESPONSE']._serialized_end=1126
+  _globals['_WATCHCLOCKREQUEST']._serialized_start=1128
+  _globals['_WATCHCLOCKREQUEST']._serialized_end=1171
+  _globals['_WATCHCLOCKRESPONSE']._serialized_start=1173
+  _globals['_WATCHCLOCKRESPONSE']._serialized_end=1271
+  _globals['_STEPCLOCKREQUEST']._serialized_start=1273
+  _globals['_STEPCLOCKREQUEST']._serialized_end=1306
+  _globals['_STEPCLOCKRESPONSE']._serialized_start=1309
+  _globals['_STEPCLOCKRESPONSE']._serialized_end=1496
+  _globals['_SEEKCLOCKREQUEST']._serialized_start=1498
+  _globals['_SEEKCLOCKREQUEST']._serialized_end=1530
+  _globals['_SEEKCLOCKRESPONSE']._serialized_start=1532
+  _globals['_SEEKCLOCKRESPONSE']._serialized_end=1629
+  _globals['_GETREPORTREQUEST']._serialized_start=1631
+  _globals['_GETREPORTREQUEST']._serialized_end=1676
+  _globals['_GETREPORTRESPONSE']._serialized_start=1678
+  _globals['_GETREPORTRESPONSE']._serialized_end=1711
+  _globals['_SHUTDOWNREQUEST']._serialized_start=1713
+  _globals['_SHUTDOWNREQUEST']._serialized_end=1730
+  _globals['_SHUTDOWNRESPONSE']._serialized_start=1732
+  _globals['_SHUTDOWNRESPONSE']._serialized_end=1750
+  _globals['_KERNELSERVICE']._serialized_start=1843
+  _globals['_KERNELSERVICE']._serialized_end=2570
 # @@protoc_insertion_point(module_scope)

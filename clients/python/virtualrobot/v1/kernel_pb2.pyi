@@ -64,18 +64,28 @@ class Limit(_message.Message):
     def __init__(self, name: _Optional[str] = ..., value: _Optional[int] = ..., description: _Optional[str] = ...) -> None: ...
 
 class Clock(_message.Message):
-    __slots__ = ("mode", "speed_factor", "tick_nanoseconds", "real_time_factor", "late_ticks")
+    __slots__ = ("mode", "speed_factor", "tick_nanoseconds", "real_time_factor", "late_ticks", "recorded")
     MODE_FIELD_NUMBER: _ClassVar[int]
     SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
     TICK_NANOSECONDS_FIELD_NUMBER: _ClassVar[int]
     REAL_TIME_FACTOR_FIELD_NUMBER: _ClassVar[int]
     LATE_TICKS_FIELD_NUMBER: _ClassVar[int]
+    RECORDED_FIELD_NUMBER: _ClassVar[int]
     mode: ClockMode
     speed_factor: float
     tick_nanoseconds: int
     real_time_factor: float
     late_ticks: int
-    def __init__(self, mode: _Optional[_Union[ClockMode, str]] = ..., speed_factor: _Optional[float] = ..., tick_nanoseconds: _Optional[int] = ..., real_time_factor: _Optional[float] = ..., late_ticks: _Optional[int] = ...) -> None: ...
+    recorded: Recorded
+    def __init__(self, mode: _Optional[_Union[ClockMode, str]] = ..., speed_factor: _Optional[float] = ..., tick_nanoseconds: _Optional[int] = ..., real_time_factor: _Optional[float] = ..., late_ticks: _Optional[int] = ..., recorded: _Optional[_Union[Recorded, _Mapping]] = ...) -> None: ...
+
+class Recorded(_message.Message):
+    __slots__ = ("first_tick", "last_tick")
+    FIRST_TICK_FIELD_NUMBER: _ClassVar[int]
+    LAST_TICK_FIELD_NUMBER: _ClassVar[int]
+    first_tick: int
+    last_tick: int
+    def __init__(self, first_tick: _Optional[int] = ..., last_tick: _Optional[int] = ...) -> None: ...
 
 class GetClockRequest(_message.Message):
     __slots__ = ()
@@ -136,6 +146,32 @@ class StepClockResponse(_message.Message):
     signals: _containers.RepeatedCompositeFieldContainer[_signal_pb2.Signal]
     motions: _containers.RepeatedCompositeFieldContainer[_motion_pb2.Motion]
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., motions: _Optional[_Iterable[_Union[_motion_pb2.Motion, _Mapping]]] = ...) -> None: ...
+
+class SeekClockRequest(_message.Message):
+    __slots__ = ("tick",)
+    TICK_FIELD_NUMBER: _ClassVar[int]
+    tick: int
+    def __init__(self, tick: _Optional[int] = ...) -> None: ...
+
+class SeekClockResponse(_message.Message):
+    __slots__ = ("stamp", "clock")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    CLOCK_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    clock: Clock
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., clock: _Optional[_Union[Clock, _Mapping]] = ...) -> None: ...
+
+class GetReportRequest(_message.Message):
+    __slots__ = ("max_journal_bytes",)
+    MAX_JOURNAL_BYTES_FIELD_NUMBER: _ClassVar[int]
+    max_journal_bytes: int
+    def __init__(self, max_journal_bytes: _Optional[int] = ...) -> None: ...
+
+class GetReportResponse(_message.Message):
+    __slots__ = ("data",)
+    DATA_FIELD_NUMBER: _ClassVar[int]
+    data: bytes
+    def __init__(self, data: _Optional[bytes] = ...) -> None: ...
 
 class ShutdownRequest(_message.Message):
     __slots__ = ()

@@ -60,6 +60,16 @@ class KernelServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_kernel__pb2.StepClockRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.StepClockResponse.FromString,
                 _registered_method=True)
+        self.SeekClock = channel.unary_unary(
+                '/virtualrobot.v1.KernelService/SeekClock',
+                request_serializer=virtualrobot_dot_v1_dot_kernel__pb2.SeekClockRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.SeekClockResponse.FromString,
+                _registered_method=True)
+        self.GetReport = channel.unary_stream(
+                '/virtualrobot.v1.KernelService/GetReport',
+                request_serializer=virtualrobot_dot_v1_dot_kernel__pb2.GetReportRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.GetReportResponse.FromString,
+                _registered_method=True)
         self.Shutdown = channel.unary_unary(
                 '/virtualrobot.v1.KernelService/Shutdown',
                 request_serializer=virtualrobot_dot_v1_dot_kernel__pb2.ShutdownRequest.SerializeToString,
@@ -106,6 +116,21 @@ class KernelServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def SeekClock(self, request, context):
+        """Of a replay: goes to any tick that is recorded, back or forth. Refused by a kernel that is no replay.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def GetReport(self, request, context):
+        """What a report of a fault needs, as a zip archive: scene, journal or its newest part, versions, plugins, log; no token.
+        Unpacked it is a folder for `virtualrobot replay`.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def Shutdown(self, request, context):
         """Ends the kernel; motions stop, streams end with UNAVAILABLE.
         """
@@ -140,6 +165,16 @@ def add_KernelServiceServicer_to_server(servicer, server):
                     servicer.StepClock,
                     request_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.StepClockRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_kernel__pb2.StepClockResponse.SerializeToString,
+            ),
+            'SeekClock': grpc.unary_unary_rpc_method_handler(
+                    servicer.SeekClock,
+                    request_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.SeekClockRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_kernel__pb2.SeekClockResponse.SerializeToString,
+            ),
+            'GetReport': grpc.unary_stream_rpc_method_handler(
+                    servicer.GetReport,
+                    request_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.GetReportRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_kernel__pb2.GetReportResponse.SerializeToString,
             ),
             'Shutdown': grpc.unary_unary_rpc_method_handler(
                     servicer.Shutdown,
@@ -283,6 +318,60 @@ class KernelService(object):
             '/virtualrobot.v1.KernelService/StepClock',
             virtualrobot_dot_v1_dot_kernel__pb2.StepClockRequest.SerializeToString,
             virtualrobot_dot_v1_dot_kernel__pb2.StepClockResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def SeekClock(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.KernelService/SeekClock',
+            virtualrobot_dot_v1_dot_kernel__pb2.SeekClockRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_kernel__pb2.SeekClockResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def GetReport(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_stream(
+            request,
+            target,
+            '/virtualrobot.v1.KernelService/GetReport',
+            virtualrobot_dot_v1_dot_kernel__pb2.GetReportRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_kernel__pb2.GetReportResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -13,7 +13,7 @@ from virtualrobot_kernel.messages.values import pose_message, vector_message
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.actuators import actuator_positions
-from virtualrobot_kernel.world.clock import Clock, Mode
+from virtualrobot_kernel.world.clock import Clock, Mode, Recorded
 from virtualrobot_kernel.world.state import EndCause, Motion, Search, Selection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 from virtualrobot_kernel.world.widths import width_of
@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.widths import width_of
 CAUSES = EnumTable(EndCause, motion_pb2.EndCause)
 PHASES = EnumTable(Phase, motion_pb2.MotionPhase)
 MODES = EnumTable(Mode, kernel_pb2.ClockMode)
-CLOCK = Table(Clock, kernel_pb2.Clock, mode=MODES)
+CLOCK = Table(Clock, kernel_pb2.Clock, mode=MODES, recorded=Table(Recorded, kernel_pb2.Recorded))
 
 
 def robot_states(snapshot: Snapshot, nodes: Iterable[Node]) -> list[robot_pb2.RobotState]:
