@@ -76,8 +76,6 @@ def test_a_killed_kernel_goes_on_from_where_it_was_told(tmp_path: Path, start_ke
     stamp = step(stubs, 23).stamp
     assert motion(stubs, running).phase == RUNNING
     was = np.array(state(stubs, "arm").positions)
-    said = refused(*folder)
-    assert f"another kernel uses the folder {tmp_path / 'cell'}, the process {kernel.process.pid}" in said
     kill(kernel)
 
     kernel = start_kernel(*folder)
@@ -97,12 +95,22 @@ def test_a_killed_kernel_goes_on_from_where_it_was_told(tmp_path: Path, start_ke
     (lunch,) = stubs.history.ListCheckpoints(history_pb2.ListCheckpointsRequest()).checkpoints
     stubs.history.RestoreCheckpoint(history_pb2.RestoreCheckpointRequest(name=lunch.name))
     assert signals(stubs) == {"count": 0} and "cube" in names(stubs)
-    assert kernel.end() == 0
 
+
+@pytest.mark.long
+def test_what_a_folder_is_not_for_is_said_in_words(tmp_path: Path, start_kernel: StartKernel) -> None:
+    folder = ("--data", str(tmp_path / "cell"))
     scene = tmp_path / "scene.yaml"
-    scene.write_text("schema_version: 1\n")
+    scene.write_text("schema_version: 1\nnodes: [{name: table, object: {}}]\n")
+    kernel = start_kernel(*folder, str(scene))
+    assert "table" in names(kernel.stubs())
+    said = refused(*folder)
+    assert f"another kernel uses the folder {tmp_path / 'cell'}, the process {kernel.process.pid}" in said
+    assert kernel.end() == 0
     said = refused(*folder, str(scene))
-    assert f"{tmp_path / 'cell'} has a world already; leave out the scene file" in said
+    assert f"{tmp_path / 'cell'} has a world already, which began with scene.yaml; leave out the scene file" in said
+    assert "ticks of 4 ms, not of 2 ms" in refused(*folder, "--tick-milliseconds", "2")
+    assert "such as 500MB" in refused(*folder, "--keep-history", "some")
 
 
 class Load:

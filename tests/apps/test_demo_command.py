@@ -45,6 +45,21 @@ def lines_until(process: subprocess.Popen[str], beginning: str) -> list[str]:
     raise AssertionError(f"it ended before {beginning!r}: {lines}")
 
 
+@pytest.mark.timeout(600)
+@pytest.mark.long
+def test_it_goes_on_in_its_folder_after_it_was_killed(tmp_path: Path) -> None:
+    for boxes in (3, 8):
+        with started(25, "--data", str(tmp_path / "cell")) as process:
+            lines = lines_until(process, f"box {boxes:2} of 36: ")
+            os.kill(int((tmp_path / "cell" / "lock").read_text()), signal.SIGKILL)
+            process.communicate(timeout=280)
+            assert process.returncode == 1
+    with started(25, "--data", str(tmp_path / "cell")) as process:
+        output, _ = process.communicate(timeout=280)
+    assert process.returncode == 0, output
+    assert f"box  {boxes} of 36" not in output and "box 36 of 36: " in output, lines
+
+
 @pytest.mark.timeout(300)
 @pytest.mark.long
 def test_it_runs_to_its_end() -> None:

@@ -7,6 +7,7 @@ parameter on the same path.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -85,6 +86,17 @@ def stop_ahead(plan: Plan, now: RateState, begun: Brakes, dt: float, most: int, 
     """
     answer = _asked(plan, now, 0.0, stops=True, asks=asks, begun=begun, dt=dt, most=most)
     return StopAhead(answer.positions, answer.came == braking.AT_GOAL, tuple(answer.reached.tolist()))
+
+
+def joints_stop_ahead(
+    state: Sequence[Sequence[float]], bounds: Sequence[Sequence[float]], dt: float, most: int
+) -> Array:
+    """Return where joints are (m, k) while each stops as soon as it can, now and at each tick, at most so many.
+
+    state (3, k): their positions, velocities and accelerations; bounds (4, k): least and greatest position, greatest
+    acceleration and jerk.
+    """
+    return braking.stop_joints(np.array(state), np.array(bounds), dt, most)
 
 
 def brake_state(brake: PiecewisePolynomial, t: float) -> PathState:

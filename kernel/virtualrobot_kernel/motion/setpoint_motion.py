@@ -16,7 +16,7 @@ from operator import add
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
-from virtualrobot_kernel.motion import online, setpoint_turning
+from virtualrobot_kernel.motion import brake, online, setpoint_turning
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_joints
 from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, StoppableTrajectory
 from virtualrobot_kernel.motion.polynomial import Array
@@ -122,9 +122,16 @@ class SetpointMotion:
             q[one.columns] = one.now
         return q, v, a
 
-    def positions(self, states: Array) -> Array:
-        """Return the joint positions (m, k) of what `now.q` comes to in the next m ticks, (m, k)."""
-        return setpoint_turning.positions(self.turning, self.now.q, states)
+    def stop_ahead(self, dt: float, most: int) -> Array | None:
+        """Return the joint positions (m, k), now and at most so many ticks on, if it is cancelled now, or was.
+
+        None where it stands.
+        """
+        if self.ended or self.phase is Phase.PAUSED:
+            return None
+        lower, upper, acceleration, jerk, _ = self.bounds
+        states = brake.joints_stop_ahead(self.now, (lower, upper, acceleration, jerk), dt, most)
+        return setpoint_turning.positions(self.turning, self.now.q, states) if self.turning else states
 
     def set(self, values: Sequence[float]) -> SetpointMotion:
         """Return the motion with a newer setpoint (k,); one that stops, has ended or was closed follows no more.

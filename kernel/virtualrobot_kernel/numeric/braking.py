@@ -54,10 +54,16 @@ def _phases(speed: float, slope: float, acceleration: float, jerk: float) -> tup
     -u'' when that is larger already; J is `jerk` (1/s³). There is none where the deceleration is so large that even
     jerk +J would end it with u' < 0.
     """
-    acceleration = max(acceleration, -slope)
     peak = math.sqrt(jerk * max(speed, 0.0) + 0.5 * slope * slope)
     if peak < -slope:
         return math.inf, math.inf, math.inf
+    return _with_peak(peak, speed, slope, acceleration, jerk)
+
+
+@inlined
+def _with_peak(peak: float, speed: float, slope: float, acceleration: float, jerk: float) -> tuple[float, float, float]:
+    """Return the durations (s) of the phases of a stop whose greatest deceleration would be `peak` (1/s²)."""
+    acceleration = max(acceleration, -slope)
     if peak <= acceleration:
         return (slope + peak) / jerk, 0.0, peak / jerk
     peak = acceleration
@@ -288,18 +294,23 @@ def _choose_brake(
         if not reach <= end:
             continue
         result = WAITS
-        points = _points(breaks, u, reach)
-        if in_fine and _beyond(breaks, terms, bounds, along, brake, duration, points, fine, 1) >= 0:
-            continue
-        found = _beyond(breaks, terms, bounds, along, brake, duration, _COARSE, coarse, _COARSE + _SIDES)
-        in_fine = found < 0
-        if found >= 0:
-            coarse = found
-            continue
-        found = _beyond(breaks, terms, bounds, along, brake, duration, points, fine, points + _SIDES)
+        found = -1
+        for look in range(0 if in_fine else 1, 3):
+            few = look == 1
+            points = _COARSE if few else _points(breaks, u, reach)
+            first = coarse if few else fine
+            count = 1 if look == 0 else points + _SIDES
+            found = _beyond(breaks, terms, bounds, along, brake, duration, points, first, count)
+            in_fine = in_fine or few
+            if found >= 0:
+                if few:
+                    coarse = found
+                    in_fine = False
+                else:
+                    fine = min(found, _FINE - 1)
+                break
         if found < 0:
             return BRAKES, duration
-        fine = min(found, _FINE - 1)
 
 
 TAU, RAMP_TAU, ELAPSED, WAITING, GOAL, LENGTH, COEFFICIENTS = range(7)
@@ -485,26 +496,29 @@ def brake_ahead(
     motion = _Motion(shapes, breaks, terms, limits, joints, table.shape[0] > 0, stops, wanted)
     chosen = np.empty(6)
     came = BRAKES if ends[0] >= 0.0 else WAITS
-    if asks and came != BRAKES:
-        came = _change(motion, state, brakes, ends, chosen)
-    if most == 0 or came == NEEDS_TABLE:
-        return came, np.empty((0, count))
+    at_once = asks
     taus = np.empty(512)
     taus[0] = state[TAU]
     ticks = 0
-    while came not in (BRAKES, AT_GOAL, STANDS) and ticks < most:
-        if state[GOAL] == wanted:
-            state[WAITING] = 0.0
-        else:
-            waiting = state[WAITING] + dt
-            again = int(waiting / RETRY) != int(state[WAITING] / RETRY)
+    while came not in (BRAKES, AT_GOAL, STANDS):
+        again = at_once
+        if not at_once:
+            if ticks == most:
+                break
+            waiting = 0.0 if state[GOAL] == wanted else state[WAITING] + dt
+            again = int(waiting / RETRY) != int(state[WAITING] / RETRY) and waiting > 0.0
             state[WAITING] = waiting
-            if again:
-                came = _change(motion, state, brakes, ends, chosen)
-                if came == NEEDS_TABLE:
-                    return came, np.empty((0, count))
-                if came == BRAKES:
-                    break
+        if again:
+            came = _change(motion, state, brakes, ends, chosen)
+            if came == NEEDS_TABLE:
+                return came, np.empty((0, count))
+        if at_once:
+            if most == 0:
+                return came, np.empty((0, count))
+            at_once = False
+            continue
+        if came == BRAKES:
+            break
         state[ELAPSED] += dt
         gone = ramp_state(state[GOAL], state[LENGTH], state[COEFFICIENTS:], state[ELAPSED])[3]
         state[TAU] = max(state[TAU], state[RAMP_TAU] + gone)
@@ -538,3 +552,36 @@ def brake_ahead(
     if came == AT_GOAL:
         rows[ticks] = goal
     return came, rows
+
+
+@compiled(array_of(float64, 2), array_of(float64, 2), float64, int64)
+def stop_joints(state: Floats, bounds: Floats, dt: float, most: int) -> Floats:
+    """Return where joints are (m, k) while each stops as soon as its limits allow, now and a tick apart.
+
+    Args:
+        state: (3, k) positions, velocities and accelerations, in rad or m, per s and s².
+        bounds: (4, k) least and greatest position, greatest acceleration and jerk. Rounding may have led past a
+            position's limit by as much as a float's last places.
+        dt: s, a tick.
+        most: greatest number of ticks.
+    """
+    count = state.shape[1]
+    brakes = np.empty((count, 3, 5))
+    ends = np.empty(count)
+    for j in range(count):
+        q, v, a = state[:, j]
+        acceleration = bounds[2, j]
+        jerk = bounds[3, j]
+        # It brakes against the velocity that it would have when its acceleration ended at once.
+        sign = 1.0 if v + 0.5 * a * abs(a) / jerk >= 0.0 else -1.0
+        speed = sign * v
+        slope = sign * a
+        peak = max(math.sqrt(max(jerk * speed + 0.5 * slope * slope, 0.0)), -slope)
+        phases = _with_peak(peak, speed, slope, acceleration, jerk)
+        ends[j], _ = _integrate(q, v, a, sign * jerk, phases, brakes[j])
+    rows = np.empty((1 + max(1, math.ceil(min(ends.max() / dt, float(most)))), count))
+    for row in range(rows.shape[0]):
+        for j in range(count):
+            q = _brake_at(brakes[j], min(row * dt, ends[j]))[0]
+            rows[row, j] = min(max(q, bounds[0, j]), bounds[1, j])
+    return rows

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -10,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.motion import online
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import ENDED, Phase, RunningMotion
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
@@ -157,14 +155,10 @@ def _rest(now: RunningMotion, override: float, dt: float) -> _Way | None:
         if ahead.at_goal:
             return _Way(ahead.positions, now.arrived, None)
         return _Way(ahead.positions, lambda: now, ahead.reached)
-    if not isinstance(now, SetpointMotion) or now.phase is not Phase.STOPPING:
+    if not isinstance(now, SetpointMotion):
         return None
-    way, _ = online.brake(now.now, now.bounds, dt)
-    count = math.ceil(way.duration / dt)
-    if not count:
-        return None
-    states = [now.now.q, *(way.at((row + 1) * dt).q for row in range(count))]
-    return _Way(now.positions(np.array(states)), lambda: now, None)
+    positions = now.stop_ahead(dt, LONGEST_BRAKE_TICKS)
+    return None if positions is None else _Way(positions, lambda: now, None)
 
 
 def going(state: State) -> frozenset[int]:

@@ -105,6 +105,8 @@ def test_an_export_that_is_interrupted_leaves_a_whole_file(run: Path) -> None:
 def test_what_cannot_be_exported_is_refused(run: Path, tmp_path: Path) -> None:
     with pytest.raises(virtualrobot.InvalidArgumentError, match="begin is 7 s; what is kept goes from 0 to 0"):
         export_run(run / "data", tmp_path / "run.mcap", begin=7.0)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"ends after it begins: from 0\.1 to 0\.04 s"):
+        export_run(run / "data", tmp_path / "run.mcap", begin=0.1, end=0.04)
     with pytest.raises(virtualrobot.InvalidArgumentError, match="is no recording"):
         export_run(run / "data", tmp_path / "run.txt")
     with pytest.raises(virtualrobot.KernelGoneError):

@@ -2,10 +2,18 @@
 
 import hashlib
 import threading
+from dataclasses import replace
+from pathlib import Path
 
+import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
+from virtualrobot_kernel.scenes.assets import check_assets
+from virtualrobot_kernel.world.commands import CreateNodes
+from virtualrobot_kernel.world.figures import Figure, Mesh
+
+from tests.unit.world.builders import after, empty, part
 
 
 def refused(call: object, *arguments: object) -> KernelError:
@@ -78,3 +86,41 @@ def test_many_threads_put_and_get() -> None:
         thread.join()
     assert not failures
     assert refused(store.put, b"one more").reason is Reason.TOO_LARGE  # each was counted once
+
+
+def test_what_is_put_into_a_folder_is_there_for_the_next_store(tmp_path: Path) -> None:
+    first = AssetStore(folder=tmp_path / "assets")
+    sha256 = first.put(b"mesh")
+    again = AssetStore(folder=tmp_path / "assets")
+    assert again.has(sha256) and again.has(sha256.upper()) and not again.has("0" * 64)
+    assert again.get(sha256) == b"mesh"
+    assert [file.name for file in (tmp_path / "assets").iterdir()] == [sha256]
+
+
+def test_a_damaged_file_of_the_folder_is_named_and_not_taken(tmp_path: Path) -> None:
+    sha256 = AssetStore(folder=tmp_path).put(b"mesh")
+    (tmp_path / sha256).write_bytes(b"mess")
+    error = refused(AssetStore(folder=tmp_path).get, sha256)
+    assert error.reason is Reason.MALFORMED_ASSET and str(tmp_path / sha256) in str(error)
+
+
+def test_a_name_that_leads_out_of_the_folder_is_no_asset(tmp_path: Path) -> None:
+    (tmp_path / "secret").write_bytes(b"x")
+    store = AssetStore(folder=tmp_path / "assets")
+    assert not store.has("../secret")
+    assert refused(store.get, "../secret").reason is Reason.MALFORMED_ASSET
+
+
+def test_a_world_whose_mesh_is_gone_is_refused_by_node_and_file(tmp_path: Path) -> None:
+    store = AssetStore(folder=tmp_path / "assets")
+    origin = tmp_path / "cup.stl"
+    origin.write_bytes(b"solid cup")
+    mesh = Mesh(str(origin), store.put(b"solid cup"))
+    world = after(empty(), CreateNodes((replace(part("cup", np.eye(4)), figures=(Figure(mesh),)),))).structure
+    (tmp_path / "assets" / mesh.sha256).unlink()
+    check_assets(world, AssetStore(folder=tmp_path / "assets"))
+    assert (tmp_path / "assets" / mesh.sha256).read_bytes() == b"solid cup", "taken anew from where it came from"
+    (tmp_path / "assets" / mesh.sha256).unlink()
+    origin.write_bytes(b"another cup")
+    error = refused(check_assets, world, AssetStore(folder=tmp_path / "assets"))
+    assert "'cup'" in str(error) and "cup.stl" in str(error) and mesh.sha256 in str(error)

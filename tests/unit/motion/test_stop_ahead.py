@@ -6,7 +6,8 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.motion import brake, plan_execution
+from virtualrobot_kernel.motion import brake, online, plan_execution
+from virtualrobot_kernel.motion.online import Bounds, JointState
 from virtualrobot_kernel.motion.path_law import TimeLaw
 from virtualrobot_kernel.motion.plan import Plan, plan_ptp
 from virtualrobot_kernel.motion.plan_execution import PlanExecution
@@ -139,3 +140,20 @@ def test_the_stop_of_a_program_ends_at_the_goal_of_its_stage() -> None:
     assert ahead is not None and ahead.at_goal
     np.testing.assert_array_equal(ahead.positions[-1], plan.goal)
     assert run.arrived().phase is Phase.SUCCEEDED
+
+
+def test_joints_that_follow_setpoints_stop_as_ruckig_has_them_stop(rng: np.random.Generator) -> None:
+    for _ in range(200):
+        limits = random_limits(rng, 3)
+        share = rng.choice([0.0, 1.0, -1.0, rng.uniform(-1.0, 1.0)], (2, 3))
+        now = JointState(
+            tuple(rng.uniform(0.5 * limits.lower, 0.5 * limits.upper).tolist()),
+            tuple((share[0] * limits.velocity).tolist()),
+            tuple((share[1] * limits.acceleration).tolist()),
+        )
+        bounds = Bounds.of(limits, ())
+        rows = brake.joints_stop_ahead(now, bounds[:4], TICK, MOST)
+        way, _ = online.brake(now, bounds, TICK)
+        assert abs(len(rows) - 1 - way.duration / TICK) < 1.0 + 1e-9
+        wanted = np.array([way.at(row * TICK).q for row in range(len(rows))])
+        np.testing.assert_allclose(rows, wanted, rtol=0.0, atol=1e-12)

@@ -19,7 +19,7 @@ from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import CreateSignal, PauseMotion, ResumeMotion, SetSpeedFactor
 from virtualrobot_kernel.world.journal import MemoryJournal, replay
-from virtualrobot_kernel.world.state import Signal, State
+from virtualrobot_kernel.world.state import Motion, Signal, State
 from virtualrobot_kernel.world.store import World
 
 from tests.unit.journals import entries_of
@@ -56,9 +56,12 @@ def planned(world: World, end: PlannedRun | None, *steps: Step, last: bool = Fal
 
 
 def running(world: World) -> ProgramRun:
-    run = world.snapshot.state.motions[0].running
-    assert isinstance(run, ProgramRun)
-    return run
+    return running_of(world.snapshot.state.motions[0])
+
+
+def running_of(motion: Motion) -> ProgramRun:
+    assert isinstance(motion.running, ProgramRun)
+    return motion.running
 
 
 def test_appends_are_replayed_and_keep_limits(world: World, rng: np.random.Generator) -> None:
@@ -86,6 +89,9 @@ def test_appends_are_replayed_and_keep_limits(world: World, rng: np.random.Gener
     np.testing.assert_array_equal(again.q, last.q)
     np.testing.assert_array_equal(again.v, last.v)
     assert [one.end_tick for one in again.ended] == [one.end_tick for one in last.ended]
+    stages = [stage for one in last.ended for stage in running_of(one).program.stages]
+    times = [time for stage in stages for time, *_ in (*stage.steps, *stage.marks)]
+    assert {type(time) for time in times} == {float}  # of no other kind, which journals would have to tell apart
     q, v = (np.array([getattr(state, name) for state in seen])[:, :2] for name in "qv")
     assert np.abs(v).max() <= LIMITS.velocity * (1.0 + 1e-6)
     acceleration = np.diff(v, axis=0) / TICK

@@ -16,10 +16,11 @@ if TYPE_CHECKING:
 
 
 @contextmanager
-def in_kernel(target: Target, headless: bool, speed: float | None) -> Iterator[Client]:
+def in_kernel(target: Target, headless: bool, speed: float | None, *options: str) -> Iterator[Client]:
     """Give a client of the kernel that `target` names by address, or else of one that ends at the end of the block.
 
-    `speed` is that of its clock; None leaves it. Ctrl-C and SIGTERM end the command with 130.
+    `speed` is that of its clock; None leaves it. `options` are more ones of `virtualrobot serve`, for one of
+    its own. Ctrl-C and SIGTERM end the command with 130.
     """
     from virtualrobot.kernel_process import KernelProcess
 
@@ -30,7 +31,7 @@ def in_kernel(target: Target, headless: bool, speed: float | None) -> Iterator[C
                 yield client
             return
         click.echo("starting the kernel ...")
-        with KernelProcess(headless=headless, say=click.echo) as kernel:
+        with KernelProcess(*options, headless=headless, say=click.echo) as kernel:
             click.echo(f"kernel at {kernel.address}")
             with _connected(Target(kernel.address), speed) as client:
                 yield client

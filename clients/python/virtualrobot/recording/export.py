@@ -79,5 +79,8 @@ def _ticks(clock: ClockState, begin: float | None, end: float | None) -> tuple[i
     first = first if begin is None else max(first, math.floor(begin / clock.tick_length + 0.5))
     last = last if end is None else min(last, math.floor(end / clock.tick_length + 0.5))
     if last < first:
-        raise InvalidArgumentError(f"an export ends after it begins: from {begin:g} to {end:g} s is nothing")
+        seconds = first * clock.tick_length, last * clock.tick_length
+        raise InvalidArgumentError(
+            f"an export ends after it begins: from {seconds[0]:g} to {seconds[1]:g} s is nothing"
+        )
     return first, last

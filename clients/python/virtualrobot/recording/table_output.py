@@ -171,8 +171,9 @@ class TableOutput:
             yield Column(f"{state.name}/tcp/{name}", unit, float), topics.tool_center_point(state.name), value
 
     def take(self, watch: str, message: Any) -> None:  # noqa: ANN401 what the watch tells
-        """Take what one of the watches tells."""
-        getattr(self, watch)(message)
+        """Take what one of the watches tells, each of which has a thread of its own."""
+        with self._lock:
+            getattr(self, watch)(message)
 
     def robots(self, message: robot_pb2.WatchRobotStatesResponse) -> None:
         """Take states of robots; what is gone has no values any more."""
@@ -224,11 +225,10 @@ class TableOutput:
         if not cells:
             return
         seconds = message.stamp.simulation_time_seconds
-        with self._lock:
-            self._taken += 1
-            heapq.heappush(self._waiting, (message.stamp.tick, self._taken, seconds, cells))
-            self._newest = max(self._newest, seconds)
-            self._write(self._newest - _LATE_SECONDS)
+        self._taken += 1
+        heapq.heappush(self._waiting, (message.stamp.tick, self._taken, seconds, cells))
+        self._newest = max(self._newest, seconds)
+        self._write(self._newest - _LATE_SECONDS)
 
     def _write(self, until: float) -> None:
         """Write the rows of all ticks before a time."""

@@ -68,7 +68,7 @@ class Selection:
 
     def check(self, known: Iterable[str]) -> None:
         """Raise UnknownNameError for what fits none of these topics, unless it is a pattern that later ones may fit."""
-        names = list(known)
+        names = list(dict.fromkeys(known))
         for pattern in self.patterns:
             later = _literal(pattern) != pattern and _literal(pattern).startswith(_GROUPS)
             if not (later or any(fnmatchcase(name, pattern) for name in names)):

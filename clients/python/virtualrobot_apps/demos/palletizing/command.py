@@ -20,13 +20,22 @@ from virtualrobot.cli.own_kernel import in_kernel
     metavar="FILE",
     help="Film it, .mp4 or .gif: 25 pictures a second of simulation time.",
 )
+@click.option(
+    "--data",
+    type=click.Path(path_type=Path, file_okay=False),
+    metavar="DIR",
+    help="Keep the cell in a folder, and go on there the next time.",
+)
 @target_options
-def demo(target: Target, loop: bool, headless: bool, speed: float | None, film: Path | None) -> None:
+def demo(target: Target, loop: bool, headless: bool, speed: float | None, film: Path | None, data: Path | None) -> None:
     """Watch an iiwa and a Panda palletize the boxes of a conveyor.
 
     Starts a kernel of its own and ends it; with --address the demo replaces the world of a kernel that runs already.
     """
     from virtualrobot_apps.demos.palletizing import palletize as app
 
-    with in_kernel(target, headless, speed) as client:
-        app.main(client, loop=loop, headless=headless, film=film)
+    if data is not None and target.address is not None:
+        raise click.UsageError("--data is for a kernel of the demo's own, --address for one that runs already")
+    options = () if data is None else ("--data", str(data))
+    with in_kernel(target, headless, speed, *options) as client:
+        app.main(client, loop=loop, headless=headless, film=film, resume=data is not None)
