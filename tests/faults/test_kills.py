@@ -39,7 +39,7 @@ class KilledWorld(WorldOfFaults):
 
     def __init__(self) -> None:
         """Connect to the kernel that runs."""
-        type(self).connect = staticmethod(lambda: Stubs(self.kernels[0].channel(APART)))
+        self.connect = lambda: Stubs(self.kernels[0].channel(APART))
         super().__init__()
 
     @rule()
@@ -51,7 +51,7 @@ class KilledWorld(WorldOfFaults):
         (kernel,) = self.kernels
         os.kill(kernel.process.pid, signal.SIGKILL)
         kernel.process.wait(GUARD)
-        self.kernels[0] = type(self).started()
+        self.kernels[0] = self.started()
         for client in (*self.clients, self.watcher):
             client.vanish()
         self.watcher, self.clients = Client(self.connect), [Client(self.connect) for _ in self.clients]
