@@ -71,11 +71,11 @@ def export_run(
 def _ticks(clock: ClockState, begin: float | None, end: float | None) -> tuple[int, int]:
     """Return the first and the last tick of an export."""
     assert clock.recorded is not None  # it is a replay's
-    kept = tuple(tick * clock.tick_length for tick in clock.recorded)
+    kept = clock.recorded
     for name, seconds in (("begin", begin), ("end", end)):
         if seconds is not None and not kept[0] - clock.tick_length <= seconds <= kept[1] + clock.tick_length:
             raise InvalidArgumentError(f"{name} is {seconds:g} s; what is kept goes from {kept[0]:g} to {kept[1]:g} s")
-    first, last = clock.recorded
+    first, last = (round(seconds / clock.tick_length) for seconds in kept)
     first = first if begin is None else max(first, math.floor(begin / clock.tick_length + 0.5))
     last = last if end is None else min(last, math.floor(end / clock.tick_length + 0.5))
     if last < first:
