@@ -44,8 +44,9 @@ def export_run(
         options: those of `Client.record`.
 
     Raises:
-        InvalidArgumentError: when the folder tells nothing of such times, or the file cannot be written.
-        KernelGoneError: when there is no such folder, or it cannot be read; the replay has said why.
+        InvalidArgumentError: when there is no such folder, it tells nothing of such times, or the file cannot be
+            written.
+        KernelGoneError: when the folder cannot be read; the replay has said why.
 
     Example:
         >>> from virtualrobot.recording.export import export_run
@@ -53,6 +54,8 @@ def export_run(
     """
     check_options(options, RecordingOptions, "a recording")
     checked_path(path, options)  # before a kernel is started for nothing
+    if not (Path(folder) / "project.json").is_file():
+        raise InvalidArgumentError(f"{folder} is no project folder, it has no project.json")
     rate = options.pop("rate", None)
     with KernelProcess(headless=True, replay=folder) as kernel, connect(kernel.address) as client:
         clock = client.clock.read()
