@@ -25,6 +25,7 @@ from tests.kernels import KernelProcess, StartKernel
 
 pytestmark = pytest.mark.long
 
+PAGE = Path(__file__).parents[2] / "docs" / "history.md"
 SEEN = (0, 100, 150, 260, 400)
 GOAL = (0.5, -0.5, 0.5, 0.1, 0.2, 0.3, 0.4)
 
@@ -88,7 +89,7 @@ def told(*arguments: object) -> tuple[int, str]:
 
 def test_it_is_at_each_moment_what_was(replay: Client, past: Past) -> None:
     """By seeking, back and forth, and by steps."""
-    assert replay.clock.read().recorded == (0, 400)
+    assert replay.clock.read().recorded == (0.0, 1.6)
     for tick in (260, 100, 400, 0, 150):
         state = replay.clock.seek(tick * 0.004)
         assert (state.stamp.tick, state.mode) == (tick, "stepped")
@@ -100,9 +101,9 @@ def test_it_is_at_each_moment_what_was(replay: Client, past: Past) -> None:
     assert replay.scene.pose("crate")[1, 3] == 0.0
     replay.clock.step(1)
     assert replay.scene.pose("crate")[1, 3] == 0.5
-    with pytest.raises(WrongStateError, match="the record ends 0 ticks from here, with tick 400"):
+    with pytest.raises(WrongStateError, match=r"the record ends 0 ticks from here, at 1\.6 s"):
         replay.clock.step(1)
-    with pytest.raises(InvalidArgumentError, match="the record has the ticks 0 to 400, not 500"):
+    with pytest.raises(InvalidArgumentError, match=r"the record goes from 0 s to 1\.6 s, not to 2 s"):
         replay.clock.seek(2.0)
 
 
@@ -113,8 +114,24 @@ def test_its_sensors_are_cast_anew_and_pictures_taken(replay: Client) -> None:
     assert replay.view.capture(size=(160, 120), format="raw").pixels.shape[:2] == (120, 160)
     before = replay.clock.read().stamp.tick
     code, text = told("clock", "--at", "0.6", "--address", replay.address)
-    assert (code, text) == (0, "stepped: time goes on by steps; 0.600 s, tick 150 of 0 to 400\n")
+    assert (code, text) == (0, "stepped: time goes on by steps; 0.600 s of 0.000 to 1.600 s, tick 150\n")
     assert before == 100
+
+
+def test_the_page_shows_a_replay(replay: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """What docs/history.md says of it is run, within the times of this one and slowly enough not to reach its end."""
+    code = (
+        PAGE.read_text("utf-8").partition("<!-- not run: it needs a folder")[2].split("```")[1].removeprefix("python")
+    )
+    for said, here in (("seek(12.5)", "seek(0.4)"), ("set_realtime(2.0)", "set_realtime(0.01)"), ("250", "50")):
+        assert said in code
+        code = code.replace(said, here)
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(virtualrobot, "connect", lambda: replay)
+    names: dict[str, object] = {"virtualrobot": virtualrobot}
+    exec(code, names)
+    assert (names["first"], names["last"]) == (0.0, 1.6)
+    assert (tmp_path / "then.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_nothing_changes_it(replay: Client) -> None:

@@ -35,7 +35,7 @@ class ClockState:
         tick_length: length of a tick (s).
         real_time_factor: simulated seconds for each second of the wall clock that were reached lately.
         late_ticks: ticks that began late since the kernel started.
-        recorded: of a replay: its first and its last tick; else None.
+        recorded: of a replay: its first and its last moment (s of simulation time), as `seek` takes them; else None.
     """
 
     stamp: Stamp
@@ -44,7 +44,7 @@ class ClockState:
     tick_length: float
     real_time_factor: float
     late_ticks: int
-    recorded: tuple[int, int] | None = None
+    recorded: tuple[float, float] | None = None
 
 
 @shown
@@ -134,7 +134,8 @@ class Clock:
         """Go to a moment of a replay (`virtualrobot replay`), back or forth; return the clock there.
 
         Args:
-            simulation_time: seconds of simulation time, rounded to the next tick. `read().recorded` has the ticks.
+            simulation_time: seconds of simulation time, rounded to the next tick. `read().recorded` has the
+                first and the last one.
 
         Raises:
             InvalidArgumentError: when the replay has no such moment.
@@ -206,12 +207,14 @@ def _state(
     | kernel_pb2.WatchClockResponse,
 ) -> ClockState:
     clock = response.clock
+    tick_length = clock.tick_nanoseconds / 1e9
+    ticks = (clock.recorded.first_tick, clock.recorded.last_tick) if clock.HasField("recorded") else None
     return ClockState(
         stamp_of(response.stamp),
         _MODES.get(clock.mode, "unknown"),
         clock.speed_factor,
-        clock.tick_nanoseconds / 1e9,
+        tick_length,
         clock.real_time_factor,
         clock.late_ticks,
-        (clock.recorded.first_tick, clock.recorded.last_tick) if clock.HasField("recorded") else None,
+        ticks and (ticks[0] * tick_length, ticks[1] * tick_length),
     )

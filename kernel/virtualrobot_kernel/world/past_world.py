@@ -95,18 +95,25 @@ class PastWorld(World):
         first, last = self._recorded.first_tick, self._recorded.last_tick
         if not first <= tick <= last:
             raise KernelError(
-                f"the record has the ticks {first} to {last}, not {tick}", tick=tick, first_tick=first, last_tick=last
+                f"the record goes from {self._seconds(first)} to {self._seconds(last)}, not to {self._seconds(tick)}",
+                tick=tick,
+                first_tick=first,
+                last_tick=last,
             )
         change = self._past.at(tick)
         self._jumps += 1
         self._show(change)
         return self.snapshot
 
+    def _seconds(self, tick: int) -> str:
+        """Return the moment of a tick for people; clients seek by seconds."""
+        return f"{tick * self.clock.tick_seconds:.9g} s"
+
     def _step(self, ticks: int) -> Snapshot:
         left = self._recorded.last_tick - self.snapshot.state.tick
         if ticks > left:
             raise KernelError(
-                f"the record ends {left} ticks from here, with tick {self._recorded.last_tick}",
+                f"the record ends {left} ticks from here, at {self._seconds(self._recorded.last_tick)}",
                 reason=Reason.WRONG_STATE,
                 ticks=ticks,
                 left=left,

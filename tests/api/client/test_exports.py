@@ -109,6 +109,13 @@ def test_what_cannot_be_exported_is_refused(run: Path, tmp_path: Path) -> None:
         export_run(run / "data", tmp_path / "run.mcap", begin=0.1, end=0.04)
     with pytest.raises(virtualrobot.InvalidArgumentError, match="is no recording"):
         export_run(run / "data", tmp_path / "run.txt")
-    with pytest.raises(virtualrobot.KernelGoneError):
-        export_run(tmp_path, tmp_path / "run.mcap")
     assert not list(tmp_path.iterdir())
+
+
+def test_what_is_no_folder_is_refused_in_one_line(tmp_path: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["export", str(tmp_path), str(tmp_path / "run.mcap")])
+    said = capfd.readouterr().err
+    assert ended.value.code != 0 and not list(tmp_path.iterdir())
+    assert said.count("\n") == 1 and f"{tmp_path} is no project folder, it has no project.json" in said
+    assert "replay" not in said

@@ -209,5 +209,5 @@ def clock(target: Target, mode: str | None, speed: float | None, at: float | Non
             client.clock.set_realtime(1.0 if speed is None else speed)
         now = client.clock.read()
         runs = f"{now.speed_factor:g} times the wall clock" if now.mode == "realtime" else "time goes on by steps"
-        of = "" if now.recorded is None else f" of {now.recorded[0]} to {now.recorded[1]}"
-        click.echo(f"{now.mode}: {runs}; {now.stamp.simulation_time:.3f} s, tick {now.stamp.tick}{of}")
+        of = "" if now.recorded is None else f" of {now.recorded[0]:.3f} to {now.recorded[1]:.3f} s"
+        click.echo(f"{now.mode}: {runs}; {now.stamp.simulation_time:.3f} s{of}, tick {now.stamp.tick}")

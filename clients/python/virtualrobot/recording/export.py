@@ -44,8 +44,9 @@ def export_run(
         options: those of `Client.record`.
 
     Raises:
-        InvalidArgumentError: when the folder tells nothing of such times, or the file cannot be written.
-        KernelGoneError: when there is no such folder, or it cannot be read; the replay has said why.
+        InvalidArgumentError: when there is no such folder, it tells nothing of such times, or the file cannot be
+            written.
+        KernelGoneError: when the folder cannot be read; the replay has said why.
 
     Example:
         >>> from virtualrobot.recording.export import export_run
@@ -53,6 +54,8 @@ def export_run(
     """
     check_options(options, RecordingOptions, "a recording")
     checked_path(path, options)  # before a kernel is started for nothing
+    if not (Path(folder) / "project.json").is_file():
+        raise InvalidArgumentError(f"{folder} is no project folder, it has no project.json")
     rate = options.pop("rate", None)
     with KernelProcess(headless=True, replay=folder) as kernel, connect(kernel.address) as client:
         clock = client.clock.read()
@@ -71,11 +74,11 @@ def export_run(
 def _ticks(clock: ClockState, begin: float | None, end: float | None) -> tuple[int, int]:
     """Return the first and the last tick of an export."""
     assert clock.recorded is not None  # it is a replay's
-    kept = tuple(tick * clock.tick_length for tick in clock.recorded)
+    kept = clock.recorded
     for name, seconds in (("begin", begin), ("end", end)):
         if seconds is not None and not kept[0] - clock.tick_length <= seconds <= kept[1] + clock.tick_length:
             raise InvalidArgumentError(f"{name} is {seconds:g} s; what is kept goes from {kept[0]:g} to {kept[1]:g} s")
-    first, last = clock.recorded
+    first, last = (round(seconds / clock.tick_length) for seconds in kept)
     first = first if begin is None else max(first, math.floor(begin / clock.tick_length + 0.5))
     last = last if end is None else min(last, math.floor(end / clock.tick_length + 0.5))
     if last < first:
