@@ -119,7 +119,7 @@ def _picked(command: commands.PickPart, done: Done) -> Iterable[Phrase]:
 
 def _placed(command: commands.PlacePart, done: Done) -> Iterable[Phrase]:
     where = f" on {command.parent!r}" if command.parent else ""
-    yield Phrase("placed", repr(command.part) if command.part else "", f"{where} with {command.robot!r}".lstrip())
+    yield Phrase("placed", repr(command.part) if command.part else "", f"{where} with {command.robot!r}")
 
 
 def _put(command: commands.SetJointPositions, done: Done) -> Iterable[Phrase]:

@@ -210,7 +210,13 @@ class Steps:
     def _known(self, number: int, mine: Mine | None, what: str) -> Step:
         step = self.store.get(number) if number <= self.store.last else None
         if step is None:
-            gone = "is not kept any more" if 0 < number <= self.store.forgotten else "is no step of this history"
+            if number < 1:
+                raise KernelError(
+                    f"step {number} is no step of this history; they are numbered from 1 on",
+                    reason=Reason.WRONG_STATE,
+                    step=number,
+                )
+            gone = "is not kept any more" if number <= self.store.forgotten else "is no step of this history"
             raise KernelError(f"step {number} {gone}", reason=Reason.WRONG_STATE, step=number)
         if mine is not None and not mine(step.author):
             raise KernelError(

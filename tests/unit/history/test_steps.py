@@ -130,6 +130,10 @@ def test_every_command_has_a_label() -> None:
         ((commands.RunSensors((), False),), "stopped all sensors"),
         ((commands.SetToolState("left_gripper", "closed"),), "set the tool 'left_gripper' to 'closed'"),
         ((commands.StopMotions(("left",)),), "stopped 'left'"),
+        (
+            (commands.PickPart("left", max_distance=9.0), commands.PlacePart("left", parent="table")),
+            "picked 'part_3' with 'left', placed on 'table' with 'left'",
+        ),
     ],
 )
 def test_labels_say_what_was_done(desk: Desk, batch: tuple[Command, ...], label: str) -> None:
@@ -212,6 +216,8 @@ def test_what_cannot_be_undone_says_why(desk: Desk) -> None:
         desk.undo(number=3)
     with pytest.raises(KernelError, match="step 9 is no step of this history"):
         desk.undo(number=9)
+    with pytest.raises(KernelError, match="step 0 is no step of this history; they are numbered from 1 on"):
+        desk.undo(number=0)
 
 
 def test_what_is_undone_is_not_undone_again(desk: Desk) -> None:
