@@ -5,17 +5,20 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
+from collections.abc import Sequence
 
 import grpc
 import psutil
 import pytest
 from virtualrobot.v1 import lease_pb2, motion_pb2, nodes_pb2, robot_pb2, scene_pb2
+from virtualrobot_kernel.history.journal import Told
 
 from tests.api.asking import IIWA, PANDA, apply, create, ended, joints, load, refusal, start
 from tests.api.leasing import Holder, all_free
 from tests.api.moving import ABORTED, RUNNING, SUCCEEDED, TICK, finished, motion
 from tests.api.reading import state, step
 from tests.api.streaming import FIRST, POSITION, SECOND, VELOCITY, Sender
+from tests.inside import kernel_inside
 from tests.kernels import EMPTY_SCENE, KernelProcess, Stubs
 
 STOPPING = motion_pb2.MOTION_PHASE_STOPPING
@@ -94,6 +97,36 @@ def test_a_refused_setpoint_ends_the_stream_and_stops_smoothly(
     assert stopping.end_reason == refused.message
     assert finished(stepped, stream.id).phase == ABORTED
     assert not any(state(stepped, "arm").velocities)
+
+
+class Held:
+    """Keeper of the journal that waits until it may."""
+
+    def __init__(self) -> None:
+        """May keep everything at first."""
+        self.may = threading.Event()
+        self.may.set()
+
+    def keep(self, told: Sequence[Told]) -> None:
+        """Keep entries, once it may."""
+        assert self.may.wait(60.0)
+
+
+def test_a_refusal_is_told_though_the_motion_has_ended_before_its_stop_is_kept() -> None:
+    held = Held()
+    with kernel_inside(held) as (_, address), grpc.insecure_channel(address) as channel:
+        stubs = Stubs(channel)
+        load(stubs, IIWA, "arm")
+        stream = Sender(stubs, mode=POSITION, timeout_seconds=LONG)
+        held.may.clear()
+        stream.send(4.0)
+        while motion(stubs, stream.id).phase == RUNNING:
+            threading.Event().wait(0.01)
+        step(stubs, 10)
+        assert motion(stubs, stream.id).phase == ABORTED
+        threading.Timer(0.5, held.may.set).start()
+        refused = refusal(stream.rest)
+        assert (refused.reason, refused.metadata["joint"]) == ("LIMIT_EXCEEDED", FIRST)
 
 
 def test_impossible_targets_are_refused(stepped: Stubs) -> None:
@@ -255,6 +288,7 @@ def test_a_stream_without_a_lease_ends_when_somebody_leases_the_robot(kernel: Ke
     stream = Sender(stubs, timeout_seconds=LONG)
     stream.give(0.1)
     ada = stubs.lease.AcquireLease(lease_pb2.AcquireLeaseRequest(robots=["arm"], owner="Ada"))
-    assert refusal(lambda: stream.give(0.1)).metadata["owner"] == "Ada"
+    stream.send(0.1)  # counted as given, perhaps, before it is refused
+    assert refusal(stream.rest).metadata["owner"] == "Ada"
     assert ended(stubs, stream.id).end_cause == motion_pb2.END_CAUSE_LEASE_TAKEN
     stubs.lease.ReleaseLease(lease_pb2.ReleaseLeaseRequest(token=ada.token))

@@ -67,6 +67,8 @@ async def stream_setpoints(
             if motion.running.ended:
                 break
             snapshot = await _later(feed.news(snapshot), working)
+        if motion.cancellation and motion.cancellation.cause is EndCause.SETPOINT_REFUSED:
+            await asyncio.gather(*working)  # what has refused it says why, once its stop is kept
         if motion.cancellation and motion.cancellation.cause in LEASE_LOST:
             kernel.leases.check(snapshot, robots, tokens)
     finally:
