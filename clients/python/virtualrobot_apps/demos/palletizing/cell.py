@@ -77,6 +77,9 @@ STATIONS = (
     Station("panda", *SMALL, -0.625, 2, -np.pi / 2, 0.02, 0.70, ("closed", "open"), FINGERS),
 )
 
+HOME = "home"
+"""Posture of an arm in which it begins and ends."""
+
 
 def load(client: Client) -> None:
     """Replace the world by the cell; without PyBullet, which has no wheel from Python 3.12 on, with arms of rtb-data.
@@ -95,6 +98,8 @@ def load(client: Client) -> None:
     client.view.background = "#e8edf2"
     client.view.grid = False
     client.view.set_camera(position=(0.95, -2.75, 1.85), target=(-0.2, 0.41, 0.43), field_of_view=0.68)
+    for station in STATIONS:  # so that an arm that was stopped anywhere finds back
+        client.robot(station.robot).postures.add(HOME, replace=True)
 
 
 def limit_speeds(client: Client, robot: str, speeds: ArrayLike) -> None:

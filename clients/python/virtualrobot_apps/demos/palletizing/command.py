@@ -33,9 +33,11 @@ def demo(target: Target, loop: bool, headless: bool, speed: float | None, film: 
     Starts a kernel of its own and ends it; with --address the demo replaces the world of a kernel that runs already.
     """
     from virtualrobot_apps.demos.palletizing import palletize as app
+    from virtualrobot_apps.demos.palletizing import resuming
 
     if data is not None and target.address is not None:
         raise click.UsageError("--data is for a kernel of the demo's own, --address for one that runs already")
     options = () if data is None else ("--data", str(data))
     with in_kernel(target, headless, speed, *options) as client:
-        app.main(client, loop=loop, headless=headless, film=film, resume=data is not None)
+        begun = None if data is None else resuming.begun(client)
+        app.main(client, loop=loop, headless=headless, film=film, begun=begun)

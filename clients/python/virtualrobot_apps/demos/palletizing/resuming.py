@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from virtualrobot import Client
+from virtualrobot import Client, pose
 
-from virtualrobot_apps.demos.palletizing.cell import STATIONS, Station
-
-HOME = "home"
-"""Posture of an arm in which it begins and ends."""
+from virtualrobot_apps.demos.palletizing.cell import HOME, STATIONS, Station
+from virtualrobot_apps.demos.palletizing.handling import box_program
+from virtualrobot_apps.demos.palletizing.palletize import COLUMNS, PATIENCE, PITCH, ROWS, TELLING, Begun, now, tell
 
 
 @dataclass(frozen=True)
@@ -24,10 +24,13 @@ class Done:
     waits: bool
 
 
-def remember_home(client: Client) -> None:
-    """Keep where the arms stand, so that one that was stopped anywhere finds back."""
-    for station in STATIONS:
-        client.robot(station.robot).postures.add(HOME, replace=True)
+def begun(client: Client, layers: int = 3) -> Begun | None:
+    """Return how a cell that stands there is gone on with; None where there is none, or its pallets are full."""
+    if not is_begun(client, COLUMNS * ROWS * layers):
+        return None
+    # Counted once: later one arm may have placed a box that the other one has not told yet.
+    placed = sum(done(client, station, 0).placed for station in STATIONS)
+    return Begun(finish_move, partial(palletize_rest, before=placed))
 
 
 def is_begun(client: Client, count: int) -> bool:
@@ -72,3 +75,40 @@ def places(station: Station, columns: int, rows: int, layers: int) -> Sequence[n
                 place[:3, 3] = cos * x - sin * y, sin * x + cos * y, height / 2 + layer * height
                 found.append(place)
     return found
+
+
+def finish_move(client: Client, count: int) -> int:
+    """Bring the belt to the end of a move that it had begun, say which boxes wait there, and return the move."""
+    conveyor, move = client.robot("conveyor"), moves_begun(client, PITCH)
+    client.collisions.allowed.change(
+        pair for station in STATIONS for number in range(1, min(move, count) + 1) for pair in station.touches(number)
+    )
+    client.program().move(conveyor.ptp({"belt": move * PITCH})).start(wait=False).wait(timeout=PATIENCE)
+    waiting = {f"box_at_{one.robot}": done(client, one, move).waits for one in STATIONS}
+    client.signals.set({"conveyor_running": False, **waiting})
+    return move
+
+
+def palletize_rest(
+    client: Client, station: Station, layers: int, cycles: dict[str, list[float]], before: int = 0
+) -> None:
+    """Have an arm that was stopped anywhere fill the rest of its pallet, box by box, and tell of each its seconds.
+
+    `before` is how many boxes both pallets had when it was gone on.
+    """
+    robot, pallet, let_go = client.robot(station.robot), f"pallet-{station.robot}", station.tool_states[1]
+    tcp = robot.tcp
+    here = done(client, station, 0)
+    if (up := station.travel_height - tcp[2, 3]) > 0.0:
+        client.program().move(robot.linear(pose(z=up) @ tcp)).start(wait=False).wait(timeout=PATIENCE)
+    if not here.holds:
+        client.program().tool_state(robot, let_go).start(wait=False).wait(timeout=PATIENCE)
+    holds, total = here.holds, len(STATIONS) * COLUMNS * ROWS * layers
+    for place in places(station, COLUMNS, ROWS, layers)[here.placed :]:
+        begin = now(client)
+        box_program(client, station, pallet, place, holds).start(wait=False).wait(timeout=PATIENCE)
+        holds = False
+        with TELLING:
+            tell(station, now(client) - begin, cycles, total, before)
+    program = client.program().move(robot.ptp(robot.postures[HOME])).set(f"pallet_full_{station.robot}")
+    program.start(wait=False).wait(timeout=PATIENCE)
