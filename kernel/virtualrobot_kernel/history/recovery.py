@@ -6,7 +6,7 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.codec import Codec
-from virtualrobot_kernel.history.store import Row, Store
+from virtualrobot_kernel.history.store import CheckpointRow, Row, Store
 from virtualrobot_kernel.history.upkeep import Moment
 from virtualrobot_kernel.history.world_image import WorldImage
 from virtualrobot_kernel.world import index
@@ -30,6 +30,12 @@ def image(store: Store, codec: Codec, id: int) -> WorldImage:
         raise KernelError(f"there is no checkpoint {id}", reason=Reason.UNKNOWN_NAME, checkpoint=id)
     bodies = dict(zip(found.parts, store.parts(found.parts), strict=True))
     return codec.decode(found.body, bodies.__getitem__)
+
+
+def moment_of(store: Store, codec: Codec, head: CheckpointRow) -> Moment:
+    """Return the moment of a checkpoint; raise KernelError when it is damaged."""
+    world = image(store, codec, head.id)
+    return Moment(head.seq, world.structure, world.state)
 
 
 def entry(row: Row, codec: Codec) -> Entry:
@@ -74,11 +80,9 @@ def _begin(store: Store, codec: Codec) -> tuple[Moment, list[str]]:
         if head.seq < store.forgotten:
             break  # what came right after it is not kept any more
         try:
-            world = image(store, codec, head.id)
+            return moment_of(store, codec, head), warnings
         except KernelError as error:
             warnings.append(f"the checkpoint {head.id} can't be read, and the one before it is taken: {error}")
-            continue
-        return Moment(head.seq, world.structure, world.state), warnings
     if store.forgotten:
         raise store.damaged(f"no checkpoint can be read, and the entries up to {store.forgotten} were thinned out")
     return empty_world(), warnings

@@ -11,14 +11,16 @@ import time
 from bisect import bisect_right, insort
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history.codec import Codec
-from virtualrobot_kernel.history.recovery import empty_world, entry, image
-from virtualrobot_kernel.history.store import CheckpointRow, Row, Store
+from virtualrobot_kernel.history.recovery import empty_world, entry, moment_of
+from virtualrobot_kernel.history.store import Row, Store
 from virtualrobot_kernel.history.upkeep import Moment
 from virtualrobot_kernel.world.apply import apply
-from virtualrobot_kernel.world.change import Forward
+from virtualrobot_kernel.world.change import Change, Forward
+from virtualrobot_kernel.world.journal import waited
 from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tick import advance
@@ -60,7 +62,9 @@ class Replay:
         """Entries that could not be repeated, in words by their number."""
         if not store.forgotten:
             self._kept.append(_Kept(0, 0, empty_world))
-        self._kept += (_Kept(head.tick, head.seq, self._of_checkpoint(head)) for head in store.checkpoints())
+        self._kept += (
+            _Kept(head.tick, head.seq, partial(moment_of, store, codec, head)) for head in store.checkpoints()
+        )
         self._kept = sorted((one for one in self._kept if one.number >= store.forgotten), key=lambda one: one.place)
         if not self._kept:
             raise store.damaged(f"the entries up to {store.forgotten} were thinned out, and no checkpoint is left")
@@ -95,9 +99,13 @@ class Replay:
                 self._keep(cursor.moment)
                 began = time.thread_time()
 
-    def ticked(self, state: State, structure: Structure) -> State:
+    def ticked(self, structure: Structure, state: State) -> State:
         """Return a state one tick later."""
         return advance(structure, state, self._tick_seconds, self._forward)
+
+    def waited(self, structure: Structure, state: State, tick: int) -> State:
+        """Return a state at a later tick, when nothing is done until then."""
+        return waited(Change(structure, state), tick, self._tick_seconds, self._forward).state
 
     def done(self, moment: Moment, row: Row) -> Moment:
         """Return the world after an entry; one that can't be repeated is left out and told in `warnings`.
@@ -117,13 +125,6 @@ class Replay:
         with self._keeping:
             kept = _Kept(moment.state.tick, moment.number, lambda: moment)
             insort(self._kept, kept, key=lambda one: one.place)
-
-    def _of_checkpoint(self, head: CheckpointRow) -> Callable[[], Moment]:
-        def read() -> Moment:
-            world = image(self.store, self._codec, head.id)
-            return Moment(head.seq, world.structure, world.state)
-
-        return read
 
 
 class Cursor:
@@ -154,7 +155,7 @@ class Cursor:
 
     def tick(self) -> None:
         """Let time go on by a tick, in which nothing is done yet."""
-        state = self._replay.ticked(self.state, self.structure)
+        state = self._replay.ticked(self.structure, self.state)
         self.moment = replace(self.moment, state=state)
 
     def step(self) -> None:
@@ -165,11 +166,7 @@ class Cursor:
     def go_to(self, tick: int) -> None:
         """Let time go on to a tick, and do what was done until then and in it."""
         self.settle()
-        while (state := self.state).tick < tick:
-            if not state.motions and not state.readings:
-                # Nothing but time goes on, up to what is done next.
-                until = tick if self._next is None else min(tick, self._next.tick)
-                self.moment = replace(self.moment, state=replace(state, tick=until))
-                self.settle()
-            else:
-                self.step()
+        while self.state.tick < tick:
+            until = tick if self._next is None else min(tick, self._next.tick)
+            self.moment = replace(self.moment, state=self._replay.waited(self.structure, self.state, until))
+            self.settle()

@@ -38,6 +38,25 @@ def tick_hash(structure: Structure, state: State) -> bytes:
     return (whole >> np.uint64(32)).astype("<u4").tobytes() + lanes_told.astype(np.uint8).tobytes()
 
 
+class TickHashes:
+    """Hashes of ticks in a row: most ticks of most worlds change no joint, and have the hash of the one before."""
+
+    def __init__(self) -> None:
+        """Begin with no tick."""
+        self._structure: Structure | None = None
+        self._state: State | None = None
+        self._hash = b""
+
+    def of(self, structure: Structure, state: State) -> bytes:
+        """Return the hash of the next tick."""
+        before = self._state
+        moved = before is None or before.q is not state.q or before.v is not state.v
+        if moved or self._structure is not structure:
+            self._hash = tick_hash(structure, state)
+        self._structure, self._state = structure, state
+        return self._hash
+
+
 def differing_robots(structure: Structure, one: bytes, other: bytes) -> list[int]:
     """Return the robots (uids) that two hashes of a tick may differ by; all where the hashes don't tell."""
     lanes = {lane for lane in range(LANES) if one[4 + lane] != other[4 + lane]}

@@ -14,7 +14,7 @@ from virtualrobot_kernel.history.codec import Codec, Parts
 from virtualrobot_kernel.history.journal import Told
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.store import CheckpointRow, Store
-from virtualrobot_kernel.history.tick_hash import tick_hash
+from virtualrobot_kernel.history.tick_hash import TickHashes
 from virtualrobot_kernel.history.world_image import image_of
 from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import Structure
@@ -71,6 +71,7 @@ class Upkeep:
         self._last_tick = last_tick
         self._parts = Parts()
         self._ticks: deque[Moment] = deque()
+        self._tick_hashes = TickHashes()
         self._hashes: tuple[int, bytes] | None = None
         self._latest, self._kept = begin, begin.number
         self._entries = self._bytes = self._motion_ticks = 0
@@ -164,7 +165,7 @@ class Upkeep:
         self.now()
         ticks = [self._ticks.popleft() for _ in range(len(self._ticks))]
         first, before = self._hashes or (ticks[0].state.tick if ticks else 0, b"")
-        hashes = before + b"".join(tick_hash(one.structure, one.state) for one in ticks)
+        hashes = before + b"".join(self._tick_hashes.of(one.structure, one.state) for one in ticks)
         self._motion_ticks += sum(len(one.state.motions) for one in ticks)
         if hashes:
             self._hashes = first, hashes

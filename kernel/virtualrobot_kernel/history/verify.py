@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from virtualrobot_kernel.history.replay import Cursor, Replay
-from virtualrobot_kernel.history.tick_hash import BYTES, differing_robots, tick_hash
-from virtualrobot_kernel.world.state import State
+from virtualrobot_kernel.history.tick_hash import BYTES, TickHashes, differing_robots
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +57,7 @@ def verify(
     cursor.settle()
     begun = cursor.state.tick
     same, last = 0, begun
-    known = _Known()
+    hashes_now = TickHashes()
     for first, blob in hashes:
         for place in range(len(blob) // BYTES):
             tick = first + place
@@ -68,29 +67,13 @@ def verify(
                 cursor.step()
             cursor.tick()
             told(tick)
-            wanted, found = blob[place * BYTES : (place + 1) * BYTES], known.of(cursor)
+            wanted = blob[place * BYTES : (place + 1) * BYTES]
+            found = hashes_now.of(cursor.structure, cursor.state)
             if wanted != found:
                 return _different(replay, cursor, same, tick - begun - 1 - same, wanted, found)
             cursor.settle()
             same, last = same + 1, tick
     return Verdict(same, replay.last_tick - begun - same, warnings=tuple(replay.warnings.values()))
-
-
-class _Known:
-    """Hash of the state before: most ticks of most worlds change no joint."""
-
-    def __init__(self) -> None:
-        self._state: State | None = None
-        self._structure: object = None
-        self._hash = b""
-
-    def of(self, cursor: Cursor) -> bytes:
-        state, before = cursor.state, self._state
-        same = before is not None and before.q is state.q and before.v is state.v
-        if not (same and self._structure is cursor.structure):
-            self._hash = tick_hash(cursor.structure, state)
-        self._state, self._structure = state, cursor.structure
-        return self._hash
 
 
 def _different(replay: Replay, cursor: Cursor, same: int, without: int, wanted: bytes, found: bytes) -> Verdict:

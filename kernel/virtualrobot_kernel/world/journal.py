@@ -139,12 +139,13 @@ def replay(
     """Return the world at `last_tick`: the same commands at the same ticks give the same world, bit for bit."""
     change = Change(structure, state)
     for entry in entries:
-        change = _waited(change, entry.tick, tick_seconds, forward)
+        change = waited(change, entry.tick, tick_seconds, forward)
         change = apply(change.structure, change.state, entry.commands, forward)
-    return _waited(change, last_tick, tick_seconds, forward)
+    return waited(change, last_tick, tick_seconds, forward)
 
 
-def _waited(change: Change, tick: int, tick_seconds: float, forward: Forward) -> Change:
+def waited(change: Change, tick: int, tick_seconds: float, forward: Forward) -> Change:
+    """Return the world at a later tick, when nothing is done until then."""
     state = change.state
     while state.tick < tick:
         if not state.motions and not state.readings:
