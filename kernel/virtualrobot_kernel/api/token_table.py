@@ -7,10 +7,8 @@ from __future__ import annotations
 
 import hmac
 import json
-import os
 import re
 import secrets
-import tempfile
 import time
 from collections.abc import Callable, Iterable
 from contextvars import ContextVar
@@ -20,6 +18,7 @@ from hashlib import sha256
 from pathlib import Path
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
+from virtualrobot_kernel.whole_files import write_whole
 from virtualrobot_kernel.world.listeners import Listeners
 
 VERSION = 1
@@ -212,16 +211,7 @@ def _write(file: Path, accounts: Iterable[Account]) -> None:
     ]
     text = json.dumps({"version": VERSION, "tokens": tokens}, indent=1)
     try:
-        descriptor, temporary = tempfile.mkstemp(dir=file.parent, prefix=f".{file.name}.")  # readable by its user alone
-        try:
-            with os.fdopen(descriptor, "w", encoding="utf-8") as written:
-                written.write(text)
-                written.flush()
-                os.fsync(descriptor)
-            os.replace(temporary, file)
-        except BaseException:
-            os.unlink(temporary)
-            raise
+        write_whole(file, text.encode(), sync=True, mode=0o600)
     except OSError as error:
         raise KernelError(
             f"the tokens cannot be written to {file}: {error.strerror or error}; nothing has changed",

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import hashlib
-import os
 import re
 import threading
 from pathlib import Path
 
 from virtualrobot_kernel.errors import KernelError, MissingFileError, Reason
+from virtualrobot_kernel.whole_files import write_whole
 
 MEBIBYTE = 1024 * 1024
 _SHA256 = re.compile(r"[0-9a-f]{64}")
@@ -142,16 +142,9 @@ class AssetStore:
         return data
 
     def _write(self, file: Path, data: bytes) -> None:
-        new = file.with_suffix(".new")
         try:
-            with open(new, "wb") as opened:
-                opened.write(data)
-                if self._sync:
-                    opened.flush()
-                    os.fsync(opened.fileno())
-            os.replace(new, file)
+            write_whole(file, data, self._sync)
         except OSError as error:
-            new.unlink(missing_ok=True)
             raise KernelError(
                 f"the asset can't be written to {file.parent}: {error.strerror}", reason=Reason.WRONG_STATE, file=file
             ) from error

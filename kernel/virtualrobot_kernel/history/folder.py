@@ -11,7 +11,6 @@ import json
 import os
 import platform
 import secrets
-import sys
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
@@ -20,6 +19,7 @@ from typing import Any
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, Reason
 from virtualrobot_kernel.history.locking import try_lock
+from virtualrobot_kernel.whole_files import write_whole
 
 FORMAT = 1
 """Number of the form in which folders are written."""
@@ -225,23 +225,6 @@ def check_journal(path: Path) -> None:
             "take another folder",
             file=path / JOURNAL,
         )
-
-
-def write_whole(path: Path, data: bytes, sync: bool) -> None:
-    """Write a file so that others see the one before or this one as a whole; with `sync` after a loss of power, too."""
-    new = path.with_name(f"{path.name}.new")
-    with open(new, "wb") as file:
-        file.write(data)
-        if sync:
-            file.flush()
-            os.fsync(file.fileno())
-    os.replace(new, path)
-    if sync and sys.platform != "win32":
-        folder = os.open(path.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
 
 
 def versions() -> dict[str, str]:
