@@ -1,4 +1,4 @@
-"""What recording a tick costs at the client: 160 transforms that all move, from the kernel's message to an MCAP file.
+"""Cost of recording a tick at the client: 160 transforms that all move, from the kernel's message to an MCAP file.
 
 Compared with foxglove-sdk, which is written in Rust, told the same transforms, and with the bare writer, given bytes.
 """

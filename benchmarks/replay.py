@@ -1,4 +1,4 @@
-"""What a replay costs: a moment among 100,000 ticks of 20 arms that move, and a verification of them."""
+"""Cost of a replay: a moment among 100,000 ticks of 20 arms that move, and a verification of them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a tick costs as robots grow from 1 to 200: motions advanced, forward pass, snapshot published; and brakes."""
+"""Cost of a tick as robots grow from 1 to 200: motions advanced, forward pass, snapshot published; and brakes."""
 
 from __future__ import annotations
 

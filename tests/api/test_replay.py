@@ -32,7 +32,7 @@ GOAL = (0.5, -0.5, 0.5, 0.1, 0.2, 0.3, 0.4)
 
 @dataclass
 class Past:
-    """What a kernel was seen to do, the folder that it has left, and the token that it wanted."""
+    """Past of a kernel: what it was seen to do, the folder that it has left, and the token that it wanted."""
 
     folder: Path
     token: str
@@ -119,7 +119,7 @@ def test_its_sensors_are_cast_anew_and_pictures_taken(replay: Client) -> None:
 
 
 def test_the_page_shows_a_replay(replay: Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What docs/history.md says of it is run, within the times of this one and slowly enough not to reach its end."""
+    """The page docs/history.md is run on it, within the times of this one and slowly enough not to reach its end."""
     code = (
         PAGE.read_text("utf-8").partition("<!-- not run: it needs a folder")[2].split("```")[1].removeprefix("python")
     )

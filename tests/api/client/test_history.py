@@ -202,7 +202,7 @@ def test_what_is_restored_may_not_be_leased(ann: virtualrobot.Client, bob: virtu
 
 @pytest.mark.long
 def test_all_of_it_is_there_after_a_restart(start_kernel: StartKernel, tmp_path: Path) -> None:
-    """What was done before can be undone, who did it is told, and the world goes back to a checkpoint of then."""
+    """Steps from before can be undone, who did them is told, and the world goes back to a checkpoint of then."""
     kernel = start_kernel("--data", str(tmp_path))
     with virtualrobot.connect(kernel.address, name="ann") as client:
         client.scene.add_object("table")

@@ -124,7 +124,7 @@ class KernelServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def GetReport(self, request, context):
-        """What a report of a fault needs, as a zip archive: scene, journal or its newest part, versions, plugins, log; no token.
+        """Report of a fault, as a zip archive: scene, journal or its newest part, versions, plugins, log; no token.
         Unpacked it is a folder for `virtualrobot replay`.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
