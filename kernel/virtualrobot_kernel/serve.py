@@ -182,19 +182,23 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
     # What modules make as they are loaded stays: to look for garbage among it takes a fifth of the start's time.
     gc.disable()
     catalog = _catalog(options)
-    compile_all_code()
-    from virtualrobot_kernel.api.server import Address
     from virtualrobot_kernel.history.folder import LOG, NANOSECONDS, TOKENS, Folder
     from virtualrobot_kernel.history.history import rules_of
+
+    # What can be refused is so at once, and not after code was compiled; the folder comes last, which may be made.
+    ticks = None if options.tick_milliseconds is None else round(options.tick_milliseconds * 1e6)
+    rules = rules_of(options.keep_history, bool(options.data))
+    limits, folders = Limits.of(options.limit), _folders(options)
+    token = "" if options.no_token else _given_token(options) or secrets.token_urlsafe(32)
+    tls = [_read(path) for path in (options.tls_certificate, options.tls_key) if path]
+    folder = Folder(options.data, ticks) if options.data else None
+    compile_all_code()
+    from virtualrobot_kernel.api.server import Address
     from virtualrobot_kernel.kernel import Kernel, Settings
     from virtualrobot_kernel.world.clock import Mode
 
     sys.setswitchinterval(SWITCH_INTERVAL_SECONDS)
     ended = threading.Event()
-    token = "" if options.no_token else _given_token(options) or secrets.token_urlsafe(32)
-    tls = [_read(path) for path in (options.tls_certificate, options.tls_key) if path]
-    ticks = None if options.tick_milliseconds is None else round(options.tick_milliseconds * 1e6)
-    folder = Folder(options.data, ticks) if options.data else None
     project = folder.project if folder else past and past.project
     settings = Settings(
         Address(options.host, options.port, token, *tls),
@@ -203,10 +207,10 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
         options.viewer_port,
         folder and folder.path / TOKENS,
         folder,
-        rules_of(options.keep_history, folder is not None),
+        rules,
         options.durability == "power",
-        limits=Limits.of(options.limit),
-        folders=_folders(options),
+        limits=limits,
+        folders=folders,
         past=past,
         log=functools.partial(kept_log, folder.path / LOG) if folder else RECENT.__str__,
     )

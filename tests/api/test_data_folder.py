@@ -110,7 +110,10 @@ def test_what_a_folder_is_not_for_is_said_in_words(tmp_path: Path, start_kernel:
     said = refused(*folder, str(scene))
     assert f"{tmp_path / 'cell'} has a world already, which began with scene.yaml; leave out the scene file" in said
     assert "ticks of 4 ms, not of 2 ms" in refused(*folder, "--tick-milliseconds", "2")
-    assert "such as 500MB" in refused(*folder, "--keep-history", "some")
+    new = ("--data", str(tmp_path / "new"))
+    assert "such as 500MB" in refused(*new, "--keep-history", "some")
+    assert "limit" in refused(*new, "--limit", "nothing=1")
+    assert not (tmp_path / "new").exists()
 
 
 class Load:

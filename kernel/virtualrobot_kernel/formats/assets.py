@@ -41,6 +41,11 @@ class AssetStore:
         self._total = 0
         self._lock = threading.Lock()
 
+    @property
+    def folder(self) -> Path | None:
+        """Folder whose files are held; None: there is none."""
+        return self._folder
+
     def check_size(self, size: int, name: str = "the file") -> None:
         """Raise TOO_LARGE when an asset of `size` bytes is over the limit: ask before the bytes are read.
 

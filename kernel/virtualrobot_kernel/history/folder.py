@@ -19,7 +19,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
-from virtualrobot_kernel.errors import KernelError, MalformedFileError, Reason
+from virtualrobot_kernel.errors import KernelError, MalformedFileError, MissingFileError, Reason
 from virtualrobot_kernel.history.locking import try_lock
 
 FORMAT = 1
@@ -87,6 +87,7 @@ class Folder:
                 self.project = Project(secrets.token_hex(4), tick_nanoseconds or NANOSECONDS)
             else:
                 self.project = read_project(path, tick_nanoseconds)
+                check_journal(path)
             self.written_with: Mapping[str, str] = self.project.versions or versions()
             self._write(replace(self.project, versions=versions()))
         except BaseException:
@@ -210,6 +211,22 @@ def read_project(path: Path, tick_nanoseconds: int | None = None) -> Project:
             tick_nanoseconds=project.tick_nanoseconds,
         )
     return project
+
+
+def check_journal(path: Path) -> None:
+    """Raise KernelError when a folder has no journal any more: its world would be an empty one.
+
+    A kernel that was killed before it had made one leaves nothing else of these, and its folder is as good as new.
+    """
+    if (path / JOURNAL).exists():
+        return
+    traces = (path / LAST_TICK, path / f"{JOURNAL}-wal")
+    if any(one.exists() for one in traces) or any((path / ASSETS).glob("*")):
+        raise MissingFileError(
+            f"{JOURNAL} of this project is missing, which has its world and history: put {path / JOURNAL} back, or "
+            "take another folder",
+            file=path / JOURNAL,
+        )
 
 
 def write_whole(path: Path, data: bytes, sync: bool) -> None:

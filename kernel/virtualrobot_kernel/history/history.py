@@ -92,6 +92,7 @@ class History:
             self.store = Store()
         else:
             self.store = Store(folder.path / JOURNAL, folder.project.seed, power)
+            self.store.note_tick(folder.project.tick_nanoseconds)
             self._last_tick = LastTick(folder.path / LAST_TICK, folder.project.seed)
         last_tick = self._last_tick.read() if self._last_tick else 0
         self.begin, warnings = recovered(self.store, codec, last_tick, tick_seconds, forward)

@@ -154,13 +154,19 @@ class Journal:
                 keeper.keep(together)
         except Exception as error:
             if self._failed is None:
-                log.exception("entry %d can't be kept; the world takes no more changes until it is", together[0].number)
+                log.error(
+                    "entry %d can't be kept; the world takes no more changes until it is: %s",
+                    together[0].number,
+                    error,
+                    exc_info=log.isEnabledFor(logging.DEBUG),
+                )
             self._unkept, self._retry_at = together, time.monotonic() + RETRY_SECONDS
             if len(together) > MOST_UNKEPT:
                 self._unkept, self._given_up = [], True
             self._failed = KernelError(
-                f"the journal can't be written: {error}. Nothing can be changed until it can, and what was changed "
-                "since is lost if the kernel ends; robots can be stopped. Make room on its disk, or mend its folder",
+                f"the journal can't be written: {error}. All that was answered is kept; nothing can be changed "
+                "until it can be written again, only robots can be stopped. What was refused so and what has moved "
+                "since is lost if the kernel ends before. Make room on its disk, or mend its folder",
                 reason=Reason.WRONG_STATE,
             )
             return

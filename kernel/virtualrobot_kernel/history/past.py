@@ -10,7 +10,15 @@ from tempfile import TemporaryDirectory
 
 from virtualrobot_kernel.errors import KernelError, MissingFileError
 from virtualrobot_kernel.history.classes import world_codec
-from virtualrobot_kernel.history.folder import ASSETS, JOURNAL, LAST_TICK, PROJECT, changed_since, read_project
+from virtualrobot_kernel.history.folder import (
+    ASSETS,
+    JOURNAL,
+    LAST_TICK,
+    PROJECT,
+    changed_since,
+    check_journal,
+    read_project,
+)
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.replay import Replay
 from virtualrobot_kernel.history.store import Store
@@ -45,8 +53,10 @@ class PastFolder:
         self._copies = TemporaryDirectory(prefix="virtualrobot-past-")
         self.copy = Path(self._copies.name)
         try:
+            check_journal(path)
             copy_past(path, self.copy)
             self.store = Store(self.copy / JOURNAL, self.project.seed)
+            self.store.note_tick(self.project.tick_nanoseconds)
         except BaseException:
             self._copies.cleanup()
             raise

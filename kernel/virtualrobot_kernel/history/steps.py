@@ -147,12 +147,13 @@ class Steps:
     def to_undo(self, number: int | None = None, mine: Mine | None = None) -> Step:
         """Return the edit of this number, or the newest one that stands; raise KernelError when there is none."""
         if number is None:
-            edits = self.store.find(Wanted(mine=mine, kinds=frozenset({StepKind.EDIT})))
-            step = next((one for one in edits if not self.is_undone(one)), None)
-            if step is None:
-                whose = "of yours " if mine else ""
-                raise KernelError(f"there is nothing {whose}to undo", reason=Reason.WRONG_STATE)
-            return step
+            whose = "of yours " if mine else ""
+            for one in self.store.find(Wanted(kinds=frozenset({StepKind.EDIT, StepKind.RESTORE}))):
+                if one.kind is StepKind.RESTORE:
+                    raise _stopped_by(one, f"there is nothing {whose}to undo")
+                if (mine is None or mine(one.author)) and not self.is_undone(one):
+                    return one
+            raise KernelError(f"there is nothing {whose}to undo", reason=Reason.WRONG_STATE)
         step = self._edit_of(self._known(number, mine, "undone"))
         if self.is_undone(step):
             raise KernelError(
@@ -165,12 +166,17 @@ class Steps:
     def to_redo(self, number: int | None = None, mine: Mine | None = None) -> Step:
         """Return the undo of this number, or of the step of this number, or the newest one that may be taken back."""
         if number is None:
-            for step in self.store.find(Wanted(mine=mine, kinds=frozenset({StepKind.EDIT, StepKind.UNDO}))):
+            whose = " by you" if mine else ""
+            kinds = frozenset({StepKind.EDIT, StepKind.UNDO, StepKind.RESTORE})
+            for step in self.store.find(Wanted(kinds=kinds)):
+                if step.kind is StepKind.RESTORE:
+                    raise _stopped_by(step, f"there is nothing to redo{whose}")
+                if mine is not None and not mine(step.author):
+                    continue
                 if step.kind is StepKind.UNDO and not self.is_undone(step):
                     return step
                 if step.kind is StepKind.EDIT:
                     break  # what was undone before it would be done again on top of it
-            whose = " by you" if mine else ""
             raise KernelError(
                 f"there is nothing to redo: nothing was undone{whose} since the last change; "
                 "an older undo is taken back by its number",
@@ -219,11 +225,22 @@ class Steps:
         """Return why a step can't be taken back, with who stands in the way where that is known."""
         keys = {(error.table, error.key), ("nodes", error.key)}
         since = takewhile(lambda one: one.number > step.number, self.store.find(Wanted()))
-        other = next((one for one in since if not keys.isdisjoint(one.difference.keys)), None)
+        stands = (one for one in since if one.kind is StepKind.RESTORE or not keys.isdisjoint(one.difference.keys))
+        other = next(stands, None)
         who = f", by step {other.number} of {other.author}: {other.label}" if other else ""
         told = {"step": other.number, "author": other.author, "label": other.label} if other else {}
         about = f"cannot take back step {step.number} ({step.label})"
         return KernelError(f"{about}: {error}{who}", reason=Reason.CONFLICT, **error.metadata, **told)
+
+
+def _stopped_by(restore: Step, what: str) -> KernelError:
+    """Return the error of who asks for a step before the newest restore, which changed the whole world."""
+    return KernelError(
+        f"{what} since step {restore.number} ({restore.label}), which stands in between; to take that back, go back "
+        f"to the checkpoint 'before step {restore.number}'",
+        reason=Reason.WRONG_STATE,
+        step=restore.number,
+    )
 
 
 def taking_back(step: Step) -> RestoreRecords:

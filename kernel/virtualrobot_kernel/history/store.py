@@ -254,7 +254,9 @@ class Store:
 
     def damaged(self, what: str) -> MalformedFileError:
         """Return the error that says what is wrong with the database."""
-        return MalformedFileError(f"{self.path or 'the journal'} is damaged: {what}", file=self.path or "")
+        return MalformedFileError(
+            f"{self.path or 'the journal'} is damaged: {what}; put a copy of the folder back", file=self.path or ""
+        )
 
     def close(self) -> None:
         """Close the database; what SQLite keeps beside it is put in, so that one file is left."""
@@ -291,6 +293,22 @@ class Store:
                     run(_WRITE_STEP, self._step(step))
                 if touched := [(uid, step.number) for step, _ in steps for uid in step.touched]:
                     self._writer.executemany("INSERT OR IGNORE INTO touched VALUES (?,?)", touched)
+
+    def note_tick(self, nanoseconds: int) -> None:
+        """Note the length of a tick, of which all numbers of ticks are; raise KernelError when it is another one."""
+        with self._writing:
+            try:
+                self._writer.execute("INSERT OR IGNORE INTO about VALUES ('tick_nanoseconds', ?)", (nanoseconds,))
+                ((noted,),) = self._writer.execute("SELECT value FROM about WHERE key = 'tick_nanoseconds'").fetchall()
+            except sqlite3.DatabaseError as error:
+                raise self.damaged(str(error)) from error
+        if noted != nanoseconds:
+            raise MalformedFileError(
+                f"project.json says that a tick has {nanoseconds * 1e-6:g} ms, the journal {noted * 1e-6:g} ms; put "
+                "back the project.json that the journal was written with",
+                file=self.path or "",
+                tick_nanoseconds=noted,
+            )
 
     def add_hashes(self, first_tick: int, hashes: bytes) -> None:
         """Write the hashes of ticks from a first one on, `HASH_BYTES` each."""

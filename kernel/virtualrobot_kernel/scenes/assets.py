@@ -11,7 +11,7 @@ from pathlib import Path
 from virtualrobot.files.resolver import Resolver
 from virtualrobot.v1 import nodes_pb2
 
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
@@ -20,6 +20,9 @@ from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.figures import Figure, Mesh
 from virtualrobot_kernel.world.structure import Structure
 
+MOST_NAMED = 10
+"""Greatest number of missing files that are named one by one."""
+
 
 def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile]) -> Files:
     """Return the sources of a request's files: what was uploaded, then the kernel's disk."""
@@ -27,18 +30,31 @@ def files_of(meshes: MeshLibrary, files: Iterable[nodes_pb2.AssetFile]) -> Files
 
 
 def check_assets(structure: Structure, store: AssetStore) -> None:
-    """Have each file of the world's meshes held; raise KernelError, which names node and file, when one is gone.
+    """Have each file of the world's meshes held; raise KernelError, which names nodes and files, when some are gone.
 
     One that isn't held is taken from where it came from, if it is the same there.
     """
+    gone: dict[str, str] = {}
     for node in structure.nodes.values():
         for mesh in (figure.geometry for figure in node.figures if isinstance(figure.geometry, Mesh)):
             for uri, sha256 in ((mesh.uri, mesh.sha256), *mesh.files):
                 try:
                     store.get(sha256)
                 except KernelError as error:
-                    if not _taken_anew(store, uri, sha256):
+                    if _taken_anew(store, uri, sha256):
+                        continue
+                    if error.reason is not Reason.UNKNOWN_ASSET:
                         raise error.at(f"the node {node.name!r} has a mesh {mesh.uri}") from error
+                    gone.setdefault(sha256, f"{sha256} ({uri}, of the node {node.name!r})")
+    if gone:
+        names = [*gone.values()][:MOST_NAMED]
+        more = f" and {len(gone) - MOST_NAMED} more" if len(gone) > MOST_NAMED else ""
+        where = store.folder or "the store of assets"
+        raise MissingFileError(
+            f"{where} lacks {len(gone)} files of meshes, copy them back: {', '.join(names)}{more}",
+            folder=where,
+            count=len(gone),
+        )
 
 
 def _taken_anew(store: AssetStore, path: str, sha256: str) -> bool:

@@ -124,3 +124,7 @@ def test_a_world_whose_mesh_is_gone_is_refused_by_node_and_file(tmp_path: Path) 
     origin.write_bytes(b"another cup")
     error = refused(check_assets, world, AssetStore(folder=tmp_path / "assets"))
     assert "'cup'" in str(error) and "cup.stl" in str(error) and mesh.sha256 in str(error)
+    cups = [replace(part(f"cup{i}", np.eye(4)), figures=(Figure(Mesh("", f"{i:064x}")),)) for i in range(12)]
+    error = refused(check_assets, after(empty(), CreateNodes(tuple(cups))).structure, store)
+    assert f"{tmp_path / 'assets'} lacks 12 files of meshes, copy them back: " in str(error)
+    assert "'cup9'" in str(error) and "'cup10'" not in str(error) and str(error).endswith(" and 2 more")

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
 from virtualrobot_kernel.history.folder import LOCK, PROJECT, Folder
+from virtualrobot_kernel.history.past import PastFolder
 
 HOLDER = """
 import sys
@@ -98,6 +99,17 @@ def test_what_is_wrong_is_said_and_nothing_is_changed(
     assert {
         path.name: path.is_file() and path.read_bytes() for path in tmp_path.iterdir() if path.name != LOCK
     } == before
+
+
+def test_a_folder_without_its_journal_is_no_empty_world(tmp_path: Path) -> None:
+    Folder(tmp_path).close()
+    Folder(tmp_path).close()  # a kernel was killed before it made its journal: nothing is lost
+    (tmp_path / "last_tick").write_bytes(b"")
+    before = (tmp_path / PROJECT).read_bytes()
+    for opened in (Folder, PastFolder):
+        with pytest.raises(KernelError, match=r"journal\.db of this project is missing"):
+            opened(tmp_path)
+    assert (tmp_path / PROJECT).read_bytes() == before
 
 
 def test_another_length_of_ticks_is_refused(tmp_path: Path) -> None:

@@ -66,12 +66,17 @@ def test_a_call_is_answered_once_its_entry_is_kept(world: World, keeper: Held) -
     assert all(one.after.state is other.before.state for one, other in zip(keeper.kept, keeper.kept[1:], strict=False))
 
 
-def test_nothing_changes_any_more_once_an_entry_could_not_be_kept(world: World, keeper: Held) -> None:
+def test_nothing_changes_any_more_once_an_entry_could_not_be_kept(
+    world: World, keeper: Held, caplog: pytest.LogCaptureFixture
+) -> None:
+    caplog.set_level("WARNING")
     world.submit([CreateSignal(Signal("s", 0))]).result(GUARD)
     keeper.fault = OSError("no space left on device")
     for value in (1, 2):
         refused = world.submit([SetSignal("s", value)]).exception(GUARD)
         assert isinstance(refused, KernelError) and "no space left on device" in str(refused)
+        assert "All that was answered is kept" in str(refused)
+    assert "no space left on device" in caplog.text and not any(record.exc_info for record in caplog.records)
     assert world.snapshot.state.signals["s"].value == 1, "the first of them could be taken back by nobody"
     assert world.step(3).result(GUARD).state.tick == 3
     assert [one.number for one in keeper.kept] == [8]

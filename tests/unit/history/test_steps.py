@@ -326,6 +326,25 @@ def test_a_checkpoint_brings_all_back_and_time_goes_on(desk: Desk) -> None:
     assert now.state.sensor_starts > start.state.sensor_starts
 
 
+def test_a_restore_stands_between_undo_and_what_was_before_it(desk: Desk) -> None:
+    start = desk.now
+    made = desk.do("ann", commands.CreateNodes((part("box", shifted()),)))
+    desk.do("ann", commands.RemoveNode("box"))
+    desk.undo()
+    desk.do("bob", checkpoint_of(start, "noon"))
+    for undo in (desk.undo, desk.redo):
+        for mine in (None, ann):
+            with pytest.raises(KernelError, match=r"since step 4 .*stands in between.*'before step 4'"):
+                undo(mine=mine)
+    with pytest.raises(Conflict) as conflict:
+        desk.undo(number=made.number)
+    told = desk.steps.conflict(made, conflict.value)
+    assert "by step 4 of bob" in str(told) and told.metadata["step"] == "4"
+    desk.do("ann", moved(1.0))
+    desk.undo()
+    assert desk.x() != 1.0
+
+
 def test_a_search_does_not_decode_what_steps_have_changed() -> None:
     """That is most of a history: a search of 64 MB for somebody who never was there took longer than 20 s."""
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import sqlite3
 from collections.abc import Iterable
+from contextlib import nullcontext
 from dataclasses import astuple, replace
 from pathlib import Path
 
@@ -149,7 +150,9 @@ def test_missing_and_foreign_rows_are_named(tmp_path: Path, rng: np.random.Gener
     store = Store(path, SEED)
     filled(store, rng)
     store.close()
-    with pytest.raises(MalformedFileError, match=r"j\.db is damaged: it belongs to another folder"):
+    with pytest.raises(
+        MalformedFileError, match=r"j\.db is damaged: it belongs to another folder; put a copy of the folder back"
+    ):
         Store(path, SEED + 1)
     for sql, word in (
         ("DELETE FROM entries WHERE seq = 4", "the entry 4 is missing"),
@@ -169,6 +172,15 @@ def test_missing_and_foreign_rows_are_named(tmp_path: Path, rng: np.random.Gener
         store = Store(copy, SEED)
         with pytest.raises(MalformedFileError, match=rf"copy\.db is damaged: .*{word}"):
             store.check()
+        store.close()
+
+
+def test_another_length_of_ticks_than_the_journal_has_is_refused(tmp_path: Path) -> None:
+    for nanoseconds in (4_000_000, 4_000_000, 8_000_000):
+        store = Store(tmp_path / "j.db", SEED)
+        wrong = nanoseconds != 4_000_000
+        with pytest.raises(MalformedFileError, match="a tick has 8 ms, the journal 4 ms") if wrong else nullcontext():
+            store.note_tick(nanoseconds)
         store.close()
 
 
