@@ -17,11 +17,12 @@ from tempfile import TemporaryDirectory
 from virtualrobot_kernel.components.catalog import Plugin
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats.assets import AssetStore
-from virtualrobot_kernel.history.folder import ASSETS, JOURNAL, LAST_TICK, PROJECT, Project, project_text, versions
+from virtualrobot_kernel.history.folder import ASSETS, JOURNAL, LAST_TICK, LOG, PROJECT, Project, project_text, versions
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.past import PastFolder
 from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.recent_log import HIDDEN, kept_log
 from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.world.figures import Mesh
 from virtualrobot_kernel.world.state import Snapshot
@@ -29,8 +30,6 @@ from virtualrobot_kernel.world.structure import Structure
 
 MOST_BYTES = 100 * 1000 * 1000
 """Greatest size of the journal's entries in a report where nobody says another one."""
-
-HIDDEN = "***"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,7 +81,7 @@ def write_report(target: Path, about: Reported, most_bytes: int = MOST_BYTES) ->
             archive.write(copy / LAST_TICK, LAST_TICK)
             archive.writestr(PROJECT, clean(project_text(about.project)))
             archive.writestr("scene.yaml", clean(write_scene(about.world, bundled=False)[0]))
-            archive.writestr("kernel.log", clean(about.log()))
+            archive.writestr(LOG, clean(about.log()))
             archive.writestr("report.json", clean(json.dumps(_told(about, first, last), indent=2)) + "\n")
             for sha256 in _assets(about.world.structure):
                 if about.assets.has(sha256):
@@ -102,7 +101,7 @@ def report_of_folder(path: Path, target: Path) -> None:
         structure, state = cursor.structure, cursor.state
         world = Snapshot(structure, state, world_poses(structure, state), 0, 0.0, past.tick_seconds)
         assets = AssetStore(folder=past.assets, read_only=True)
-        write_report(target, Reported(past.store, past.project, world, assets))
+        write_report(target, Reported(past.store, past.project, world, assets, log=lambda: kept_log(path / LOG)))
     finally:
         past.close()
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import functools
 import gc
 import importlib
 import logging
@@ -22,7 +23,7 @@ from virtualrobot.session import DEFAULT_HOST, DEFAULT_PORT, given_token, is_loo
 from virtualrobot_kernel.api.limits import Limits, described
 from virtualrobot_kernel.background import share_memory
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.recent_log import RecentLog
+from virtualrobot_kernel.recent_log import FolderLog, RecentLog, kept_log
 
 if TYPE_CHECKING:
     from virtualrobot_kernel.components.catalog import Catalog
@@ -181,7 +182,7 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
     # What modules make as they are loaded stays: to look for garbage among it takes a fifth of the start's time.
     gc.disable()
     catalog = _catalog(options)
-    from virtualrobot_kernel.history.folder import NANOSECONDS, TOKENS, Folder
+    from virtualrobot_kernel.history.folder import LOG, NANOSECONDS, TOKENS, Folder
     from virtualrobot_kernel.history.history import rules_of
 
     # What can be refused is so at once, and not after code was compiled; the folder comes last, which may be made.
@@ -211,8 +212,10 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
         limits=limits,
         folders=folders,
         past=past,
-        log=RECENT.__str__,
+        log=functools.partial(kept_log, folder.path / LOG) if folder else RECENT.__str__,
     )
+    if folder:
+        logging.getLogger().addHandler(FolderLog(folder.path / LOG, token, str(RECENT)))
     kernel = Kernel(settings, catalog, ended.set)
     faults: list[threading.ExceptHookArgs] = []
 

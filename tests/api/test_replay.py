@@ -190,6 +190,7 @@ def test_a_report_has_what_is_needed_and_no_token(past: Past, start_kernel: Star
             assert {"project.json", "journal.db", "scene.yaml", "kernel.log", "report.json"} <= set(file.namelist())
             file.extractall(unpacked)
         assert "name: arm" in (unpacked / "scene.yaml").read_text()
+        assert number or "a kernel begins" in (unpacked / "kernel.log").read_text()  # long after it has ended
         about = json.loads((unpacked / "report.json").read_text())
         assert about["versions"]["virtualrobot"] and about["first_entry"] == 1
         for place in (file for file in unpacked.rglob("*") if file.is_file()):

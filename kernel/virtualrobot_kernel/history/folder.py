@@ -2,7 +2,8 @@
 
 `project.json` has its form, id, length of a tick, scene, and the versions that wrote it last; `lock` the process that
 uses it; `journal.db` the journal and the checkpoints (SQLite); `last_tick` how far time has come; `assets/` the files
-of the world by the SHA-256 of their bytes; `tokens.json` the tokens that were made for it.
+of the world by the SHA-256 of their bytes; `tokens.json` the tokens that were made for it; `kernel.log` the newest
+lines of the logs of its kernels.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ JOURNAL = "journal.db"
 LAST_TICK = "last_tick"
 ASSETS = "assets"
 TOKENS = "tokens.json"
+LOG = "kernel.log"
 
 IN_MEMORY_SEED = 0
 """Number with which checksums begin where there is no folder."""
