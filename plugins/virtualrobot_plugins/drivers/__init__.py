@@ -1,0 +1,14 @@
+"""The plugin `drivers`: connections to real robots, and to one that is computed."""
+
+from virtualrobot_sdk.hookspecs import Register, hookimpl
+
+from virtualrobot_plugins.drivers.loopback.driver import Loopback
+from virtualrobot_plugins.drivers.loopback.settings import LoopbackSettings
+
+api_version = "1.0"
+
+
+@hookimpl
+def virtualrobot_register_robot_drivers(register: Register) -> None:
+    """Offer the drivers; each runs in a process of its own."""
+    register("loopback", Loopback, LoopbackSettings)
