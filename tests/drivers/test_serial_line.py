@@ -144,8 +144,10 @@ def test_the_board_of_the_page_goes_to_points_and_stops(board: Boards) -> None:
     rest = driver.read()
     assert rest.positions[0] < 80.0
     assert driver.read().positions == pytest.approx(rest.positions)
+    assert rest.mode is Mode.READY
+    driver.begin(rest.positions)
     driver.run([np.zeros(6)], [1.0], 0)
-    assert wait_until(driver, lambda reading: reading.done == 7).positions == pytest.approx(np.zeros(6), abs=0.001)
+    assert wait_until(driver, lambda reading: reading.done == 1).positions == pytest.approx(np.zeros(6), abs=0.001)
 
 
 def test_the_board_of_the_page_stops_when_nobody_speaks(board: Boards) -> None:
@@ -155,9 +157,13 @@ def test_the_board_of_the_page_stops_when_nobody_speaks(board: Boards) -> None:
     driver.send(np.full(6, 80.0), HOME, 0)
     # It would take 8 s.
     time.sleep(0.5)
-    rest = driver.read().positions
-    assert rest[0] < 80.0
-    assert driver.read().positions == pytest.approx(rest)
+    rest = driver.read()
+    assert rest.mode is Mode.READY
+    assert rest.positions[0] < 80.0
+    assert driver.read().positions == pytest.approx(rest.positions)
+    driver.send(HOME, HOME, 0)
+    with pytest.raises(DriverFault, match="2: it does not follow: ON comes first"):
+        wait_until(driver, lambda reading: False)
 
 
 @pytest.mark.parametrize(

@@ -62,12 +62,12 @@ def answer(line):
         for servo in servos:
             servo.duty_ns(0)
     elif word == "STOP":
-        points.clear()
+        on = False
     elif word == "OUT":
         LAMP.value(int(rest[0]) & 1)
     elif word in ("GO", "MOVE"):
         if not on:
-            return "ERR 2 the motors are off"
+            return "ERR 2 it does not follow: ON comes first"
         numbers = [float(one) for one in rest]
         count, share = 0, 1.0
         if word == "MOVE":
@@ -122,6 +122,7 @@ def move(seconds):
 
 def run():
     """Answer each line as it ends, and move every 5 ms; stop when nobody has said anything for a while."""
+    global on
     letters = select.poll()
     letters.register(sys.stdin, select.POLLIN)
     line = ""
@@ -139,7 +140,7 @@ def run():
                 line = ""
         now = time.ticks_ms()
         if time.ticks_diff(now, heard) > WATCHDOG_MS:
-            points.clear()
+            on = False
         if time.ticks_diff(now, moved) >= 5:
             move(time.ticks_diff(now, moved) / 1000)
             moved = now

@@ -1,7 +1,9 @@
-"""The plugin `drivers`: the bundled drivers of real robots."""
+"""The plugin `drivers`: connections to real robots, and to one that is computed."""
 
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 
+from virtualrobot_plugins.drivers.loopback.driver import Loopback
+from virtualrobot_plugins.drivers.loopback.settings import LoopbackSettings
 from virtualrobot_plugins.drivers.serial_line import SerialLine, SerialLineSettings
 
 api_version = "1.0"
@@ -9,5 +11,6 @@ api_version = "1.0"
 
 @hookimpl
 def virtualrobot_register_robot_drivers(register: Register) -> None:
-    """Offer the drivers, each in a process of its own; the libraries that they need are loaded as they connect."""
+    """Offer the drivers; each runs in a process of its own, and loads the library that it needs as it connects."""
+    register("loopback", Loopback, LoopbackSettings)
     register("serial_line", SerialLine, SerialLineSettings)

@@ -52,12 +52,11 @@ class SerialLine(Driver):
         """Take the settings; the port is opened by `connect`."""
         self.settings = settings
         self._port: SerialPort | None = None
-        self._checks = False
+        self._checks = self._follows = False
         self._patience = SWITCHING_SECONDS
         self._queue = 1
         self._waiting: deque[str] = deque()
-        self._done = self._outputs = 0
-        self._sent: int | None = 0
+        self._sent = self._outputs = 0
         self._clock: int | None = None
         self._stamp = 0.0
 
@@ -65,7 +64,7 @@ class SerialLine(Driver):
         """Open the port, and greet the board until it answers."""
         self.close()
         self._port = SerialPort(self.settings.port, self.settings.baud)
-        self._checks, self._clock, self._outputs = False, None, 0
+        self._checks, self._follows, self._clock, self._outputs = False, False, None, 0
         about, self._checks, self._queue = _about(self._greeting())
         self._patience = self.settings.silence_seconds or 3.0 / about.rate
         self._joints = about.joints
@@ -75,7 +74,7 @@ class SerialLine(Driver):
         """Ask for the state; of JOBS, tell the points that the board has room for."""
         words = self._ask("READ", "AT", self._patience)
         try:
-            clock, said, self._done, inputs = int(words[0]), words[1], int(words[2]), int(words[3])
+            clock, said, done, inputs = int(words[0]), words[1], int(words[2]), int(words[3])
             positions = np.array([float(word) for word in words[4:]])
             mode = Mode[said] if said in Mode.__members__ else Mode.READY
             safety = Safety.NORMAL if said in Mode.__members__ else Safety[said]
@@ -85,41 +84,43 @@ class SerialLine(Driver):
             raise DriverFault(f"the board says {len(positions)} positions; it was greeted as one of {self._joints}")
         self._stamp += 0.0 if self._clock is None else (clock - self._clock) % CLOCK / 1000.0
         self._clock = clock
-        self._sent = self._done if self._sent is None else self._sent
-        while self._waiting and self._sent - self._done < self._queue:
+        while self._waiting and self._sent - done < self._queue:
             self._ask(f"MOVE {self._sent + 1} {self._waiting[0]}", "OK MOVE", self._patience)
             self._waiting.popleft()
             self._sent += 1
-        return Reading(self._stamp, positions, mode=mode, safety=safety, inputs=inputs, done=self._done)
+        return Reading(self._stamp, positions, mode=mode, safety=safety, inputs=inputs, done=done)
 
     def begin(self, held: Floats) -> None:
         """Have the board switch its motors on."""
         self._waiting.clear()
-        self._sent, self._outputs = 0, 0
+        self._sent = self._outputs = 0
         self._ask("ON", "OK ON", SWITCHING_SECONDS)
+        self._follows = True
 
     def send(self, positions: Floats, velocities: Floats, outputs: int) -> None:
         """Send the setpoint; what the board says to it is heard with the next reading."""
-        self._tell(f"GO {_numbers(positions)}")
-        self._set(outputs)
+        if self._follows:
+            self._tell(f"GO {_numbers(positions)}")
+            self._set(outputs)
 
     def run(self, points: Sequence[Floats], speeds: Sequence[float], outputs: int) -> None:
         """Keep the points, which the board is told one by one as readings say that it has room."""
-        for point, speed in zip(points, speeds, strict=True):
-            self._waiting.append(f"{max(1, round(100.0 * speed))} {_numbers(point)}")
-        self._set(outputs)
+        if self._follows:
+            parts = zip(points, speeds, strict=True)
+            self._waiting.extend(f"{max(1, round(100.0 * speed))} {_numbers(point)}" for point, speed in parts)
+            self._set(outputs)
 
     def stop(self) -> None:
         """Have the board stop, and forget the points that it has not been told. It is said twice: one may be lost."""
         self._waiting.clear()
-        # Only the next reading says how many points were reached before it stopped.
-        self._sent = None
+        self._follows = False
         if self._port is not None:
             self._tell("STOP")
             self._ask("STOP", "OK STOP", self._patience)
 
     def end(self) -> None:
         """Have the board switch its motors off."""
+        self._follows = False
         self._ask("OFF", "OK OFF", SWITCHING_SECONDS)
 
     def reset(self) -> None:
