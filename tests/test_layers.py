@@ -151,6 +151,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # Settings are described by msgspec's Meta.
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
+    # Drivers know how to speak to their controllers; settings are described by msgspec's Meta.
+    f"{PLUGINS}/drivers": ("virtualrobot_plugins.drivers", "virtualrobot_sdk", "numpy", "msgspec"),
     # Models by name are data: tables in YAML.
     f"{PLUGINS}/models": ("virtualrobot_plugins.models", "virtualrobot_sdk", "numpy", "msgspec", "yaml"),
     # embreex casts rays where its library can't be driven.
