@@ -151,14 +151,15 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # Settings are described by msgspec's Meta.
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
-    # Drivers know how to speak to their controllers; settings are described by msgspec's Meta.
-    f"{PLUGINS}/drivers": ("virtualrobot_plugins.drivers", "virtualrobot_sdk", "numpy", "msgspec"),
     # Models by name are data: tables in YAML.
     f"{PLUGINS}/models": ("virtualrobot_plugins.models", "virtualrobot_sdk", "numpy", "msgspec", "yaml"),
     # embreex casts rays where its library can't be driven.
     f"{PLUGINS}/ray_casters/embreex_scene.py": ("virtualrobot_sdk", "numpy", "embreex"),
     # Bullet is there to compare with; its worker process alone loads it.
     f"{PLUGINS}/ray_casters/bullet.py": ("virtualrobot_sdk", "numpy", "pybullet"),
+    # Drivers are found by name; each sees what its protocol needs.
+    f"{PLUGINS}/drivers": ("virtualrobot_plugins.drivers", "virtualrobot_sdk", "numpy", "msgspec"),
+    f"{PLUGINS}/drivers/loopback": ("virtualrobot_plugins.drivers.loopback", "virtualrobot_sdk", "numpy", "msgspec"),
     f"{PLUGINS}/importers": (
         *("virtualrobot_plugins.importers", "virtualrobot_sdk", "numpy"),
         *("cascadio", "ezdxf", "lxml", "msgspec", "PIL", "trimesh", "xacro", "yaml"),

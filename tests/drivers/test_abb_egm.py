@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 from ABBRobotEGM._egm_protobuf import egm_pb2 as messages
-from virtualrobot_plugins.drivers.abb_egm import AbbEgm, AbbEgmSettings
+from virtualrobot_plugins.drivers.abb_egm.driver import AbbEgm, AbbEgmSettings
 from virtualrobot_plugins.drivers.abb_egm.messages import MessageError, read_robot
 from virtualrobot_sdk.drivers import DriverFault, Mode, Pace, Reading, Safety
 
@@ -136,6 +136,7 @@ def test_each_packet_is_answered_by_what_is_sent(running: Setup, rng: np.random.
         numbers.append(asked.header.seqno)
     assert numbers == list(range(numbers[0], numbers[0] + 20))
     running.driver.end()
+    running.driver.send(np.zeros(6), np.zeros(6), 0)
     running.read()
     (asked,) = running.robot.asked()
     np.testing.assert_array_equal(asked.planned.joints.joints, wanted)

@@ -1,8 +1,10 @@
-"""The plugin `drivers`: the words of real robots' controllers."""
+"""The plugin `drivers`: connections to real robots, and to one that is computed."""
 
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 
-from virtualrobot_plugins.drivers.abb_egm import AbbEgm, AbbEgmSettings
+from virtualrobot_plugins.drivers.abb_egm.driver import AbbEgm, AbbEgmSettings
+from virtualrobot_plugins.drivers.loopback.driver import Loopback
+from virtualrobot_plugins.drivers.loopback.settings import LoopbackSettings
 
 api_version = "1.0"
 
@@ -11,3 +13,4 @@ api_version = "1.0"
 def virtualrobot_register_robot_drivers(register: Register) -> None:
     """Offer the drivers; each runs in a process of its own."""
     register("abb_egm", AbbEgm, AbbEgmSettings)
+    register("loopback", Loopback, LoopbackSettings)

@@ -161,6 +161,8 @@ class AbbEgm(Driver):
 
     def send(self, positions: Floats, velocities: Floats, outputs: int) -> None:
         """Answer the newest packet with these positions. EGM's own loop makes the speed."""
+        if not self._begun:
+            return
         self._held, self._digital = np.array(positions, dtype=np.float64), bool(outputs & 1)
         self._answer(self._held)
 
