@@ -178,16 +178,20 @@ class Driver:
     def run(self, points: Sequence[Floats], speeds: Sequence[float], outputs: int) -> None:
         """Have the controller go to points (k,) one after the other, and return at once; of `Pace.JOBS` alone.
 
-        `speeds` are shares (0 to 1] of the robot's own greatest speed, one for each point.
+        `speeds` are shares (0 to 1] of the robot's own greatest speed, one for each point. Points that are given before
+        others are reached come after these; `stop` forgets them all.
         """
         raise NotImplementedError
 
     def stop(self) -> None:
-        """Bring the robot to rest as the controller does it best. At once; harmless at any time after `connect`."""
+        """Bring the robot to rest as the controller does it best. At once; harmless at any time after `connect`.
+
+        It follows nothing more until `begin`.
+        """
         raise NotImplementedError
 
     def end(self) -> None:
-        """Let the robot, which is at rest, no longer follow: the other end of `begin`."""
+        """Let the robot, which is at rest, no longer follow: the other end of `begin`; harmless without one."""
 
     def reset(self) -> None:
         """Clear the fault that `DriverFault.clears` spoke of; nothing moves by that. Within 10 s."""
