@@ -3,6 +3,7 @@
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 
 from virtualrobot_plugins.drivers.abb_egm.driver import AbbEgm, AbbEgmSettings
+from virtualrobot_plugins.drivers.kuka_rsi.driver import KukaRsi, KukaRsiSettings
 from virtualrobot_plugins.drivers.loopback.driver import Loopback
 from virtualrobot_plugins.drivers.loopback.settings import LoopbackSettings
 
@@ -13,4 +14,5 @@ api_version = "1.0"
 def virtualrobot_register_robot_drivers(register: Register) -> None:
     """Offer the drivers; each runs in a process of its own."""
     register("abb_egm", AbbEgm, AbbEgmSettings)
+    register("kuka_rsi", KukaRsi, KukaRsiSettings)
     register("loopback", Loopback, LoopbackSettings)
