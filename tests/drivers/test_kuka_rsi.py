@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import math
 import re
 import socket
@@ -10,7 +11,7 @@ import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -333,7 +334,9 @@ def emulator(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[int, 
 
 
 @pytest.mark.parametrize("mode", ["absolute", "relative"])
-def test_the_emulator_of_rsipi_goes_where_it_is_sent(emulator: Callable[[int, str], Any], mode: str) -> None:
+def test_the_emulator_of_rsipi_goes_where_it_is_sent(
+    emulator: Callable[[int, str], Any], mode: Literal["absolute", "relative"]
+) -> None:
     settings = KukaRsiSettings(
         *(ADDRESS, ADDRESS, free_port()), corrections=mode, axis_tag="AKorr", outputs_tag="DiO", inputs_tag="DiO"
     )
