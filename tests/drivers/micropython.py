@@ -1,4 +1,6 @@
-"""A microcontroller under CPython: `python micropython.py BOARD.py`; its cable is standard input and output.
+"""A microcontroller under CPython: `python micropython.py BOARD.py READY`; its cable is standard input and output.
+
+The descriptor READY is closed when the program begins.
 
 Stand-ins have what the program may use of MicroPython's `machine`, `time` and `sys`, and nothing else of it.
 """
@@ -64,4 +66,5 @@ if __name__ == "__main__":
     time.__dict__["ticks_diff"] = lambda a, b: (a - b + period // 2) % period - period // 2
     sys.stdin = Input()  # pyright: ignore[reportAttributeAccessIssue]
     sys.stdout = open(1, "w", buffering=1, newline="\r\n")
+    os.close(int(sys.argv[2]))
     runpy.run_path(sys.argv[1], run_name="__main__")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import subprocess
 import sys
 import time
@@ -51,9 +52,12 @@ def board(cable: Cable, tmp_path: Path) -> Iterator[Boards]:
         program = tmp_path / "main.py"
         program.write_text(text)
         runner = str(Path(__file__).with_name("micropython.py"))
-        running.append(
-            subprocess.Popen([sys.executable, "-S", runner, str(program)], stdin=cable.end, stdout=cable.end)
-        )
+        begun, begins = os.pipe()
+        command = [sys.executable, "-S", runner, str(program), str(begins)]
+        running.append(subprocess.Popen(command, stdin=cable.end, stdout=cable.end, pass_fds=(begins,)))
+        os.close(begins)
+        os.read(begun, 1)
+        os.close(begun)
         drivers.append(SerialLine(SerialLineSettings(str(cable.path), silence_seconds=PATIENT)))
         return drivers[-1]
 

@@ -175,7 +175,7 @@ class TooManyCallsError(VirtualRobotError):
 
 
 class DriverFaultError(VirtualRobotError):
-    """What a real robot's controller refuses or complains of, or its silence; `metadata` has `robot`, `code`, `clears`."""
+    """A real robot's controller refuses, complains or is silent: `metadata` has `robot`, `code` and `clears`."""
 
     default_reason = "DRIVER_FAULT"
 

@@ -25,7 +25,7 @@ class Body(Protocol):
 
     joint_names: tuple[str, ...]
     sliding: tuple[bool, ...]
-    """Which joints slide, so that their positions are meters."""
+    """Mask of the joints that slide: their positions are meters."""
 
     @property
     def complaint(self) -> str:
