@@ -5,6 +5,7 @@ from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_plugins.drivers.abb_egm.driver import AbbEgm, AbbEgmSettings
 from virtualrobot_plugins.drivers.crs import Crs, CrsSettings
 from virtualrobot_plugins.drivers.dynamixel.driver import Dynamixel, DynamixelSettings
+from virtualrobot_plugins.drivers.kuka_rsi.driver import KukaRsi, KukaRsiSettings
 from virtualrobot_plugins.drivers.loopback.driver import Loopback
 from virtualrobot_plugins.drivers.loopback.settings import LoopbackSettings
 from virtualrobot_plugins.drivers.serial_line import SerialLine, SerialLineSettings
@@ -18,5 +19,6 @@ def virtualrobot_register_robot_drivers(register: Register) -> None:
     register("abb_egm", AbbEgm, AbbEgmSettings)
     register("crs", Crs, CrsSettings)
     register("dynamixel", Dynamixel, DynamixelSettings)
+    register("kuka_rsi", KukaRsi, KukaRsiSettings)
     register("loopback", Loopback, LoopbackSettings)
     register("serial_line", SerialLine, SerialLineSettings)
