@@ -157,6 +157,11 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{PLUGINS}/ray_casters/embreex_scene.py": ("virtualrobot_sdk", "numpy", "embreex"),
     # Bullet is there to compare with; its worker process alone loads it.
     f"{PLUGINS}/ray_casters/bullet.py": ("virtualrobot_sdk", "numpy", "pybullet"),
+    # Drivers are found by name; each sees what its protocol needs.
+    f"{PLUGINS}/drivers": ("virtualrobot_plugins.drivers", "virtualrobot_sdk", "numpy", "msgspec"),
+    f"{PLUGINS}/drivers/loopback": ("virtualrobot_plugins.drivers.loopback", "virtualrobot_sdk", "numpy", "msgspec"),
+    f"{PLUGINS}/drivers/dynamixel/bus.py": ("virtualrobot_plugins.drivers", "virtualrobot_sdk", "dynamixel_sdk"),
+    f"{PLUGINS}/drivers/serial_port.py": ("virtualrobot_sdk", "serial"),
     f"{PLUGINS}/importers": (
         *("virtualrobot_plugins.importers", "virtualrobot_sdk", "numpy"),
         *("cascadio", "ezdxf", "lxml", "msgspec", "PIL", "trimesh", "xacro", "yaml"),
