@@ -51,8 +51,8 @@ class Robot(Peer):
         """Send the packet of another cycle."""
         self.send(self.packet())
 
-    def asked(self) -> list[egm_pb2.EgmSensor]:
-        """Return the answers that came since it was last called."""
+    def asked(self) -> list[Any]:
+        """Return the answers, each an EgmSensor, that came since it was last called."""
         return [egm_pb2.EgmSensor.FromString(data) for data in self.answers()]
 
 

@@ -16,7 +16,7 @@ from virtualrobot_sdk.drivers import DriverFault, Mode, Safety
 from virtualrobot_sdk.errors import ArgumentError
 
 from tests.drivers.cables import Cable
-from tests.drivers.servos import HARDWARE_ERROR, OPERATING_MODE, TORQUE, WATCHDOG, Servo, Servos, crc
+from tests.drivers.servos import GOAL, HARDWARE_ERROR, OPERATING_MODE, TORQUE, WATCHDOG, Servo, Servos, crc
 
 PATIENT = 20.0
 """Silence (s) that tests bear where silence is not what they are about."""
@@ -81,7 +81,7 @@ def test_it_follows_in_the_order_of_the_joints(driver: Dynamixel, servos: Servos
     driver.send(goal, ZERO, 0)
     while np.abs(driver.read().positions - goal).max() > 0.5:
         pass
-    assert [servos.servos[number].at for number in (2, 7, 1)] == [2348, 1748, 48]
+    assert [servos.servos[number].get(GOAL, 4) for number in (2, 7, 1)] == [2348, 1748, 48]
     assert driver.read().mode is Mode.RUNNING
 
 

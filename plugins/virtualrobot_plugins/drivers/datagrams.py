@@ -9,6 +9,7 @@ from __future__ import annotations
 import select
 import socket
 import time
+from collections.abc import Callable
 
 from virtualrobot_sdk.drivers import DriverFault
 
@@ -19,7 +20,13 @@ MOST_AT_ONCE = 256
 
 
 class Datagrams:
-    """A bound socket. It takes what comes from one host, and from the first port there that `lock` was called for."""
+    """A bound socket. It takes what comes from one host, and from one port there once `lock` was called.
+
+    Attributes:
+        here: address and port that it listens at, for people.
+        strangers: packets of others, which were thrown away.
+        dropped: packets of the controller that were refused: broken, doubled, late.
+    """
 
     def __init__(self, address: str, port: int, controller: str) -> None:
         """Bind to `address` and `port` for datagrams of the host `controller`.
@@ -33,7 +40,8 @@ class Datagrams:
         self._peer: tuple[str, int] | None = None
         self._from: tuple[str, int] | None = None
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.here, self.strangers = f"{address}:{port}", 0
+        self.here = f"{address}:{port}"
+        self.strangers = self.dropped = 0
         try:
             self._socket.bind((address, port))
         except (OSError, OverflowError) as error:
@@ -41,20 +49,33 @@ class Datagrams:
             raise DriverFault(f"{self.here} cannot be listened at: {error}", clears=True) from error
         self._socket.setblocking(False)
 
-    @property
-    def port(self) -> int:
-        """The port that it is bound to."""
-        return self._socket.getsockname()[1]
-
     def lock(self) -> None:
         """Take datagrams of the sender of the newest one alone, from now on."""
         self._peer = self._from
 
-    def receive(self, seconds: float) -> list[bytes]:
-        """Return what has come, the oldest first, and wait at most `seconds` for the first of it.
+    def newest(self, seconds: float, take: Callable[[bytes], str]) -> None:
+        """Hand all that has come to `take`, the oldest first; wait until something new has.
 
-        Nothing is returned once `seconds` are negative. Raises DriverFault where there is no end to what comes.
+        `take` returns why it refuses a packet; one that is new it takes, and returns nothing. Raises DriverFault where
+        none is taken within `seconds`, with the last refusal, and where there is no end to what comes.
         """
+        deadline, taken, refusal = time.monotonic() + seconds, False, ""
+        while not taken:
+            waiting = self._receive(deadline - time.monotonic())
+            if not waiting:
+                told = f"; the last packet was refused: {refusal}" if refusal else ""
+                raise DriverFault(
+                    f"nothing came from the controller {self._host} at {self.here} for {seconds:g} s"
+                    f"{self._others()}{told}",
+                    clears=True,
+                )
+            for data in waiting:
+                said = take(data)
+                refusal, taken = said or refusal, taken or not said
+                self.dropped += bool(said)
+
+    def _receive(self, seconds: float) -> list[bytes]:
+        """Return what has come, and wait at most `seconds` for the first of it; nothing once they are negative."""
         if seconds < 0.0:
             return []
         deadline, got = time.monotonic() + seconds, []
@@ -72,14 +93,6 @@ class Datagrams:
             self._from = sender
             got.append(data)
         raise DriverFault(f"more than {MOST_AT_ONCE} packets wait at {self.here}{self._others()}", clears=True)
-
-    def silence(self, seconds: float, last_words: str = "") -> DriverFault:
-        """Return the fault that nothing good has come for `seconds`; `last_words`: what was wrong with what came."""
-        wrong = f"; the last packet was refused: {last_words}" if last_words else ""
-        return DriverFault(
-            f"nothing came from the controller {self._host} at {self.here} for {seconds:g} s{self._others()}{wrong}",
-            clears=True,
-        )
 
     def _others(self) -> str:
         return f"; {self.strangers} packets came from others" if self.strangers else ""

@@ -186,7 +186,7 @@ class Driver:
     def stop(self) -> None:
         """Bring the robot to rest as the controller does it best. At once; harmless at any time after `connect`.
 
-        It follows nothing more until `begin`.
+        Nothing is sent after it until `begin`.
         """
         raise NotImplementedError
 

@@ -83,13 +83,11 @@ class AbbEgm(Driver):
         self._sent = 0
         self._digital = False
         self._anew = False
-        self._refused = ""
-        self._dropped = 0
 
     @property
     def dropped(self) -> int:
         """Packets that came twice, too late or broken since `connect`."""
-        return self._dropped
+        return self._socket.dropped if self._socket is not None else 0
 
     def connect(self) -> About:
         """Listen, wait for the controller's first packet, and take those of its sender alone from then on."""
@@ -98,7 +96,7 @@ class AbbEgm(Driver):
         self._socket = Datagrams(settings.address, settings.port, settings.controller)
         self._newest, self._held = FromRobot(), np.zeros(0)
         self._begun = self._anew = self._digital = False
-        self._sent, self._dropped, self._refused = 0, 0, ""
+        self._sent = 0
         try:
             said = self._receive(BEGIN_SECONDS)
         except DriverFault as fault:
@@ -192,27 +190,23 @@ class AbbEgm(Driver):
         self._sent = self._sent + 1 & 0xFFFFFFFF
 
     def _receive(self, seconds: float) -> FromRobot:
-        """Return the newest packet that is newer than what is known; the others are dropped, and counted."""
+        """Return the newest packet that is newer than what is known."""
         if self._socket is None:
             raise DriverFault("there is no connection to the controller", clears=True)
-        deadline, newest = time.monotonic() + seconds, self._newest
-        while newest is self._newest:
-            waiting = self._socket.receive(deadline - time.monotonic())
-            if not waiting:
-                raise self._socket.silence(seconds, self._refused)
-            for data in waiting:
-                try:
-                    said = read_robot(data)
-                except MessageError as error:
-                    self._refused, self._dropped = str(error), self._dropped + 1
-                    continue
-                if _later(newest, said):
-                    self._anew |= _anew(newest, said)
-                    newest = said
-                else:
-                    self._refused, self._dropped = f"number {said.sequence} came again or late", self._dropped + 1
-        self._newest, self._refused = newest, ""
-        return newest
+        self._socket.newest(seconds, self._take)
+        return self._newest
+
+    def _take(self, data: bytes) -> str:
+        """Keep a packet that is new; return why another one is dropped."""
+        try:
+            said = read_robot(data)
+        except MessageError as error:
+            return str(error)
+        if not _later(self._newest, said):
+            return f"number {said.sequence} came again or late"
+        self._anew |= _anew(self._newest, said)
+        self._newest = said
+        return ""
 
 
 def _positions(said: FromRobot) -> Floats:
