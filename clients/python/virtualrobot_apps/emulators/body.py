@@ -29,7 +29,7 @@ class Body(Protocol):
 
     @property
     def complaint(self) -> str:
-        """Why it follows no longer, in words; empty as long as it does. `follow` is without effect until `recover`."""
+        """Reason why it follows no longer, in words; empty as long as it does. `follow` is without effect until `recover`."""
         ...
 
     def read(self) -> tuple[Floats, Floats]:
@@ -59,7 +59,7 @@ class Body(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ArmLimits:
-    """What a simulated arm can do.
+    """Abilities of a simulated arm.
 
     Attributes:
         lower, upper: positions (k,).
