@@ -65,6 +65,8 @@ class EndCause(Enum):
     PART_TIMEOUT = "part timeout"
     WORLD_RESTORED = "world restored"
     KERNEL_RESTARTED = "kernel restarted"
+    DRIVER = "driver"
+    CELL_STOPPED = "cell stopped"
 
     @property
     def aborts(self) -> bool:
@@ -74,7 +76,7 @@ class EndCause(Enum):
 
 WANTED_ENDS = (
     *(EndCause.CALL, EndCause.STOP, EndCause.PREEMPTED, EndCause.WORLD_CLEARED, EndCause.LEASE_TAKEN),
-    EndCause.WORLD_RESTORED,
+    *(EndCause.WORLD_RESTORED, EndCause.CELL_STOPPED),
 )
 """Causes that somebody wanted: motions that end by them are CANCELLED, others ABORTED."""
 

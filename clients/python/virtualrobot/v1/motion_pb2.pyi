@@ -98,6 +98,8 @@ class EndCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     END_CAUSE_PART_TIMEOUT: _ClassVar[EndCause]
     END_CAUSE_WORLD_RESTORED: _ClassVar[EndCause]
     END_CAUSE_KERNEL_RESTARTED: _ClassVar[EndCause]
+    END_CAUSE_DRIVER: _ClassVar[EndCause]
+    END_CAUSE_CELL_STOPPED: _ClassVar[EndCause]
 
 class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -183,6 +185,8 @@ END_CAUSE_STEP_REFUSED: EndCause
 END_CAUSE_PART_TIMEOUT: EndCause
 END_CAUSE_WORLD_RESTORED: EndCause
 END_CAUSE_KERNEL_RESTARTED: EndCause
+END_CAUSE_DRIVER: EndCause
+END_CAUSE_CELL_STOPPED: EndCause
 PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind
