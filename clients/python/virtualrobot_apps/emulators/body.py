@@ -29,7 +29,7 @@ class Body(Protocol):
 
     @property
     def complaint(self) -> str:
-        """Why it follows no longer, in words; empty as long as it does. `follow` is without effect until `recover`."""
+        """Words that say why it follows no longer, empty as long as it does; `follow` has no effect until `recover`."""
         ...
 
     def read(self) -> tuple[Floats, Floats]:
@@ -63,7 +63,7 @@ class Body(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ArmLimits:
-    """What a simulated arm can do.
+    """Limits of a simulated arm.
 
     Attributes:
         lower, upper: positions (k,).

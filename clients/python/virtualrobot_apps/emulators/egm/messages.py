@@ -50,9 +50,9 @@ def _file() -> descriptor_pb2.FileDescriptorProto:
 _pool = descriptor_pool.DescriptorPool()
 _pool.Add(_file())  # pyright: ignore[reportAttributeAccessIssue] the types know only the pool that all share
 EgmRobot: Any = message_factory.GetMessageClass(_pool.FindMessageTypeByName(f"{_PACKAGE}.EgmRobot"))
-"""What the robot says."""
+"""Message of the robot."""
 EgmSensor: Any = message_factory.GetMessageClass(_pool.FindMessageTypeByName(f"{_PACKAGE}.EgmSensor"))
-"""What the computer asks for."""
+"""Message of the computer: where to go."""
 
 DATA, CORRECTION = 2, 3
 """Types of messages in their headers: of the robot, of the computer."""
