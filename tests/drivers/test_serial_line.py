@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -17,9 +14,9 @@ from virtualrobot_plugins.drivers.serial_line import SerialLine, SerialLineSetti
 from virtualrobot_sdk.drivers import DriverFault, Mode, Pace, Reading, Safety
 from virtualrobot_sdk.drivers.driver import finite
 
+from tests.drivers.boards import Board
 from tests.drivers.cables import Cable, by_line
 
-BOARD = Path(__file__).parents[2] / "docs" / "drivers" / "serial_line" / "board.py"
 PATIENT = 20.0
 """Silence (s) that tests bear where silence is not what they are about."""
 GREETING = "JOINTS 2 RATE 20 UNIT DEG PACE HOST"
@@ -40,33 +37,19 @@ Boards = Callable[..., SerialLine]
 @pytest.fixture
 def board(cable: Cable, tmp_path: Path) -> Iterator[Boards]:
     """Yield a function that starts the board of the page, with other constants, and returns a driver of it."""
-    running: list[subprocess.Popen[bytes]] = []
+    running: list[Board] = []
     drivers: list[SerialLine] = []
 
     def start(**constants: object) -> SerialLine:
-        text = BOARD.read_text()
-        for name, value in constants.items():
-            lines = text.splitlines(keepends=True)
-            (at,) = (i for i, line in enumerate(lines) if line.startswith(f"{name} = "))
-            text = "".join((*lines[:at], f"{name} = {value!r}\n", *lines[at + 1 :]))
-        program = tmp_path / "main.py"
-        program.write_text(text)
-        runner = str(Path(__file__).with_name("micropython.py"))
-        begun, begins = os.pipe()
-        command = [sys.executable, "-S", runner, str(program), str(begins)]
-        running.append(subprocess.Popen(command, stdin=cable.end, stdout=cable.end, pass_fds=(begins,)))
-        os.close(begins)
-        os.read(begun, 1)
-        os.close(begun)
+        running.append(Board(cable, tmp_path, **constants))
         drivers.append(SerialLine(SerialLineSettings(str(cable.path), silence_seconds=PATIENT)))
         return drivers[-1]
 
     yield start
     for driver in drivers:
         driver.close()
-    for process in running:
-        process.kill()
-        process.wait()
+    for board in running:
+        board.close()
 
 
 Scripts = Callable[..., SerialLine]
