@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import socket
 import subprocess
+import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -346,6 +348,37 @@ def test_unplugged_is_told_and_replugged_connects_again(scripted: Scripts, cable
     cable.serve(by_line(usual))
     assert driver.connect().joints == 2
     assert driver.read().mode is Mode.READY
+
+
+def test_a_board_in_the_network() -> None:
+    answer = by_line(usual)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        driver = SerialLine(
+            SerialLineSettings(f"socket://127.0.0.1:{server.getsockname()[1]}", silence_seconds=PATIENT)
+        )
+
+        def serve() -> None:
+            near, _ = server.accept()
+            with near:
+                while data := near.recv(4096):
+                    near.sendall(answer(data))
+                    if b"STOP" in data:
+                        return
+
+        board = threading.Thread(target=serve)
+        board.start()
+        assert driver.connect().joints == 2
+        assert driver.read().positions == pytest.approx([10.5, -20.0])
+        driver.begin(np.zeros(2))
+        driver.send(np.zeros(2), np.zeros(2), 0)
+        assert driver.read().mode is Mode.READY
+        with pytest.raises(DriverFault, match=r"socket://127\.0\.0\.1:\d+ is gone"):
+            driver.stop()
+            driver.read()
+        board.join()
+        driver.close()
+    with pytest.raises(DriverFault, match=r"socket://127\.0\.0\.1:\d+ can't be opened: .*refused"):
+        driver.connect()
 
 
 def test_settings_of_each_joint(scripted: Scripts) -> None:

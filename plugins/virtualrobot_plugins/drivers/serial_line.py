@@ -38,7 +38,9 @@ CLOCK = 2**30
 class SerialLineSettings:
     """Settings of a board on a serial port."""
 
-    port: Annotated[str, Meta(min_length=1, description="Serial port: /dev/ttyUSB0, /dev/cu.usbmodem1 or COM3.")]
+    port: Annotated[
+        str, Meta(min_length=1, description="Serial port: /dev/ttyUSB0, /dev/cu.usbmodem1, COM3, socket://host:4001.")
+    ]
     baud: Annotated[int, Meta(gt=0, le=12_000_000, description="Bits a second; boards with USB take any.")] = 115200
     silence_seconds: Annotated[
         float, Meta(ge=0, le=10, description="Longest time (s) to an answer; 0: three cycles of the board.")
