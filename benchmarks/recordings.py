@@ -11,10 +11,16 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
-import foxglove
+import foxglove  # pyright: ignore[reportMissingImports] only the extra `bench` has it
 import numpy as np
-from foxglove.channels import FrameTransformsChannel
-from foxglove.messages import FrameTransform, FrameTransforms, Quaternion, Timestamp, Vector3
+from foxglove.channels import FrameTransformsChannel  # pyright: ignore[reportMissingImports]
+from foxglove.messages import (  # pyright: ignore[reportMissingImports]
+    FrameTransform,
+    FrameTransforms,
+    Quaternion,
+    Timestamp,
+    Vector3,
+)
 from mcap.writer import Writer
 from numpy.typing import NDArray
 from virtualrobot._wire.messages import array_message

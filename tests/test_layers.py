@@ -77,6 +77,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     APPS: ("virtualrobot_apps", "virtualrobot", "numpy", "click"),
     # What users get to begin with: a test beside a program.
     f"{APPS}/new/cells": ("virtualrobot", "numpy", "pytest", "program"),
+    # Messages of a foreign protocol, made from a table.
+    f"{APPS}/emulators/egm": ("virtualrobot_apps.emulators", "virtualrobot", "numpy", "click", "google.protobuf"),
+    # So is a plugin, which its author goes on with.
+    f"{APPS}/new/drivers": ("virtualrobot_sdk", "numpy", "serial", "pytest", "board"),
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # What they say is read from YAML.
@@ -159,6 +163,11 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{PLUGINS}/ray_casters/embreex_scene.py": ("virtualrobot_sdk", "numpy", "embreex"),
     # Bullet is there to compare with; its worker process alone loads it.
     f"{PLUGINS}/ray_casters/bullet.py": ("virtualrobot_sdk", "numpy", "pybullet"),
+    # Drivers are found by name; each sees what its protocol needs.
+    f"{PLUGINS}/drivers": ("virtualrobot_plugins.drivers", "virtualrobot_sdk", "numpy", "msgspec"),
+    f"{PLUGINS}/drivers/loopback": ("virtualrobot_plugins.drivers.loopback", "virtualrobot_sdk", "numpy", "msgspec"),
+    f"{PLUGINS}/drivers/dynamixel/bus.py": ("virtualrobot_plugins.drivers", "virtualrobot_sdk", "dynamixel_sdk"),
+    f"{PLUGINS}/drivers/serial_port.py": ("virtualrobot_sdk", "serial"),
     f"{PLUGINS}/importers": (
         *("virtualrobot_plugins.importers", "virtualrobot_sdk", "numpy"),
         *("cascadio", "ezdxf", "lxml", "msgspec", "PIL", "trimesh", "xacro", "yaml"),

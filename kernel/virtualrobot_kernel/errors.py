@@ -47,6 +47,7 @@ class Reason(Enum):
     CONFLICT = "CONFLICT"
     ROLE_TOO_LOW = "ROLE_TOO_LOW"
     TOO_MANY_CALLS = "TOO_MANY_CALLS"
+    DRIVER_FAULT = "DRIVER_FAULT"
 
 
 class KernelError(Exception):

@@ -34,6 +34,7 @@ hookimpl = pluggy.HookimplMarker(PROJECT)
 
 COMPONENT_DEADLINE_SECONDS = 1.0
 IMPORTER_DEADLINE_SECONDS = 60.0
+DRIVER_DEADLINE_SECONDS = 10.0
 
 
 class Register(Protocol):
@@ -122,7 +123,7 @@ def virtualrobot_register_sensor_models(register: Register) -> None:
 
 @hookspec
 def virtualrobot_register_robot_drivers(register: Register) -> None:
-    """Register robot drivers: `factory()` or `factory(settings)` returns a `drivers.RobotDriver`."""
+    """Register robot drivers: `factory()` or `factory(settings)` returns a `drivers.Driver`."""
 
 
 @hookspec
@@ -162,7 +163,7 @@ HOOKS = {
     ),
     ComponentKind.RAY_CASTER: KindOfHook(virtualrobot_register_ray_casters.__name__, COMPONENT_DEADLINE_SECONDS),
     ComponentKind.SENSOR_MODEL: KindOfHook(virtualrobot_register_sensor_models.__name__, COMPONENT_DEADLINE_SECONDS),
-    ComponentKind.ROBOT_DRIVER: KindOfHook(virtualrobot_register_robot_drivers.__name__, COMPONENT_DEADLINE_SECONDS),
+    ComponentKind.ROBOT_DRIVER: KindOfHook(virtualrobot_register_robot_drivers.__name__, DRIVER_DEADLINE_SECONDS),
     ComponentKind.IMPORTER: KindOfHook(
         virtualrobot_register_importers.__name__, IMPORTER_DEADLINE_SECONDS, has_endings=True
     ),

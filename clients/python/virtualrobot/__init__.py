@@ -94,8 +94,8 @@ _MODULES = {
     "robots.dynamics": ("inertial",),
     "errors": (
         "AssetError", "AuthenticationError", "CallTimeoutError", "ClientClosedError", "CollisionError",
-        "ConflictError", "InvalidArgumentError", "KernelFaultError", "KernelGoneError", "LeaseEndedError",
-        "LeasedError", "LimitError", "MalformedFileError", "MissingFileError", "MotionAbortedError",
+        "ConflictError", "DriverFaultError", "InvalidArgumentError", "KernelFaultError", "KernelGoneError",
+        "LeaseEndedError", "LeasedError", "LimitError", "MalformedFileError", "MissingFileError", "MotionAbortedError",
         "MotionCancelledError", "MotionEndedError", "NameTakenError", "PlanOutdatedError",
         "PluginFailedError", "RobotBusyError", "RoleTooLowError", "SingularityError", "StaleRevisionError",
         "TooLargeError", "TooManyCallsError",

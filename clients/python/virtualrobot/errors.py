@@ -174,6 +174,12 @@ class TooManyCallsError(VirtualRobotError):
     default_reason = "TOO_MANY_CALLS"
 
 
+class DriverFaultError(VirtualRobotError):
+    """A real robot's controller refuses, complains or is silent: `metadata` has `robot`, `code` and `clears`."""
+
+    default_reason = "DRIVER_FAULT"
+
+
 class RoleTooLowError(VirtualRobotError, PermissionError):
     """A call or command that this client's role may not give; `metadata` has `needs` and `has`, the roles."""
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Iterator, Sequence
 from concurrent.futures import Future
-from contextlib import aclosing
+from contextlib import aclosing, contextmanager
 from functools import partial
 
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
@@ -14,6 +14,7 @@ from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.convert.program import NOTE, program_text
 from virtualrobot_kernel.api.convert.states import motion_message
+from virtualrobot_kernel.api.holding import Holds, check_can_be_held, held_at_start
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested, touching_notes
 from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
@@ -52,6 +53,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self._programs = OpenPrograms(kernel)
         self._decisions = Decisions(kernel, self._programs)
         self._bound: dict[str, asyncio.TimerHandle] = {}
+        self._holds = Holds(kernel)
 
     async def StartMotion(
         self, request: motion_pb2.StartMotionRequest, context: object
@@ -65,6 +67,8 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         world, expected = self._kernel.world, expected_revision(request)
         check_revision(world.snapshot.structure, expected)
         said = request.spec
+        if request.hold:
+            check_can_be_held(said)
         text = await self._kernel.in_worker(program_text, said.steps, said.programs, request.breakpoints)
         spec, joints, robots = await requested(self._kernel, said, text)
         await make_way(self._kernel, lambda _: joints, request.busy_policy, context)
@@ -81,14 +85,17 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
                 open=request.open or text.rest is not None,
             ),
         )
+        command = held_at_start(planned.command) if request.hold else planned.command
         submit = self._kernel.submitting(context)
-        applied = submit([planned.command], expected)
+        applied = submit([command], expected)
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after an await: a client that vanishes there would leave a motion that nothing stops.
             applied.add_done_callback(partial(self._started, asyncio.get_running_loop()))
         snapshot = (done := await asyncio.wrap_future(applied)).snapshot
         motion = find_motion(snapshot, str(done.created[0]))
         self._programs.remember(motion.id, planned.end)
+        if request.hold:
+            self._holds.remember(motion.id)
         if text.rest is not None:
             self._decisions.take_on(motion.id, text.rest, submit, open=request.open)
         notes = (*planned.notes, *touching_notes(self._kernel.monitor.latest, snapshot, motion))
@@ -154,19 +161,26 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         pause = pause_seconds(request.max_rate_hertz)
         snapshot = self._kernel.world.snapshot
         find_motion(snapshot, id)
-        self._watchers[id] += 1
-        try:
+        with self._watching(id):
             while True:
                 motion = find_motion(snapshot, id)
                 yield motion_pb2.WatchMotionResponse(stamp=stamp(snapshot), motion=motion_message(snapshot, motion))
                 if motion not in snapshot.state.motions:
                     return
                 snapshot = await self._progressed(snapshot, id, pause)
-        finally:
-            self._watchers[id] -= 1
-            if not self._watchers[id]:
-                del self._watchers[id]
-            self._check_later(id)
+
+    async def HoldMotion(
+        self, request_iterator: AsyncIterator[motion_pb2.HoldMotionRequest], context: object
+    ) -> AsyncIterator[motion_pb2.HoldMotionResponse]:
+        """Let a motion run while beats come."""
+        first = await anext(aiter(request_iterator), None)
+        id = "" if first is None else first.id
+        find_motion(self._kernel.world.snapshot, id)
+        with self._watching(id):
+            async with aclosing(self._holds.hold(id, request_iterator, context)) as snapshots:
+                async for snapshot in snapshots:
+                    motion = motion_message(snapshot, find_motion(snapshot, id))
+                    yield motion_pb2.HoldMotionResponse(stamp=stamp(snapshot), motion=motion)
 
     async def PauseMotion(
         self, request: motion_pb2.PauseMotionRequest, context: object
@@ -179,11 +193,13 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self, request: motion_pb2.ResumeMotionRequest, context: object
     ) -> motion_pb2.ResumeMotionResponse:
         """Resume a motion that was paused; one that runs stays as it is."""
+        self._holds.check_free(request.id)
         snapshot, motion = await self._changed(ResumeMotion(request.id), request.id, context)
         return motion_pb2.ResumeMotionResponse(motion=motion, stamp=stamp(snapshot))
 
     async def StepMotion(self, request: motion_pb2.StepMotionRequest, context: object) -> motion_pb2.StepMotionResponse:
         """Let a motion go on to the end of its present step."""
+        self._holds.check_free(request.id)
         snapshot, motion = await self._changed(StepMotion(request.id), request.id, context)
         return motion_pb2.StepMotionResponse(motion=motion, stamp=stamp(snapshot))
 
@@ -216,6 +232,18 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
 
     async def _submit(self, commands: Sequence[Command], context: object) -> Applied:
         return await asyncio.wrap_future(self._kernel.submit(commands, context))
+
+    @contextmanager
+    def _watching(self, id: str) -> Iterator[None]:
+        """Count as somebody who watches a motion, for the length of a block."""
+        self._watchers[id] += 1
+        try:
+            yield
+        finally:
+            self._watchers[id] -= 1
+            if not self._watchers[id]:
+                del self._watchers[id]
+            self._check_later(id)
 
     def _started(self, loop: asyncio.AbstractEventLoop, started: Future[Applied]) -> None:
         """Bind a motion to its watch; called by the world thread once it is started, or refused."""

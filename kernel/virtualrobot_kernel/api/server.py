@@ -16,6 +16,8 @@ from grpc_reflection.v1alpha import reflection
 from virtualrobot.v1 import (
     asset_pb2,
     asset_pb2_grpc,
+    calibration_pb2,
+    calibration_pb2_grpc,
     collision_pb2,
     collision_pb2_grpc,
     history_pb2,
@@ -47,6 +49,7 @@ from virtualrobot.v1 import (
 )
 
 from virtualrobot_kernel.api.asset import AssetServicer
+from virtualrobot_kernel.api.calibration import CalibrationServicer
 from virtualrobot_kernel.api.collision import CollisionServicer
 from virtualrobot_kernel.api.history import HistoryServicer
 from virtualrobot_kernel.api.interceptors import Errors, Leasing
@@ -91,6 +94,7 @@ SERVICES = (
     (ray_pb2, ray_pb2_grpc.add_RayServiceServicer_to_server, RayServicer),
     (history_pb2, history_pb2_grpc.add_HistoryServiceServicer_to_server, HistoryServicer),
     (collision_pb2, collision_pb2_grpc.add_CollisionServiceServicer_to_server, CollisionServicer),
+    (calibration_pb2, calibration_pb2_grpc.add_CalibrationServiceServicer_to_server, CalibrationServicer),
 )
 """Messages, registration and servicer of each noun of the contract."""
 

@@ -42,6 +42,7 @@ CODES = {
     Reason.CONFLICT: grpc.StatusCode.FAILED_PRECONDITION,
     Reason.ROLE_TOO_LOW: grpc.StatusCode.PERMISSION_DENIED,
     Reason.TOO_MANY_CALLS: grpc.StatusCode.RESOURCE_EXHAUSTED,
+    Reason.DRIVER_FAULT: grpc.StatusCode.FAILED_PRECONDITION,
 }
 
 

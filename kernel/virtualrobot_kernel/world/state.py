@@ -65,6 +65,8 @@ class EndCause(Enum):
     PART_TIMEOUT = "part timeout"
     WORLD_RESTORED = "world restored"
     KERNEL_RESTARTED = "kernel restarted"
+    DRIVER = "driver"
+    CELL_STOPPED = "cell stopped"
 
     @property
     def aborts(self) -> bool:
@@ -74,7 +76,7 @@ class EndCause(Enum):
 
 WANTED_ENDS = (
     *(EndCause.CALL, EndCause.STOP, EndCause.PREEMPTED, EndCause.WORLD_CLEARED, EndCause.LEASE_TAKEN),
-    EndCause.WORLD_RESTORED,
+    *(EndCause.WORLD_RESTORED, EndCause.CELL_STOPPED),
 )
 """Causes that somebody wanted: motions that end by them are CANCELLED, others ABORTED."""
 
@@ -184,6 +186,7 @@ class State:
     collisions: what is done about collisions.
     running_sensors: the start of each sensor (a uid) that runs; `sensor_starts` counts all starts.
     epoch: counts how often the world was replaced as a whole.
+    tcp_speed_limits: greatest speed (m/s) of the tool centre point of each robot (a uid) that has one, as for teaching.
     """
 
     tick: int
@@ -205,6 +208,7 @@ class State:
     running_sensors: Mapping[int, SensorStart] = field(default_factory=dict)
     sensor_starts: int = 0
     epoch: int = 0
+    tcp_speed_limits: Mapping[int, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

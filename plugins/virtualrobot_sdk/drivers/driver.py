@@ -27,7 +27,7 @@ from virtualrobot_sdk.kinematics import Floats
 
 
 class Pace(Enum):
-    """Who says when the next setpoint is due."""
+    """Clock by which setpoints are due."""
 
     HOST = "HOST"
     """The host's clock: `read` returns at once, `send` comes `About.rate` times a second."""
@@ -38,7 +38,7 @@ class Pace(Enum):
 
 
 class Mode(Enum):
-    """What the controller lets the robot do."""
+    """State in which the controller has the robot."""
 
     OFF = "OFF"
     """Motors have no power."""
@@ -55,7 +55,7 @@ class Mode(Enum):
 
 
 class Safety(Enum):
-    """What the controller's safety system says; all but the first two mean that it has stopped the robot."""
+    """Verdict of the controller's safety system; all but the first two mean that it has stopped the robot."""
 
     NORMAL = "NORMAL"
     REDUCED = "REDUCED"
@@ -70,7 +70,7 @@ class Safety(Enum):
 
 
 class DriverFault(Exception):
-    """What the controller complains of, or that it is silent, in words that a person at the robot understands.
+    """Fault that the controller complains of, or its silence, in words that a person at the robot understands.
 
     Attributes:
         text: the controller's own words, whole.
@@ -86,7 +86,7 @@ class DriverFault(Exception):
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What a driver finds out about its controller as it connects.
+    """Description of a controller, found out as a driver connects.
 
     Attributes:
         joints: number k of the robot's joints.
@@ -115,7 +115,7 @@ class About:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
-    """What a controller says in one cycle; k joints in its own order and units.
+    """Report of a controller in one cycle; k joints in its own order and units.
 
     Attributes:
         stamp: the controller's own time (s): it grows with each of its cycles. One that stays means silence.
@@ -178,16 +178,20 @@ class Driver:
     def run(self, points: Sequence[Floats], speeds: Sequence[float], outputs: int) -> None:
         """Have the controller go to points (k,) one after the other, and return at once; of `Pace.JOBS` alone.
 
-        `speeds` are shares (0 to 1] of the robot's own greatest speed, one for each point.
+        `speeds` are shares (0 to 1] of the robot's own greatest speed, one for each point. Points that are given before
+        others are reached come after these; `stop` forgets them all.
         """
         raise NotImplementedError
 
     def stop(self) -> None:
-        """Bring the robot to rest as the controller does it best. At once; harmless at any time after `connect`."""
+        """Bring the robot to rest as the controller does it best. At once; harmless at any time after `connect`.
+
+        Nothing is sent after it until `begin`.
+        """
         raise NotImplementedError
 
     def end(self) -> None:
-        """Let the robot, which is at rest, no longer follow: the other end of `begin`."""
+        """Let the robot, which is at rest, no longer follow: the other end of `begin`; harmless without one."""
 
     def reset(self) -> None:
         """Clear the fault that `DriverFault.clears` spoke of; nothing moves by that. Within 10 s."""

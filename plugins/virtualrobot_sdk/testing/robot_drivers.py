@@ -1,10 +1,11 @@
-"""The contract suite for robot drivers: their life cycle, and what a robot does that hangs on one.
+"""The contract suite for robot drivers: what they tell, and what a robot does that hangs on one.
 
-Laws that move a robot are not tried where a real one hangs on the driver.
+Laws that let a robot follow are tried only where its author permits it.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import time
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -12,205 +13,223 @@ from typing import ClassVar
 
 import numpy as np
 
-from virtualrobot_sdk.drivers import TRANSITIONS, DriverState
-from virtualrobot_sdk.drivers import Measured as Reading
-from virtualrobot_sdk.errors import ArgumentError
+from virtualrobot_sdk.drivers import About, Pace, Reading, Safety
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.component_contract import ComponentContract
+from virtualrobot_sdk.testing.driver_stage import READINGS, Complaint
 from virtualrobot_sdk.testing.laws import LawBroken, Measured
 from virtualrobot_sdk.testing.robot_handling import (
-    READINGS,
     DriverFacts,
     DriverTrial,
-    break_connection,
-    bring_to,
-    come_to_rest,
-    let_go,
+    anew,
+    connected,
+    fresh,
+    held,
+    must_be_at,
     must_be_free_to_move,
-    must_be_in,
+    must_be_stated,
     must_stay,
+    performed,
     read,
-    send,
-    states_to_try,
-    wrong_joints,
-    wrong_targets,
 )
-from virtualrobot_sdk.testing.trial import Law, NotTried, must_refuse, numbers
+from virtualrobot_sdk.testing.trial import Law, NotTried, Trial, numbers
 
 CLOCKS = 5.0
 """Factor by which the readings' time may run faster or slower than the wall clock."""
-CALLS = ("configure", "activate", "read", "write", "stop", "deactivate", "cleanup")
-"""Every call of a driver."""
+TOLD_SECONDS = 0.1
+"""Time (s) within which a driver tells that its connection is broken or its controller silent."""
+BUSY = 20.0
+"""Factor by which a busy machine may take longer than that."""
 
 
-def life_cycle(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """Each call is taken or refused in each state as TRANSITIONS has it, and leads to the state that it says."""
-    tried = 0
-    for state in states_to_try(trial):
-        for call in CALLS:
-            if trial.facts.is_real and TRANSITIONS[state].get(call) is DriverState.ACTIVE:
-                continue
-            held = bring_to(trial, state)
-            arguments = {"configure": (trial.facts.joint_names,), "write": (held, np.zeros_like(held))}.get(call, ())
-            expected = TRANSITIONS[state].get(call)
-            tried += 1
-            try:
-                trial.call(call, *arguments)
-            except ArgumentError as error:
-                if expected is not None:
-                    raise LawBroken(f"{call} is refused in {state.value}: {error}") from error
-                must_be_in(trial, state, f"{call} was refused")
-                continue
-            if expected is None:
-                raise LawBroken(f"{call} is taken in {state.value}; it must be refused by an ArgumentError there")
-            must_be_in(trial, expected, f"{call} in {state.value}")
-    return Measured(tried)
+def connecting(trial: DriverTrial, rng: np.random.Generator) -> Measured:
+    """Connect tells what is consistent, and the same when it connects again; close is harmless, twice too."""
+    anew(trial)
+    trial.call("close")
+    first = connected(trial)
+    if wrong := _wrong(first, trial.facts):
+        raise LawBroken(f"connect: {wrong}")
+    place = read(trial)[0].positions
+    for _ in range(2):
+        trial.call("close")
+    again = connected(trial)
+    if again != first:
+        raise LawBroken(f"connected again, it tells {again}; it was {first}")
+    must_stay(read(trial), place, "it was closed and connected again", trial.facts.tolerance)
+    return Measured(2)
 
 
-def refusals(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """Wrong joints and wrong targets are refused, and leave the driver in its state."""
-    bring_to(trial, DriverState.UNCONFIGURED)
-    tried = must_refuse(trial, wrong_joints(trial.facts.joint_names))
-    must_be_in(trial, DriverState.UNCONFIGURED, "configure was refused")
-    if not trial.facts.is_real:
-        held = bring_to(trial, DriverState.ACTIVE)
-        tried += must_refuse(trial, wrong_targets(held))
-        must_be_in(trial, DriverState.ACTIVE, "write was refused")
-        must_stay(trial, held, "wrong targets were refused")
-    return Measured(tried)
+def unreachable(trial: DriverTrial, rng: np.random.Generator) -> Measured:
+    """Connect says where nobody answers, in words that name the place."""
+    must_be_stated(trial, "nobody")
+    nobody = dict(trial.facts.nobody or {})
+    anew(trial)
+    with Trial(trial.kind, dataclasses.replace(trial.subject, settings=nobody), trial.facts) as other:
+        found = other.call("connected")
+        other.call("let_go")
+    if not isinstance(found, Complaint):
+        raise LawBroken(f"with {nobody} nobody answers, and connect returns {found}; it must raise DriverFault")
+    if not any(str(value) in found.text for value in nobody.values()):
+        raise LawBroken(f"connect complains {str(found)!r}; it must say where nobody answers, of {nobody}")
+    return Measured(1)
 
 
-def reading(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """Readings are finite, are where the robot stands, and their time grows by seconds."""
-    bring_to(trial, DriverState.INACTIVE)
+def readings(trial: DriverTrial, rng: np.random.Generator) -> Measured:
+    """Readings are finite and where the robot stands; their stamps grow by seconds, at the rate that connect tells."""
+    about = fresh(trial)
+    stands = trial.facts.stands_at
     began = time.monotonic()
-    first = last = read(trial)
-    if trial.facts.stands_at is not None:
-        off = np.abs(first.positions - trial.facts.stands_at)
+    found = read(trial, READINGS)
+    took = time.monotonic() - began
+    if stands is not None:
+        off = np.abs(found[0].positions - stands)
         if off.max() > trial.facts.tolerance:
-            stands = numbers(np.array(trial.facts.stands_at))
             raise LawBroken(
-                f"it reads {numbers(first.positions)}, and the robot stands at {stands} rad or m (`stands_at` of "
-                "DriverFacts)"
+                f"it reads {numbers(found[0].positions)}, and the robot stands at {numbers(np.array(stands))} rad or m "
+                "(`stands_at` of DriverFacts)"
             )
-    for _ in range(READINGS):
-        time.sleep(trial.facts.period_seconds)
-        now = read(trial)
-        if now.seconds < last.seconds:
-            raise LawBroken(f"the time of a reading is {now.seconds:.6f} s after {last.seconds:.6f} s")
-        last = now
-    if not last.seconds > first.seconds:
-        waited = READINGS * trial.facts.period_seconds
-        raise LawBroken(f"the time of {READINGS} readings within {waited:.3g} s is always {first.seconds:.6f} s")
-    took, told = time.monotonic() - began, last.seconds - first.seconds
-    if not took / CLOCKS <= told <= CLOCKS * took:
-        raise LawBroken(f"the time of readings grew by {told:.3g} within {took:.3g} s; it must be in seconds")
-    return Measured(READINGS)
-
-
-def order(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """Arrays that are read and written are in the order of the names that `configure` was given."""
-    names = trial.facts.joint_names
-    if len(names) < 2:
-        raise NotTried("it has one joint")
-    if not trial.facts.is_real:
-        # Each joint at a place of its own, so that an order is seen.
-        held = bring_to(trial, DriverState.ACTIVE)
-        send(trial, held, held + trial.facts.way * np.linspace(-1.0, 1.0, len(names)))
-        trial.call("deactivate")
-        before = read(trial).positions
-        trial.call("cleanup")
-    else:
-        before = bring_to(trial, DriverState.INACTIVE)
-        trial.call("cleanup")
-    turned = rng.permutation(len(names))
-    while (turned == np.arange(len(names))).all():
-        turned = rng.permutation(len(names))
-    trial.call("configure", tuple(names[i] for i in turned))
-    found = read(trial).positions
-    off = np.abs(found - before[turned])
-    if off.max() > trial.facts.tolerance:
+    stamps = np.array([one.stamp for one in found])
+    if (np.diff(stamps) < 0.0).any():
+        raise LawBroken(f"the stamps of readings are {numbers(stamps)}; they must not fall")
+    grown = int((np.diff(stamps) > 0.0).sum())
+    if grown < (READINGS - 1) / 2:
         raise LawBroken(
-            f"configured for {', '.join(names)} it reads {numbers(before)}, and for "
-            f"{', '.join(names[i] for i in turned)} {numbers(found)}; values must have the order of the names"
+            f"of {READINGS} readings, taken {about.rate:g} times a second as connect tells, {grown} have a new stamp: "
+            f"{numbers(stamps)}"
         )
-    if not trial.facts.is_real:
-        # What is written in that order goes where it is read in it.
-        trial.call("activate")
-        send(trial, found, found + trial.facts.way * np.linspace(-1.0, 1.0, len(names)))
-    return Measured(1, {"rad, m": float(off.max())})
+    told, least = stamps[-1] - stamps[0], (READINGS - 1) / about.rate / CLOCKS
+    if not least <= told <= max(took, least) * CLOCKS:
+        raise LawBroken(f"the stamps of readings grew by {told:.3g} within {took:.3g} s; they must be in seconds")
+    return Measured(READINGS, {"cycles": told * about.rate})
+
+
+def silence(trial: DriverTrial, rng: np.random.Generator) -> Measured:
+    """A controller that is silent is told as a DriverFault; afterwards connect works again."""
+    must_be_stated(trial, "silences", "mends")
+    return _told(trial, trial.facts.silences, "silent")
 
 
 def holding(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """A robot that is activated stays where it is until something is written, and where nothing may be written too."""
+    """A robot stays where it is as it is begun, and while that is what is sent; then readings have Mode.RUNNING."""
     must_be_free_to_move(trial)
-    held = bring_to(trial, DriverState.ACTIVE)
-    worst = must_stay(trial, held, "it was activated and nothing was written")
-    trial.call("deactivate")
-    held = read(trial).positions
-    must_refuse(trial, [("write", (held + trial.facts.way, np.zeros_like(held)), "a target in INACTIVE")])
-    worst = max(worst, must_stay(trial, held, "a target was refused in INACTIVE"))
-    return Measured(2 * READINGS, {"rad, m": worst})
+    session = performed(trial)
+    worst = must_stay(session.holding + session.after, session.held, "begin and end", trial.facts.tolerance)
+    return Measured(len(session.holding), {"rad, m": worst})
 
 
 def following(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """An active robot goes where it is told, joint by joint, and back, at the velocities that it tells."""
+    """A robot goes where setpoints lead it, joint by joint, and back, at the velocities that it tells."""
     must_be_free_to_move(trial)
-    held = bring_to(trial, DriverState.ACTIVE)
-    target = held + trial.facts.way * rng.choice([-1.0, 1.0], len(held)) * rng.uniform(0.3, 1.0, len(held))
-    told: list[Reading] = []
-    worst = max(send(trial, held, target, told=told), send(trial, target, held))
-    # The sum of velocities over the readings' own times is the way, whatever the law of motion.
-    places, rates, times = (np.array([getattr(one, n) for one in told]) for n in ("positions", "velocities", "seconds"))
-    way = places[-1] - places[0]
-    summed = (rates[1:] * np.diff(times)[:, None]).sum(axis=0)
-    far = np.abs(way) > 4.0 * trial.facts.tolerance
-    if (far & ~((summed / np.where(far, way, 1.0) > 0.3) & (summed / np.where(far, way, 1.0) < 3.0))).any():
-        raise LawBroken(
-            f"it goes by {numbers(way)}, and the velocities that it tells make {numbers(summed)} in the readings' own "
-            "times; they must be in rad/s and m/s, of the way's sign"
-        )
+    if _pace(trial) is Pace.JOBS:
+        raise NotTried("its controller plans by itself: see `jobs`")
+    way = trial.facts.way * rng.choice([-1.0, 1.0], trial.facts.joints) * rng.uniform(0.3, 1.0, trial.facts.joints)
+    session = performed(trial, way, np.zeros_like(way))
+    there, back = session.going
+    worst = must_be_at(there[-1], session.held + way, trial.facts, "sent")
+    worst = max(worst, must_be_at(back[-1], session.held, trial.facts, "sent back to"))
+    must_stay(session.after, session.held, "end", 2 * trial.facts.tolerance)
+    _look_at_velocities(there, trial.facts)
     return Measured(2, {"rad, m": worst})
 
 
-def stopping(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """A stop in the middle of a way brings the robot to rest, and it does not go on when it is active again."""
+def jobs(trial: DriverTrial, rng: np.random.Generator) -> Measured:
+    """A controller that plans by itself goes to each point; run returns at once, and `done` counts them."""
     must_be_free_to_move(trial)
-    held = bring_to(trial, DriverState.ACTIVE)
-    send(trial, held, held + trial.facts.way, part=0.5)
-    trial.call("stop")
-    must_be_in(trial, DriverState.INACTIVE, "stop")
-    rest = come_to_rest(trial)
-    if (rest - held > trial.facts.way + trial.facts.tolerance).any():
+    if _pace(trial) is not Pace.JOBS:
+        raise NotTried("its controller follows setpoints: see `following`")
+    way = trial.facts.way * rng.choice([-1.0, 1.0], trial.facts.joints) * rng.uniform(0.3, 1.0, trial.facts.joints)
+    session = performed(trial, way, np.zeros_like(way))
+    for i, (going, point) in enumerate(zip(session.going, (way, np.zeros_like(way)), strict=True)):
+        if going[-1].done != i + 1:
+            raise LawBroken(
+                f"{trial.facts.settle_seconds:g} s after it was given, `done` of point {i + 1} is {going[-1].done}"
+            )
+        must_be_at(going[-1], session.held + point, trial.facts, "run to")
+    if session.took > BUSY * TOLD_SECONDS:
+        raise LawBroken(f"run took {session.took:.3g} s; it must return at once")
+    return Measured(2, {"s": session.took})
+
+
+def stopping(trial: DriverTrial, rng: np.random.Generator) -> Measured:
+    """A stop in the middle of a way brings the robot to rest; begun again, it does not go on."""
+    must_be_free_to_move(trial)
+    way = np.full(trial.facts.joints, trial.facts.way)
+    jobs = _pace(trial) is Pace.JOBS
+    # By itself a controller may go as fast as its stop needs the other half of the way.
+    session = performed(trial, way, cut=0.25 if jobs else 0.5, ending="stop")
+    rest = session.after[-1].positions
+    short = 0.05 * trial.facts.way if jobs else -trial.facts.tolerance
+    if (rest > session.held + way - short).any():
         raise LawBroken(
-            f"stopped on half of the way from {numbers(held)} to {numbers(held + trial.facts.way)}, it rests past its "
-            f"end at {numbers(rest)}"
+            f"stopped on the way from {numbers(session.held)} to {numbers(session.held + way)}, it rests at "
+            f"{numbers(rest)}"
         )
-    worst = must_stay(trial, rest, "it came to rest after a stop")
-    trial.call("activate")
-    worst = max(worst, must_stay(trial, rest, "it was stopped on its way and activated again"))
+    worst = must_stay(session.after[-READINGS:], rest, "it came to rest after a stop", trial.facts.tolerance)
+    connected(trial)
+    held(trial, READINGS, "stop")
     return Measured(2 * READINGS, {"rad, m": worst})
 
 
+def ending(trial: DriverTrial, rng: np.random.Generator) -> Measured:
+    """Stop, end and close are harmless in any order, more than once, and readings come until close."""
+    fresh(trial)
+    place = read(trial)[0].positions
+    for call in ("end", "stop", "stop", "end"):
+        if (complaint := trial.call("attempt", call)) is not None:
+            raise LawBroken(f"{call} of a robot that was not begun complains: {complaint}")
+        must_stay(read(trial), place, call, trial.facts.tolerance)
+    if trial.facts.moves:
+        held(trial, 1, "stop", "end", "end", "stop")
+    for _ in range(2):
+        trial.call("close")
+    return Measured(8)
+
+
+def complaints(trial: DriverTrial, rng: np.random.Generator) -> Measured:
+    """A fault of the controller reaches the reader in its own words; `reset` clears it where `clears` says so."""
+    must_be_stated(trial, "complains", "words")
+    facts = trial.facts
+    fresh(trial)
+    found = trial.call("told", facts.complains, BUSY * TOLD_SECONDS)
+    said = found.text if isinstance(found, Reading) else str(found) if found is not None else ""
+    if facts.words not in said:
+        raise LawBroken(f"after {facts.complains} it says {said!r}; the controller says {facts.words!r} (`words`)")
+    if isinstance(found, Reading) and found.safety in (Safety.NORMAL, Safety.REDUCED) and facts.moves:
+        raise LawBroken(f"after {facts.complains} it says {said!r}, and its safety is {found.safety.name}")
+    if not facts.moves:
+        return Measured(1)
+    refused = found if isinstance(found, Complaint) else _refusal(trial)
+    if refused is None:
+        raise LawBroken(f"it says {said!r}, and begin is taken; it must raise DriverFault")
+    if facts.words not in str(refused):
+        raise LawBroken(f"it says {said!r}, and begin complains {str(refused)!r}: the words must be the controller's")
+    if isinstance(found, Complaint):
+        connected(trial)
+    if refused.clears:
+        trial.call("reset")
+    elif facts.heals:
+        trial.call("act", facts.heals)
+    else:
+        return Measured(1, note="a person has to clear it")
+    if (left := _refusal(trial)) is not None:
+        raise LawBroken(f"after {'reset' if refused.clears else facts.heals} begin still complains: {left}")
+    return Measured(2)
+
+
 def recovery(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """A broken connection is an error, ERROR is the state, and the driver starts again from where the robot is."""
-    must_be_free_to_move(trial)
-    if not trial.facts.breaks:
-        raise NotTried("`breaks` of DriverFacts names no method that breaks the connection")
-    held = bring_to(trial, DriverState.ACTIVE)
-    send(trial, held, held + trial.facts.way, part=0.5)
-    break_connection(trial)
-    trial.call("configure", trial.facts.joint_names)
-    must_be_in(trial, DriverState.INACTIVE, "configure in ERROR")
-    rest = come_to_rest(trial)
-    trial.call("activate")
-    worst = must_stay(trial, rest, "its connection broke on its way and it was activated again")
-    worst = max(worst, send(trial, rest, held))
-    return Measured(READINGS, {"rad, m": worst})
+    """A broken connection is told; connected again, it reads where the robot is, and nothing moves unasked."""
+    must_be_stated(trial, "breaks", "mends")
+    return _told(trial, trial.facts.breaks, "broken")
 
 
 LAWS: Mapping[str, Law] = MappingProxyType(
-    {law.__name__: law for law in (life_cycle, refusals, reading, order, holding, following, stopping, recovery)}
+    {
+        law.__name__: law
+        for law in (
+            *(connecting, unreachable, readings, silence, holding, following, jobs, stopping, ending, complaints),
+            recovery,
+        )
+    }
 )
 """Laws of all robot drivers, by name, in the order in which they are tried."""
 
@@ -220,7 +239,7 @@ class RobotDriverContract(ComponentContract):
 
     class TestMyDriver(RobotDriverContract):
         component = "my_package/my_driver"
-        facts = DriverFacts(("shoulder", "elbow", "wrist"), is_real=True)
+        facts = DriverFacts(joints=6)
     """
 
     kind = ComponentKind.ROBOT_DRIVER
@@ -232,6 +251,71 @@ class RobotDriverContract(ComponentContract):
         """Let the robot go, then end the process."""
         try:
             cls.trial.renew()
-            let_go(cls.trial)
+            cls.trial.call("let_go")
         finally:
             super().teardown_class()
+
+
+def _pace(trial: DriverTrial) -> Pace:
+    return fresh(trial).pace
+
+
+def _refusal(trial: DriverTrial) -> Complaint | None:
+    """Return what begin complains of, if anything; the robot is stopped then."""
+    found = trial.call("hold", 0, "stop")
+    return next((one for one in found if isinstance(one, Complaint)), None)
+
+
+def _told(trial: DriverTrial, path: str, what: str) -> Measured:
+    """Break something, see that it is told in time, mend it, and see that the robot stands and may be read again."""
+    about = fresh(trial)
+    limit = BUSY * max(TOLD_SECONDS, 3.0 / about.rate)
+    complaint = trial.call("complaint", path, limit)
+    if complaint is None:
+        raise LawBroken(f"after {path} the controller is {what}, and read goes on for {limit:.3g} s; it must raise")
+    if complaint.seconds > limit:
+        raise LawBroken(f"that its controller is {what} it tells {complaint.seconds:.3g} s later: {complaint}")
+    if not complaint.text:
+        raise LawBroken(f"that its controller is {what} it tells without a word")
+    trial.call("act", trial.facts.mends)
+    again = connected(trial)
+    if again != about:
+        raise LawBroken(f"connected again, it tells {again}; it was {about}")
+    found = read(trial, READINGS)
+    must_stay(found, found[0].positions, "it was connected again", trial.facts.tolerance)
+    return Measured(1, {"s": complaint.seconds})
+
+
+def _wrong(about: About, facts: DriverFacts) -> str:
+    """Return what is wrong with what connect tells; empty when nothing is."""
+    if about.joints != facts.joints:
+        return f"joints is {about.joints}; the robot has {facts.joints} (`joints` of DriverFacts)"
+    if not (isinstance(about.rate, float | int) and np.isfinite(about.rate) and about.rate > 0.0):
+        return f"rate is {about.rate!r}; it must be cycles a second, above 0"
+    if not isinstance(about.pace, Pace):
+        return f"pace is {about.pace!r}; it must be of Pace"
+    units = np.asarray(about.units, dtype=np.float64)
+    if units.shape not in ((), (about.joints,)) or not (np.isfinite(units).all() and (units > 0.0).all()):
+        return f"units are {about.units!r}; they must be rad or m per unit, above 0, one for all or one a joint"
+    if not (np.isfinite(about.watchdog) and about.watchdog >= 0.0):
+        return f"watchdog is {about.watchdog!r}; it must be seconds, 0 for none"
+    for name in ("inputs", "outputs"):
+        if not 0 <= getattr(about, name) <= 64:
+            return f"{name} is {getattr(about, name)!r}; it must be 0 to 64"
+    return ""
+
+
+def _look_at_velocities(found: list[Reading], facts: DriverFacts) -> None:
+    """Raise LawBroken unless velocities sum up to the way over the readings' own times, whatever the law of motion."""
+    if any(one.velocities is None for one in found):
+        return
+    places, rates = (np.array([getattr(one, name) for one in found]) for name in ("positions", "velocities"))
+    way = places[-1] - places[0]
+    summed = (rates[1:] * np.diff([one.stamp for one in found])[:, None]).sum(axis=0)
+    far = np.abs(way) > 4.0 * facts.tolerance
+    share = summed / np.where(far, way, 1.0)
+    if (far & ~((share > 0.2) & (share < 5.0))).any():
+        raise LawBroken(
+            f"it goes by {numbers(way)}, and the velocities that it tells make {numbers(summed)} in the readings' own "
+            "times; they must be in the units of positions a second, of the way's sign"
+        )

@@ -22,6 +22,8 @@ from virtualrobot_sdk.worker import Worker
 Facts = TypeVar("Facts")
 """Properties of a component that its author states, so that it can be tried; a dataclass for each kind."""
 _STAGE = "virtualrobot_sdk.testing.stage:Stage"
+_OWN_STAGES = {ComponentKind.ROBOT_DRIVER: "virtualrobot_sdk.testing.driver_stage:DriverStage"}
+"""Stages of kinds whose components must be called in a rhythm, which only their own process keeps."""
 
 
 class NotTried(Exception):
@@ -53,7 +55,8 @@ class Trial(Generic[Facts]):
             self._worker.close()
             self._worker = Worker(self.subject.component)
         made = self.kind, self.subject.value, self.subject.name, dict(self.subject.settings)
-        self._worker.make_from(_STAGE, *made, deadline_seconds=LOADING_SECONDS)
+        stage = _OWN_STAGES.get(self.kind, _STAGE)
+        self._worker.make_from(stage, *made, deadline_seconds=LOADING_SECONDS)
 
     def renew(self) -> None:
         """Make the component anew when a fault has ended its process."""
@@ -72,6 +75,10 @@ class Trial(Generic[Facts]):
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401  an answer that nobody has looked at
         """Return what the component answers, or its attribute of this name."""
         return self._worker.call(method, *arguments, deadline_seconds=self.subject.deadline_seconds)
+
+    def call_within(self, seconds: float, method: str, *arguments: object) -> Any:  # noqa: ANN401
+        """Return what a call answers that takes longer than a component's may."""
+        return self._worker.call(method, *arguments, deadline_seconds=seconds)
 
     def seconds(self, times: int, method: str, *arguments: object) -> list[float]:
         """Return how long each of some equal calls takes in the component's own process."""

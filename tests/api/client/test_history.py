@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import signal
 from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import click
 import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import errors
+from virtualrobot.cli.options import Target
+from virtualrobot.cli.own_kernel import in_kernel
 from virtualrobot.v1 import history_pb2
 
 from tests.api.client.conftest import IIWA, Run
@@ -232,6 +236,23 @@ def test_all_of_it_is_there_after_a_restart(start_kernel: StartKernel, tmp_path:
         assert "table" not in client.scene
         with pytest.raises(virtualrobot.WrongStateError, match=r"'before step 10'.* stands in between"):
             client.undo()
+
+
+def test_an_application_goes_by_its_own_name(kernel: KernelProcess, run: Run) -> None:
+    run("add", "box", "crate", "--size", "0.1,0.1,0.1")
+    of_ours = signal.getsignal(signal.SIGTERM)
+    try:
+        with (
+            click.Context(click.Command("demo"), info_name="virtualrobot demo"),
+            in_kernel(Target(kernel.address), headless=True, speed=None) as client,
+        ):
+            client.scene.add_object("chair")
+            assert "virtualrobot demo" in client.history.list(limit=1)[0].author
+            assert client.undo(mine=True).label == "took back: created 'chair'"
+            client.redo(mine=True)
+    finally:
+        signal.signal(signal.SIGTERM, of_ours)
+    assert run("undo", "--mine") == "took back: created 'crate'\n"
 
 
 def test_commands(run: Run) -> None:

@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from virtualrobot._wire.transport import Channel
 from virtualrobot.v1 import (
     asset_pb2_grpc,
+    calibration_pb2_grpc,
     collision_pb2_grpc,
     history_pb2_grpc,
     kernel_pb2_grpc,
@@ -49,6 +50,7 @@ class Services:
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
         self.history = history_pb2_grpc.HistoryServiceStub(channel)
+        self.calibration = calibration_pb2_grpc.CalibrationServiceStub(channel)
         self.path = path_pb2_grpc.PathServiceStub(channel)
         self.descriptions = channel.descriptions
 

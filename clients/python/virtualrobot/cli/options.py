@@ -55,8 +55,12 @@ class Target:
     answers: TextIO | None = None
 
     @contextmanager
-    def connect(self) -> Iterator[Client]:
-        """Connect to it for the length of a block; a session stays connected."""
+    def connect(self, program: str = "command line") -> Iterator[Client]:
+        """Connect to it for the length of a block; a session stays connected.
+
+        In the history `program` stands beside the user: what commands do is one's own from any of them, and what an
+        application does is its own.
+        """
         from virtualrobot.connection import connect
         from virtualrobot.leases import user_name
 
@@ -68,7 +72,7 @@ class Target:
             self.address,
             token_file=self.token_file,
             root_certificate=self.certificate,
-            name=f"{user_name()}, command line",  # the same each time: what was done before is one's own, too
+            name=f"{user_name()}, {program}",
         )
         with client, self._heard(client):
             yield client

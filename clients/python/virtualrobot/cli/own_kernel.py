@@ -42,7 +42,7 @@ def in_kernel(target: Target, headless: bool, speed: float | None, *options: str
 
 @contextmanager
 def _connected(target: Target, speed: float | None) -> Iterator[Client]:
-    with target.connect() as client:
+    with target.connect(click.get_current_context().command_path) as client:
         if speed is not None:
             client.clock.speed_factor = speed
         yield client

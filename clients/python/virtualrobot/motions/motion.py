@@ -6,6 +6,7 @@ import logging
 import threading
 import time
 from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
@@ -28,6 +29,9 @@ if TYPE_CHECKING:
     from virtualrobot.motions.program import Program
 
 log = logging.getLogger(__name__)
+
+BEAT_SECONDS = 0.05
+"""Time (s) from one beat of a motion that is held to the next; the kernel takes 0.2 s without one for a key let go."""
 
 
 @checked
@@ -201,6 +205,45 @@ class Motion:
         """Let it go on after a pause."""
         self._services.motion.ResumeMotion(motion_pb2.ResumeMotionRequest(id=self.id))
 
+    @contextmanager
+    def held(self) -> Iterator[Motion]:
+        """Hold it for the length of a block: hold-to-run.
+
+        It runs while the block does, since this program sends beats meanwhile, and slows to standstill on its path when
+        the block ends, the program hangs or the connection is lost. Another block lets it go on. A motion that was
+        started with `hold` runs in no other way.
+
+        Raises:
+            WrongStateError: when somebody else holds it.
+            LeasedError, LeaseEndedError: when somebody else has the robot.
+
+        Example:
+            >>> jog = robot.jog([0, 0, -0.05], hold=True)
+            >>> with jog.held():
+            ...     while key.is_down():
+            ...         time.sleep(0.01)
+            >>> jog.cancel()
+        """
+        released = threading.Event()
+
+        def beats() -> Iterator[motion_pb2.HoldMotionRequest]:
+            while not released.is_set():
+                yield motion_pb2.HoldMotionRequest(id=self.id)
+                released.wait(BEAT_SECONDS)
+
+        call = self._services.motion.HoldMotion(beats())
+        try:
+            with call:
+                next(call, None)
+                try:
+                    yield self
+                finally:
+                    released.set()
+                for response in call:
+                    self._told(response.motion)
+        finally:
+            released.set()
+
     def run_step(self) -> None:
         """Let its program go on to the end of the present step and pause there; steps that zones join count as one."""
         self._services.motion.StepMotion(motion_pb2.StepMotionRequest(id=self.id))
@@ -296,6 +339,7 @@ class StartOptions(TypedDict, total=False):
         on_disconnect: what the kernel does when this program vanishes: `stop` (the default) or `continue`.
         expected_structure_revision: refuse to start when the scene's structure has another one (`StaleRevisionError`).
         tracking: what it goes along with.
+        hold: whether it stands at its start, which doesn't wait then, and runs only while it is held: `Motion.held`.
         request_id: a name of this start, such as `str(uuid.uuid4())`: a call that is made again with it, because the
             answer was lost, starts nothing and returns the motion of the first one.
     """
@@ -306,6 +350,7 @@ class StartOptions(TypedDict, total=False):
     expected_structure_revision: int | None
     tracking: Tracking | None
     request_id: str | None
+    hold: bool | None
 
 
 def start(services: Services, moves: Iterable[Move], **options: Unpack[StartOptions]) -> Motion:
@@ -327,7 +372,11 @@ def start_spec(
     revision = options.get("expected_structure_revision")
     check_not_empty(spec)
     asked = motion_pb2.StartMotionRequest(
-        spec=spec, open=open, breakpoints=breakpoints, request_id=options.get("request_id")
+        spec=spec,
+        open=open,
+        breakpoints=breakpoints,
+        request_id=options.get("request_id"),
+        hold=bool(options.get("hold")),
     )
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
     if on_disconnect is not None:
@@ -340,7 +389,11 @@ def start_spec(
         asked.expected_structure_revision = revision
     if tracking is not None:
         asked.spec.tracking.CopyFrom(tracking._message)
-    waits = options.get("wait", True) and not open
+    if asked.hold and options.get("wait"):
+        raise InvalidArgumentError(
+            "a motion runs only while it is held, so its start can't wait for it; leave out wait"
+        )
+    waits = options.get("wait", True) and not open and not asked.hold
     if waits:
         check_time_follows_the_wall(services)
     # A program of thousands of steps takes its time to plan.
@@ -355,8 +408,12 @@ def start_spec(
 
 
 def check_time_follows_the_wall(services: Services) -> None:
-    """Raise WrongStateError where the clock is stepped: who waits then waits for ever, but for others that step."""
-    if services.kernel.GetClock(kernel_pb2.GetClockRequest()).clock.mode == kernel_pb2.CLOCK_MODE_STEPPED:
+    """Raise WrongStateError where the clock is stepped: who waits then waits for ever, but for others that step.
+
+    Not of a replay, whose clock is stepped at its end, too: it refuses by itself what would move anything.
+    """
+    clock = services.kernel.GetClock(kernel_pb2.GetClockRequest()).clock
+    if clock.mode == kernel_pb2.CLOCK_MODE_STEPPED and not clock.HasField("recorded"):
         raise WrongStateError(
             "the clock is stepped, so nothing moves while this program waits; start with wait=False and let time go on "
             "by client.clock.run(motion) or client.clock.step(ticks); where somebody else steps, wait with a timeout: "

@@ -11,6 +11,7 @@ from virtualrobot._wire.messages import array_of, pose_message, pose_of, setting
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import poses_from_rows
+from virtualrobot.robots.calibration import Calibration
 from virtualrobot.robots.description import described_anew
 from virtualrobot.robots.dynamics import InverseDynamics, Samples, movement_message
 from virtualrobot.robots.kinematics_check import KinematicsCheck
@@ -108,6 +109,11 @@ class Solver(Mechanism):
             group=self._group,
         )
         return InverseSolution.of(self._services.robot.SolveInverse(request))
+
+    @property
+    def calibration(self) -> Calibration:
+        """Tool, base and joints as measurements at the real robot have them."""
+        return Calibration(self)
 
     def solve_inverse_dynamics(
         self,

@@ -32,6 +32,7 @@ class ErrorReason(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     ERROR_REASON_CONFLICT: _ClassVar[ErrorReason]
     ERROR_REASON_ROLE_TOO_LOW: _ClassVar[ErrorReason]
     ERROR_REASON_TOO_MANY_CALLS: _ClassVar[ErrorReason]
+    ERROR_REASON_DRIVER_FAULT: _ClassVar[ErrorReason]
 ERROR_REASON_UNSPECIFIED: ErrorReason
 ERROR_REASON_INVALID_ARGUMENT: ErrorReason
 ERROR_REASON_UNKNOWN_NAME: ErrorReason
@@ -58,3 +59,4 @@ ERROR_REASON_PLAN_OUTDATED: ErrorReason
 ERROR_REASON_CONFLICT: ErrorReason
 ERROR_REASON_ROLE_TOO_LOW: ErrorReason
 ERROR_REASON_TOO_MANY_CALLS: ErrorReason
+ERROR_REASON_DRIVER_FAULT: ErrorReason

@@ -98,6 +98,8 @@ class EndCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     END_CAUSE_PART_TIMEOUT: _ClassVar[EndCause]
     END_CAUSE_WORLD_RESTORED: _ClassVar[EndCause]
     END_CAUSE_KERNEL_RESTARTED: _ClassVar[EndCause]
+    END_CAUSE_DRIVER: _ClassVar[EndCause]
+    END_CAUSE_CELL_STOPPED: _ClassVar[EndCause]
 
 class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -183,6 +185,8 @@ END_CAUSE_STEP_REFUSED: EndCause
 END_CAUSE_PART_TIMEOUT: EndCause
 END_CAUSE_WORLD_RESTORED: EndCause
 END_CAUSE_KERNEL_RESTARTED: EndCause
+END_CAUSE_DRIVER: EndCause
+END_CAUSE_CELL_STOPPED: EndCause
 PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind
@@ -229,7 +233,7 @@ class SubProgram(_message.Message):
     def __init__(self, steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ...) -> None: ...
 
 class StartMotionRequest(_message.Message):
-    __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id", "open", "breakpoints")
+    __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id", "open", "breakpoints", "hold")
     SPEC_FIELD_NUMBER: _ClassVar[int]
     BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
     ON_DISCONNECT_FIELD_NUMBER: _ClassVar[int]
@@ -237,6 +241,7 @@ class StartMotionRequest(_message.Message):
     REQUEST_ID_FIELD_NUMBER: _ClassVar[int]
     OPEN_FIELD_NUMBER: _ClassVar[int]
     BREAKPOINTS_FIELD_NUMBER: _ClassVar[int]
+    HOLD_FIELD_NUMBER: _ClassVar[int]
     spec: MotionSpec
     busy_policy: BusyPolicy
     on_disconnect: DisconnectPolicy
@@ -244,7 +249,8 @@ class StartMotionRequest(_message.Message):
     request_id: str
     open: bool
     breakpoints: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., open: bool = ..., breakpoints: _Optional[_Iterable[str]] = ...) -> None: ...
+    hold: bool
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., open: bool = ..., breakpoints: _Optional[_Iterable[str]] = ..., hold: bool = ...) -> None: ...
 
 class AppendMotionRequest(_message.Message):
     __slots__ = ("id", "steps", "last", "expected_step_count", "expected_structure_revision", "request_id", "programs", "breakpoints")
@@ -979,6 +985,20 @@ class ListMotionsResponse(_message.Message):
     motions: _containers.RepeatedCompositeFieldContainer[Motion]
     speed_factor: float
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motions: _Optional[_Iterable[_Union[Motion, _Mapping]]] = ..., speed_factor: _Optional[float] = ...) -> None: ...
+
+class HoldMotionRequest(_message.Message):
+    __slots__ = ("id",)
+    ID_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    def __init__(self, id: _Optional[str] = ...) -> None: ...
+
+class HoldMotionResponse(_message.Message):
+    __slots__ = ("stamp", "motion")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    MOTION_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    motion: Motion
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ...) -> None: ...
 
 class WatchMotionRequest(_message.Message):
     __slots__ = ("id", "max_rate_hertz")

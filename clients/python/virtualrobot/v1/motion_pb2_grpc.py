@@ -90,6 +90,11 @@ class MotionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionResponse.FromString,
                 _registered_method=True)
+        self.HoldMotion = channel.stream_stream(
+                '/virtualrobot.v1.MotionService/HoldMotion',
+                request_serializer=virtualrobot_dot_v1_dot_motion__pb2.HoldMotionRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.HoldMotionResponse.FromString,
+                _registered_method=True)
         self.StepMotion = channel.unary_unary(
                 '/virtualrobot.v1.MotionService/StepMotion',
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.StepMotionRequest.SerializeToString,
@@ -199,6 +204,16 @@ class MotionServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def HoldMotion(self, request_iterator, context):
+        """Hold-to-run: a motion runs only while messages of this call come, each a beat that is good for 0.2 s of the wall clock,
+        and else slows to standstill on its path, as PauseMotion does. So it does, too, when the client ends the call, or is
+        gone. Beats that come again let it go on. Refused as WRONG_STATE while another call holds the motion. It is answered
+        when the motion goes on, when it slows down, and at its end, which ends the call; who holds a motion watches it, too.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def StepMotion(self, request, context):
         """Goes on to the end of the present step and pauses there: before the next one, or at the end of an open program. Steps
         that zones join count as one.
@@ -278,6 +293,11 @@ def add_MotionServiceServicer_to_server(servicer, server):
                     servicer.ResumeMotion,
                     request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionResponse.SerializeToString,
+            ),
+            'HoldMotion': grpc.stream_stream_rpc_method_handler(
+                    servicer.HoldMotion,
+                    request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.HoldMotionRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_motion__pb2.HoldMotionResponse.SerializeToString,
             ),
             'StepMotion': grpc.unary_unary_rpc_method_handler(
                     servicer.StepMotion,
@@ -593,6 +613,33 @@ class MotionService(object):
             '/virtualrobot.v1.MotionService/ResumeMotion',
             virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionRequest.SerializeToString,
             virtualrobot_dot_v1_dot_motion__pb2.ResumeMotionResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def HoldMotion(request_iterator,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.stream_stream(
+            request_iterator,
+            target,
+            '/virtualrobot.v1.MotionService/HoldMotion',
+            virtualrobot_dot_v1_dot_motion__pb2.HoldMotionRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_motion__pb2.HoldMotionResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -1,0 +1,1 @@
+"""The driver `abb_egm`: ABB robots by Externally Guided Motion."""

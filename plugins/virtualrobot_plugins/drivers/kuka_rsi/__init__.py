@@ -1,0 +1,1 @@
+"""The driver `kuka_rsi`: KUKA robots by the Robot Sensor Interface."""

@@ -1,0 +1,1 @@
+"""The driver `loopback`: a controller that is computed, with faults on demand, for teachers and tests."""

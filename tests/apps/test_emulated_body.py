@@ -1,0 +1,56 @@
+"""The arm of an emulated controller: within its limits, at its setpoint in the end, silent after a complaint."""
+
+from __future__ import annotations
+
+import numpy as np
+from virtualrobot_apps.emulators.body import ArmLimits, SimulatedArm
+
+from tests.tiers import Draws
+
+CYCLE = 0.004
+
+
+def test_it_reaches_setpoints_within_its_limits(rng: np.random.Generator, draws: Draws) -> None:
+    for _ in range(draws(20)):
+        limits = ArmLimits.usual(3, lag=rng.uniform(0.0, 0.05))
+        arm = SimulatedArm(rng.uniform(-1.0, 1.0, 3), limits)
+        goal = rng.uniform(-2.0, 2.0, 3)
+        arm.follow(goal)
+        before = arm.read()
+        for _ in range(1000):
+            arm.advance(CYCLE)
+            now = arm.read()
+            np.testing.assert_array_less(np.abs(now[1]), limits.velocity + 1e-9)
+            np.testing.assert_array_less(np.abs(now[1] - before[1]), limits.acceleration * CYCLE + 1e-9)
+            before = now
+        np.testing.assert_allclose(before[0], goal, atol=1e-4)
+
+
+def test_it_is_behind_by_its_lag_at_constant_speed() -> None:
+    arm, speed = SimulatedArm([0.0], ArmLimits.usual(1, lag=0.02)), 0.5
+    for cycle in range(1, 501):
+        arm.follow(np.array([speed * CYCLE * cycle]))
+        arm.advance(CYCLE)
+    (position,), (velocity,) = arm.read()
+    # The setpoint is that of the end of the cycle, and the error is looked at as the cycle begins.
+    assert abs(speed * CYCLE * 500 - position - speed * (0.02 - CYCLE)) < 1e-6
+    assert abs(velocity - speed) < 1e-6
+
+
+def test_it_brakes_when_it_is_halted_and_after_a_complaint() -> None:
+    arm = SimulatedArm([0.0, 0.0])
+    for stop in (arm.halt, lambda: arm.follow(np.array([0.0, 9.0]))):
+        arm.recover()
+        arm.follow(arm.read()[0] + 1.0)
+        for _ in range(50):
+            arm.advance(CYCLE)
+        assert np.all(arm.read()[1] > 0.5)
+        stop()
+        for _ in range(100):
+            arm.advance(CYCLE)
+        np.testing.assert_array_equal(arm.read()[1], 0.0)
+    assert arm.complaint == "joint joint_2 would be at 9, its range is -6.28319 to 6.28319"
+    rest, _ = arm.read()
+    arm.follow(rest + 1.0)
+    arm.advance(CYCLE)
+    np.testing.assert_array_equal(arm.read()[0], rest)
