@@ -335,8 +335,11 @@ def test_a_board_that_never_ends_speaking_is_told(scripted: Scripts, cable: Cabl
 
 
 def test_unplugged_is_told_and_replugged_connects_again(scripted: Scripts, cable: Cable) -> None:
-    driver = scripted(usual)
+    driver = scripted(partial(usual, HELLO=f"{GREETING} PACE JOBS"))
     driver.connect()
+    driver.begin(np.zeros(2))
+    driver.run([np.zeros(2), np.ones(2)], [1.0, 1.0], 0)
+    driver.read()
     cable.unplug()
     with pytest.raises(DriverFault, match=r"ttyROBOT is gone"):
         driver.read()
@@ -345,9 +348,12 @@ def test_unplugged_is_told_and_replugged_connects_again(scripted: Scripts, cable
     with pytest.raises(DriverFault, match=r"isn't connected"):
         driver.read()
     cable.plug()
-    cable.serve(by_line(usual))
+    heard: list[str] = []
+    cable.serve(by_line(lambda line: heard.append(line) or usual(line)))
     assert driver.connect().joints == 2
-    assert driver.read().mode is Mode.READY
+    # What was not told before is forgotten.
+    assert [driver.read().mode for _ in range(3)] == [Mode.READY] * 3
+    assert set(heard) == {"HELLO", "READ"}
 
 
 def test_a_board_in_the_network() -> None:

@@ -65,6 +65,7 @@ class SerialLine(Driver):
     def connect(self) -> About:
         """Open the port, and greet the board until it answers."""
         self.close()
+        self._waiting.clear()
         self._port = SerialPort(self.settings.port, self.settings.baud)
         self._checks, self._follows, self._clock, self._outputs = False, False, None, 0
         about, self._checks, self._queue = _about(self._greeting())
