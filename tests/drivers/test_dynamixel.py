@@ -171,7 +171,7 @@ def test_whatever_comes_is_a_reading_or_a_fault(
         mangled = bytearray(said)
         for _ in range(rng.integers(1, 4)):
             place = int(rng.integers(len(mangled)))
-            mangled[place : place + rng.integers(0, 3)] = rng.bytes(rng.integers(0, 4))
+            mangled[place : place + rng.integers(0, 3)] = rng.bytes(int(rng.integers(0, 4)))
         return bytes(mangled)
 
     cable.serve(answer)

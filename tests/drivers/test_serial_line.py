@@ -276,7 +276,7 @@ def test_whatever_a_board_says_is_a_reading_or_a_fault(
         for _ in range(rng.integers(0, 4)):
             usual[rng.integers(len(usual))] = words[rng.integers(len(words))]
         said = " ".join(usual[: rng.integers(1, 9)]).encode() + b"\n"
-        return said if rng.random() < 0.8 else rng.bytes(rng.integers(1, 200))
+        return said if rng.random() < 0.8 else rng.bytes(int(rng.integers(1, 200)))
 
     driver = scripted(answer, silence=0.02)
     driver.connect()

@@ -25,7 +25,7 @@ UNITS = {"DEG": math.radians(1.0), "RAD": 1.0, "MM": 0.001, "M": 1.0}
 GREETING_SECONDS = 8.0
 """Time (s) that a board has to boot: many begin anew when their port is opened."""
 SWITCHING_SECONDS = 5.0
-"""Time (s) that a board has to switch its motors on or off."""
+"""Time (s) that a board has to switch its motors on, and to clear a fault."""
 NOT_UNDERSTOOD = "1"
 """Code of a board for a line that came damaged; it is asked again."""
 DAMAGED = 3
@@ -124,9 +124,8 @@ class SerialLine(Driver):
             self._ask("STOP", "OK STOP", self._patience)
 
     def end(self) -> None:
-        """Have the board switch its motors off."""
-        self._follows = False
-        self._ask("OFF", "OK OFF", SWITCHING_SECONDS)
+        """Have the board hold, and follow nothing more."""
+        self.stop()
 
     def reset(self) -> None:
         """Have the board clear its fault."""
