@@ -1,9 +1,8 @@
-"""Twin by formula: joints that swing between two places, and brake with a constant deceleration from wherever they are."""
+"""Twin by formula: joints that swing between two places, and brake with a constant deceleration from anywhere."""
 
 from __future__ import annotations
 
 import numpy as np
-
 from virtualrobot_sdk.drivers.shared import CellBlock, TickRing
 
 TICK_NS = 4_000_000
