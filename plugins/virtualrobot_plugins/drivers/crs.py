@@ -41,7 +41,7 @@ ERROR = re.compile(r"(\d{3})-([A-Z][^\r\n]*)")
 class CrsSettings:
     """Settings of a CRS controller on a serial port."""
 
-    port: Annotated[str, Meta(min_length=1, description="Serial port: /dev/ttyUSB0, COM3.")]
+    port: Annotated[str, Meta(min_length=1, description="Serial port: /dev/ttyUSB0, COM3, or socket://host:4001.")]
     baud: Annotated[int, Meta(gt=0, le=115200, description="Bits a second, as the controller's port is set.")] = 9600
     pulses_per_degree: Annotated[
         tuple[float, ...],

@@ -1,71 +1,75 @@
-"""Memory that the kernel and the hosts of its drivers share: one block for the cell, and one ring of ticks per robot.
+"""Memory that the kernel shares with the processes of its drivers: the cell's block, and a ring of ticks per robot.
 
-Both are files that are mapped: the same on all systems, and a stop needs nothing but a file. Times are nanoseconds of
-CLOCK_MONOTONIC, which is one for all processes of a machine. A ring has one writer, the kernel's world thread, and one
-reader, the robot's host; reports go the other way. A reader never waits: what is torn is told as gone.
+Both are files that are mapped, so that they are the same on every system, and a stop needs nothing but a file. Words
+are 64 bits wide and aligned: a processor writes each as a whole. Everything else has a sequence number that is odd
+while it is written, and a checksum.
 """
 
 from __future__ import annotations
 
 import mmap
 import os
-import struct
 import tempfile
 import time
 import zlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from virtualrobot_sdk.drivers.driver import Mode, Safety
-from virtualrobot_sdk.kinematics import Floats
+
+Floats = NDArray[np.float64]
 
 NEVER = 2**63 - 1
-"""Time at which nothing happens."""
+"""Time (ns) of a stop that nobody has asked for."""
+
 SLOTS = 128
-"""Number of ticks that a ring keeps."""
-BRAKE_ROWS = 1024
-"""Greatest number of rows of a brake that a ring keeps; a longer one counts as none."""
-CELL_FILE = "cell"
-"""Name of the cell's file in the kernel's folder."""
+"""Number of ticks in a ring."""
 
-_I64 = struct.Struct("<q")
-_CELL_MAGIC, _RING_MAGIC = 0x5652_4345_4C4C_0001, 0x5652_5249_4E47_0001
-_CELL_BYTES = 4096
-_BEAT, _STOP, _RAMP, _NEWEST, _BRAKED = 8, 16, 24, 32, 40
-_JOINTS, _ROWS, _REPORT, _TICKS = 8, 16, 64, 8192
-_ATTEMPTS = 4
-_MOST_JOINTS = 64
-_MODES, _SAFETIES = tuple(Mode), tuple(Safety)
+BRAKE_ROWS = 512
+"""Greatest number of rows of a brake; a tick whose brake is longer has none."""
+
+CELL, RING = "cell", "ring-{}"
+"""Names of the files in a kernel's folder."""
+
+_MAGIC, _VERSION = 0x56_52_44, 1
+_CELL_WORDS = 512
+_HEADER_WORDS, _REPORT_WORDS = 16, 16
+_SLOT_WORDS = 6
+_READS = 8
+"""Number of times that a reader tries again when it meets a writer."""
+
+MODES, SAFETIES = tuple(Mode), tuple(Safety)
 
 
-class HostState(IntEnum):
-    """State of a connection, as its host reports it."""
+class State(IntEnum):
+    """State of a driver's connection."""
 
     DISCONNECTED = 0
     CONNECTING = 1
     INACTIVE = 2
-    """Readings come; nothing is sent."""
+    """It reads; the robot doesn't follow."""
     BEGINNING = 3
     ACTIVE = 4
-    """The robot is played."""
+    """The robot plays what its twin did."""
     STOPPING = 5
-    """The robot comes to rest: the cell was stopped, or there is no newer tick."""
+    """The robot comes to rest, on the play clock that slows or on its brake."""
     ERROR = 6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Record:
-    """One tick of a robot's twin.
+    """Tick of a ring.
 
     Attributes:
         tick: its number.
-        play_ns: when the robot does it.
-        q, v: (k,) joints and their velocities, rad or m, per s.
+        play_ns: when it is to be played (ns, CLOCK_MONOTONIC).
+        q, v: (k,) joints, in the order that the driver was given, rad and m, per s.
         outputs: digital outputs, the first in the lowest bit.
-        brake: (m, k) joints a tick apart while all brakes from here, the first row this tick's own; None: not known.
+        brake: (m, k) the way from there to rest, a tick apart, the first row q; None where it has none.
     """
 
     tick: int
@@ -76,292 +80,285 @@ class Record:
     brake: Floats | None
 
 
-def _nothing() -> Floats:
-    return np.empty(0)
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Report:
-    """What a host tells each cycle; k joints in the ring's order, rad or m, per s: NaN while there are none.
+    """Report of a host in one cycle.
 
     Attributes:
-        state: state of the connection.
-        tick: the tick that is played, the latest one that was when nothing is; -1 before the first. Of a brake it goes
-            on counting.
-        rate: of the clock that the robot is played by: 1, less while it slows, 0 when it stands.
-        braking: whether the newest tick's brake is, or has been, played, since there was no newer one in time.
-        positions, velocities: (k,), as measured.
-        played: (k,) where the robot was told to be.
-        mode, safety: as the controller says.
-        inputs: digital inputs, the first in the lowest bit.
+        ns: when (CLOCK_MONOTONIC).
+        state: of the connection.
+        cycles: number of cycles since it connected; one that stays means that the host hangs.
+        skipped: number of cycles that were left out, since the process came too late.
+        lateness_ns: how late the newest cycle was.
+        tick: the newest tick that was played; -1 for none.
+        on_brake: whether it plays a brake, after the ticks that it had.
+        mode, safety: of the controller.
+        inputs: its digital inputs.
+        words: number of the newest words, which `DriverProcess.words` tells; 0 for none.
+        rate: rate of the play clock, 1 or less.
         speed_scaling: share of the speed that it was told at which the controller goes.
-        cycles, skipped: number of cycles since the process began, and of those that were left out.
-        lateness: of the latest cycle (s).
-        fault: number of the newest fault, counted from 1; 0 before the first. Its words come by the control channel.
-        at_ns: when this was written.
+        q, v: (k,) measured, rad and m, per s.
+        error: (k,) measured minus what was played, rad and m; 0 where nothing is played.
     """
 
-    state: HostState = HostState.DISCONNECTED
-    tick: int = -1
-    rate: float = 0.0
-    braking: bool = False
-    positions: Floats = field(default_factory=_nothing)
-    velocities: Floats = field(default_factory=_nothing)
-    played: Floats = field(default_factory=_nothing)
-    mode: Mode = Mode.OFF
-    safety: Safety = Safety.NORMAL
-    inputs: int = 0
-    speed_scaling: float = 1.0
-    cycles: int = 0
-    skipped: int = 0
-    lateness: float = 0.0
-    fault: int = 0
-    at_ns: int = 0
-
-    @property
-    def active(self) -> bool:
-        """Whether the robot is played, or comes to rest from it."""
-        return self.state in (HostState.ACTIVE, HostState.STOPPING)
-
-    @property
-    def faulty(self) -> bool:
-        """Whether the host is in ERROR."""
-        return self.state is HostState.ERROR
+    ns: int
+    state: State
+    cycles: int
+    skipped: int
+    lateness_ns: int
+    tick: int
+    on_brake: bool
+    mode: Mode
+    safety: Safety
+    inputs: int
+    words: int
+    rate: float
+    speed_scaling: float
+    q: Floats
+    v: Floats
+    error: Floats
 
 
-def shared_folder() -> Path:
-    """Make a new folder that nobody else of the machine can read, in memory where there is such a place; return it."""
+def make_folder() -> Path:
+    """Return a new private folder for the files of one kernel, in memory where the system has a place for that."""
     memory = Path("/dev/shm")
-    place = memory if os.access(memory, os.W_OK) else None
-    return Path(tempfile.mkdtemp(prefix="virtualrobot-", dir=place))
+    place = memory if memory.is_dir() and os.access(memory, os.W_OK) else None
+    return Path(tempfile.mkdtemp(prefix="virtualrobot-cell-", dir=place))
 
 
 def stop_cell(folder: Path) -> None:
-    """Stop all robots of the kernel whose folder this is, by the file alone; raises OSError where there is no cell."""
-    cell = CellBlock.attach(folder / CELL_FILE)
-    try:
-        cell.stop()
-    finally:
-        cell.close()
+    """Stop all robots of a kernel by its folder, whatever the kernel does; for any process of the same user."""
+    block = CellBlock.attach(folder / CELL)
+    block.stop()
+    block.close()
 
 
 class _Mapped:
-    """A file that is mapped; the process that made it takes it away as it closes."""
+    """File that is mapped, as words."""
 
-    def __init__(self, path: Path, size: int, magic: int) -> None:
-        """Make the file with `size` bytes of zeros, or map the one that is there where `size` is 0."""
-        self.path, self._made = path, size > 0
-        flags = os.O_RDWR | getattr(os, "O_BINARY", 0) | (os.O_CREAT | os.O_EXCL if self._made else 0)
-        descriptor = os.open(path, flags, 0o600)
+    def __init__(self, path: Path, words: int, *, create: bool) -> None:
+        self.path = path
+        flags = os.O_RDWR | (os.O_CREAT | os.O_EXCL if create else 0) | getattr(os, "O_BINARY", 0)
+        number = os.open(path, flags, 0o600)
         try:
-            if self._made:
-                os.ftruncate(descriptor, size)
-            elif os.fstat(descriptor).st_size < _CELL_BYTES:
-                raise OSError(f"{path} is not memory of a cell: it is too short")
-            self._map = mmap.mmap(descriptor, 0)
+            if create:
+                os.ftruncate(number, words * 8)
+            elif os.fstat(number).st_size != words * 8:
+                raise ValueError(f"{path} has {os.fstat(number).st_size} bytes; {words * 8} are expected")
+            self._map = mmap.mmap(number, words * 8)
         finally:
-            os.close(descriptor)
-        if self._made:
-            self._set(0, magic)
-        elif self._get(0) != magic:
-            self._map.close()
-            raise OSError(f"{path} is not what it should be: it begins with another number")
+            os.close(number)
+        self._words: NDArray[np.int64] = np.frombuffer(self._map, np.int64)
+        self._floats: Floats = np.frombuffer(self._map, np.float64)
+        if create:
+            self._words[1] = words
+            self._words[0] = _MAGIC << 8 | _VERSION
+        elif int(self._words[0]) != _MAGIC << 8 | _VERSION:
+            raise ValueError(f"{path} is of another version, {int(self._words[0]):x}")
 
     def close(self) -> None:
-        """Give the memory back; harmless more than once."""
-        if not self._map.closed:
+        """Let the file go; nothing else may be asked for after that."""
+        # Views of the map keep it open until they are gone.
+        self._words = np.empty(0, np.int64)
+        self._floats = np.empty(0)
+        try:
             self._map.close()
-        if self._made:
-            self._made = False
-            self.path.unlink(missing_ok=True)
-
-    def _get(self, at: int) -> int:
-        return _I64.unpack_from(self._map, at)[0]
-
-    def _set(self, at: int, value: int) -> None:
-        _I64.pack_into(self._map, at, value)
+        except BufferError:
+            pass  # somebody still has a view, with which it goes
 
 
 class CellBlock(_Mapped):
-    """What all robots of a kernel share: that it lives, which tick is complete, and the stop."""
+    """Block of a cell: by which clock all its robots are played, and up to which tick all have what they need."""
+
+    _BEAT, _STOP, _RAMP, _NEWEST, _BRAKED, _COMMITTED = range(2, 8)
 
     @classmethod
     def create(cls, path: Path) -> CellBlock:
-        """Make the block at `path`; nothing is stopped, and no tick is there."""
-        self = cls(path, _CELL_BYTES, _CELL_MAGIC)
-        self._set(_STOP, NEVER)
-        self._set(_NEWEST, -1)
-        self._set(_BRAKED, -1)
-        return self
+        """Make the block: nobody has stopped, and there is no tick."""
+        block = cls(path, _CELL_WORDS, create=True)
+        block._words[cls._RAMP] = 400_000_000
+        block.release()
+        return block
 
     @classmethod
     def attach(cls, path: Path) -> CellBlock:
-        """Open the block at `path`; raises OSError where there is none."""
-        return cls(path, 0, _CELL_MAGIC)
+        """Use the block of another process; raises OSError without one, ValueError where it is of another version."""
+        return cls(path, _CELL_WORDS, create=False)
 
     def beat(self, ns: int) -> None:
-        """Say that the kernel lives."""
-        self._set(_BEAT, ns)
+        """Say that the kernel lives (ns, CLOCK_MONOTONIC)."""
+        self._words[self._BEAT] = ns
 
     @property
-    def beaten_ns(self) -> int:
-        """When the kernel said last that it lives; 0: never."""
-        return self._get(_BEAT)
+    def beat_ns(self) -> int:
+        """Time (ns) at which the kernel said so last; 0 before."""
+        return int(self._words[self._BEAT])
 
-    def complete(self, tick: int, braked: bool = True) -> None:
-        """Say that all rings hold `tick`, and whether with its brake."""
+    def complete(self, tick: int, braked: bool) -> None:
+        """Say that all rings have this tick, and with it a brake where `braked`."""
         if braked:
-            self._set(_BRAKED, tick)
-        self._set(_NEWEST, tick)
+            self._words[self._BRAKED] = tick
+        self._words[self._NEWEST] = tick
 
     @property
     def newest(self) -> int:
-        """The newest tick that all rings hold; -1: none."""
-        return self._get(_NEWEST)
+        """Newest tick that all rings have; -1 without one."""
+        return int(self._words[self._NEWEST])
 
     @property
     def newest_braked(self) -> int:
-        """The newest tick that all rings hold with its brake; -1: none."""
-        return self._get(_BRAKED)
-
-    def stop(self, at_ns: int | None = None) -> None:
-        """Stop all robots from `at_ns` on (now); anybody may, at any time. The earliest time holds."""
-        self._set(_STOP, min(self._get(_STOP), time.monotonic_ns() if at_ns is None else at_ns))
-
-    @property
-    def stop_ns(self) -> int:
-        """From when on all robots stop; NEVER: they don't."""
-        return self._get(_STOP)
-
-    @property
-    def stopped(self) -> bool:
-        """Whether anybody has stopped the cell."""
-        return self._get(_STOP) != NEVER
-
-    def release(self) -> None:
-        """End the stop; the kernel alone does that, when no robot is played."""
-        self._set(_STOP, NEVER)
+        """Newest tick that all rings have with a brake; -1 without one."""
+        return int(self._words[self._BRAKED])
 
     @property
     def ramp_ns(self) -> int:
-        """Duration (ns) of the brake from the newest tick, which the kernel writes: so long a stop takes."""
-        return self._get(_RAMP)
+        """Time (ns) in which the play clock slows to nothing, by a slope that the robots as they move can bear."""
+        return int(self._words[self._RAMP])
 
     @ramp_ns.setter
     def ramp_ns(self, ns: int) -> None:
-        self._set(_RAMP, ns)
+        self._words[self._RAMP] = ns
+
+    def stop(self, at_ns: int | None = None) -> None:
+        """Have the play clock slow from a time on (ns, CLOCK_MONOTONIC; None: now); a stop that was asked for stays."""
+        if self._words[self._STOP] == NEVER:
+            self._words[self._STOP] = time.monotonic_ns() if at_ns is None else at_ns
+
+    @property
+    def stop_ns(self) -> int:
+        """Time (ns) from which the play clock slows; NEVER while nobody has stopped it."""
+        return int(self._words[self._STOP])
+
+    def commit(self, tick: int) -> int:
+        """Have all robots go on by the brake of this tick, where none has another one yet; return that which counts."""
+        if self._words[self._COMMITTED] < 0:
+            self._words[self._COMMITTED] = tick
+        return int(self._words[self._COMMITTED])
+
+    @property
+    def committed(self) -> int:
+        """Tick whose brake the robots go on by; -1 while they play ticks."""
+        return int(self._words[self._COMMITTED])
+
+    def release(self) -> None:
+        """End a stop, and forget all ticks; for the kernel alone, while no robot is played."""
+        for place in (self._NEWEST, self._BRAKED, self._COMMITTED):
+            self._words[place] = -1
+        self._words[self._STOP] = NEVER
 
 
 class TickRing(_Mapped):
-    """The latest ticks of one robot with k joints, each with its brake, and the report of its host.
+    """Ring of the newest ticks of one robot of k joints, written by the kernel, and what its host reports."""
 
-    A slot has a sequence number, which is odd while it is written, and a CRC-32 of all of it.
-    """
-
-    def __init__(self, path: Path, size: int, magic: int) -> None:
-        """Map the file; use `create` and `attach`."""
-        super().__init__(path, size, magic)
-        self.joints, self.rows = self._get(_JOINTS), self._get(_ROWS)
+    def __init__(self, path: Path, joints: int, *, create: bool) -> None:
+        """Make or use the ring; see `create` and `attach`."""
+        self.joints = joints
+        self._slot = _SLOT_WORDS + joints * (2 + BRAKE_ROWS)
+        self._report_at = _HEADER_WORDS
+        self._ring_at = _HEADER_WORDS + _REPORT_WORDS + 3 * joints
+        super().__init__(path, self._ring_at + SLOTS * self._slot, create=create)
+        self._bytes = memoryview(self._map)
         self._reports = 0
-
-    def _lay_out(self) -> TickRing:
-        k = self.joints
-        # Sequence, tick, time of play, outputs, rows, CRC-32; then q and v, and then the brake.
-        self._head = struct.Struct("<qqqQqQ")
-        self._body = 2 * 8 * k
-        self._slot = -(-(self._head.size + self._body + self.rows * k * 8) // 64) * 64
-        # Sequence, then what `report` writes, then positions, velocities and what was played.
-        self._back = struct.Struct("<qqqqqqqQqqdddqQ")
-        return self
+        if create:
+            self._words[2] = -1
 
     @classmethod
-    def create(cls, path: Path, joints: int, rows: int = BRAKE_ROWS) -> TickRing:
-        """Make the ring at `path` for a robot with so many joints; it holds no tick."""
-        if not 1 <= joints <= _MOST_JOINTS:
-            raise ValueError(f"a ring has 1 to {_MOST_JOINTS} joints, not {joints}")
-        slot = -(-(struct.calcsize("<qqqQqQ") + 16 * joints + rows * joints * 8) // 64) * 64
-        self = cls(path, _TICKS + SLOTS * slot, _RING_MAGIC)
-        self._set(_JOINTS, joints)
-        self._set(_ROWS, rows)
-        self.joints, self.rows = joints, rows
-        return self._lay_out()
+    def create(cls, path: Path, joints: int) -> TickRing:
+        """Make the ring of a robot with this number of joints."""
+        return cls(path, joints, create=True)
 
     @classmethod
-    def attach(cls, path: Path) -> TickRing:
-        """Open the ring at `path`; raises OSError where there is none."""
-        return cls(path, 0, _RING_MAGIC)._lay_out()
+    def attach(cls, path: Path, joints: int) -> TickRing:
+        """Use the ring of another process; raises OSError without one, ValueError where it is another one."""
+        return cls(path, joints, create=False)
 
-    def put(self, tick: int, play_ns: int, q: Floats, v: Floats, outputs: int, brake: Floats | None) -> bool:
-        """Keep a tick, over the one that is SLOTS older; return whether with its brake.
+    def close(self) -> None:
+        """Let the file go."""
+        self._bytes.release()
+        super().close()
 
-        Attributes are those of `Record`. A brake with more than `rows` rows is left out.
-        """
-        if len(q) != self.joints or len(v) != self.joints or (brake is not None and brake.shape[1] != self.joints):
-            raise ValueError(f"this ring is of {self.joints} joints; q has {len(q)}, v has {len(v)}")
-        rows = 0 if brake is None or len(brake) > self.rows else len(brake)
-        content = np.concatenate((q, v)).astype("<f8", copy=False).tobytes()
-        if brake is not None and rows:
-            content += brake.astype("<f8", copy=False).tobytes()
-        at = _TICKS + tick % SLOTS * self._slot
-        self._set(at, 2 * tick + 1)
-        start = at + self._head.size
-        self._map[start : start + len(content)] = content
-        crc = _crc(tick, play_ns, outputs, rows, content)
-        self._head.pack_into(self._map, at, 2 * tick + 1, tick, play_ns, outputs, rows, crc)
-        self._set(at, 2 * tick + 2)
+    def clear(self) -> None:
+        """Forget all ticks; for the kernel, while the robot isn't played."""
+        self._words[self._ring_at :: self._slot] = 0
+        self._words[2] = -1
+
+    def put(self, tick: int, play_ns: int, q: Floats, v: Floats, outputs: int = 0, brake: Floats | None = None) -> bool:
+        """Write a tick; return whether its brake is in it, which is not so for one of more than `BRAKE_ROWS` rows."""
+        at, count = self._ring_at + tick % SLOTS * self._slot, 2 * self.joints
+        words, floats, body = self._words, self._floats, at + _SLOT_WORDS
+        words[at] = 2 * tick + 1
+        floats[body : body + self.joints] = q
+        floats[body + self.joints : body + count] = v
+        rows = 0 if brake is None or len(brake) > BRAKE_ROWS else len(brake)
+        if rows and brake is not None:
+            end = count + rows * self.joints
+            floats[body + count : body + end] = brake.reshape(-1)
+            count = end
+        words[at + 1], words[at + 2], words[at + 3], words[at + 4] = tick, play_ns, outputs, rows
+        words[at + 5] = zlib.crc32(self._bytes[8 * body : 8 * (body + count)], _seed(tick, play_ns, outputs, rows))
+        words[at] = 2 * tick + 2
+        words[2] = tick
         return rows > 0
 
-    def get(self, tick: int) -> Record | None:
-        """Return a tick; None where it is torn or gone, or not there yet."""
-        if tick < 0:
-            return None
-        at = _TICKS + tick % SLOTS * self._slot
-        sequence, found, play_ns, outputs, rows, crc = self._head.unpack_from(self._map, at)
-        if sequence != 2 * tick + 2 or found != tick or not 0 <= rows <= self.rows:
-            return None
-        start = at + self._head.size
-        content = self._map[start : start + self._body + rows * self.joints * 8]
-        if self._get(at) != sequence or _crc(tick, play_ns, outputs, rows, content) != crc:
-            return None
-        values = np.frombuffer(content, "<f8").astype(np.float64, copy=False).reshape(-1, self.joints)
-        return Record(tick, play_ns, values[0], values[1], outputs, values[2:] if rows else None)
+    @property
+    def newest(self) -> int:
+        """Newest tick that was written; -1 without one."""
+        return int(self._words[2])
 
-    def report(self, report: Report) -> None:
-        """Tell the kernel how it stands; the host alone does that, once each cycle."""
+    def get(self, tick: int) -> Record | None:
+        """Return a tick; None where it isn't there, or not any more, or is being written or damaged."""
+        at = self._ring_at + tick % SLOTS * self._slot
+        head = self._words[at : at + _SLOT_WORDS].tolist()
+        sequence, own, play_ns, outputs, rows, crc = head
+        if sequence != 2 * tick + 2 or own != tick or not 0 <= rows <= BRAKE_ROWS:
+            return None
+        body = at + _SLOT_WORDS
+        values = self._floats[body : body + self.joints * (2 + rows)].copy()
+        if self._words[at] != sequence or zlib.crc32(values.tobytes(), _seed(tick, play_ns, outputs, rows)) != crc:
+            return None
+        table = values.reshape(2 + rows, self.joints)
+        return Record(tick, play_ns, table[0], table[1], outputs, table[2:] if rows else None)
+
+    def report(self, said: Report) -> None:
+        """Write what the host reports; for the host alone."""
+        at, k = self._report_at, self.joints
+        words, floats = self._words, self._floats
         self._reports += 2
-        nothing = np.full(self.joints, np.nan)
-        arrays = (report.positions, report.velocities, report.played)
-        content = np.concatenate([values if len(values) else nothing for values in arrays]).astype("<f8").tobytes()
-        self._set(_REPORT, self._reports - 1)
-        start = _REPORT + self._back.size
-        self._map[start : start + len(content)] = content
-        numbers = (
-            *(report.at_ns, int(report.state), report.tick, int(report.braking), _MODES.index(report.mode)),
-            *(_SAFETIES.index(report.safety), report.inputs, report.cycles, report.skipped),
-            *(report.rate, report.speed_scaling, report.lateness, report.fault),
+        words[at] = self._reports - 1
+        words[at + 1 : at + 13] = (
+            *(said.ns, said.state, said.cycles, said.skipped, said.lateness_ns, said.tick, said.on_brake),
+            *(MODES.index(said.mode), SAFETIES.index(said.safety), said.inputs - (1 << 63), said.words, 0),
         )
-        crc = zlib.crc32(content, zlib.crc32(repr(numbers).encode()))
-        self._back.pack_into(self._map, _REPORT, self._reports - 1, *numbers, crc)
-        self._set(_REPORT, self._reports)
+        floats[at + 13], floats[at + 14] = said.rate, said.speed_scaling
+        body = at + _REPORT_WORDS
+        floats[body : body + k] = said.q
+        floats[body + k : body + 2 * k] = said.v
+        floats[body + 2 * k : body + 3 * k] = said.error
+        words[at + 12] = zlib.crc32(self._bytes[8 * body : 8 * (body + 3 * k)], self._reports & 0xFFFFFFFF)
+        words[at] = self._reports
 
     def reported(self) -> Report | None:
-        """Return the newest report; None before the first, and where it is being written whenever one looks."""
-        for _ in range(_ATTEMPTS):
-            sequence, *numbers, crc = self._back.unpack_from(self._map, _REPORT)
-            start = _REPORT + self._back.size
-            content = self._map[start : start + 3 * 8 * self.joints]
-            if sequence == 0:
+        """Return what the host reported last; None before it has, and where it died as it wrote."""
+        at, k = self._report_at, self.joints
+        for _ in range(_READS):
+            head = self._words[at : at + 13].tolist()
+            rate, scaling = self._floats[at + 13 : at + 15].tolist()
+            values = self._floats[at + _REPORT_WORDS : at + _REPORT_WORDS + 3 * k].copy()
+            if head[0] == 0:
                 return None
-            if sequence & 1 or zlib.crc32(content, zlib.crc32(repr(tuple(numbers)).encode())) != crc:
+            if head[0] & 1 or self._words[at] != head[0]:
                 continue
-            at_ns, state, tick, braking, mode, safety, inputs, cycles, skipped, rate, scaling, late, fault = numbers
-            values = np.frombuffer(content, "<f8").astype(np.float64, copy=False).reshape(3, self.joints)
+            if zlib.crc32(values.tobytes(), head[0] & 0xFFFFFFFF) != head[12]:
+                continue
+            _, ns, state, cycles, skipped, lateness, tick, on_brake, mode, safety, inputs, words, _ = head
+            q, v, error = values.reshape(3, k)
             return Report(
-                *(HostState(state), tick, rate, bool(braking), values[0], values[1], values[2]),
-                *(_MODES[mode], _SAFETIES[safety], inputs, scaling, cycles, skipped, late, fault, at_ns),
+                *(ns, State(state), cycles, skipped, lateness, tick, bool(on_brake)),
+                *(MODES[mode], SAFETIES[safety], inputs + (1 << 63), words, rate, scaling, q, v, error),
             )
         return None
 
 
-def _crc(tick: int, play_ns: int, outputs: int, rows: int, content: bytes) -> int:
-    return zlib.crc32(content, zlib.crc32(struct.pack("<qqQq", tick, play_ns, outputs, rows)))
+def _seed(*numbers: int) -> int:
+    """Return a checksum to begin with: that of some numbers."""
+    return zlib.crc32(b"".join((number & (2**64 - 1)).to_bytes(8, "little") for number in numbers))

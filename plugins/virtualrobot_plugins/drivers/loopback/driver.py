@@ -29,7 +29,7 @@ class Loopback(Driver):
         self.settings = settings
         self.controller = Controller(settings)
         self._unit = math.radians(1.0) if settings.degrees else 1.0
-        self._since = time.monotonic()
+        self._since = time.perf_counter()
         self._read_at = 0
         self._port: ControlPort | None = None
         self._connected = False
@@ -123,7 +123,7 @@ class Loopback(Driver):
 
     def _now(self) -> float:
         """Return the controller's time (s)."""
-        return time.monotonic() - self._since
+        return time.perf_counter() - self._since
 
     def _look(self) -> None:
         """Have the controller make the cycles that are due, take what was asked for, and behave as its faults say."""

@@ -1,9 +1,11 @@
 """A board that is computed, the other end of the line: it answers at a TCP port as a board would at a cable.
 
-By itself it is a program, `python board.py`, which says the `port` for the driver's settings.
+By itself it is a program, `python board.py`, which says the `port` for the settings: that of a pseudo terminal,
+which is like a serial port, where the system has such.
 """
 
 import contextlib
+import os
 import socketserver
 import threading
 import time
@@ -20,11 +22,11 @@ class Robot:
     def __init__(self):
         self.positions = [10.0, -20.0, 30.0]
         self.points, self.goal, self.speed = [], list(self.positions), SPEED
-        self.mode, self.done, self.looked, self.heard = "READY", 0, time.monotonic(), 0.0
+        self.mode, self.done, self.looked, self.heard = "READY", 0, time.perf_counter(), 0.0
         self.trouble = ""
 
     def look(self):
-        now = time.monotonic()
+        now = time.perf_counter()
         step, self.looked = self.speed * (now - self.looked), now
         pairs = list(zip(self.positions, self.goal, strict=True))
         self.positions = [p + min(max(g - p, -step), step) for p, g in pairs]
@@ -43,10 +45,10 @@ class Robot:
 
     def answer(self, kind, *words):
         """Return the answer to a line; README.md has the table."""
-        if self.mode == "RUNNING" and not self.points and time.monotonic() - self.heard > WATCHDOG_SECONDS:
+        if self.mode == "RUNNING" and not self.points and time.perf_counter() - self.heard > WATCHDOG_SECONDS:
             self.halt("READY")
         self.look()
-        self.heard = time.monotonic()
+        self.heard = time.perf_counter()
         if kind == "hello":
             self.halt("READY")
             return f"board {JOINTS} {RATE} {WATCHDOG_SECONDS}"
@@ -83,21 +85,43 @@ class Board(socketserver.ThreadingTCPServer):
         self.port = f"socket://127.0.0.1:{self.server_address[1]}"
         threading.Thread(target=self.serve_forever, daemon=True).start()
 
+    def reply(self, line):
+        """Return what comes back for a line: nothing where the board is silent, None where the cable is broken."""
+        kind, *words = line.decode().split()
+        with self.lock:
+            if kind == "pretend":
+                (self.robot.trouble,) = words
+                return b"ok\n"
+            if self.robot.trouble == "broken":
+                return None
+            answer = self.robot.answer(kind, *words)
+            return b"" if self.robot.trouble == "silent" else f"{answer}\n".encode()
+
 
 class Cable(socketserver.StreamRequestHandler):
     def handle(self):
         with contextlib.suppress(ConnectionError):
             for line in self.rfile:
-                kind, *words = line.decode().split()
-                with self.server.lock:
-                    robot = self.server.robot
-                    if kind == "pretend":
-                        (robot.trouble,) = words
-                    if robot.trouble == "broken" and kind != "pretend":
-                        return
-                    answer = "ok" if kind == "pretend" else robot.answer(kind, *words)
-                if robot.trouble != "silent" or kind == "pretend":
-                    self.wfile.write(f"{answer}\n".encode())
+                answer = self.server.reply(line)
+                if answer is None:
+                    return
+                self.wfile.write(answer)
+
+
+def pseudo_terminal(board):
+    """Return a serial port at which the board answers too; there are such on Linux and macOS."""
+    import tty
+
+    ours, theirs = os.openpty()
+    tty.setraw(theirs)
+
+    def serve():
+        with open(ours, "rb", buffering=0) as lines:
+            for line in lines:
+                os.write(ours, board.reply(line) or b"")
+
+    threading.Thread(target=serve, daemon=True).start()
+    return os.ttyname(theirs)
 
 
 def pretend(driver, trouble):
@@ -124,5 +148,6 @@ def mend(driver):
 
 
 if __name__ == "__main__":
-    print(Board().port, flush=True)
+    board = Board()
+    print(pseudo_terminal(board) if hasattr(os, "openpty") else board.port, flush=True)
     threading.Event().wait()
