@@ -73,6 +73,9 @@ class Loopback(Driver):
                 raise DriverFault(f"loopback has been silent for {1e3 * SILENT_CYCLES / self.settings.rate:.3g} ms")
         else:
             self._read_at = controller.cycle
+        if self.settings.pace == "JOBS":
+            # Setpoints tell that somebody is there; of jobs, whoever asks how far they are.
+            controller.heard(self._now())
         return Reading(
             stamp=self._read_at / self.settings.rate,
             positions=controller.measured() / self._unit,
@@ -111,6 +114,7 @@ class Loopback(Driver):
     def reset(self) -> None:
         """Clear a protective stop; switch the motors on after a loss of power."""
         self._look()
+        self._answering()
         self.controller.reset()
 
     def close(self) -> None:
