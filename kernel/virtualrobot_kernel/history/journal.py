@@ -9,10 +9,12 @@ import secrets
 import sqlite3
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+from virtualrobot_kernel.background import let_others_go_on
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.store import Row
 from virtualrobot_kernel.history.tail import Tail
@@ -40,8 +42,11 @@ MOST_UNKEPT = 100_000
 STOPPING = (StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints, SetMeasuredJoints)
 """Commands that stop, slow, pause or end motions, or tell where robots are: done though nothing can be kept."""
 
-MOST_AT_ONCE = 256
-"""Greatest number of entries that are kept together; when so many wait, they are."""
+MOST_AT_ONCE = 32
+"""Greatest number of entries that are kept together, and freed: to free the worlds of one takes up to 40 us."""
+
+MANY = 256
+"""Number of entries from which they are kept soon."""
 
 MOST_WAITING = 10_000
 """Number of entries that wait, from which answers wait, too, so that those who ask don't outrun those who keep."""
@@ -176,7 +181,7 @@ class Journal:
                 self._waiting.append(Told(number, entry, before, after, encoded))
         self._number = number
         self._only_stops = self._only_stops and stops
-        if len(self._waiting) >= MOST_AT_ONCE or self._watched():
+        if len(self._waiting) >= MANY or self._watched():
             self._hurry()
 
     def answer(self, answer: Answer) -> None:
@@ -213,31 +218,32 @@ class Journal:
         if self._given_up or (self._failed is not None and time.monotonic() < self._retry_at):
             return
         with self._changing:
-            told, self._waiting = [*self._unkept, *self._waiting], []
+            told, self._waiting = deque([*self._unkept, *self._waiting]), []
             late, self._late = self._late, []
             if self._tail is not None:
                 self._tail.turn()
-        kept = 0
+        count, some = len(told), list[Told]()
+        self._unkept = []
         try:
-            while kept < len(told):
-                some = told[kept : kept + MOST_AT_ONCE]
+            while told:
+                some = [told.popleft() for _ in range(min(MOST_AT_ONCE, len(told)))]
                 for keeper in self._keepers:
                     keeper.keep(some)
-                kept += len(some)
-            self._unkept = []
+                some = []
+                let_others_go_on()
             with self._changing:
                 if self._tail is not None and not self._tail.is_begun:
                     self._tail.begin(self._new_life)
                 elif self._tail is not None:
                     self._tail.free()
         except Exception as error:
-            self._unkept = told[kept:]
+            self._unkept = [*some, *told]
             if len(self._unkept) > MOST_UNKEPT:
                 self._unkept, self._waiting, self._given_up = [], [], True
-            self._fail(told[kept].number if kept < len(told) else self._number + 1, error)
+            self._fail(some[0].number if some else self._number + 1, error)
         else:
             if self._failed is not None:
-                log.warning("the journal can be written again; %d entries were kept late", len(told))
+                log.warning("the journal can be written again; %d entries were kept late", count)
             self._failed = None
         for answer in late:
             answer(None)
