@@ -14,10 +14,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
 from virtualrobot_kernel.background import let_others_go_on
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.store import Row
 from virtualrobot_kernel.history.tail import Tail
+from virtualrobot_kernel.history.upkeep import Moment
+from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
     CancelMotion,
@@ -25,6 +29,7 @@ from virtualrobot_kernel.world.commands import (
     EndSetpoints,
     PauseMotion,
     SetMeasuredJoints,
+    SetSetpoint,
     SetSpeedFactor,
     StopMotions,
     StopRobots,
@@ -42,8 +47,11 @@ MOST_UNKEPT = 100_000
 STOPPING = (StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints, SetMeasuredJoints)
 """Commands that stop, slow, pause or end motions, or tell where robots are: done though nothing can be kept."""
 
+EACH_TICK = (SetSetpoint, SetMeasuredJoints)
+"""Commands that come as often as ticks: they are in the journal, and no steps."""
+
 MOST_AT_ONCE = 32
-"""Greatest number of entries that are kept together, and freed: to free the worlds of one takes up to 40 us."""
+"""Greatest number of entries that are kept together, and freed: with the worlds of one that takes up to 40 us."""
 
 MANY = 256
 """Number of entries from which they are kept soon."""
@@ -58,7 +66,8 @@ log = logging.getLogger(__name__)
 class Told:
     """Entry as the world thread tells it: its number, from 1, and the immutable worlds before and after it.
 
-    `encoded` are its commands as the tail has them; empty where there is none.
+    Of what comes with every tick (`EACH_TICK`) these are left out: whole worlds of a second would take up the
+    processor's caches. `encoded` are the commands as the tail has them; empty where there is none.
     """
 
     number: int
@@ -79,8 +88,10 @@ class Keeper(Protocol):
         ...
 
 
-Ticked = Callable[[int, Structure, State], None]
-"""Listener to ticks, called in the world thread: the number of the last entry before, and the world after it."""
+Ticked = Callable[[Structure, State], None]
+"""Listener to ticks, called in the world thread with the world after each."""
+
+_LEFT_OUT = Change(index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]))
 
 
 class Journal:
@@ -93,8 +104,8 @@ class Journal:
     def __init__(
         self,
         keepers: Sequence[Keeper],
-        last_number: int = 0,
-        ticked: Ticked = lambda number, structure, state: None,
+        begin: Moment | None = None,
+        ticked: Ticked = lambda structure, state: None,
         tail: Tail | None = None,
         encode: Callable[[object], bytes] = lambda commands: b"",
         note_life: Callable[[int], None] = lambda life: None,
@@ -102,26 +113,28 @@ class Journal:
         waiting: Sequence[Told] = (),
         hurry: Callable[[], None] = lambda: None,
         watched: Callable[[], bool] = lambda: False,
+        settled: Callable[[Moment], None] = lambda now: None,
     ) -> None:
-        """Go on after the entry with this number.
+        """Go on from a moment.
 
         Args:
             keepers: those who keep entries, one after another.
-            last_number: the number of the last entry before.
+            begin: the world, with the number of the last entry; None: there is nothing yet.
             ticked: listens to ticks.
             tail: where entries are until they are kept; None: they are lost if the process ends before.
             encode: makes the bytes of an entry's commands.
             note_life: writes down the number of this kernel, before the tail has anything.
             power: whether an answer waits until the tail is safe from a loss of power.
-            waiting: entries that the tail of the kernel before has left; those up to `last_number`.
+            waiting: entries that the tail of the kernel before has left; the last ones before `begin`.
             hurry: is called from the world thread when `settle` shall be called soon.
             watched: whether anybody waits for what keepers make of entries.
+            settled: is told a moment whose entries are all kept.
         """
         self._keepers = keepers
-        self._number = last_number
+        self._now = begin or Moment(0, _LEFT_OUT.structure, _LEFT_OUT.state)
         self._ticked = ticked
         self._tail, self._encode, self._note_life = tail, encode, note_life
-        self._hurry, self._watched = hurry, watched
+        self._hurry, self._watched, self._settled = hurry, watched, settled
         self._waiting = list(waiting)
         self._unkept: list[Told] = []
         self._late: list[Answer] = []
@@ -167,7 +180,7 @@ class Journal:
 
         What stops robots is kept later then.
         """
-        number, stops = self._number + 1, _stops(entry.commands)
+        number, stops = self._now.number + 1, _stops(entry.commands)
         encoded = self._encode(entry.commands) if self._tail is not None else b""
         with self._changing:
             if self._tail is not None:
@@ -177,9 +190,13 @@ class Journal:
                     self._fail(number, error)
                     if not stops and self._failed is not None:
                         raise self._failed from error
+            if all(isinstance(command, EACH_TICK) for command in entry.commands):
+                told = Told(number, entry, _LEFT_OUT, _LEFT_OUT, encoded)
+            else:
+                told = Told(number, entry, before, after, encoded)
             if not self._given_up:
-                self._waiting.append(Told(number, entry, before, after, encoded))
-        self._number = number
+                self._waiting.append(told)
+            self._now = Moment(number, after.structure, after.state)
         self._only_stops = self._only_stops and stops
         if len(self._waiting) >= MANY or self._watched():
             self._hurry()
@@ -198,7 +215,8 @@ class Journal:
 
     def ticked(self, structure: Structure, state: State) -> None:
         """Tell who listens that a tick was made."""
-        self._ticked(self._number, structure, state)
+        self._now = Moment(self._now.number, structure, state)
+        self._ticked(structure, state)
 
     def settle(self) -> None:
         """Have the keepers keep all entries so far, in the calling thread.
@@ -219,6 +237,7 @@ class Journal:
             return
         with self._changing:
             told, self._waiting = deque([*self._unkept, *self._waiting]), []
+            now = self._now
             late, self._late = self._late, []
             if self._tail is not None:
                 self._tail.turn()
@@ -240,8 +259,9 @@ class Journal:
             self._unkept = [*some, *told]
             if len(self._unkept) > MOST_UNKEPT:
                 self._unkept, self._waiting, self._given_up = [], [], True
-            self._fail(some[0].number if some else self._number + 1, error)
+            self._fail(some[0].number if some else now.number + 1, error)
         else:
+            self._settled(now)
             if self._failed is not None:
                 log.warning("the journal can be written again; %d entries were kept late", count)
             self._failed = None
@@ -285,7 +305,7 @@ class Journal:
                 if self._tail is not None:
                     self._tail.sync()
             except OSError as error:
-                self._fail(self._number, error)
+                self._fail(self._now.number, error)
                 failed = self._failed
             for item in items:
                 if item is not None:

@@ -10,6 +10,7 @@ from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from itertools import groupby
 from operator import itemgetter
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,22 +27,36 @@ BYTES = 4 + LANES
 _GOLDEN, _MIX = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9)
 
 
+class Joints(Protocol):
+    """Joints of a state."""
+
+    @property
+    def q(self) -> NDArray[np.float64]:
+        """Coordinates."""
+        ...
+
+    @property
+    def v(self) -> NDArray[np.float64]:
+        """Velocities."""
+        ...
+
+
 def tick_hash(structure: Structure, state: State) -> bytes:
     """Return the hash of all coordinates and velocities of a state, to their last bit."""
     return hashes_of([(structure, state)])
 
 
-def hashes_of(ticks: Iterable[tuple[Structure, State]]) -> bytes:
+def hashes_of(ticks: Iterable[tuple[Structure, Joints]]) -> bytes:
     """Return the hashes of ticks, one after another; of many it is little more work than of one."""
     groups = groupby(ticks, key=itemgetter(0))
     return b"".join(_hashes(structure, [state for _, state in ticks]) for structure, ticks in groups)
 
 
-def _hashes(structure: Structure, states: Sequence[State]) -> bytes:
+def _hashes(structure: Structure, states: Sequence[Joints]) -> bytes:
     order, starts, lanes, factors = _layout(structure)
     if not len(order):
         return bytes(BYTES * len(states))
-    moved: list[State] = []  # most ticks of most worlds change no joint
+    moved: list[Joints] = []  # most ticks of most worlds change no joint
     places: list[int] = []
     for state in states:
         if not moved or moved[-1].q is not state.q or moved[-1].v is not state.v:
