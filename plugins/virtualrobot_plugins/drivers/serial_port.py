@@ -30,14 +30,17 @@ class SerialPort:
     """An open serial port, 8 bits without parity; each of its faults is a DriverFault that names it."""
 
     def __init__(self, path: str, baud: int) -> None:
-        """Open the port at `baud` bits a second, for nobody else. Raises DriverFault, with the ports that there are."""
+        """Open a port, or `socket://HOST:PORT` of a serial device server, at `baud` bits a second, for nobody else.
+
+        Raises DriverFault, with the ports that there are.
+        """
         _need_pyserial()
-        from serial import Serial
+        from serial import serial_for_url
 
         self.path, self.baud = path, baud
         self._held = b""
         try:
-            self._port = Serial(path, baud, timeout=POLL_SECONDS, write_timeout=WRITE_SECONDS, exclusive=True)
+            self._port = serial_for_url(path, baud, timeout=POLL_SECONDS, write_timeout=WRITE_SECONDS, exclusive=True)
         except (OSError, ValueError) as error:
             there = ", ".join(ports()) or "no serial port"
             raise DriverFault(f"{path} can't be opened: {error}; this machine has {there}") from error
@@ -58,22 +61,37 @@ class SerialPort:
         deadline = time.monotonic() + seconds
         while mark not in self._held:
             try:
-                came = self._port.read(max(1, self._port.in_waiting))
+                waiting = self._port.in_waiting
+                if not waiting and time.monotonic() >= deadline:
+                    return None
+                self._held += self._port.read(max(1, waiting))
             except (OSError, ValueError) as error:
                 raise DriverFault(f"{self.path} is gone: {error}") from error
-            self._held += came
             if len(self._held) > LONGEST and mark not in self._held:
                 raise DriverFault(
                     f"{self.path} sends {len(self._held)} bytes without {mark!r}: is {self.baud} its baud rate?"
                 )
-            if not came and time.monotonic() >= deadline:
-                return None
         found, _, self._held = self._held.partition(mark)
         return found
 
+    def whole(self, mark: bytes) -> list[bytes]:
+        """Return the parts that have come up to their marks, without these, and wait for none."""
+        try:
+            # A socket says of one byte at a time that it waits.
+            while (waiting := self._port.in_waiting) and len(self._held) <= LONGEST:
+                self._held += self._port.read(waiting)
+        except (OSError, ValueError) as error:
+            raise DriverFault(f"{self.path} is gone: {error}") from error
+        *parts, self._held = self._held.split(mark)
+        return parts
+
     def close(self) -> None:
         """Give the port back; harmless more than once."""
+        # pyserial 3.5 leaves a socket open whose other end has gone first.
+        near = getattr(self._port, "_socket", None)
         self._port.close()
+        if near is not None:
+            near.close()
 
 
 def _need_pyserial() -> None:
