@@ -28,7 +28,7 @@ from virtualrobot_sdk.drivers.driver import About, Driver, DriverFault, Mode, Pa
 from virtualrobot_sdk.drivers.jobs import Jobs
 from virtualrobot_sdk.drivers.player import SLACK_SECONDS, Play, Player, Setpoint
 from virtualrobot_sdk.drivers.robot_side import MOST_OUTPUTS, Gate, Mapping, RobotSide
-from virtualrobot_sdk.drivers.shared import CellBlock, Floats, Report, State, TickRing
+from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Floats, Report, State, TickRing
 from virtualrobot_sdk.errors import ArgumentError, PluginError
 from virtualrobot_sdk.registration import ComponentKind
 
@@ -300,16 +300,19 @@ class Host:
 
     def _follow(self, player: Player) -> None:
         """Go on to STOPPING when the play clock slows or ticks are missing, and to INACTIVE when the robot rests."""
+        # A brake that is shorter than a cycle is over at once.
         if player.state in (Play.STOPPING, Play.STARVED, Play.RESTS) and self.state is State.ACTIVE:
+            starved = self._cell.stop_ns == NEVER
+            self._cell.stop()
+            why = "no newer tick came in time" if starved else "the cell was stopped"
+            if self._jobs is not None and not self._jobs.done:
+                # Its controller goes on by itself, whatever the play clock does.
+                raise DriverFault(f"{why} while the robot went to its points: it was stopped on its way")
             self.state = State.STOPPING
-            if player.on_brake:
-                self._cell.stop()
-                self._tell("no newer tick came in time: the robot brakes on its path")
-            else:
-                self._tell("the cell was stopped")
+            self._tell(f"{why}: the robot brakes on its path" if starved else why)
         if player.state is Play.RESTS and self._refused:
             raise DriverFault(self._refused)
-        if player.state is Play.RESTS and self.state is State.STOPPING and (self._jobs is None or self._jobs.done):
+        if player.state is Play.RESTS and self.state is State.STOPPING:
             self._driver.end()
             self._player = self._jobs = self._sent = None
             self.state = State.INACTIVE
