@@ -52,13 +52,14 @@ KINDS: dict[type, StepKind] = {
     commands.StopRobots: StepKind.MOTION,
     commands.SetSignal: StepKind.SIGNAL,
     commands.RunSensors: StepKind.OTHER,
+    commands.PlayedTicks: StepKind.OTHER,
     commands.RestartWorld: StepKind.OTHER,
     commands.RestoreWorld: StepKind.RESTORE,
 }
 """Kind of the commands that change nothing which undo covers; all others are edits."""
 
-EACH_TICK = (commands.SetSetpoint, commands.SetMeasuredJoints)
-"""Commands that come as often as ticks: they are in the journal, and no steps."""
+EACH_TICK = (commands.SetSetpoint, commands.SetMeasuredJoints, commands.PlayedTicks)
+"""Commands that come as often as ticks, or tell of them: they are in the journal, and no steps."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
