@@ -6,7 +6,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
@@ -22,6 +22,7 @@ from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
 from virtualrobot_kernel.world.commands import (
+    Command,
     CreateNodes,
     CreateSignal,
     SetSetpoint,
@@ -29,7 +30,7 @@ from virtualrobot_kernel.world.commands import (
     StartSetpointMotion,
     StopMotions,
 )
-from virtualrobot_kernel.world.journal import MemoryJournal
+from virtualrobot_kernel.world.past_world import NoJournal
 from virtualrobot_kernel.world.state import Signal, Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Kind, NodeSpec, PartData
@@ -50,6 +51,13 @@ FAR = Rules(entries=10**9, bytes=10**15, motion_ticks=10**12)
 """Rules without checkpoints of their own."""
 
 
+class Unwritten(NoJournal):
+    """Journal that keeps nothing, of a world that is changed."""
+
+    def admit(self, commands: Sequence[Command]) -> None:
+        """Admit all."""
+
+
 class Inputs:
     """Setpoints of all arms for each tick."""
 
@@ -66,9 +74,9 @@ class Inputs:
 
 @contextmanager
 def in_memory(begin: Snapshot, inputs: Inputs | None = None) -> Iterator[World]:
-    """Give a world without a history, which keeps entries as they are."""
+    """Give a world that keeps nothing."""
     source = inputs.take if inputs else tuple
-    world = World(world_poses, MemoryJournal(), CLOCK, begin.structure, begin.state, source)
+    world = World(world_poses, Unwritten(), CLOCK, begin.structure, begin.state, source)
     world.start()
     yield world
     world.close()
@@ -170,8 +178,10 @@ def checkpoint_rows() -> list[Row]:
         parts = (NodeSpec(f"part {k}", Kind.PART, data=PartData()) for k in range(NODES))
         world.submit([CreateNodes(tuple(parts))]).result()
         world.step(10).result()
+        history.store.catch_up()
         first = timed(history.upkeep.checkpoint, 1)[0]
         world.step(10).result()
+        history.store.catch_up()
         start = time.thread_time()
         history.upkeep.checkpoint()
         second = (time.thread_time() - start) * 1e3
@@ -182,6 +192,7 @@ def checkpoint_rows() -> list[Row]:
 
         def checkpoints() -> None:
             while not ended.wait(0.02):
+                history.store.catch_up()
                 made.append(history.upkeep.checkpoint())
 
         thread = threading.Thread(target=checkpoints)

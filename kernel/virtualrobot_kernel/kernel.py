@@ -156,6 +156,7 @@ class Kernel:
         self.world.start()
         if isinstance(self._history, History) and self._history.goes_on:
             self.world.submit([RestartWorld()], "kernel").result()
+            self._history.store.catch_up()
             self._history.upkeep.checkpoint()
         return self._server.start()
 

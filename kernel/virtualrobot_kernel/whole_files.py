@@ -28,8 +28,14 @@ def write_whole(path: Path, data: bytes, sync: bool = False, mode: int = 0o666) 
     except OSError:
         new.unlink(missing_ok=True)
         raise
-    if sync and sys.platform != "win32":
-        folder = os.open(path.parent, os.O_RDONLY)
+    if sync:
+        sync_folder(path.parent)
+
+
+def sync_folder(path: Path) -> None:
+    """Return once the names of a folder's files survive a loss of power."""
+    if sys.platform != "win32":
+        folder = os.open(path, os.O_RDONLY)
         try:
             os.fsync(folder)
         finally:

@@ -66,6 +66,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
                 from_number=request.from_number,
                 forgotten=steps.store.forgotten,
             )
+        await self._kernel.in_worker(steps.store.catch_up)  # what was done before is not new
         async with aclosing(self._kernel.publications.every(steps.subscribe)) as told:
             last: int | None = None
             async for some in told:
@@ -100,7 +101,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
     async def _redo(self, request: history_pb2.RedoRequest, context: object) -> history_pb2.RedoResponse:
         steps = self._kernel.steps
         undo = await self._kernel.in_worker(steps.to_redo, _number(request), _mine_if(request.only_mine, context))
-        redone = steps.store.get(undo.undoes)
+        redone = await self._kernel.in_worker(steps.store.get, undo.undoes)
         snapshot, step, _ = await self._take_back(undo, context)
         told = self._message(snapshot, redone, is_mine(context)) if redone else None
         return history_pb2.RedoResponse(stamp=stamp(snapshot), step=step, redone=told)
@@ -113,7 +114,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         except Conflict as error:
             raise await self._kernel.in_worker(steps.conflict, step, error) from None
         snapshot = applied.snapshot
-        made = self._message(snapshot, steps.taken_back_by(step.number), mine)
+        made = self._message(snapshot, await self._kernel.in_worker(steps.taken_back_by, step.number), mine)
         return snapshot, made, self._message(snapshot, step, mine)
 
     async def CreateCheckpoint(
@@ -144,7 +145,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
             found = await self._kernel.in_worker(checkpoints.get, request.name)
             command = await self._kernel.in_worker(checkpoints.restoring, found)
             applied = await self._submit(command, context)
-            before = checkpoints.left_by(command)
+            before = await self._kernel.in_worker(checkpoints.left_by, command)
             return history_pb2.RestoreCheckpointResponse(
                 stamp=stamp(applied.snapshot),
                 checkpoint=_checkpoint(found),

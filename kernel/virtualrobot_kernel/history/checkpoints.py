@@ -65,10 +65,15 @@ class Checkpoints:
     @property
     def all(self) -> list[Checkpoint]:
         """Checkpoints with a name, oldest first."""
+        self._store.catch_up()
         return [self._known(row) for row in self._store.checkpoints() if row.name]
 
     def get(self, name: str) -> Checkpoint:
         """Return a checkpoint; raise UnknownNameError."""
+        self._store.catch_up()
+        return self._found(name)
+
+    def _found(self, name: str) -> Checkpoint:
         rows = {row.name: row for row in self._store.checkpoints() if row.name}
         if name not in rows:
             raise UnknownNameError("checkpoint", name, rows)
@@ -84,6 +89,7 @@ class Checkpoints:
 
         Raises KernelError when the name is taken, and when there are too many.
         """
+        self._store.catch_up()
         with self._lock:
             taken = {row.name for row in self._store.checkpoints() if row.name}
             if not name:
@@ -118,17 +124,18 @@ class Checkpoints:
                     f"the checkpoint can't be written: {error}. Make room on its disk",
                     reason=Reason.WRONG_STATE,
                 ) from error
-        return self.get(name)
+        return self._found(name)
 
     def remove(self, name: str) -> Checkpoint:
         """Forget a checkpoint and return it; raise UnknownNameError."""
         with self._lock:
-            found = self.get(name)
+            found = self._found(name)
             self._remove([found.id])
             return found
 
     def left_by(self, command: RestoreWorld) -> Checkpoint | None:
         """Return the world as it was right before a return to a checkpoint; None when it could not be kept."""
+        self._store.catch_up()
         return next((checkpoint for one, checkpoint in reversed(self._left) if one is command), None)
 
     def keep(self, told: Sequence[Told]) -> None:
@@ -149,7 +156,7 @@ class Checkpoints:
             others = [row.id for row in self._store.checkpoints() if row.name.startswith(AUTOMATIC)]
             if old := others[:-MOST_AUTOMATIC]:
                 self._remove(old)
-            return self.get(name)
+            return self._found(name)
 
     def _remove(self, ids: Sequence[int]) -> None:
         """Take checkpoints out; the one that the rest of a thinned history begins with loses its name alone."""

@@ -1,7 +1,8 @@
 """Project folder: who uses it, what it was written with, and where its files lie.
 
 `project.json` has its form, id, length of a tick, scene, and the versions that wrote it last; `lock` the process that
-uses it; `journal.db` the journal and the checkpoints (SQLite); `last_tick` how far time has come; `assets/` the files
+uses it; `journal.db` the journal and the checkpoints (SQLite); `tail.0` and `tail.1`, while a kernel runs or was
+killed, the entries that are not in there yet; `last_tick` how far time has come; `assets/` the files
 of the world by the SHA-256 of their bytes; `tokens.json` the tokens that were made for it; `kernel.log` the newest
 lines of the logs of its kernels.
 """
@@ -30,6 +31,7 @@ LOCK = "lock"
 JOURNAL = "journal.db"
 LAST_TICK = "last_tick"
 ASSETS = "assets"
+TAIL = ("tail.0", "tail.1")
 TOKENS = "tokens.json"
 LOG = "kernel.log"
 
@@ -220,7 +222,7 @@ def check_journal(path: Path) -> None:
     """
     if (path / JOURNAL).exists():
         return
-    traces = (path / LAST_TICK, path / f"{JOURNAL}-wal")
+    traces = (path / LAST_TICK, path / f"{JOURNAL}-wal", *(path / name for name in TAIL))
     if any(one.exists() for one in traces) or any((path / ASSETS).glob("*")):
         raise MissingFileError(
             f"{JOURNAL} of this project is missing, which has its world and history: put {path / JOURNAL} back, or "

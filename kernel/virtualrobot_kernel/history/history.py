@@ -10,13 +10,14 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history.checkpoints import Checkpoints
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.folder import JOURNAL, LAST_TICK, Folder
-from virtualrobot_kernel.history.journal import Journal
+from virtualrobot_kernel.history.journal import Journal, Told
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.recorder import Recorder
 from virtualrobot_kernel.history.recovery import recovered
 from virtualrobot_kernel.history.steps import Steps
-from virtualrobot_kernel.history.store import Store
+from virtualrobot_kernel.history.store import Row, Store
 from virtualrobot_kernel.history.stored_steps import StoredSteps
+from virtualrobot_kernel.history.tail import Tail, tail_rows
 from virtualrobot_kernel.history.upkeep import MEBIBYTE, Rules, Upkeep
 from virtualrobot_kernel.world.change import Forward
 
@@ -88,15 +89,21 @@ class History:
         self.codec = codec = world_codec()
         self._folder = folder
         self._last_tick: LastTick | None = None
+        tail: Tail | None = None
+        rows: list[Row] = []
+        damage: list[str] = []
         if folder is None:
             self.store = Store()
         else:
             self.store = Store(folder.path / JOURNAL, folder.project.seed, power)
             self.store.note_tick(folder.project.tick_nanoseconds)
             self._last_tick = LastTick(folder.path / LAST_TICK, folder.project.seed)
+            rows, damage = tail_rows(folder.path, folder.project.seed, self.store.life, self.store.last_seq)
+            tail = Tail(folder.path, folder.project.seed, power)
+        left: list[Told] = []
         last_tick = self._last_tick.read() if self._last_tick else 0
-        self.begin, warnings = recovered(self.store, codec, last_tick, tick_seconds, forward)
-        for warning in (*self.store.warnings, *warnings, *self._other_versions()):
+        self.begin, warnings = recovered(self.store, codec, last_tick, tick_seconds, forward, rows, left.append)
+        for warning in (*self.store.warnings, *damage, *warnings, *self._other_versions()):
             log.warning("%s", warning)
         self.goes_on = self.begin.number > 0 or self.begin.state.tick > 0
         rules = rules or rules_of(None, folder is not None)
@@ -105,17 +112,29 @@ class History:
         self.steps = Steps(kept)
         self.checkpoints = Checkpoints(self.store, codec, self.upkeep)
         recorder = Recorder(self.store, codec, kept, self.upkeep)
-        self.journal = Journal((self.steps, recorder, self.checkpoints), self.begin.number, self.upkeep.ticked)
+        self.journal = Journal(
+            (self.steps, recorder, self.checkpoints),
+            self.begin.number,
+            self.upkeep.ticked,
+            tail,
+            codec.encode,
+            self.store.note_life,
+            power and folder is not None,
+            left,
+            self.upkeep.hurry,
+            lambda: self.steps.is_watched,
+        )
 
     def start(self) -> None:
         """Start the threads."""
+        self.store.catch_up = self.journal.settle
         self.journal.start()
         self.upkeep.start()
 
     def close(self) -> None:
         """Write what is left, and a checkpoint where the next kernel may begin; let others use the folder."""
-        self.journal.close()
         self.upkeep.close(checkpoint=self._folder is not None)
+        self.journal.close()
         self.close_files()
 
     def close_files(self) -> None:

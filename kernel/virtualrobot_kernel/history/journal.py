@@ -1,10 +1,12 @@
-"""Journal of the kernel: a thread that hands what was applied to those who keep it, and then answers."""
+"""Journal of the kernel: what was applied goes into a tail, which survives the process, and later to keepers."""
 
 from __future__ import annotations
 
 import contextlib
 import logging
 import queue
+import secrets
+import sqlite3
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -12,6 +14,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.history.store import Row
+from virtualrobot_kernel.history.tail import Tail
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
     CancelMotion,
@@ -37,28 +41,35 @@ STOPPING = (StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, 
 """Commands that stop, slow, pause or end motions, or tell where robots are: done though nothing can be kept."""
 
 MOST_AT_ONCE = 256
-"""Greatest number of entries that are kept together: those who wait for the first one wait for all of them."""
+"""Greatest number of entries that are kept together; when so many wait, they are."""
+
+MOST_WAITING = 10_000
+"""Number of entries that wait, from which answers wait, too, so that those who ask don't outrun those who keep."""
 
 log = logging.getLogger(__name__)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Told:
-    """Entry as the world thread tells it: its number, from 1, and the immutable worlds before and after it."""
+    """Entry as the world thread tells it: its number, from 1, and the immutable worlds before and after it.
+
+    `encoded` are its commands as the tail has them; empty where there is none.
+    """
 
     number: int
     entry: Entry
     before: Change
     after: Change
+    encoded: bytes = b""
 
 
 class Keeper(Protocol):
-    """Keeper of entries; the journal's thread alone calls it."""
+    """Keeper of entries, called by one thread at a time."""
 
     def keep(self, told: Sequence[Told]) -> None:
-        """Keep entries, in order, all or none: what it raises is the answer to all of them.
+        """Keep entries, in order, all or none; what it raises ends all changes until they are kept.
 
-        They are told again, with those that have come since, until they are kept.
+        They are told again, with those that have come since, until they are.
         """
         ...
 
@@ -68,37 +79,78 @@ Ticked = Callable[[int, Structure, State], None]
 
 
 class Journal:
-    """Journal whose thread has each entry kept by all keepers, one after another, and then answers.
+    """Journal that answers an entry once the tail has it, which takes a copy in memory.
 
-    So the world thread pays for a queue alone: what is encoded, compared and written is so in this one.
+    What else becomes of it (a label, what it has changed, rows of a database) is made later by the keepers, in the
+    thread that calls `settle`.
     """
 
     def __init__(
-        self, keepers: Sequence[Keeper], last_number: int = 0, ticked: Ticked = lambda number, structure, state: None
+        self,
+        keepers: Sequence[Keeper],
+        last_number: int = 0,
+        ticked: Ticked = lambda number, structure, state: None,
+        tail: Tail | None = None,
+        encode: Callable[[object], bytes] = lambda commands: b"",
+        note_life: Callable[[int], None] = lambda life: None,
+        power: bool = False,
+        waiting: Sequence[Told] = (),
+        hurry: Callable[[], None] = lambda: None,
+        watched: Callable[[], bool] = lambda: False,
     ) -> None:
-        """Go on after the entry with this number; nothing is kept before `start`."""
+        """Go on after the entry with this number.
+
+        Args:
+            keepers: those who keep entries, one after another.
+            last_number: the number of the last entry before.
+            ticked: listens to ticks.
+            tail: where entries are until they are kept; None: they are lost if the process ends before.
+            encode: makes the bytes of an entry's commands.
+            note_life: writes down the number of this kernel, before the tail has anything.
+            power: whether an answer waits until the tail is safe from a loss of power.
+            waiting: entries that the tail of the kernel before has left; those up to `last_number`.
+            hurry: is called from the world thread when `settle` shall be called soon.
+            watched: whether anybody waits for what keepers make of entries.
+        """
         self._keepers = keepers
         self._number = last_number
         self._ticked = ticked
+        self._tail, self._encode, self._note_life = tail, encode, note_life
+        self._hurry, self._watched = hurry, watched
+        self._waiting = list(waiting)
         self._unkept: list[Told] = []
+        self._late: list[Answer] = []
         self._given_up = False
         self._retry_at = 0.0
-        self._queue: queue.SimpleQueue[Told | Answer | None] = queue.SimpleQueue()
         self._failed: KernelError | None = None
-        self._thread = threading.Thread(target=self._run, name="history", daemon=True)
+        self._only_stops = True
+        self._changing, self._settling, self._inside = threading.Lock(), threading.RLock(), False
+        self._answers: queue.SimpleQueue[tuple[Answer, bool] | None] | None = queue.SimpleQueue() if power else None
+        self._thread = threading.Thread(target=self._answer_once_safe, name="history", daemon=True)
 
     def start(self) -> None:
-        """Start the thread."""
-        self._thread.start()
+        """Have what is left of the kernel before kept, and begin."""
+        self.settle()
+        if self._answers is not None:
+            self._thread.start()
 
     def close(self) -> None:
-        """Keep what has been told, and end the thread."""
-        self._queue.put(None)
-        if self._thread.is_alive():
-            self._thread.join(10.0)
+        """Answer what has been told, have it kept, and end."""
+        if self._answers is not None:
+            self._answers.put(None)
+            if self._thread.is_alive():
+                self._thread.join(10.0)
+        self._retry_at = 0.0
+        self.settle()
+        if self._tail is not None:
+            is_all = self._failed is None and not self._given_up
+            if is_all:
+                with contextlib.suppress(sqlite3.Error):
+                    self._note_life(0)
+            self._tail.close(remove=is_all)
 
     def admit(self, commands: Sequence[Command]) -> None:
-        """Raise KernelError while an entry can't be kept: the world must not go further from what is.
+        """Raise KernelError while entries can't be kept: the world must not go further from what is.
 
         What stops robots is admitted, and is kept with the rest once that goes again.
         """
@@ -106,73 +158,133 @@ class Journal:
             raise self._failed
 
     def append(self, entry: Entry, before: Change, after: Change) -> None:
-        """Have an entry kept, in the journal's thread."""
-        self._number += 1
-        self._queue.put(Told(self._number, entry, before, after))
+        """Have an entry kept; raise KernelError, and leave all as it is, when the tail can't have it.
+
+        What stops robots is kept later then.
+        """
+        number, stops = self._number + 1, _stops(entry.commands)
+        encoded = self._encode(entry.commands) if self._tail is not None else b""
+        with self._changing:
+            if self._tail is not None:
+                try:
+                    self._tail.append(Row(number, entry.tick, entry.wall_time, entry.author, encoded))
+                except OSError as error:
+                    self._fail(number, error)
+                    if not stops and self._failed is not None:
+                        raise self._failed from error
+            if not self._given_up:
+                self._waiting.append(Told(number, entry, before, after, encoded))
+        self._number = number
+        self._only_stops = self._only_stops and stops
+        if len(self._waiting) >= MOST_AT_ONCE or self._watched():
+            self._hurry()
 
     def answer(self, answer: Answer) -> None:
-        """Have `answer` called in the journal's thread once all entries so far are kept."""
-        self._queue.put(answer)
+        """Have `answer` called once all entries so far survive."""
+        only_stops, self._only_stops = self._only_stops, True
+        if self._answers is not None:
+            self._answers.put((answer, only_stops))
+            return
+        with self._changing:
+            if len(self._waiting) > MOST_WAITING:
+                self._late.append(answer)
+                return
+        answer(None)
 
     def ticked(self, structure: Structure, state: State) -> None:
         """Tell who listens that a tick was made."""
         self._ticked(self._number, structure, state)
 
-    def _run(self) -> None:
-        failed: KernelError | None = None
-        while True:
-            items = self._waiting()
-            self._keep([one for one in items if isinstance(one, Told)])
-            for one in items:
-                if one is None:
-                    return
-                if not isinstance(one, Told):
-                    one(failed)
-                    failed = None
-                elif not _stops(one.entry.commands):
-                    failed = self._failed
+    def settle(self) -> None:
+        """Have the keepers keep all entries so far, in the calling thread.
 
-    def _waiting(self) -> list[Told | Answer | None]:
-        """Return what waits, up to the end, once there is something; nothing when it is time to try again."""
-        found: list[Told | Answer | None] = []
-        with contextlib.suppress(queue.Empty):
-            found.append(self._queue.get(timeout=RETRY_SECONDS if self._unkept else None))
-            while found[-1] is not None and len(found) < MOST_AT_ONCE:
-                found.append(self._queue.get_nowait())
-        return found
+        What they can't keep is tried again at most once a second.
+        """
+        with self._settling:
+            if self._inside:
+                return
+            self._inside = True
+            try:
+                self._settle()
+            finally:
+                self._inside = False
 
-    def _keep(self, told: Sequence[Told]) -> None:
-        """Have entries kept, with those that could not be before."""
-        if self._given_up or not (told or self._unkept):
+    def _settle(self) -> None:
+        if self._given_up or (self._failed is not None and time.monotonic() < self._retry_at):
             return
-        together = [*self._unkept, *told]
-        if self._unkept and time.monotonic() < self._retry_at:
-            self._unkept = together
-            return
+        with self._changing:
+            told, self._waiting = [*self._unkept, *self._waiting], []
+            late, self._late = self._late, []
+            if self._tail is not None:
+                self._tail.turn()
+        kept = 0
         try:
-            for keeper in self._keepers:
-                keeper.keep(together)
+            while kept < len(told):
+                some = told[kept : kept + MOST_AT_ONCE]
+                for keeper in self._keepers:
+                    keeper.keep(some)
+                kept += len(some)
+            self._unkept = []
+            with self._changing:
+                if self._tail is not None and not self._tail.is_begun:
+                    self._tail.begin(self._new_life)
+                elif self._tail is not None:
+                    self._tail.free()
         except Exception as error:
-            if self._failed is None:
-                log.error(
-                    "entry %d can't be kept; the world takes no more changes until it is: %s",
-                    together[0].number,
-                    error,
-                    exc_info=log.isEnabledFor(logging.DEBUG),
-                )
-            self._unkept, self._retry_at = together, time.monotonic() + RETRY_SECONDS
-            if len(together) > MOST_UNKEPT:
-                self._unkept, self._given_up = [], True
-            self._failed = KernelError(
-                f"the journal can't be written: {error}. All that was answered is kept; nothing can be changed "
-                "until it can be written again, only robots can be stopped. What was refused so and what has moved "
-                "since is lost if the kernel ends before. Make room on its disk, or mend its folder",
-                reason=Reason.WRONG_STATE,
+            self._unkept = told[kept:]
+            if len(self._unkept) > MOST_UNKEPT:
+                self._unkept, self._waiting, self._given_up = [], [], True
+            self._fail(told[kept].number if kept < len(told) else self._number + 1, error)
+        else:
+            if self._failed is not None:
+                log.warning("the journal can be written again; %d entries were kept late", len(told))
+            self._failed = None
+        for answer in late:
+            answer(None)
+
+    def _new_life(self) -> int:
+        life = secrets.randbits(32) | 1
+        self._note_life(life)
+        return life
+
+    def _fail(self, number: int, error: Exception) -> None:
+        """Note that entries from a number on can't be kept."""
+        if self._failed is None:
+            log.error(
+                "entry %d can't be kept; the world takes no more changes until it is: %s",
+                number,
+                error,
+                exc_info=error if log.isEnabledFor(logging.DEBUG) else None,
             )
-            return
-        if self._failed is not None:
-            log.warning("the journal can be written again; %d entries were kept late", len(together))
-        self._unkept, self._failed = [], None
+        self._retry_at = time.monotonic() + RETRY_SECONDS
+        self._failed = KernelError(
+            f"the journal can't be written: {error}. All that was answered is kept; nothing can be changed "
+            "until it can be written again, only robots can be stopped. What has moved since is lost if the kernel "
+            "ends before. Make room on its disk, or mend its folder",
+            reason=Reason.WRONG_STATE,
+        )
+
+    def _answer_once_safe(self) -> None:
+        """Answer once the tail is safe from a loss of power, all who wait at once."""
+        assert self._answers is not None
+        going_on = True
+        while going_on:
+            items = [self._answers.get()]
+            with contextlib.suppress(queue.Empty):
+                while items[-1] is not None:
+                    items.append(self._answers.get_nowait())
+            going_on = items[-1] is not None
+            failed: KernelError | None = None
+            try:
+                if self._tail is not None:
+                    self._tail.sync()
+            except OSError as error:
+                self._fail(self._number, error)
+                failed = self._failed
+            for item in items:
+                if item is not None:
+                    answer, only_stops = item
+                    answer(None if only_stops else failed)
 
 
 def _stops(commands: Sequence[Command]) -> bool:

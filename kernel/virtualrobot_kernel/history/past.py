@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import logging
 import shutil
 import sqlite3
@@ -15,6 +16,7 @@ from virtualrobot_kernel.history.folder import (
     JOURNAL,
     LAST_TICK,
     PROJECT,
+    TAIL,
     changed_since,
     check_journal,
     read_project,
@@ -22,6 +24,7 @@ from virtualrobot_kernel.history.folder import (
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.replay import Replay
 from virtualrobot_kernel.history.store import Store
+from virtualrobot_kernel.history.tail import tail_rows
 from virtualrobot_kernel.world.change import Forward
 
 log = logging.getLogger(__name__)
@@ -57,6 +60,9 @@ class PastFolder:
             copy_past(path, self.copy)
             self.store = Store(self.copy / JOURNAL, self.project.seed)
             self.store.note_tick(self.project.tick_nanoseconds)
+            rows, damage = tail_rows(self.copy, self.project.seed, self.store.life, self.store.last_seq)
+            self.store.write(rows)
+            self.store.warnings += damage
         except BaseException:
             self._copies.cleanup()
             raise
@@ -102,6 +108,9 @@ def copy_past(path: Path, to: Path) -> None:
         shutil.copyfile(path / PROJECT, to / PROJECT)
         if (path / LAST_TICK).exists():
             shutil.copyfile(path / LAST_TICK, to / LAST_TICK)
+        for name in TAIL:  # before the database, into which it may go at any moment
+            with contextlib.suppress(FileNotFoundError):
+                shutil.copyfile(path / name, to / name)
         if not (path / JOURNAL).exists():
             raise MissingFileError(f"{path} has no {JOURNAL}: nothing was written into it yet", path=path)
         try:

@@ -1,4 +1,4 @@
-"""Recorder: entries and what they are as steps, as rows of the store, in the journal's thread."""
+"""Recorder: entries and what they are as steps, as rows of the store."""
 
 from __future__ import annotations
 
@@ -33,4 +33,5 @@ class Recorder:
 
     def _row(self, told: Told) -> Row:
         entry = told.entry
-        return Row(told.number, entry.tick, entry.wall_time, entry.author, self._encode(entry.commands))
+        commands = told.encoded or self._encode(entry.commands)
+        return Row(told.number, entry.tick, entry.wall_time, entry.author, commands)

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from itertools import chain
+
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.codec import Codec
+from virtualrobot_kernel.history.journal import Told
 from virtualrobot_kernel.history.store import CheckpointRow, Row, Store
 from virtualrobot_kernel.history.upkeep import Moment
 from virtualrobot_kernel.history.world_image import WorldImage
 from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.change import Change, Forward
-from virtualrobot_kernel.world.journal import Entry, replay
+from virtualrobot_kernel.world.journal import Entry, waited
 from virtualrobot_kernel.world.state import State
 
 MOST_WARNINGS = 5
@@ -47,29 +52,48 @@ def entry(row: Row, codec: Codec) -> Entry:
 
 
 def recovered(
-    store: Store, codec: Codec, last_tick: int, tick_seconds: float, forward: Forward
+    store: Store,
+    codec: Codec,
+    last_tick: int,
+    tick_seconds: float,
+    forward: Forward,
+    tail: Sequence[Row] = (),
+    left: Callable[[Told], object] = lambda told: None,
 ) -> tuple[Moment, list[str]]:
-    """Return the last moment of which the store, or `last_tick`, tells; and in words what is not as it should be.
+    """Return the last moment of which there is anything, and in words what is not as it should be.
+
+    Args:
+        store: the journal.
+        codec: how it is written.
+        last_tick: how far time had come, as far as that is known from elsewhere.
+        tick_seconds: the length of a tick.
+        forward: the forward pass.
+        tail: the entries that come after those of the store.
+        left: is told each entry of these, as the world told it when it was new.
 
     Raises KernelError, which names the row, when what is needed for it is damaged.
     """
     moment, warnings = _begin(store, codec)
     number, change = moment.number, Change(moment.structure, moment.state)
     refused = 0
-    for row in store.rows(moment.number):
+    last_kept = store.last_seq
+    for row in chain(store.rows(moment.number), tail):
         one, number = entry(row, codec), row.seq
+        before = change
         try:
-            change = replay(change.structure, change.state, (one,), one.tick, tick_seconds, forward)
+            before = change = waited(change, one.tick, tick_seconds, forward)
+            change = apply(before.structure, before.state, one.commands, forward)
         except KernelError as error:
             refused += 1
             if refused <= MOST_WARNINGS:
                 warnings.append(
                     f"entry {row.seq} by {row.author or 'nobody'} is left out, it can't be repeated: {error}"
                 )
+        if number > last_kept:
+            left(Told(number, one, before, change, row.commands))
     if refused > MOST_WARNINGS:
         warnings.append(f"{refused - MOST_WARNINGS} entries more are left out")
-    last = max(last_tick, store.last_tick, change.state.tick)
-    change = replay(change.structure, change.state, (), last, tick_seconds, forward)
+    change = waited(change, max(last_tick, store.last_tick), tick_seconds, forward)
     return Moment(number, change.structure, change.state), warnings
 
 

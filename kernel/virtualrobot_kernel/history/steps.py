@@ -51,7 +51,11 @@ class Wanted:
 
 
 class StepStore(Protocol):
-    """Store of steps by number; one thread writes, any may read."""
+    """Store of steps by number; one thread at a time writes, any may read."""
+
+    def catch_up(self) -> None:
+        """Have the steps made of all that was told; whoever asks for steps sees them without it."""
+        ...
 
     def append(self, step: Step, replaced: Step | None) -> None:
         """Keep a step after all others, in place of one that it has drawn out (None: of none)."""
@@ -131,8 +135,13 @@ class Steps:
         return [*takewhile(lambda step: step.number >= number, self.store.find(Wanted()))][::-1]
 
     def subscribe(self, listener: Callable[[Sequence[Step]], None]) -> Callable[[], None]:
-        """Call `listener` with steps as they come, in the journal's thread, until the returned function is called."""
+        """Call `listener` with steps as they come, in any thread, until the returned function is called."""
         return self._listeners.add(listener)
+
+    @property
+    def is_watched(self) -> bool:
+        """True when anybody listens."""
+        return bool(self._listeners)
 
     def is_undone(self, step: Step) -> bool:
         """Return whether a step has been taken back, and that not again."""
@@ -140,6 +149,7 @@ class Steps:
 
     def taken_back_by(self, number: int) -> Step:
         """Return the step that took a step back last; there must be one."""
+        self.store.catch_up()
         found = self.store.get(self._undone[number])
         assert found is not None
         return found

@@ -189,6 +189,8 @@ class Store:
         """
         self.path = path
         self.warnings: list[str] = []
+        self.catch_up: Callable[[], None] = lambda: None
+        """Has all entries written that are not yet: who reads them calls it first."""
         self._seed = seed
         self._power = power
         self._closed = False
@@ -279,20 +281,26 @@ class Store:
         again changes nothing.
         """
         run = self._writer.execute
+        many = self._writer.executemany
+        with self._writing, self._transaction():
+            many(_WRITE_ENTRY, [self._entry(row) for row in rows])
+            for gone in (replaced for _, replaced in steps if replaced):
+                run("DELETE FROM steps WHERE number = ?", (gone,))
+                run("DELETE FROM touched WHERE number = ?", (gone,))
+            many(_WRITE_STEP, [self._step(step) for step, _ in steps])
+            if touched := [(uid, step.number) for step, _ in steps for uid in step.touched]:
+                many("INSERT OR IGNORE INTO touched VALUES (?,?)", touched)
+
+    def note_life(self, life: int) -> None:
+        """Note the number of the kernel whose tail has what is not written here yet; 0: there is nothing."""
         with self._writing:
-            if len(rows) == 1 and not steps:
-                run(_WRITE_ENTRY, self._entry(rows[0]))  # by itself a transaction, in half the time
-                return
-            with self._transaction():
-                for row in rows:
-                    run(_WRITE_ENTRY, self._entry(row))
-                for gone in (replaced for _, replaced in steps if replaced):
-                    run("DELETE FROM steps WHERE number = ?", (gone,))
-                    run("DELETE FROM touched WHERE number = ?", (gone,))
-                for step, _ in steps:
-                    run(_WRITE_STEP, self._step(step))
-                if touched := [(uid, step.number) for step, _ in steps for uid in step.touched]:
-                    self._writer.executemany("INSERT OR IGNORE INTO touched VALUES (?,?)", touched)
+            self._writer.execute("INSERT OR REPLACE INTO about VALUES ('life', ?)", (life,))
+
+    @property
+    def life(self) -> int:
+        """Return the number of the kernel whose tail has what is not written here yet; 0 when there is nothing."""
+        found = self._all("SELECT value FROM about WHERE key = 'life'")
+        return found[0][0] if found else 0
 
     def note_tick(self, nanoseconds: int) -> None:
         """Note the length of a tick, of which all numbers of ticks are; raise KernelError when it is another one."""
@@ -391,6 +399,7 @@ class Store:
     @property
     def last_seq(self) -> int:
         """Return the number of the last entry; 0 when there was none yet."""
+        self.catch_up()
         with self._reading:
             run = self._reader.execute
             ((last,), (forgotten,)) = run(
@@ -411,6 +420,7 @@ class Store:
 
         Raises KernelError (MALFORMED_FILE), which names the row, when one is damaged or missing.
         """
+        self.catch_up()
         since = max(since, self.forgotten)
         until = self.last_seq if until is None else until
         while since < until:
@@ -431,6 +441,7 @@ class Store:
 
     def step(self, number: int) -> StepRow | None:
         """Return the step that begins or ends with an entry, None when it isn't kept; raise KernelError for damage."""
+        self.catch_up()
         found = self._all(f"SELECT {_STEP} FROM steps WHERE number = ? OR first = ?", number, number)
         return self._checked_step(found[0]) if found else None
 
@@ -440,6 +451,7 @@ class Store:
         Those with smaller numbers than `before`. `where` is the kernel's own text; what clients say is in `values`.
         Raises KernelError when one is damaged.
         """
+        self.catch_up()
         sql = f"SELECT {_STEP} FROM steps WHERE number < ? AND {where} ORDER BY number DESC LIMIT ?"
         at = before if before is not None else 2**62
         most = 4  # whoever undoes wants the newest one
@@ -510,10 +522,12 @@ class Store:
 
     def entry_bytes(self, since: int) -> int:
         """Return about how many bytes the entries after one have."""
+        self.catch_up()
         return self._all("SELECT sum(length(commands)) FROM entries WHERE seq > ?", since)[0][0] or 0
 
     def copy(self, path: Path) -> None:
         """Write all as it is at this moment into a new database."""
+        self.catch_up()
         target = sqlite3.connect(path)
         try:
             with self._reading:
@@ -524,6 +538,7 @@ class Store:
     @property
     def last_tick(self) -> int:
         """Return the last tick of which anything was written."""
+        self.catch_up()
         ticks = self._all(
             "SELECT max(tick) FROM (SELECT tick FROM checkpoints UNION ALL SELECT * FROM "
             "(SELECT tick FROM entries ORDER BY seq DESC LIMIT 1))"
@@ -533,6 +548,7 @@ class Store:
 
     def check(self) -> int:
         """Look at every row; return how many entries there are. Raises KernelError, which names what is damaged."""
+        self.catch_up()
         said = [line for (line,) in self._all("PRAGMA integrity_check(3)")]
         if said != ["ok"]:
             raise self.damaged("; ".join(said).replace("\n", " "))

@@ -16,7 +16,7 @@ FREQUENT = frozenset({StepKind.SIGNAL, StepKind.MOTION, StepKind.OTHER})
 
 
 class StoredSteps:
-    """Steps of a store; the journal's thread adds them, any may read.
+    """Steps of a store; one thread at a time adds them, any may read.
 
     They wait in memory until they are written, with the entries that they were made of.
     """
@@ -26,6 +26,10 @@ class StoredSteps:
         self._store = store
         self._codec = codec
         self._waiting: dict[int, tuple[Step, int]] = {}
+
+    def catch_up(self) -> None:
+        """Have the steps made of all that was told."""
+        self._store.catch_up()
 
     def append(self, step: Step, replaced: Step | None) -> None:
         """Keep a step after all others, in place of one that it has drawn out (None: of none)."""
@@ -44,6 +48,7 @@ class StoredSteps:
 
     def get(self, number: int) -> Step | None:
         """Return the step of an entry, None when it is not kept."""
+        self._store.catch_up()
         for step, _ in [*self._waiting.values()]:
             if number in (step.first_number, step.number):
                 return step
@@ -52,6 +57,7 @@ class StoredSteps:
 
     def find(self, wanted: Wanted, before: int | None = None) -> Iterator[Step]:
         """Yield steps that are wanted, newest first, with smaller numbers than `before`."""
+        self._store.catch_up()
         waiting = sorted([*self._waiting.values()], key=lambda one: -one[0].number)
         for step, _ in waiting:
             if (before is None or step.number < before) and wanted.has(step):

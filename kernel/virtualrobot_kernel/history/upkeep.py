@@ -22,6 +22,9 @@ from virtualrobot_kernel.world.structure import Structure
 ROUND_SECONDS = 1.0
 """Time (s) between two rounds: so much may be lost with the power where not each answer is safe from that."""
 
+GATHERED_SECONDS = 0.02
+"""Time (s) that entries wait for others where somebody waits for what becomes of them."""
+
 MEBIBYTE = 1024 * 1024
 
 KERNEL = "kernel"
@@ -77,7 +80,7 @@ class Upkeep:
         self._entries = self._bytes = self._motion_ticks = 0
         self._noting, self._checkpointing, self._looking_after = (threading.Lock() for _ in range(3))
         self._failed = False
-        self._ended = threading.Event()
+        self._ended, self._hurried = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="history upkeep", daemon=True)
 
     def start(self) -> None:
@@ -87,11 +90,17 @@ class Upkeep:
     def close(self, checkpoint: bool = False) -> None:
         """End the thread and finish what it has begun; with a checkpoint the next kernel begins from it at once."""
         self._ended.set()
+        self._hurried.set()
         if self._thread.is_alive():
             self._thread.join(10.0)
         self.look_after()
         if checkpoint and not self._failed:
             self.checkpoint()
+
+    def hurry(self) -> None:
+        """Have entries kept soon."""
+        if not self._hurried.is_set():
+            self._hurried.set()
 
     def ticked(self, number: int, structure: Structure, state: State) -> None:
         """Note a tick; the world thread calls it."""
@@ -100,7 +109,7 @@ class Upkeep:
             self._last_tick.write(state.tick)
 
     def kept(self, last: Told, entries: int, bytes: int) -> None:
-        """Note that entries are kept, so many bytes in all; the journal's thread calls it."""
+        """Note that entries are kept, so many bytes in all."""
         with self._noting:
             self._kept = last.number
             self._latest = Moment(last.number, last.after.structure, last.after.state)
@@ -110,9 +119,11 @@ class Upkeep:
     def now(self) -> Moment:
         """Return the latest moment whose entries are all kept."""
         with self._noting, contextlib.suppress(IndexError):
-            last = self._ticks[-1]
-            if last.number == self._kept:
-                self._latest = last
+            place = -1
+            while (one := self._ticks[place]).number > self._kept:
+                place -= 1
+            if one.number == self._kept:
+                self._latest = one
         return self._latest
 
     def checkpoint(self, name: str = "", author: str = KERNEL, past: Moment | None = None) -> int:
@@ -138,8 +149,15 @@ class Upkeep:
             self._store.remove_checkpoints(ids)
 
     def _run(self) -> None:
-        while not self._ended.wait(ROUND_SECONDS):
-            self.look_after()
+        due = time.monotonic() + ROUND_SECONDS
+        while not self._ended.is_set():
+            if self._hurried.wait(max(0.0, due - time.monotonic())):
+                self._ended.wait(GATHERED_SECONDS)
+                self._hurried.clear()
+                self._store.catch_up()
+            if time.monotonic() >= due and not self._ended.is_set():
+                self.look_after()
+                due = time.monotonic() + ROUND_SECONDS
 
     def look_after(self) -> None:
         """Do what is due."""
@@ -162,8 +180,10 @@ class Upkeep:
 
     def _hash(self) -> None:
         """Write the hashes of the ticks since the last round; those that can't be written wait for the next one."""
+        count = len(self._ticks)
+        self._store.catch_up()  # entries of ticks whose hashes are written are written
         self.now()
-        ticks = [self._ticks.popleft() for _ in range(len(self._ticks))]
+        ticks = [self._ticks.popleft() for _ in range(count)]
         first, before = self._hashes or (ticks[0].state.tick if ticks else 0, b"")
         hashes = before + b"".join(self._tick_hashes.of(one.structure, one.state) for one in ticks)
         self._motion_ticks += sum(len(one.state.motions) for one in ticks)

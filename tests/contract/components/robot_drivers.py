@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from virtualrobot_plugins.drivers.loopback.driver import Loopback
 from virtualrobot_plugins.drivers.loopback.settings import Fault, LoopbackSettings, What
-from virtualrobot_sdk.drivers import About, DriverFault, Pace, Reading
+from virtualrobot_sdk.drivers import About, DriverFault, Reading
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 from virtualrobot_sdk.kinematics import Floats
 
@@ -27,34 +27,35 @@ class Simulated(Loopback):
         """Stand somewhere."""
         super().__init__(settings)
 
-    def cause(self, what: What, value: float | None = None) -> None:
-        """Have a fault, now."""
-        self.controller.cause(Fault(what, 0, 1, value))
+
+def cause(driver: Loopback, what: What, value: float | None = None) -> None:
+    """Have a fault, now."""
+    driver.controller.cause(Fault(what, 0, 1, value))
 
 
-def cut(driver: Simulated) -> None:
+def cut(driver: Loopback) -> None:
     """Take the controller's power."""
-    driver.cause("power", LONG)
+    cause(driver, "power", LONG)
 
 
-def silence(driver: Simulated) -> None:
+def silence(driver: Loopback) -> None:
     """Freeze the controller."""
-    driver.cause("silent")
+    cause(driver, "silent")
 
 
-def mend(driver: Simulated) -> None:
+def mend(driver: Loopback) -> None:
     """Make all well."""
     driver.controller.mend()
 
 
-def meet(driver: Simulated) -> None:
+def meet(driver: Loopback) -> None:
     """Have the robot meet something."""
-    driver.cause("protective_stop")
+    cause(driver, "protective_stop")
 
 
-def press(driver: Simulated) -> None:
+def press(driver: Loopback) -> None:
     """Press the button."""
-    driver.cause("emergency_stop")
+    cause(driver, "emergency_stop")
 
 
 @dataclass(frozen=True)
@@ -379,11 +380,3 @@ class JobsElsewhere(JobsSimulated):
     def run(self, points: Sequence[Floats], speeds: Sequence[float], outputs: int) -> None:
         """Go elsewhere."""
         super().run([point * 1.1 for point in points], speeds, outputs)
-
-
-class PacketSimulated(Simulated):
-    """Waits for packets."""
-
-    def __init__(self) -> None:
-        """Stand somewhere."""
-        super().__init__(dataclasses.replace(SETTINGS, pace=Pace.CONTROLLER.value))

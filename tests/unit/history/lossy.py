@@ -50,7 +50,8 @@ class Disk:
                 del file[place:]
             elif what == "delete":
                 del files[name]
-                synced.pop(name, None)
+                if synced.get(name, i) <= i:  # else it was synced when it had been made anew
+                    synced.pop(name, None)
         for name, file in files.items():
             (folder / Path(name).name).write_bytes(file)
 

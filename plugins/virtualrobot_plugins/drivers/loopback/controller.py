@@ -97,7 +97,8 @@ class Controller:
 
     def advance(self, cycle: int) -> None:
         """Make all cycles up to this one."""
-        if not (self.running or self.active or self.v.any()):
+        expected = self._pending and self._begun_at is not None
+        if not (self.running or self.active or self.v.any() or expected):
             self.cycle = max(self.cycle, cycle)
         while self.cycle < cycle:
             self.cycle += 1
