@@ -79,6 +79,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     APPS: ("virtualrobot_apps", "virtualrobot", "numpy", "click"),
     # What users get to begin with: a test beside a program.
     f"{APPS}/new/cells": ("virtualrobot", "numpy", "pytest", "program"),
+    # Messages of a foreign protocol, made from a table.
+    f"{APPS}/emulators/egm": ("virtualrobot_apps.emulators", "virtualrobot", "numpy", "click", "google.protobuf"),
+    # So is a plugin, which its author goes on with.
+    f"{APPS}/new/drivers": ("virtualrobot_sdk", "numpy", "serial", "pytest", "board"),
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Films are written by FFmpeg, where its package is installed.

@@ -44,6 +44,7 @@ OWN_KERNEL = re.compile(r"pip install|motion-1\b")
 """In pages that install something or that count motions; others share a kernel."""
 LONG = {
     "command-line.md",
+    "tutorial-driver.md",
     "tutorial-first-cell.md",
     "tutorial-plugin.md",
     "tutorial-teacher.md",

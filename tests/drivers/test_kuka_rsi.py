@@ -205,20 +205,29 @@ def test_lost_messages_are_those_that_are_counted(running: Setup) -> None:
         running.read()
 
 
-def test_where_it_is_switched_on_has_to_be_known(make: Callable[..., Setup]) -> None:
+def test_a_controller_without_answers_before_is_refused(
+    make: Callable[..., Setup], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("virtualrobot_plugins.drivers.kuka_rsi.driver.BEGIN_SECONDS", 1.0)
     setup = make()
     setup.robot.late = 7
     with pytest.raises(DriverFault, match=r"RSI is on already, with 7 messages unanswered, .* connect, and then"):
         setup.connect()
-    setup.robot.late = 0
-    setup.robot.stamp += 10_000
+    assert setup.robot.asked() == []
+
+
+def test_what_was_corrected_gets_no_answer_until_it_has_broken_off(make: Callable[..., Setup]) -> None:
+    setup = make()
     setup.connect()
-    setup.robot.stamp += 100
-    with pytest.raises(DriverFault, match="RSI is on already, with 0 messages unanswered"):
-        setup.connect()
-    setup.robot.stamp += 10_000
+    setup.begin()
+    setup.read()
+    setup.driver.send(np.full(6, 3.0), np.zeros(6), 0)
+    setup.robot.asked()
+    last = setup.robot.stamp
     setup.robot.joints = [1.0] * 6
-    setup.connect()
+    connected(setup.driver, setup.robot.cycle)
+    first = setup.robot.asked()[0]
+    assert 'A1="0.000000"' in first and int(re.findall("<IPOC>(.*)</IPOC>", first)[0]) > last + 400
     setup.begin()
     setup.read()
     setup.driver.send(np.full(6, 3.0), np.zeros(6), 0)

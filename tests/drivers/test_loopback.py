@@ -155,11 +155,12 @@ def cause(driver: Loopback, what: What, joint: int = 0, value: float | None = No
 
 
 def test_a_stop_of_the_controller_is_told_and_begin_refused_in_its_words(driver: Loopback) -> None:
-    for what, safety, clears in (
+    stops: list[tuple[What, Safety, bool]] = [
         ("protective_stop", Safety.PROTECTIVE_STOP, True),
         ("safeguard_stop", Safety.SAFEGUARD_STOP, False),
         ("emergency_stop", Safety.EMERGENCY_STOP, False),
-    ):
+    ]
+    for what, safety, clears in stops:
         driver.begin(np.zeros(2))
         cause(driver, what, 1)
         reading = driver.read()

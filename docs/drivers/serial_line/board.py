@@ -29,11 +29,13 @@ on = False
 
 
 def check(line):
-    """Return the two digits after the asterisk: all bytes by exclusive or."""
+    """Return the four digits after the asterisk: CRC-16, XMODEM."""
     total = 0
     for letter in line:
-        total ^= ord(letter)
-    return "%02X" % total
+        total ^= ord(letter) << 8
+        for _ in range(8):
+            total = (total << 1 ^ (0x1021 if total & 0x8000 else 0)) & 0xFFFF
+    return "%04X" % total
 
 
 def answer(line):

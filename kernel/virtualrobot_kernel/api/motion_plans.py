@@ -16,7 +16,8 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.values import expected_revision, not_negative, stamp
 from virtualrobot_kernel.planning.check import check_motion
 from virtualrobot_kernel.planning.foreseen import after
-from virtualrobot_kernel.planning.plan_motion import GivenUp, plan_motion
+from virtualrobot_kernel.planning.plan_motion import plan_motion
+from virtualrobot_kernel.planning.program import GivenUp
 from virtualrobot_kernel.planning.sampling import check_size, sample_times, sampled
 from virtualrobot_kernel.planning.together import moved_arms
 from virtualrobot_kernel.planning.violations import Contact

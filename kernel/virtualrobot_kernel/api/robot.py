@@ -317,5 +317,8 @@ def _quiet(before: Snapshot, after: Snapshot) -> bool:
     return before.structure is after.structure and all(getattr(a, field) is getattr(b, field) for field in TOLD)
 
 
-TOLD = ("q", "v", "commanded", "parent_t_node", "motions", "tool_states", "selections", "speed_factors")
+TOLD = (
+    *("q", "v", "commanded", "parent_t_node", "motions", "tool_states", "selections", "speed_factors"),
+    "tcp_speed_limits",
+)
 """Fields of State that RobotState tells of."""

@@ -27,7 +27,7 @@ from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
 from virtualrobot_kernel.world.commands import Command
-from virtualrobot_kernel.world.state import Motion
+from virtualrobot_kernel.world.state import Motion, State
 from virtualrobot_kernel.world.structure import Node
 
 RUNNING = (PlanExecution, ProgramRun, SetpointMotion, TrackingMotion)
@@ -41,10 +41,12 @@ PARTS = (Node, Motion, Plan, Program)
 TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 """Name in documents of a class, where that isn't its own: two have the same name, or it was renamed."""
 
-VERSIONS: Mapping[type, int] = {}
+VERSIONS: Mapping[type, int] = {State: 2}
 """Version of each class whose fields aren't those of its first one."""
 
-MIGRATIONS: Mapping[tuple[str, int], Migration] = {}
+MIGRATIONS: Mapping[tuple[str, int], Migration] = {
+    ("State", 1): lambda fields: [*fields, {}],  # tcp_speed_limits
+}
 """Function that makes the written fields of a class (its tag, a version) those of the next version."""
 
 

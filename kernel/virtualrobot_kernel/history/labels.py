@@ -205,6 +205,13 @@ def _slowed(command: commands.SetSpeedFactor, done: Done) -> Iterable[Phrase]:
     yield Phrase("set the speed factor of", repr(command.robot) if command.robot else "all", f" to {command.factor:g}")
 
 
+def _limited(command: commands.SetTcpSpeedLimit, done: Done) -> Iterable[Phrase]:
+    if command.limit:
+        yield Phrase("limited the speed of", repr(command.robot), f" to {command.limit:g} m/s")
+    else:
+        yield Phrase("lifted the speed limit of", repr(command.robot))
+
+
 def _started(command: commands.StartMotion, done: Done) -> Iterable[Phrase]:
     robots = list(dict.fromkeys(robot for robot, _ in command.joints))
     what = "program" if command.program.step_count else "motion"
@@ -282,6 +289,7 @@ LABELS: dict[type, Callable[[Any, Done], Iterable[Phrase]]] = {
     commands.RemoveSignal: _signal_removed,
     commands.SetSignal: _signal_set,
     commands.SetSpeedFactor: _slowed,
+    commands.SetTcpSpeedLimit: _limited,
     commands.StartMotion: _started,
     commands.AppendMotion: _of_motion("appended steps to"),
     commands.GoOn: _of_motion("went on with"),

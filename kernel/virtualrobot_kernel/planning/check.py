@@ -14,8 +14,8 @@ from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.motion.resolved_rate import SMALLEST_SINGULAR_VALUE
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.notes import Note
-from virtualrobot_kernel.planning.plan_motion import GivenUp, PlannedMotion, plan_motion
-from virtualrobot_kernel.planning.program import MotionSpec
+from virtualrobot_kernel.planning.plan_motion import PlannedMotion, plan_motion
+from virtualrobot_kernel.planning.program import GivenUp, MotionSpec
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.relaxed import relaxed, solver_in
 from virtualrobot_kernel.planning.robots import SolverOf, arm_of

@@ -15,8 +15,8 @@ from virtualrobot_kernel.planning.blending import PlannedRun, dropped
 from virtualrobot_kernel.planning.extend_run import extended
 from virtualrobot_kernel.planning.foreseen import after
 from virtualrobot_kernel.planning.notes import Note
-from virtualrobot_kernel.planning.plan_motion import GivenUp, planned_command, waited_for
-from virtualrobot_kernel.planning.program import MAX_STEPS, PASSED, MoveStep, Step, slowed
+from virtualrobot_kernel.planning.plan_motion import planned_command, waited_for
+from virtualrobot_kernel.planning.program import MAX_STEPS, PASSED, GivenUp, MoveStep, Step, slowed
 from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import SolverOf, world_poses
 from virtualrobot_kernel.planning.stages import (
@@ -30,6 +30,7 @@ from virtualrobot_kernel.planning.stages import (
     settings,
 )
 from virtualrobot_kernel.planning.steps import Column, arrived, plan_steps
+from virtualrobot_kernel.planning.tcp_speed import kept, slower
 from virtualrobot_kernel.world.apply_motions import open_program
 from virtualrobot_kernel.world.commands import AppendMotion
 from virtualrobot_kernel.world.measured import as_commanded
@@ -72,20 +73,48 @@ def plan_append(
 
     end: the run at its end, None where nothing may be joined to it. margin: how much nominal time (s) passes until the
     command is applied. last: whether it closes the program. outer_count: the number of steps of its text outside of
-    others; None: as many as steps. Notes tell where a zone before a step has become a stop.
+    others; None: as many as steps. Notes tell where a zone before a step has become a stop. It is as slow as the speed
+    limits of tool centre points want it.
     """
+    snapshot = as_commanded(snapshot, world_poses)
+    at_end = _world_at_end(snapshot, motion)[1] if snapshot.state.tcp_speed_limits else snapshot
+
+    def plan(factor: float) -> PlannedAppend:
+        tools = solver_of, given_up, near_of
+        return _plan_append(snapshot, motion, slower(steps, factor), end, margin, *tools, last, outer_count)
+
+    return kept(at_end, plan, lambda planned: planned.command.more)
+
+
+def _world_at_end(snapshot: Snapshot, motion: Motion) -> tuple[list[Column], Snapshot]:
+    """Return the joints of an open program, and the world as it will be at its end."""
+    run, nodes = open_program(motion), snapshot.structure.nodes
+    own = [(nodes[robot].name, joint) for robot, joint in motion.joints]
+    return own, arrived(after(snapshot, own, run.program, run.at)[-1][1], own, run.program.goal)
+
+
+def _plan_append(
+    snapshot: Snapshot,
+    motion: Motion,
+    steps: Sequence[Step],
+    end: PlannedRun | None,
+    margin: float,
+    solver_of: SolverOf,
+    given_up: GivenUp,
+    near_of: NearOf | None,
+    last: bool,
+    outer_count: int | None,
+) -> PlannedAppend:
+    """Return the command that appends steps whose moves are as fast as they say."""
     run = open_program(motion)
     first = run.program.step_count
     if not steps and not last:
         raise KernelError("there is nothing to append; give steps, or close the program", field="steps")
     if first + len(steps) - run.steps_done > MAX_STEPS:
         raise KernelError(f"a program has at most {MAX_STEPS} steps that are not done", steps=first + len(steps))
-    snapshot = as_commanded(snapshot, world_poses)
     steps, speeds = slowed(steps, run.program.speeds)
     check_steps(snapshot, steps, first, open=not last)
-    nodes = snapshot.structure.nodes
-    own = [(nodes[robot].name, joint) for robot, joint in motion.joints]
-    there = arrived(after(snapshot, own, run.program, run.at)[-1][1], own, run.program.goal)
+    own, there = _world_at_end(snapshot, motion)
     tools = Tools(solver_of, waited_for(given_up), near_of)
     join, notes = _joined(there, run, own, steps, first, end, margin, tools)
     count = join.count if join else 0

@@ -19,6 +19,7 @@ from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.names import named_nodes, named_signals
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.program import (
+    GivenUp,
     MotionSpec,
     MoveStep,
     OrderStep,
@@ -31,7 +32,8 @@ from virtualrobot_kernel.planning.redundancy import NearOf
 from virtualrobot_kernel.planning.robots import SolverOf, world_poses
 from virtualrobot_kernel.planning.stages import Part, Tools, check_steps, deferred, plan_parts
 from virtualrobot_kernel.planning.steps import Column, plan_step
-from virtualrobot_kernel.planning.together import moved_arms, preconditions_by, search_of
+from virtualrobot_kernel.planning.tcp_speed import kept, slower, slower_moves
+from virtualrobot_kernel.planning.together import joints_of, moved_arms, preconditions_by, search_of
 from virtualrobot_kernel.planning.tracking import tracked
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
@@ -39,9 +41,7 @@ from virtualrobot_kernel.world.measured import as_commanded
 from virtualrobot_kernel.world.preconditions import Precondition, Preconditions, holds
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
-
-GivenUp = Callable[[], bool]
-"""True once nobody waits for the plan any more; asked before each step is planned."""
+from virtualrobot_kernel.world.tcp import refuse_limited
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,9 +66,29 @@ def plan_motion(
 
     Errors about a program name the step in message and metadata (`step`, from 0). When `given_up`, the planning ends
     with an error at the next step. `near_of` measures distances for arms that prefer them. To an `open` program more
-    may be appended.
+    may be appended. It is as slow as the speed limits of tool centre points want it.
     """
     snapshot = as_commanded(snapshot, world_poses)
+    if spec.tracking is not None:
+        refuse_limited(snapshot.structure, snapshot.state, (uid for uid, _ in joints_of(snapshot, spec.every_move)))
+
+    def plan(factor: float) -> PlannedMotion:
+        slow = replace(spec, moves=slower_moves(spec.moves, factor), steps=slower(spec.steps, factor))
+        return _plan_motion(snapshot, slow, solver_of, given_up, near_of, open=open)
+
+    return kept(snapshot, plan, lambda planned: planned.command)
+
+
+def _plan_motion(
+    snapshot: Snapshot,
+    spec: MotionSpec,
+    solver_of: SolverOf,
+    given_up: GivenUp,
+    near_of: NearOf | None,
+    *,
+    open: bool,
+) -> PlannedMotion:
+    """Return the command that starts a motion, whose moves are as fast as they say."""
     if spec.moves and spec.steps:
         raise KernelError("a motion has either moves or steps, not both", field="steps")
     if open and (not spec.steps or spec.tracking is not None):

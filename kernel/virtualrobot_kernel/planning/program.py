@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from virtualrobot_kernel.motion.signals import Condition, SignalValue
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
 from virtualrobot_kernel.world.commands import AttachNode, PickPart, PlacePart, SelectTool, SetAllowedPairs
+
+GivenUp = Callable[[], bool]
+"""True once nobody waits for a plan any more; asked before each step is planned."""
 
 MAX_STEPS = 10_000
 """Greatest number of steps of a program."""

@@ -26,6 +26,7 @@ from virtualrobot_kernel.world.commands import (
     SelectTool,
     SetJointPositions,
     SetSpeedFactor,
+    SetTcpSpeedLimit,
     SetToolState,
 )
 from virtualrobot_kernel.world.structure import WORLD_NAME, NodeSpec, TargetData
@@ -127,4 +128,6 @@ def _state_commands(robot: robot_pb2.RobotState) -> list[Command]:
         commands.append(SetJointPositions(robot.name, coordinates=np.array(robot.positions)))
     if robot.speed_factor:
         commands.append(SetSpeedFactor(robot.name, finite(robot.speed_factor, "speed_factor")))
+    if robot.tcp_speed_limit:
+        commands.append(SetTcpSpeedLimit(robot.name, finite(robot.tcp_speed_limit, "tcp_speed_limit")))
     return commands

@@ -90,4 +90,5 @@ def _robot_state(snapshot: Snapshot, robot: Node) -> robot_pb2.RobotState:
         tool_center_point=selection.tool_center_point,
         tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in structure.own_tools_of(robot.uid)},
         speed_factor=state.speed_factors.get(robot.uid, 1.0),
+        tcp_speed_limit=state.tcp_speed_limits.get(robot.uid, 0.0),
     )

@@ -218,6 +218,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.RemoveSignal: _signal_removed,
     commands.SetSignal: _signal_set,
     commands.SetSpeedFactor: _speed,
+    commands.SetTcpSpeedLimit: _robot,
     commands.StartMotion: _started,
     commands.AppendMotion: _appended,
     commands.GoOn: _motion,

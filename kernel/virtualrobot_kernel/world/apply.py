@@ -49,6 +49,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.RemoveSignal: apply_signals.remove_signal,
     commands.SetSignal: apply_signals.set_signal,
     commands.SetSpeedFactor: apply_robots.set_speed_factor,
+    commands.SetTcpSpeedLimit: apply_robots.set_tcp_speed_limit,
     commands.StartMotion: apply_motions.start_motion,
     commands.AppendMotion: apply_motions.append_motion,
     commands.GoOn: apply_motions.go_on,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from virtualrobot_kernel.world.commands import (
     SetKinematics,
     SetPostures,
     SetSpeedFactor,
+    SetTcpSpeedLimit,
     SetToolState,
 )
 from virtualrobot_kernel.world.consistency import check_names
@@ -225,6 +227,20 @@ def set_speed_factor(change: Change, command: SetSpeedFactor, forward: Forward) 
         return replace(change, state=replace(state, speed_factor=command.factor))
     node, _ = change.structure.robot(command.robot)
     return replace(change, state=replace(state, speed_factors={**state.speed_factors, node.uid: command.factor}))
+
+
+def set_tcp_speed_limit(change: Change, command: SetTcpSpeedLimit, forward: Forward) -> Change:
+    """Limit the speed of a robot's tool centre point, or lift the limit; refused while it moves."""
+    if not 0.0 <= command.limit < inf:
+        raise KernelError(
+            f"a speed limit is above 0 m/s, or 0, which lifts it, not {command.limit:g}", limit=command.limit
+        )
+    node, robot = change.structure.robot(command.robot)
+    refuse_while_moving(change, node, {(node.uid, name) for name in robot.coordinates})
+    limits = {uid: limit for uid, limit in change.state.tcp_speed_limits.items() if uid != node.uid}
+    if command.limit > 0.0:
+        limits[node.uid] = command.limit
+    return replace(change, state=replace(change.state, tcp_speed_limits=limits))
 
 
 def holder(structure: Structure, part: int) -> Node | None:

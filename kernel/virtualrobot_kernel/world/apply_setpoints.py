@@ -18,6 +18,7 @@ from virtualrobot_kernel.world.commands import EndSetpoints, SetSetpoint, StartS
 from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.state import Motion
 from virtualrobot_kernel.world.structure import Node, Structure
+from virtualrobot_kernel.world.tcp import refuse_limited
 
 
 def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward: Forward) -> Change:
@@ -30,6 +31,7 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
     limits, couplings = _limits(structure, node, names)
     joints = tuple((node.uid, name) for name in names)
     refuse_while_moving(change, node, set(joints))
+    refuse_limited(structure, state, [node.uid])
     q_index, v_index, rated = joint_places(structure, joints)
     here = commanded(structure, state)[0][q_index]
     id = f"motion-{state.motion_count + 1}"

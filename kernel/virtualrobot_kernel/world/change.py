@@ -104,6 +104,7 @@ def _among(old: Structure, new: Structure, state: State) -> State:
         tool_states={uid: name for uid, name in state.tool_states.items() if uid in alive},
         selections=_selected(new, state.selections),
         speed_factors={uid: factor for uid, factor in state.speed_factors.items() if uid in alive},
+        tcp_speed_limits={uid: limit for uid, limit in state.tcp_speed_limits.items() if uid in alive},
         allowed_pairs={pair: why for pair, why in state.allowed_pairs.items() if alive >= set(pair)},
         collisions=state.collisions.among(alive),
         running_sensors={uid: start for uid, start in state.running_sensors.items() if uid in alive},

@@ -242,6 +242,14 @@ class Tracking:
     law: ConveyorTracking
 
 
+@dataclass(frozen=True, slots=True)
+class SetTcpSpeedLimit:
+    """Command to limit the speed of a robot's tool centre point (m/s); 0 lifts the limit. Refused while it moves."""
+
+    robot: str
+    limit: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class StartMotion:
     """Command to start a planned motion; refused when the joints are not at its start, or what it assumes has changed.
@@ -441,6 +449,7 @@ Command = (
     | RemoveSignal
     | SetSignal
     | SetSpeedFactor
+    | SetTcpSpeedLimit
     | StartMotion
     | AppendMotion
     | GoOn

@@ -41,6 +41,7 @@ class Aspect(Enum):
     POSTURE = "its posture"
     STATE = "its state"
     WIDTHS = "its table of widths"
+    TCP_SPEED = "the speed limit of its tool centre point"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -96,6 +97,7 @@ def preconditions_of(
         robot = structure.robots[uid]
         wanted[moved_links(structure, robot)[robot.coordinates[name].place], Aspect.JOINT, ""] = None
     wanted |= dict.fromkeys((uid, Aspect.ACTUATORS, "") for uid, _ in joints)
+    wanted |= dict.fromkeys((uid, Aspect.TCP_SPEED, "") for uid, _ in joints)
     # Where the others are that an actuator moves with them decides how far it may go.
     for uid, name in sorted(coupled_joints(structure, joints) - set(joints)):
         robot = structure.robots[uid]
@@ -212,6 +214,7 @@ READERS: dict[Aspect, Callable[[Structure, State, Node, Key], object]] = {
     Aspect.ACTUATORS: _actuators,
     Aspect.POSTURE: _posture,
     Aspect.STATE: _state,
+    Aspect.TCP_SPEED: lambda structure, state, node, key: state.tcp_speed_limits.get(node.uid, 0.0),
     Aspect.WIDTHS: lambda structure, state, node, key: node.data.widths if isinstance(node.data, ToolData) else (),
 }
 """Reader of each aspect of a node: equal values mean that it is as it was."""

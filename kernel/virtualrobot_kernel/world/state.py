@@ -186,6 +186,7 @@ class State:
     collisions: what is done about collisions.
     running_sensors: the start of each sensor (a uid) that runs; `sensor_starts` counts all starts.
     epoch: counts how often the world was replaced as a whole.
+    tcp_speed_limits: greatest speed (m/s) of the tool centre point of each robot (a uid) that has one, as for teaching.
     """
 
     tick: int
@@ -207,6 +208,7 @@ class State:
     running_sensors: Mapping[int, SensorStart] = field(default_factory=dict)
     sensor_starts: int = 0
     epoch: int = 0
+    tcp_speed_limits: Mapping[int, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

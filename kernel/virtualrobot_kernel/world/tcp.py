@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.state import Selection, State
 from virtualrobot_kernel.world.structure import Node, Structure, ToolData
@@ -38,6 +41,20 @@ def world_t_tcp(
     if tool is None:
         return world_t_node[structure.rows[tip or structure.robots[robot.uid].flange]]
     return world_t_node[structure.rows[tool.uid]] @ point
+
+
+def refuse_limited(structure: Structure, state: State, robots: Iterable[int]) -> None:
+    """Raise KernelError where a robot (a uid) has a speed limit, and what moves it can't be planned for that."""
+    for uid in robots:
+        if uid in state.tcp_speed_limits:
+            name = structure.nodes[uid].name
+            raise KernelError(
+                f"the tool centre point of {name!r} has a speed limit of {state.tcp_speed_limits[uid]:g} m/s, which "
+                "setpoints and motions that go along with a frame can't keep: they are made as they go; move it by "
+                "planned motions and jogs, or lift the limit",
+                reason=Reason.WRONG_STATE,
+                robot=name,
+            )
 
 
 def is_fixed_to(structure: Structure, tool: Node, tip: int) -> bool:

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import math
 import time
+from binascii import crc_hqx
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import reduce
 from typing import Annotated
 
 import numpy as np
@@ -149,13 +149,14 @@ class SerialLine(Driver):
     def _hear(self, seconds: float) -> str | None:
         """Return the next line; empty if it is damaged, None when there is none."""
         data = self._open().until(b"\n", seconds)
-        if data is None:
-            return None
+        return None if data is None else self._read_line(data)
+
+    def _read_line(self, data: bytes) -> str:
         line = data.decode("ascii", "replace").strip()
         body, star, check = line.rpartition("*")
         if not star:
             return "" if self._checks else line
-        return body if check == _check(body) else ""
+        return body if check.upper() == _check(body) else ""
 
     def _greeting(self) -> str:
         deadline = time.monotonic() + GREETING_SECONDS
@@ -178,12 +179,12 @@ class SerialLine(Driver):
 
         Raises DriverFault with the words of an ERR, when the board is silent, and when its lines come damaged.
         """
-        while (line := self._hear(0.0)) is not None:
-            _raise_fault(line)
+        for data in self._open().whole(b"\n"):
+            _raise_fault(self._read_line(data))
         self._tell(question)
         deadline = time.monotonic() + seconds
         damaged = 0
-        while (line := self._hear(max(0.0, deadline - time.monotonic()))) is not None:
+        while (left := deadline - time.monotonic()) > 0.0 and (line := self._hear(left)) is not None:
             _raise_fault(line)
             if f"{line} ".startswith(f"{answer} "):
                 return line[len(answer) :].split()
@@ -194,7 +195,7 @@ class SerialLine(Driver):
                         f"{self.settings.port} brings damaged lines, the last instead of {answer}: {line!r}"
                     )
                 self._tell(question)
-        raise DriverFault(f"the board on {self.settings.port} was silent for {seconds:g} s after {question}")
+        raise DriverFault(f"the board on {self.settings.port} gives no answer to {question} within {seconds:g} s")
 
 
 def _about(greeting: str) -> tuple[About, bool, int]:
@@ -233,8 +234,8 @@ def _raise_fault(line: str) -> None:
 
 
 def _check(line: str) -> str:
-    """Return the check of a line: all its bytes by exclusive or, as two hexadecimal digits (as NMEA 0183 has it)."""
-    return f"{reduce(lambda check, byte: check ^ byte, line.encode('ascii', 'replace'), 0):02X}"
+    """Return the check of a line: CRC-16 by x^16 + x^12 + x^5 + 1 from 0 (XMODEM), as four hexadecimal digits."""
+    return f"{crc_hqx(line.encode('ascii', 'replace'), 0):04X}"
 
 
 def _numbers(values: Floats) -> str:

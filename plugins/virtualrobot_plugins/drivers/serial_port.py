@@ -58,18 +58,27 @@ class SerialPort:
         deadline = time.monotonic() + seconds
         while mark not in self._held:
             try:
-                came = self._port.read(max(1, self._port.in_waiting))
+                waiting = self._port.in_waiting
+                if not waiting and time.monotonic() >= deadline:
+                    return None
+                self._held += self._port.read(max(1, waiting))
             except (OSError, ValueError) as error:
                 raise DriverFault(f"{self.path} is gone: {error}") from error
-            self._held += came
             if len(self._held) > LONGEST and mark not in self._held:
                 raise DriverFault(
                     f"{self.path} sends {len(self._held)} bytes without {mark!r}: is {self.baud} its baud rate?"
                 )
-            if not came and time.monotonic() >= deadline:
-                return None
         found, _, self._held = self._held.partition(mark)
         return found
+
+    def whole(self, mark: bytes) -> list[bytes]:
+        """Return the parts that have come up to their marks, without these, and wait for none."""
+        try:
+            self._held += self._port.read(self._port.in_waiting)
+        except (OSError, ValueError) as error:
+            raise DriverFault(f"{self.path} is gone: {error}") from error
+        *parts, self._held = self._held.split(mark)
+        return parts
 
     def close(self) -> None:
         """Give the port back; harmless more than once."""

@@ -154,6 +154,19 @@ class Robot(Mover, Teacher):
     def speed_factor(self, factor: float) -> None:
         Direct(self._services).set_speed_factor(factor, self.name)
 
+    @property
+    def tcp_speed_limit(self) -> float:
+        """Greatest speed of its tool centre point (m/s), as 0.25 for teaching; 0: it has none.
+
+        While there is one, motions and jogs are planned as much slower as it takes, whoever starts them; setpoints, and
+        motions that go along with a frame, are refused. Setting it is refused while the robot moves.
+        """
+        return self.state.tcp_speed_limit
+
+    @tcp_speed_limit.setter
+    def tcp_speed_limit(self, limit: float) -> None:
+        Direct(self._services).set_tcp_speed_limit(limit, self.name)
+
     def set_positions(self, positions: JointPositions) -> None:
         """Put joints somewhere at once, without a motion; values by name, or all coordinates in order."""
         named = self._named(positions) if isinstance(positions, Mapping) else positions

@@ -60,6 +60,7 @@ class RobotState:
         commanded_positions: coordinates as motions command them; `positions` unless the joints are measured.
         commanded_velocities: velocities as motions command them; `velocities` unless the joints are measured.
         tool_widths: how wide each mounted tool is open, in meters; of those that have widths.
+        tcp_speed_limit: the greatest speed of its tool centre point (m/s); 0: it has none.
     """
 
     name: str
@@ -76,6 +77,7 @@ class RobotState:
     commanded_positions: NDArray[np.float64]
     commanded_velocities: NDArray[np.float64]
     tool_widths: dict[str, float]
+    tcp_speed_limit: float = 0.0
 
     @staticmethod
     def of(message: robot_pb2.RobotState, stamp: geometry_pb2.Stamp) -> RobotState:
@@ -95,6 +97,7 @@ class RobotState:
             np.array(message.commanded_positions or message.positions, dtype=float),
             np.array(message.commanded_velocities or message.velocities, dtype=float),
             dict(message.tool_widths),
+            message.tcp_speed_limit,
         )
 
 

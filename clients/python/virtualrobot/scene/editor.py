@@ -407,6 +407,11 @@ class Editor(ABC, Generic[Created]):
         """Slow the motions of one robot, or with no name of all: above 0, up to 1; running ones change smoothly."""
         self._submit(scene_pb2.Command(set_speed_factor=scene_pb2.SetSpeedFactor(robot=robot, factor=factor)))
 
+    def set_tcp_speed_limit(self, limit: float, robot: str) -> None:
+        """Limit the speed of a robot's tool centre point (m/s), as for teaching (0.25); 0 lifts the limit."""
+        command = scene_pb2.SetTcpSpeedLimit(robot=robot, meters_per_second=limit)
+        self._submit(scene_pb2.Command(set_tcp_speed_limit=command))
+
     def set_kinematics(
         self, robot: str, kinematics: str | None = None, settings: Mapping[str, object] | None = None
     ) -> None:

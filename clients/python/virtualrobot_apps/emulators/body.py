@@ -29,11 +29,15 @@ class Body(Protocol):
 
     @property
     def complaint(self) -> str:
-        """Why it follows no longer, in words; empty as long as it does. `follow` is without effect until `recover`."""
+        """Words that say why it follows no longer, empty as long as it does; `follow` has no effect until `recover`."""
         ...
 
     def read(self) -> tuple[Floats, Floats]:
         """Return positions and velocities as they are now, (k,) each."""
+        ...
+
+    def tcp(self) -> Floats | None:
+        """Return the pose of its tool centre point in the world, 4x4; None where nobody knows."""
         ...
 
     def follow(self, positions: Floats) -> None:
@@ -59,7 +63,7 @@ class Body(Protocol):
 
 @dataclass(frozen=True, slots=True)
 class ArmLimits:
-    """What a simulated arm can do.
+    """Limits of a simulated arm.
 
     Attributes:
         lower, upper: positions (k,).
@@ -105,6 +109,9 @@ class SimulatedArm:
     def read(self) -> tuple[Floats, Floats]:
         """Return positions and velocities, (k,) each."""
         return self._positions.copy(), self._velocities.copy()
+
+    def tcp(self) -> None:
+        """Know nothing of a tool: there are joints alone."""
 
     def follow(self, positions: Floats) -> None:
         """Go towards `positions`; one outside the range of its joint is a complaint, and the arm comes to rest."""
@@ -156,9 +163,12 @@ class Twin:
     What the kernel refuses, or ends the motion for (a limit, a collision, a lease), is the complaint.
     """
 
-    def __init__(self, robot: Robot) -> None:
-        """Take a robot, which moves only once something is to be followed; its kernel's clock goes on by itself."""
-        self._robot = robot
+    def __init__(self, robot: Robot, timeout: float = 1.0) -> None:
+        """Take a robot, which moves only once something is to be followed; its kernel's clock goes on by itself.
+
+        It stops after `timeout` seconds of simulation time without a setpoint.
+        """
+        self._robot, self._timeout = robot, timeout
         self._stream: SetpointStream | None = None
         self._closed = False
         self.joint_names = tuple(robot.joint_names)
@@ -173,13 +183,17 @@ class Twin:
         state = self._state
         return np.array(state.positions), np.array(state.velocities)
 
+    def tcp(self) -> Floats | None:
+        """Return the pose of its chosen tool centre point in the world, 4x4."""
+        return np.array(self._state.world_t_tcp)
+
     def follow(self, positions: Floats) -> None:
         """Send a setpoint; the first one opens the stream."""
         if self.complaint:
             return
         try:
             if self._stream is None:
-                self._stream = self._robot.stream("position")
+                self._stream = self._robot.stream("position", timeout=self._timeout)
             self._stream.send(positions)
         except VirtualRobotError as error:
             self.complaint, self._stream = str(error), None

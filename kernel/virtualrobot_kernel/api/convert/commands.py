@@ -126,5 +126,8 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     "set_kinematics": kinematics_command,
     "start_sensors": lambda message: commands.RunSensors(tuple(message.sensors), True),
     "stop_sensors": lambda message: commands.RunSensors(tuple(message.sensors), False),
+    "set_tcp_speed_limit": lambda message: commands.SetTcpSpeedLimit(
+        message.robot, finite(message.meters_per_second, "meters_per_second")
+    ),
     "set_speed_factor": lambda message: commands.SetSpeedFactor(message.robot, finite(message.factor, "factor")),
 }

@@ -49,6 +49,7 @@ def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
         tool_states={tool.name: state.tool_states.get(tool.uid, "") for tool in tools},
         tool_widths={name: width for name, width in widths if width is not None},
         speed_factor=state.speed_factors.get(node.uid, 1.0),
+        tcp_speed_limit=state.tcp_speed_limits.get(node.uid, 0.0),
         actuator_positions=actuator_positions(structure, node, state.q),
         motion_ids=[motion.id for motion in state.motions if node.uid in motion.robots],
         world_t_tcp=geometry_pb2.Pose(

@@ -32,7 +32,7 @@ from virtualrobot_plugins.drivers.abb_egm.messages import (
 from virtualrobot_plugins.drivers.datagrams import Datagrams
 
 BEGIN_SECONDS = 8.0
-"""How long `connect` waits for the first packet, and `begin` for the robot's program to let it follow."""
+"""Time (s) that `connect` waits for the first packet, and `begin` for the robot's program to let it follow."""
 DEGREE, MILLIMETER = math.radians(1.0), 1e-3
 
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 
 MSGTYPE_CORRECTION = 3
-"""What a setpoint is called in its header."""
+"""Type of a setpoint in its header."""
 
 
 class Motors(IntEnum):
@@ -47,7 +47,7 @@ class MessageError(ValueError):
 
 @dataclass(slots=True)
 class FromRobot:
-    """What this driver reads of an EgmRobot.
+    """Fields of an EgmRobot that this driver reads.
 
     Attributes:
         sequence: number of the packet; it grows by one.

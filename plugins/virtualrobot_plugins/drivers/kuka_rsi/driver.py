@@ -8,12 +8,13 @@ Corrections are *absolute* by default: they are counted from where the robot sto
 lost one costs nothing and silence means standing. Relative ones are added up by the controller; where its configuration
 holds the last one (HOLDON) they go on when nobody speaks.
 
-So the driver has to know where RSI was switched on, or the robot would jump: it listens before that, and refuses a
-controller that has been without answers already, or that it has corrected before without RSI being off in between.
+So the driver has to know where RSI was switched on, or the robot would jump: it listens before that. A controller that
+has been without answers already, or that it has corrected before, gets none until it breaks off and begins anew.
 """
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from itertools import pairwise
 from math import radians
@@ -28,7 +29,7 @@ from virtualrobot_plugins.drivers.datagrams import Datagrams
 from virtualrobot_plugins.drivers.kuka_rsi.messages import MessageError, number, read_robot, whole, write_sensor
 
 BEGIN_SECONDS = 8.0
-"""How long `connect` waits for a message."""
+"""Time (s) that `connect` waits for a message."""
 FIRST = 5
 """Number of messages from which `connect` learns how far apart they are."""
 UNDER_WAY = 2
@@ -88,7 +89,7 @@ class KukaRsiSettings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FromRobot:
-    """What is read of a message: its stamp (ms), late answers so far, positions (degrees, mm), digital inputs."""
+    """Parts of a message that are read: its stamp (ms), late answers, positions (degrees, mm), digital inputs."""
 
     stamp: int
     late: int
@@ -147,22 +148,10 @@ class KukaRsi(Driver):
     def _learn(self, before: FromRobot | None) -> None:
         """Take where the robot is as that from which corrections are counted; find how far messages are apart."""
         assert self._socket is not None
-        try:
-            said = self._receive(BEGIN_SECONDS)
-        except DriverFault as fault:
-            raise DriverFault(
-                f"{fault.text}: start the robot's program, which has to switch RSI on", clears=True
-            ) from fault
+        said = self._first(before)
         self._socket.lock()
         if not np.isfinite(said.commanded).all():
             raise DriverFault(f"the controller tells positions that are no numbers: {said.commanded.tolist()}")
-        on = before is not None and 0 <= said.stamp - before.stamp <= self._settings.late * self._settings.cycle
-        if said.late or on:
-            raise DriverFault(
-                f"RSI is on already, with {said.late} messages unanswered, so that nobody knows from where it counts "
-                "corrections: stop the robot's program, connect, and then start it",
-                clears=True,
-            )
         self._start(said)
         stamps = [said.stamp]
         while len(stamps) < FIRST:
@@ -172,6 +161,24 @@ class KukaRsi(Driver):
         step = min(after - first for first, after in pairwise(stamps))
         if step != self._settings.cycle:
             raise DriverFault(f"messages are {step} ms apart; the setting cycle says {self._settings.cycle}")
+
+    def _first(self, before: FromRobot | None) -> FromRobot:
+        """Return a message of RSI that has been without answers and corrections; one that has not isn't answered."""
+        deadline, said, settings = time.monotonic() + BEGIN_SECONDS, None, self._settings
+        while said is None or said.late or _is_going_on(before, said, settings):
+            if said is not None and time.monotonic() >= deadline:
+                raise DriverFault(
+                    f"RSI is on already, with {said.late} messages unanswered, so that nobody knows from where it "
+                    "counts corrections: stop the robot's program, connect, and then start it",
+                    clears=True,
+                )
+            try:
+                said = self._receive(max(0.0, deadline - time.monotonic()))
+            except DriverFault as fault:
+                if said is None:
+                    words = f"{fault.text}: start the robot's program, which has to switch RSI on"
+                    raise DriverFault(words, clears=True) from fault
+        return said
 
     def read(self) -> Reading:
         """Return the newest message; until `begin` it is answered here, so that the robot is held."""
@@ -279,3 +286,8 @@ class KukaRsi(Driver):
         return FromRobot(
             whole(said, "IPOC"), whole(said, "Delay", "D"), np.array(measured), np.array(commanded), inputs
         )
+
+
+def _is_going_on(before: FromRobot | None, said: FromRobot, settings: KukaRsiSettings) -> bool:
+    """Return whether RSI may still be as it was at the message `before`: it has had no time to break off."""
+    return before is not None and 0 <= said.stamp - before.stamp <= settings.late * settings.cycle

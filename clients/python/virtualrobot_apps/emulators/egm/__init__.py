@@ -1,0 +1,1 @@
+"""An emulated ABB controller with Externally Guided Motion (EGM)."""

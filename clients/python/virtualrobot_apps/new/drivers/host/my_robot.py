@@ -1,0 +1,74 @@
+"""Driver of the robot my_robot: lines of text on a serial port, told in README.md."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import serial
+from virtualrobot_sdk.drivers import About, Driver, DriverFault, Mode, Reading
+from virtualrobot_sdk.hookspecs import hookimpl
+
+api_version = "1.0"
+
+
+@dataclass(frozen=True)
+class Settings:
+    port: str
+    silence_seconds: float = 0.1
+
+
+class MyRobot(Driver):
+    """The robot my_robot, by lines of text on a serial port."""
+
+    def __init__(self, settings):
+        self.settings, self.line = settings, serial.Serial()
+
+    def connect(self):
+        self.close()
+        try:
+            self.line = serial.serial_for_url(self.settings.port, 115200, timeout=self.settings.silence_seconds)
+        except OSError as error:
+            raise DriverFault(f"{self.settings.port}: {error}") from error
+        joints, rate, watchdog = map(float, self.ask("hello"))
+        return About(int(joints), rate, units=math.radians(1.0), watchdog=watchdog)
+
+    def read(self):
+        stamp, mode, done, *degrees = self.ask("read")
+        return Reading(float(stamp), np.array(degrees, dtype=float), mode=Mode[mode], done=int(done))
+
+    def begin(self, held):
+        self.ask("on")
+
+    def send(self, positions, velocities, outputs):
+        self.ask("go", *positions)
+
+    def stop(self):
+        self.ask("stop")
+
+    def end(self):
+        self.ask("off")
+
+    def reset(self):
+        self.ask("reset")
+
+    def close(self):
+        self.line.close()
+
+    def ask(self, *words):
+        """Say a line and return the words of the answer; whatever goes wrong is a DriverFault."""
+        try:
+            self.line.write((" ".join(map(str, words)) + "\n").encode())
+            answer = self.line.readline().decode("ascii", "replace")
+        except OSError as error:
+            raise DriverFault(f"{self.settings.port}: {error}") from error
+        if not answer.endswith("\n"):
+            raise DriverFault(f"{self.settings.port} is silent")
+        kind, *rest = answer.split()
+        if kind == "error":
+            raise DriverFault(" ".join(rest[1:]), code=rest[0], clears=True)
+        return rest
+
+
+@hookimpl
+def virtualrobot_register_robot_drivers(register):
+    register("my_robot", MyRobot, Settings)

@@ -1,0 +1,364 @@
+"""Memory that the kernel shares with the processes of its drivers: the cell's block, and a ring of ticks per robot.
+
+Both are files that are mapped, so that they are the same on every system, and a stop needs nothing but a file. Words
+are 64 bits wide and aligned: a processor writes each as a whole. Everything else has a sequence number that is odd
+while it is written, and a checksum.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import tempfile
+import time
+import zlib
+from dataclasses import dataclass
+from enum import IntEnum
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_sdk.drivers.driver import Mode, Safety
+
+Floats = NDArray[np.float64]
+
+NEVER = 2**63 - 1
+"""Time (ns) of a stop that nobody has asked for."""
+
+SLOTS = 128
+"""Number of ticks in a ring."""
+
+BRAKE_ROWS = 512
+"""Greatest number of rows of a brake; a tick whose brake is longer has none."""
+
+CELL, RING = "cell", "ring-{}"
+"""Names of the files in a kernel's folder."""
+
+_MAGIC, _VERSION = 0x56_52_44, 1
+_CELL_WORDS = 512
+_HEADER_WORDS, _REPORT_WORDS = 16, 16
+_SLOT_WORDS = 6
+_READS = 8
+"""Number of times that a reader tries again when it meets a writer."""
+
+MODES, SAFETIES = tuple(Mode), tuple(Safety)
+
+
+class State(IntEnum):
+    """State of a driver's connection."""
+
+    DISCONNECTED = 0
+    CONNECTING = 1
+    INACTIVE = 2
+    """It reads; the robot doesn't follow."""
+    BEGINNING = 3
+    ACTIVE = 4
+    """The robot plays what its twin did."""
+    STOPPING = 5
+    """The robot comes to rest, on the play clock that slows or on its brake."""
+    ERROR = 6
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Record:
+    """Tick of a ring.
+
+    Attributes:
+        tick: its number.
+        play_ns: when it is to be played (ns, CLOCK_MONOTONIC).
+        q, v: (k,) joints, in the order that the driver was given, rad and m, per s.
+        outputs: digital outputs, the first in the lowest bit.
+        brake: (m, k) the way from there to rest, a tick apart, the first row q; None where it has none.
+    """
+
+    tick: int
+    play_ns: int
+    q: Floats
+    v: Floats
+    outputs: int
+    brake: Floats | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Report:
+    """Report of a host in one cycle.
+
+    Attributes:
+        ns: when (CLOCK_MONOTONIC).
+        state: of the connection.
+        cycles: number of cycles since it connected; one that stays means that the host hangs.
+        skipped: number of cycles that were left out, since the process came too late.
+        lateness_ns: how late the newest cycle was.
+        tick: the newest tick that was played; -1 for none.
+        on_brake: whether it plays a brake, after the ticks that it had.
+        mode, safety: of the controller.
+        inputs: its digital inputs.
+        words: number of the newest words, which `DriverProcess.words` tells; 0 for none.
+        rate: rate of the play clock, 1 or less.
+        speed_scaling: share of the speed that it was told at which the controller goes.
+        q, v: (k,) measured, rad and m, per s.
+        error: (k,) measured minus what was played, rad and m; 0 where nothing is played.
+    """
+
+    ns: int
+    state: State
+    cycles: int
+    skipped: int
+    lateness_ns: int
+    tick: int
+    on_brake: bool
+    mode: Mode
+    safety: Safety
+    inputs: int
+    words: int
+    rate: float
+    speed_scaling: float
+    q: Floats
+    v: Floats
+    error: Floats
+
+
+def make_folder() -> Path:
+    """Return a new private folder for the files of one kernel, in memory where the system has a place for that."""
+    memory = Path("/dev/shm")
+    place = memory if memory.is_dir() and os.access(memory, os.W_OK) else None
+    return Path(tempfile.mkdtemp(prefix="virtualrobot-cell-", dir=place))
+
+
+def stop_cell(folder: Path) -> None:
+    """Stop all robots of a kernel by its folder, whatever the kernel does; for any process of the same user."""
+    block = CellBlock.attach(folder / CELL)
+    block.stop()
+    block.close()
+
+
+class _Mapped:
+    """File that is mapped, as words."""
+
+    def __init__(self, path: Path, words: int, *, create: bool) -> None:
+        self.path = path
+        flags = os.O_RDWR | (os.O_CREAT | os.O_EXCL if create else 0) | getattr(os, "O_BINARY", 0)
+        number = os.open(path, flags, 0o600)
+        try:
+            if create:
+                os.ftruncate(number, words * 8)
+            elif os.fstat(number).st_size != words * 8:
+                raise ValueError(f"{path} has {os.fstat(number).st_size} bytes; {words * 8} are expected")
+            self._map = mmap.mmap(number, words * 8)
+        finally:
+            os.close(number)
+        self._words: NDArray[np.int64] = np.frombuffer(self._map, np.int64)
+        self._floats: Floats = np.frombuffer(self._map, np.float64)
+        if create:
+            self._words[1] = words
+            self._words[0] = _MAGIC << 8 | _VERSION
+        elif int(self._words[0]) != _MAGIC << 8 | _VERSION:
+            raise ValueError(f"{path} is of another version, {int(self._words[0]):x}")
+
+    def close(self) -> None:
+        """Let the file go; nothing else may be asked for after that."""
+        # Views of the map keep it open until they are gone.
+        self._words = np.empty(0, np.int64)
+        self._floats = np.empty(0)
+        try:
+            self._map.close()
+        except BufferError:
+            pass  # somebody still has a view, with which it goes
+
+
+class CellBlock(_Mapped):
+    """Block of a cell: by which clock all its robots are played, and up to which tick all have what they need."""
+
+    _BEAT, _STOP, _RAMP, _NEWEST, _BRAKED, _COMMITTED = range(2, 8)
+
+    @classmethod
+    def create(cls, path: Path) -> CellBlock:
+        """Make the block: nobody has stopped, and there is no tick."""
+        block = cls(path, _CELL_WORDS, create=True)
+        block._words[cls._RAMP] = 400_000_000
+        block.release()
+        return block
+
+    @classmethod
+    def attach(cls, path: Path) -> CellBlock:
+        """Use the block of another process; raises OSError without one, ValueError where it is of another version."""
+        return cls(path, _CELL_WORDS, create=False)
+
+    def beat(self, ns: int) -> None:
+        """Say that the kernel lives (ns, CLOCK_MONOTONIC)."""
+        self._words[self._BEAT] = ns
+
+    @property
+    def beat_ns(self) -> int:
+        """Time (ns) at which the kernel said so last; 0 before."""
+        return int(self._words[self._BEAT])
+
+    def complete(self, tick: int, braked: bool) -> None:
+        """Say that all rings have this tick, and with it a brake where `braked`."""
+        if braked:
+            self._words[self._BRAKED] = tick
+        self._words[self._NEWEST] = tick
+
+    @property
+    def newest(self) -> int:
+        """Newest tick that all rings have; -1 without one."""
+        return int(self._words[self._NEWEST])
+
+    @property
+    def newest_braked(self) -> int:
+        """Newest tick that all rings have with a brake; -1 without one."""
+        return int(self._words[self._BRAKED])
+
+    @property
+    def ramp_ns(self) -> int:
+        """Time (ns) in which the play clock slows to nothing, by a slope that the robots as they move can bear."""
+        return int(self._words[self._RAMP])
+
+    @ramp_ns.setter
+    def ramp_ns(self, ns: int) -> None:
+        self._words[self._RAMP] = ns
+
+    def stop(self, at_ns: int | None = None) -> None:
+        """Have the play clock slow from a time on (ns, CLOCK_MONOTONIC; None: now); a stop that was asked for stays."""
+        if self._words[self._STOP] == NEVER:
+            self._words[self._STOP] = time.monotonic_ns() if at_ns is None else at_ns
+
+    @property
+    def stop_ns(self) -> int:
+        """Time (ns) from which the play clock slows; NEVER while nobody has stopped it."""
+        return int(self._words[self._STOP])
+
+    def commit(self, tick: int) -> int:
+        """Have all robots go on by the brake of this tick, where none has another one yet; return that which counts."""
+        if self._words[self._COMMITTED] < 0:
+            self._words[self._COMMITTED] = tick
+        return int(self._words[self._COMMITTED])
+
+    @property
+    def committed(self) -> int:
+        """Tick whose brake the robots go on by; -1 while they play ticks."""
+        return int(self._words[self._COMMITTED])
+
+    def release(self) -> None:
+        """End a stop, and forget all ticks; for the kernel alone, while no robot is played."""
+        for place in (self._NEWEST, self._BRAKED, self._COMMITTED):
+            self._words[place] = -1
+        self._words[self._STOP] = NEVER
+
+
+class TickRing(_Mapped):
+    """Ring of the newest ticks of one robot of k joints, written by the kernel, and what its host reports."""
+
+    def __init__(self, path: Path, joints: int, *, create: bool) -> None:
+        """Make or use the ring; see `create` and `attach`."""
+        self.joints = joints
+        self._slot = _SLOT_WORDS + joints * (2 + BRAKE_ROWS)
+        self._report_at = _HEADER_WORDS
+        self._ring_at = _HEADER_WORDS + _REPORT_WORDS + 3 * joints
+        super().__init__(path, self._ring_at + SLOTS * self._slot, create=create)
+        self._bytes = memoryview(self._map)
+        self._reports = 0
+        if create:
+            self._words[2] = -1
+
+    @classmethod
+    def create(cls, path: Path, joints: int) -> TickRing:
+        """Make the ring of a robot with this number of joints."""
+        return cls(path, joints, create=True)
+
+    @classmethod
+    def attach(cls, path: Path, joints: int) -> TickRing:
+        """Use the ring of another process; raises OSError without one, ValueError where it is another one."""
+        return cls(path, joints, create=False)
+
+    def close(self) -> None:
+        """Let the file go."""
+        self._bytes.release()
+        super().close()
+
+    def clear(self) -> None:
+        """Forget all ticks; for the kernel, while the robot isn't played."""
+        self._words[self._ring_at :: self._slot] = 0
+        self._words[2] = -1
+
+    def put(self, tick: int, play_ns: int, q: Floats, v: Floats, outputs: int = 0, brake: Floats | None = None) -> bool:
+        """Write a tick; return whether its brake is in it, which is not so for one of more than `BRAKE_ROWS` rows."""
+        at, count = self._ring_at + tick % SLOTS * self._slot, 2 * self.joints
+        words, floats, body = self._words, self._floats, at + _SLOT_WORDS
+        words[at] = 2 * tick + 1
+        floats[body : body + self.joints] = q
+        floats[body + self.joints : body + count] = v
+        rows = 0 if brake is None or len(brake) > BRAKE_ROWS else len(brake)
+        if rows and brake is not None:
+            end = count + rows * self.joints
+            floats[body + count : body + end] = brake.reshape(-1)
+            count = end
+        words[at + 1], words[at + 2], words[at + 3], words[at + 4] = tick, play_ns, outputs, rows
+        words[at + 5] = zlib.crc32(self._bytes[8 * body : 8 * (body + count)], _seed(tick, play_ns, outputs, rows))
+        words[at] = 2 * tick + 2
+        words[2] = tick
+        return rows > 0
+
+    @property
+    def newest(self) -> int:
+        """Newest tick that was written; -1 without one."""
+        return int(self._words[2])
+
+    def get(self, tick: int) -> Record | None:
+        """Return a tick; None where it isn't there, or not any more, or is being written or damaged."""
+        at = self._ring_at + tick % SLOTS * self._slot
+        head = self._words[at : at + _SLOT_WORDS].tolist()
+        sequence, own, play_ns, outputs, rows, crc = head
+        if sequence != 2 * tick + 2 or own != tick or not 0 <= rows <= BRAKE_ROWS:
+            return None
+        body = at + _SLOT_WORDS
+        values = self._floats[body : body + self.joints * (2 + rows)].copy()
+        if self._words[at] != sequence or zlib.crc32(values.tobytes(), _seed(tick, play_ns, outputs, rows)) != crc:
+            return None
+        table = values.reshape(2 + rows, self.joints)
+        return Record(tick, play_ns, table[0], table[1], outputs, table[2:] if rows else None)
+
+    def report(self, said: Report) -> None:
+        """Write what the host reports; for the host alone."""
+        at, k = self._report_at, self.joints
+        words, floats = self._words, self._floats
+        self._reports += 2
+        words[at] = self._reports - 1
+        words[at + 1 : at + 13] = (
+            *(said.ns, said.state, said.cycles, said.skipped, said.lateness_ns, said.tick, said.on_brake),
+            *(MODES.index(said.mode), SAFETIES.index(said.safety), said.inputs - (1 << 63), said.words, 0),
+        )
+        floats[at + 13], floats[at + 14] = said.rate, said.speed_scaling
+        body = at + _REPORT_WORDS
+        floats[body : body + k] = said.q
+        floats[body + k : body + 2 * k] = said.v
+        floats[body + 2 * k : body + 3 * k] = said.error
+        words[at + 12] = zlib.crc32(self._bytes[8 * body : 8 * (body + 3 * k)], self._reports & 0xFFFFFFFF)
+        words[at] = self._reports
+
+    def reported(self) -> Report | None:
+        """Return what the host reported last; None before it has, and where it died as it wrote."""
+        at, k = self._report_at, self.joints
+        for _ in range(_READS):
+            head = self._words[at : at + 13].tolist()
+            rate, scaling = self._floats[at + 13 : at + 15].tolist()
+            values = self._floats[at + _REPORT_WORDS : at + _REPORT_WORDS + 3 * k].copy()
+            if head[0] == 0:
+                return None
+            if head[0] & 1 or self._words[at] != head[0]:
+                continue
+            if zlib.crc32(values.tobytes(), head[0] & 0xFFFFFFFF) != head[12]:
+                continue
+            _, ns, state, cycles, skipped, lateness, tick, on_brake, mode, safety, inputs, words, _ = head
+            q, v, error = values.reshape(3, k)
+            return Report(
+                *(ns, State(state), cycles, skipped, lateness, tick, bool(on_brake)),
+                *(MODES[mode], SAFETIES[safety], inputs + (1 << 63), words, rate, scaling, q, v, error),
+            )
+        return None
+
+
+def _seed(*numbers: int) -> int:
+    """Return a checksum to begin with: that of some numbers."""
+    return zlib.crc32(b"".join((number & (2**64 - 1)).to_bytes(8, "little") for number in numbers))
