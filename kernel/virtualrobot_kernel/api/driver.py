@@ -7,10 +7,11 @@ from dataclasses import replace
 
 from virtualrobot.v1 import driver_pb2, driver_pb2_grpc, geometry_pb2
 from virtualrobot_sdk.drivers import About, Mode, Pace, Safety
+from virtualrobot_sdk.drivers.shared import State
 
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import CARRIED
-from virtualrobot_kernel.drivers.link import LinkMode, LinkState, Status
+from virtualrobot_kernel.drivers.link import LinkMode, Status
 from virtualrobot_kernel.drivers.links import refused
 from virtualrobot_kernel.drivers.twin import Asked, ControllerJoint
 from virtualrobot_kernel.errors import KernelError
@@ -20,7 +21,7 @@ from virtualrobot_kernel.messages.values import finite, stamp
 from virtualrobot_kernel.world.structure import Kind
 
 MODES = EnumTable(LinkMode, driver_pb2.DriverMode)
-STATES = EnumTable(LinkState, driver_pb2.DriverState)
+STATES = EnumTable(State, driver_pb2.DriverState)
 CONTROLLER_MODES = EnumTable(Mode, driver_pb2.ControllerMode)
 SAFETIES = EnumTable(Safety, driver_pb2.ControllerSafety)
 PACES = EnumTable(Pace, driver_pb2.ControllerPace)
@@ -161,20 +162,20 @@ def message(status: Status) -> driver_pb2.DriverStatus:
         lead_seconds=link.asked.lead,
         process_id=link.process.pid,
     )
-    if link.is_played and link.error is not None:
-        told.following_error.extend(link.error.tolist())
     if report is not None:
         told.controller_mode = CONTROLLER_MODES.write(report.mode)
         told.controller_safety = SAFETIES.write(report.safety)
-        told.positions.extend(report.positions.tolist())
-        told.velocities.extend(report.velocities.tolist())
-        told.outside_limits.extend(link.twin.outside(report.positions))
+        told.positions.extend(report.q.tolist())
+        told.velocities.extend(report.v.tolist())
+        told.outside_limits.extend(link.twin.outside(report.q))
+        if link.is_played:
+            told.following_error.extend(report.error.tolist())
         told.speed_scaling = report.speed_scaling
         told.inputs = report.inputs
         told.play_rate = report.rate if link.is_played else 0.0
-        told.played_tick = report.tick
+        told.played_tick = max(report.tick, 0)
         told.cycles, told.skipped_cycles = report.cycles, report.skipped
-        told.lateness_seconds = report.lateness
+        told.lateness_seconds = report.lateness_ns * 1e-9
     return told
 
 

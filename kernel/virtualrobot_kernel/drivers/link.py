@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import deque
 from dataclasses import dataclass, field
 from enum import Enum
 from threading import Lock
@@ -11,14 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.drivers import About, DriverFault, Safety
 from virtualrobot_sdk.drivers import Mode as ControllerMode
+from virtualrobot_sdk.drivers.shared import Report, State, TickRing
 
-from virtualrobot_kernel.drivers.far_side import Process, Report, Ring
+from virtualrobot_kernel.drivers.far_side import Process
 from virtualrobot_kernel.drivers.twin import Asked, Floats, Twin, columns
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Structure
-
-REMEMBERED_TICKS = 256
-"""Number of ticks of which it is remembered where the twin was: what is played is at most a lead and a brake old."""
 
 SILENT_CYCLES = 3
 SILENT_SECONDS = 0.1
@@ -36,19 +33,7 @@ class LinkMode(Enum):
     EXECUTE = "execute"
 
 
-class LinkState(Enum):
-    """State of a link; the names equal those of `DriverState` in the contract."""
-
-    DISCONNECTED = "disconnected"
-    CONNECTING = "connecting"
-    INACTIVE = "inactive"
-    BEGINNING = "beginning"
-    ACTIVE = "active"
-    STOPPING = "stopping"
-    ERROR = "error"
-
-
-PLAYED = frozenset({LinkState.BEGINNING, LinkState.ACTIVE, LinkState.STOPPING})
+PLAYED = frozenset({State.BEGINNING, State.ACTIVE, State.STOPPING})
 """States in which the robot does, or is about to do, what its twin does: the twin may not be put elsewhere."""
 
 
@@ -68,18 +53,17 @@ class Link:
     twin: Twin
     asked: Asked
     process: Process
-    ring: Ring
+    ring: TickRing
     about: About
     mode: LinkMode = LinkMode.SIMULATED
-    state: LinkState = LinkState.INACTIVE
+    state: State = State.INACTIVE
     words: Words = field(default_factory=Words)
     outputs: int = 0
     first_tick: int = 0
     noted_tick: int = 0
     follows_badly: bool = False
+    report: Report | None = None
     settling: Lock = field(default_factory=Lock)
-    error: Floats | None = None
-    _past: deque[tuple[int, Floats]] = field(default_factory=lambda: deque(maxlen=REMEMBERED_TICKS))
     _places: tuple[Structure, NDArray[np.intp], NDArray[np.intp]] | None = None
     _seen: tuple[int, int] = (-1, 0)
 
@@ -94,24 +78,26 @@ class Link:
             self._places = (structure, *columns(structure, self.twin))
         return self._places[1], self._places[2]
 
-    def write(self, now: Snapshot, play_ns: int, brake: Floats | None) -> None:
-        """Put a tick into the ring; `brake` (m, nq): coordinates of the world, a tick apart, if all brakes."""
+    def write(self, now: Snapshot, play_ns: int, brake: Floats | None) -> bool:
+        """Put a tick into the ring; return whether its brake is in it.
+
+        `brake` (m, nq): the coordinates of the world, a tick apart, if all brakes from there; None where nobody knows.
+        """
         at_q, at_v = self.places(now.structure)
-        q = now.state.q[at_q]
-        self._past.append((now.state.tick, q))
         rows = None if brake is None else np.ascontiguousarray(brake[:, at_q])
-        self.ring.put(now.state.tick, play_ns, q, now.state.v[at_v], self.outputs, rows)
+        state = now.state
+        return self.ring.put(state.tick, play_ns, state.q[at_q], state.v[at_v], self.outputs, rows)
 
     def begin_anew(self, tick: int) -> None:
         """Forget what was played before."""
-        self._past.clear()
         self._seen = (-1, 0)
         self.first_tick = self.noted_tick = tick
-        self.error, self.follows_badly = None, False
+        self.follows_badly = False
+        self.ring.clear()
 
     def fault(self, now_ns: int) -> Words | None:
         """Return why the robot cannot go on being played; None: it can. It is asked before each tick."""
-        report = self.ring.reported()
+        report = self.report = self.ring.reported()
         if (fault := self._met(report)) is not None:
             return fault
         if report is None or report.cycles == self._seen[0]:
@@ -122,9 +108,9 @@ class Link:
                 self._seen = (-1, now_ns)
             return None
         self._seen = (report.cycles, now_ns)
-        if self.state is not LinkState.ACTIVE:
+        if self.state is not State.ACTIVE:
             return None
-        if report.braking:
+        if report.on_brake:
             return Words("the robot had no newer tick to play and braked: the kernel was late by more than the lead")
         return self._astray(report)
 
@@ -134,7 +120,7 @@ class Link:
             return words_of(fault)
         if report is None:
             return None
-        if report.faulty:
+        if report.state is State.ERROR:
             return Words("the driver has met a fault")
         if report.safety in STOPPED:
             return Words(f"the controller has stopped the robot: {report.safety.value}")
@@ -144,12 +130,9 @@ class Link:
         """Return why a robot that is played is not where it should be."""
         if report.mode in (ControllerMode.OFF, ControllerMode.HAND_GUIDED, ControllerMode.LOCAL):
             return Words(f"the controller does not follow any more: it is {report.mode.value}")
-        if not np.isfinite(report.positions).all():
-            return Words(f"the controller says that its joints are at {report.positions.tolist()}")
-        played = next((q for tick, q in reversed(self._past) if tick <= report.tick), None)
-        if played is None:
-            return None
-        self.error = error = report.positions - played
+        if not np.isfinite(report.q).all():
+            return Words(f"the controller says that its joints are at {report.q.tolist()}")
+        error = report.error
         worst = int(np.abs(error).argmax())
         self.follows_badly = bool(abs(error[worst]) > self.asked.following_warning)
         if abs(error[worst]) > self.asked.following_limit:

@@ -16,10 +16,11 @@ from contextlib import suppress
 import numpy as np
 from virtualrobot_sdk.drivers import DriverFault
 from virtualrobot_sdk.drivers import Mode as ControllerMode
+from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Report, State
 
 from virtualrobot_kernel.drivers.admission import check, is_guarded
-from virtualrobot_kernel.drivers.far_side import Cell, Report, Site
-from virtualrobot_kernel.drivers.link import STOPPED, Link, LinkMode, LinkState, Status, Words, words_of
+from virtualrobot_kernel.drivers.far_side import Site
+from virtualrobot_kernel.drivers.link import STOPPED, Link, LinkMode, Status, Words, words_of
 from virtualrobot_kernel.drivers.signals import bits_of, commands_for, inputs_changed
 from virtualrobot_kernel.drivers.twin import AT_REST, Asked, Floats, twin_of
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -28,6 +29,7 @@ from virtualrobot_kernel.world.braking import braking, going
 from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import Command, PlayedTicks, SetJointPositions, SetMeasuredJoints, StopRobots
+from virtualrobot_kernel.world.past_world import PastWorld, is_past
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.tick_inputs import TickInput
@@ -66,7 +68,7 @@ class Links:
         self._links: Mapping[int, Link] = {}
         self._changing = threading.RLock()
         self._busy: dict[int, threading.Lock] = {}
-        self._cell: Cell | None = None
+        self._cell: CellBlock | None = None
         self._end_listening: Callable[[], None] = lambda: None
         self._reason = ""
         self._signals: Mapping[str, Signal] | None = None
@@ -80,14 +82,14 @@ class Links:
     def stopped(self) -> str:
         """Why the cell is stopped; empty: it is not."""
         cell = self._cell
-        if cell is None or not cell.stopped:
+        if cell is None or cell.stop_ns == NEVER:
             return ""
         return self._reason or "stopped from outside the kernel"
 
     @property
     def stopper(self) -> tuple[str, str]:
         """Address and key of the stopper; empty while no driver is connected."""
-        return (self._site.stopper_address, self._site.stopper_key) if self._links else ("", "")
+        return self._site.stopper if self._links else ("", "")
 
     def statuses(self, snapshot: Snapshot) -> list[Status]:
         """Return all links as they are, by the names of their robots."""
@@ -111,10 +113,12 @@ class Links:
     def connect(self, robot: str, asked: Asked) -> Status:
         """Start a driver and connect it; see ConnectDriver in the contract."""
         snapshot = self._world.snapshot
+        if isinstance(self._world, PastWorld):
+            raise is_past()
         twin = twin_of(snapshot.structure, robot, asked.joints)
         with self._alone(twin.uid, robot):
             link = self._links.get(twin.uid)
-            if link is not None and link.state is not LinkState.ERROR:
+            if link is not None and link.state is not State.ERROR:
                 raise KernelError(
                     f"the driver {link.asked.component!r} is connected to {robot!r} already; disconnect it first",
                     reason=Reason.WRONG_STATE,
@@ -124,7 +128,7 @@ class Links:
             if link is not None:
                 self._forget(link)
             cell = self._opened()
-            process, ring = self._site.connection(twin, asked, round(snapshot.tick_seconds * 1e9), log.info)
+            process, ring = self._site.connection(twin, asked, round(snapshot.tick_seconds * 1e9))
             try:
                 about = process.connect()
                 if about.joints != len(twin.joints):
@@ -160,14 +164,14 @@ class Links:
             self._leave(status.link, "its driver is disconnected")
             last = self.status(robot)
             self._forget(status.link)
-            status.link.state, status.link.mode = LinkState.DISCONNECTED, LinkMode.SIMULATED
+            status.link.state, status.link.mode = State.DISCONNECTED, LinkMode.SIMULATED
             return last
 
     def set_mode(self, robot: str, mode: LinkMode) -> tuple[Status, Floats | None]:
         """Choose how a robot and its twin go together; return the link, and how far the twin was put, (k,) or None."""
         link = self.status(robot).link
         with self._alone(link.twin.uid, robot):
-            if link.state is LinkState.ERROR:
+            if link.state is State.ERROR:
                 raise refused(robot, "state", f"its connection is in ERROR ({link.words.text}); reset or connect it")
             if mode is link.mode:
                 return self.status(robot), None
@@ -183,7 +187,7 @@ class Links:
         status = self.status(robot)
         link = status.link
         with self._alone(link.twin.uid, robot):
-            if link.state is not LinkState.ERROR:
+            if link.state is not State.ERROR:
                 raise refused(robot, "state", f"its connection is {link.state.name}, and there is no fault to clear")
             if link.words.text and not link.words.clears:
                 raise KernelError(
@@ -200,7 +204,7 @@ class Links:
             except DriverFault as error:
                 link.words = words_of(error)
                 raise told(error, robot) from error
-            link.words, link.state = Words(), LinkState.INACTIVE
+            link.words, link.state = Words(), State.INACTIVE
             return self.status(robot)
 
     def stop_cell(self, reason: str) -> None:
@@ -227,6 +231,7 @@ class Links:
             self.stop_cell("the kernel is ending")
         self._world.unsupervise(self)
         self._end_listening()
+        self._await_listeners()
         for link in self._links.values():
             with suppress(DriverFault, OSError):
                 link.process.close()
@@ -246,8 +251,8 @@ class Links:
         played = [uid for uid, link in self._links.items() if link.is_played and uid in before.structure.robots]
         if played:
             cell = self._cell
-            may_begin = cell is not None and not cell.stopped
-            ready = [uid for uid in played if may_begin and self._links[uid].state is LinkState.ACTIVE]
+            may_begin = cell is not None and cell.stop_ns == NEVER
+            ready = [uid for uid in played if may_begin and self._links[uid].state is State.ACTIVE]
             check(before, after, batch, played, ready)
 
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
@@ -267,17 +272,17 @@ class Links:
         if failed:
             name = _name(now, failed[0][0])
             cause, why = EndCause.DRIVER, f"the real robot of {name!r} has stopped: {failed[0][1].text}"
-            if not cell.stopped:
+            if cell.stop_ns == NEVER:
                 self._reason = why
                 cell.stop()
-        elif cell.stopped:
+        elif cell.stop_ns != NEVER:
             cause, why = EndCause.CELL_STOPPED, self.stopped
         else:
             return self._stop_unleased(played, now)
         for link in played:
-            if link.state is LinkState.ACTIVE:
+            if link.state is State.ACTIVE:
                 link.words = link.words if link.words.text else Words(why)
-                link.state = LinkState.STOPPING
+                link.state = State.STOPPING
                 self._later(link)
         return _stop(played, now, cause, why)
 
@@ -287,20 +292,20 @@ class Links:
 
     def _look_at(self, link: Link, now_ns: int) -> Words | None:
         """Return the new fault of a link, which is in ERROR from then on."""
-        if link.state in (LinkState.ERROR, LinkState.CONNECTING, LinkState.DISCONNECTED):
+        if link.state in (State.ERROR, State.CONNECTING, State.DISCONNECTED):
             return None
         words = link.fault(now_ns)
         if words is None:
             return None
-        link.words, link.state = words, LinkState.ERROR
+        link.words, link.state = words, State.ERROR
         self._later(link)
         return words
 
     def _stop_unleased(self, played: Sequence[Link], now: Snapshot) -> Sequence[Command]:
         """Stop robots that nobody has leased any more."""
-        free = [link for link in played if link.state is LinkState.ACTIVE and not self._leased(link.twin.uid)]
+        free = [link for link in played if link.state is State.ACTIVE and not self._leased(link.twin.uid)]
         for link in free:
-            link.words, link.state = Words("nobody has leased the robot any more"), LinkState.STOPPING
+            link.words, link.state = Words("nobody has leased the robot any more"), State.STOPPING
             self._later(link)
         return _stop(free, now, EndCause.LEASE_EXPIRED, "nobody has leased the robot any more") if free else ()
 
@@ -315,9 +320,8 @@ class Links:
             due = self._world.due_nanoseconds
             if brake is not None:
                 cell.ramp_ns = round(max(1, len(brake) - 1) * now.tick_seconds * 1e9)
-            for link in played:
-                link.write(now, due + round(link.asked.lead * 1e9), brake)
-            cell.complete(now.state.tick, brake is not None)
+            kept = [link.write(now, due + round(link.asked.lead * 1e9), brake) for link in played]
+            cell.complete(now.state.tick, all(kept))
         cell.beat(time.monotonic_ns())
         signals_changed = now.state.signals is not self._signals
         self._signals = now.state.signals
@@ -326,7 +330,7 @@ class Links:
                 link.outputs = bits_of(now, link.twin.uid, link.about.outputs)
             if link.mode is LinkMode.MONITOR or link.about.inputs:
                 self._read(now, link)
-            if link.state is LinkState.ACTIVE:
+            if link.state is State.ACTIVE:
                 self._note(now, link)
 
     def _brake(self, now: Snapshot) -> Floats | None:
@@ -337,17 +341,17 @@ class Links:
         return way.positions if way.ends else None
 
     def _read(self, now: Snapshot, link: Link) -> None:
-        report = link.ring.reported()
+        report = link.report
         if report is None or link.twin.uid not in now.structure.robots:
             return
         if link.about.inputs and (changed := inputs_changed(now, link.twin.uid, link.about.inputs, report.inputs)):
             self._world.submit(changed, self._author(now, link))
-        if link.mode is not LinkMode.MONITOR or link.state is not LinkState.INACTIVE:
+        if link.mode is not LinkMode.MONITOR or link.state is not State.INACTIVE:
             return
         at_q, at_v = link.places(now.structure)
         robot = now.structure.robots[link.twin.uid]
         q, v = now.state.q.copy(), np.zeros_like(now.state.v)
-        q[at_q], v[at_v] = report.positions, report.velocities
+        q[at_q], v[at_v] = report.q, report.v
         command = SetMeasuredJoints(link.twin.uid, q[robot.q_slice], v[robot.v_slice])
 
         def refused_input(error: KernelError) -> None:
@@ -363,7 +367,7 @@ class Links:
 
     def _note(self, now: Snapshot, link: Link, last: bool = False) -> None:
         """Tell the journal what was played since it was told last."""
-        report = link.ring.reported()
+        report = link.ring.reported() if last else link.report
         if report is None or report.tick <= link.noted_tick:
             return
         if last or (report.tick - link.noted_tick) * now.tick_seconds >= NOTE_SECONDS:
@@ -382,7 +386,7 @@ class Links:
             report = self._report(robot, link)
             self._check_conditions(robot, link, report)
             moved = self._put_twin(robot, link, report)
-            link.state, link.words = LinkState.BEGINNING, Words()
+            link.state, link.words = State.BEGINNING, Words()
             link.begin_anew(self._world.snapshot.state.tick)
             self._await_tick()
             self._check_conditions(robot, link, self._report(robot, link))
@@ -390,16 +394,16 @@ class Links:
             try:
                 link.process.begin()
             except DriverFault as error:
-                link.words, link.state = words_of(error), LinkState.ERROR
+                link.words, link.state = words_of(error), State.ERROR
                 raise told(error, robot) from error
-            if link.state is not LinkState.BEGINNING:
+            if link.state is not State.BEGINNING:
                 raise refused(robot, "cell", f"it was stopped as it began: {link.words.text or self.stopped}")
-            link.state = LinkState.ACTIVE
+            link.state = State.ACTIVE
             return moved
         except BaseException:
             link.mode = LinkMode.SIMULATED
-            if link.state is LinkState.BEGINNING:
-                link.state = LinkState.INACTIVE
+            if link.state is State.BEGINNING:
+                link.state = State.INACTIVE
             self._hold_clock(link, False)
             raise
 
@@ -421,17 +425,17 @@ class Links:
             raise refused(robot, "controller", f"the controller has stopped it: {report.safety.value}")
         if report.mode not in (ControllerMode.READY, ControllerMode.RUNNING):
             raise refused(robot, "controller", f"the controller is not ready: it is {report.mode.value}")
-        if outside := link.twin.outside(report.positions):
+        if outside := link.twin.outside(report.q):
             raise refused(robot, "limits", f"the joints {', '.join(outside)} stand outside their limits")
 
     def _put_twin(self, robot: str, link: Link, report: Report) -> Floats | None:
         """Put a twin to where its robot stands; return how far that was, (k,), None where it stands there."""
         now = self._world.snapshot
         at_q, _ = link.places(now.structure)
-        away = report.positions - now.state.q[at_q]
+        away = report.q - now.state.q[at_q]
         if np.abs(away).max() <= AT_REST / 10.0:
             return None
-        goal = np.clip(report.positions, link.twin.lower, link.twin.upper)
+        goal = np.clip(report.q, link.twin.lower, link.twin.upper)
         positions = dict(zip(link.twin.names, goal.tolist(), strict=True))
         self._world.submit([SetJointPositions(robot, positions)], self._author(now, link)).result()
         return away
@@ -439,11 +443,11 @@ class Links:
     def _leave(self, link: Link, why: str) -> None:
         """Bring a robot to rest that is played, or let its twin be measured no more; then it is INACTIVE."""
         now, uid = self._world.snapshot, link.twin.uid
-        if link.state is LinkState.ACTIVE:
-            link.state = LinkState.STOPPING
+        if link.state is State.ACTIVE:
+            link.state = State.STOPPING
             stop = StopRobots((uid,), Cancellation(EndCause.STOP, why))
             self._world.submit([stop], self._author(now, link)).result()
-        if link.state is LinkState.STOPPING:
+        if link.state is State.STOPPING:
             self._settle(link)
         was, link.mode = link.mode, LinkMode.SIMULATED
         if was is LinkMode.MONITOR:
@@ -471,11 +475,11 @@ class Links:
             while not self._closed and time.monotonic() < until and not self._rests(link):
                 time.sleep(LOOK_SECONDS)
             self._note(self._world.snapshot, link, last=True)
-            if link.state is LinkState.STOPPING:
+            if link.state is State.STOPPING:
                 link.process.end()
-                link.state = LinkState.INACTIVE
+                link.state = State.INACTIVE
         except DriverFault as error:
-            link.words, link.state = words_of(error), LinkState.ERROR
+            link.words, link.state = words_of(error), State.ERROR
             if link.mode is LinkMode.MONITOR:
                 link.mode = LinkMode.SIMULATED
                 self._measure_no_more(link)
@@ -483,7 +487,7 @@ class Links:
             log.warning("%s", error)
         except Exception:
             log.exception("a driver could not be ended")
-            link.words, link.state = Words("the driver could not be ended; the log tells why"), LinkState.ERROR
+            link.words, link.state = Words("the driver could not be ended; the log tells why"), State.ERROR
         finally:
             link.mode = LinkMode.SIMULATED
             self._hold_clock(link, False)
@@ -494,12 +498,12 @@ class Links:
         if any(link.twin.uid in motion.robots for motion in now.state.motions):
             return False
         report = link.ring.reported()
-        if link.state is LinkState.ERROR or report is None:
+        if link.state is State.ERROR or report is None:
             return True
         at_q, _ = link.places(now.structure)
-        held = report.rate == 0.0 or report.braking or not report.active
-        there = bool(np.abs(report.positions - now.state.q[at_q]).max() <= link.asked.following_warning)
-        slow = bool(np.abs(report.velocities).max() <= REST_SPEED)
+        held = report.rate == 0.0 or report.on_brake or report.state is not State.ACTIVE
+        there = bool(np.abs(report.q - now.state.q[at_q]).max() <= link.asked.following_warning)
+        slow = bool(np.abs(report.v).max() <= REST_SPEED)
         return slow and (held or there)
 
     def _hold_clock(self, link: Link, holds: bool) -> None:
@@ -516,7 +520,7 @@ class Links:
     def _report(self, robot: str, link: Link) -> Report:
         """Return the newest report; raise KernelError (DRIVER_FAULT) where there is none, or it is no number."""
         report = link.ring.reported()
-        if report is None or not np.isfinite(report.positions).all():
+        if report is None or not np.isfinite(report.q).all():
             said = f"the controller of {robot!r} has not told where its joints are"
             raise KernelError(said, reason=Reason.DRIVER_FAULT, robot=robot)
         return report
@@ -530,11 +534,16 @@ class Links:
                 return
             time.sleep(0.001)
 
+    def _await_listeners(self) -> None:
+        """Wait until the world thread looks at no link any more that is gone."""
+        with suppress(KernelError, TimeoutError):  # the world has ended
+            self._world.between_ticks().result(REST_SECONDS)
+
     def _create_signals(self, robot: str, inputs: int, outputs: int) -> None:
         if commands := commands_for(self._world.snapshot, robot, inputs, outputs):
             self._world.submit(commands, f"driver of {robot}").result()
 
-    def _opened(self) -> Cell:
+    def _opened(self) -> CellBlock:
         """Return the cell's block, and have the world supervised and listened to from now on."""
         with self._changing:
             if self._closed:
@@ -549,6 +558,7 @@ class Links:
         """End a driver and forget its link."""
         with self._changing:
             self._links = {uid: one for uid, one in self._links.items() if one is not link}
+        self._await_listeners()
         link.process.close()
         link.ring.close()
         self._rest_if_none()
@@ -556,10 +566,9 @@ class Links:
     def _rest_if_none(self) -> None:
         """Ask nothing more of the world where no robot is connected, unless the cell is stopped."""
         with self._changing:
-            if not self._links and self._cell is not None and not self._cell.stopped:
+            if not self._links and self._cell is not None and self._cell.stop_ns == NEVER:
                 self._world.unsupervise(self)
                 self._end_listening()
-                self._cell.close()
                 self._cell = None
 
     def _alone(self, uid: int, robot: str) -> _Alone:

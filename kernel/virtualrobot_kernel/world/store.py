@@ -152,6 +152,10 @@ class World:
 
         return self._told(hold)
 
+    def between_ticks(self) -> Future[Snapshot]:
+        """Return what is done between two ticks: a listener to ticks that has ended is called no more then."""
+        return self._told(lambda: self.snapshot)
+
     def start(self) -> None:
         """Start the world thread."""
         self._pacer.set(self.clock.mode, self.clock.speed_factor, time.monotonic())
