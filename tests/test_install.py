@@ -23,7 +23,7 @@ SCRIPTS = "Scripts" if os.name == "nt" else "bin"
 # All that the client may bring: what pyproject.toml names, what that needs, and the installer.
 CLIENT_PACKAGES = {
     *("virtualrobot", "grpcio", "grpcio-status", "protobuf", "googleapis-common-protos", "typing-extensions"),
-    *("numpy", "click", "colorama", "platformdirs", "prompt-toolkit", "wcwidth", "pip", "setuptools"),
+    *("numpy", "click", "colorama", "platformdirs", "prompt-toolkit", "pyyaml", "wcwidth", "pip", "setuptools"),
 }
 IMPORT_ALL = """
 import importlib, pkgutil, virtualrobot, virtualrobot_apps
@@ -34,8 +34,9 @@ for name in names:
     try:
         if not name.endswith(".__main__"):
             importlib.import_module(name)
-    except ModuleNotFoundError as error:  # what the extras `record` and `parquet` bring
-        assert error.name.split(".")[0] in ("foxglove_schemas_protobuf", "mcap", "pyarrow"), error
+    except ModuleNotFoundError as error:  # what extras bring
+        extras = ("asyncua", "foxglove_schemas_protobuf", "mcap", "paho", "pyarrow", "pymodbus")
+        assert error.name.split(".")[0] in extras, error
 assert "virtualrobot.v1.robot_pb2_grpc" in names and "virtualrobot.cli" in names, names
 """
 

@@ -198,10 +198,27 @@ def test_a_program_moves_the_twin_in_a_kernel(kernel: KernelProcess, stubs: Stub
     [
         (["--to", "nowhere"], "'nowhere' is not HOST:PORT, such as 127.0.0.1:6510"),
         (["--to", "127.0.0.1:0"], "is not HOST:PORT"),
-        (["arm", "--joints", "6"], "--joints goes with an arm of its own, without ROBOT"),
+        (["arm", "--at", "0,1"], "--at goes with an arm of its own, without ROBOT"),
+        (["--at", "0,nan"], "has a number that is not finite"),
         (["--to", "no.such.host.invalid:6510"], "no.such.host.invalid:6510 cannot be spoken to"),
     ],
 )
 def test_wrong_options_are_told(arguments: list[str], words: str) -> None:
     done = CliRunner().invoke(emulate, ["egm", *arguments])
     assert done.exit_code != 0 and words in done.output
+
+
+def test_an_arm_of_its_own_needs_no_kernel() -> None:
+    program = EGM(port=0)
+    options = ["--at", "0,-30,30,0,45,10", "--degrees", "--to", f"127.0.0.1:{port_of(program)}"]
+    command = [sys.executable, "-m", "virtualrobot", "emulate", "egm", *options]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        try:
+            there, state = program.receive_from_robot(MINUTE)
+            assert there and state is not None
+            np.testing.assert_allclose(state.joint_angles, np.degrees(HOME), atol=1e-9)
+        finally:
+            process.send_signal(signal.SIGINT)
+        said = process.communicate(timeout=MINUTE)[0]
+    program.close()
+    assert process.returncode == 0, said

@@ -208,18 +208,22 @@ def test_strangers_are_not_heard(running: Setup) -> None:
         stranger.close()
 
 
-def test_a_flood_is_a_fault(running: Setup) -> None:
+def test_a_flood_is_a_fault(running: Setup, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("virtualrobot_plugins.drivers.datagrams.MOST_AT_ONCE", 100)
     packet = running.robot.packet()
-    for _ in range(300):
+    for _ in range(120):
         running.robot.send(packet)
-    with pytest.raises(DriverFault, match=f"more than 256 packets wait at {ADDRESS}:{running.settings.port}"):
+    with pytest.raises(DriverFault, match=f"more than 100 packets wait at {ADDRESS}:{running.settings.port}"):
         running.driver.read()
 
 
 def test_another_count_of_joints_is_a_fault(running: Setup) -> None:
     running.robot.joints = HOME[:5]
-    with pytest.raises(DriverFault, match="the controller tells 5 joints; it had 6 before"):
-        running.read()
+    for _ in range(2):
+        with pytest.raises(DriverFault, match="the controller tells 5 joints; it had 6 before"):
+            running.read()
+        running.driver.stop()
+        running.robot.sequence = -1  # and in a new session, too
 
 
 def test_what_is_no_number_is_read_and_not_answered(setup: Setup) -> None:
@@ -271,9 +275,8 @@ def test_a_program_that_begins_anew_is_a_fault_only_while_it_is_followed(running
 
 
 def test_a_controller_that_is_gone_is_a_fault_and_reached_again(running: Setup) -> None:
-    with pytest.raises(DriverFault, match=f"nothing came from the controller {ADDRESS} at {ADDRESS}:") as caught:
+    with pytest.raises(DriverFault, match=f"nothing came from the controller {ADDRESS} at {ADDRESS}:"):
         running.driver.read()
-    assert caught.value.clears
     running.robot.close()
     running.robot = Robot(running.settings.port)
     running.connect()

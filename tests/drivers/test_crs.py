@@ -121,6 +121,7 @@ def test_a_stop_halts_it_at_once_and_forgets_the_points(driver: Crs, controller:
     driver.run([np.zeros(6)], [1.0], 0)
     for _ in range(5):
         reading = driver.read()
+        assert reading.mode is Mode.READY
     assert reading.positions == pytest.approx(rest.positions)
     assert (reading.done, reading.mode) == (0, Mode.READY)
     driver.begin(rest.positions)
@@ -157,7 +158,8 @@ def test_power_that_goes_away_is_seen(driver: Crs, controller: Controller) -> No
     driver.connect()
     driver.begin(np.zeros(6))
     controller.limp = True
-    assert wait_until(driver, lambda reading: reading.mode is not Mode.RUNNING).mode is Mode.OFF
+    off = wait_until(driver, lambda reading: reading.mode is not Mode.RUNNING)
+    assert (off.mode, off.text) == (Mode.OFF, "joints are limp: switch ARM POWER on at the controller, and type NOLIMP")
 
 
 @pytest.mark.parametrize(
@@ -205,9 +207,17 @@ def test_what_was_typed_before_does_no_harm(driver: Crs, controller: Controller)
 
 def test_unplugged_is_told_and_replugged_connects_again(driver: Crs, controller: Controller, cable: Cable) -> None:
     driver.connect()
+    driver.begin(np.zeros(6))
+    driver.run(POINTS, [1.0] * 3, 0)
+    driver.read()
     cable.unplug()
     with pytest.raises(DriverFault, match=r"ttyROBOT is gone"):
         driver.read()
     cable.plug()
     cable.serve(controller)
+    controller.typed.clear()
     assert driver.connect().joints == 6
+    # What was not told before is forgotten.
+    for _ in range(10):
+        assert driver.read().mode is Mode.READY
+    assert set(controller.typed) == {"STATUS", "W2"}

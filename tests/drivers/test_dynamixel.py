@@ -17,6 +17,7 @@ from virtualrobot_sdk.errors import ArgumentError
 
 from tests.drivers.cables import Cable
 from tests.drivers.servos import GOAL, HARDWARE_ERROR, OPERATING_MODE, TORQUE, WATCHDOG, Servo, Servos, crc
+from tests.tiers import Draws
 
 PATIENT = 20.0
 """Silence (s) that tests bear where silence is not what they are about."""
@@ -155,6 +156,34 @@ def test_damaged_answers_are_asked_again(driver: Dynamixel, servos: Servos) -> N
     servos.damage = 10
     with pytest.raises(DriverFault, match=r"servo 2 on .*ttyROBOT doesn't answer: Incorrect status packet"):
         driver.read()
+
+
+def test_whatever_comes_is_a_reading_or_a_fault(
+    cable: Cable, settings: DynamixelSettings, rng: np.random.Generator, draws: Draws
+) -> None:
+    servos = Servos(Servo(1, 2000), Servo(2, 2048), Servo(7, 3000))
+    mangles = False
+
+    def answer(data: bytes) -> bytes:
+        said = servos(data)
+        if not (mangles and said) or rng.random() < 0.1:
+            return said
+        mangled = bytearray(said)
+        for _ in range(rng.integers(1, 4)):
+            place = int(rng.integers(len(mangled)))
+            mangled[place : place + rng.integers(0, 3)] = rng.bytes(int(rng.integers(0, 4)))
+        return bytes(mangled)
+
+    cable.serve(answer)
+    driver = Dynamixel(settings)
+    driver.connect()
+    mangles, driver._open()._port.silence_ms = True, 20.0
+    for _ in range(draws(200)):
+        try:
+            assert driver.read().positions == pytest.approx([0, 952, -48])
+        except DriverFault as fault:
+            assert "ttyROBOT doesn't answer" in str(fault)
+    driver.close()
 
 
 def test_bytes_that_look_like_a_header_are_taken_apart(driver: Dynamixel, servos: Servos) -> None:

@@ -289,9 +289,8 @@ def test_broken_bytes_are_refused_in_words(rng: np.random.Generator, draws: Draw
 
 
 def test_a_controller_that_is_gone_is_a_fault(running: Setup) -> None:
-    with pytest.raises(DriverFault, match=r"nothing came from the controller .* for 0\.1 s$") as caught:
+    with pytest.raises(DriverFault, match=r"nothing came from the controller .* for 0\.1 s$"):
         running.driver.read()
-    assert caught.value.clears
     running.driver.close()
     with pytest.raises(DriverFault, match="there is no connection"):
         running.driver.read()

@@ -122,6 +122,29 @@ def test_its_watchdog_stops_it() -> None:
     assert controller.mode() is Mode.READY
 
 
+def test_its_watchdog_stops_jobs_that_nobody_reads() -> None:
+    controller = Controller(dataclasses.replace(IDEAL, pace="JOBS", watchdog=0.1))
+    controller.begin(0.0)
+    controller.run([np.full(2, 10.0)], [1.0], 0)
+    for cycle in range(50):
+        controller.advance(cycle)
+        controller.heard(cycle / 100)
+    assert controller.mode() is Mode.RUNNING
+    controller.advance(61)
+    assert controller.mode() is Mode.READY
+
+
+def test_a_silent_controller_hears_nothing() -> None:
+    controller = Controller(dataclasses.replace(IDEAL, watchdog=0.1))
+    controller.begin(0.0)
+    controller.cause(Fault("silent", 0))
+    for cycle in range(20):
+        controller.setpoint(np.full(2, cycle / 100), 0, cycle / 100)
+        controller.advance(cycle + 1)
+    assert controller.mode() is Mode.READY
+    assert not controller.q.any()
+
+
 def test_jobs_keep_speed_and_acceleration_and_are_counted() -> None:
     settings = dataclasses.replace(IDEAL, pace="JOBS", speed=2.0, acceleration=4.0)
     controller = Controller(settings)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import socket
 import subprocess
+import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
@@ -246,6 +248,48 @@ def test_noise_makes_no_position_wrong(scripted: Scripts, rng: np.random.Generat
     assert faults < 0.2 * draws(500)
 
 
+def test_whatever_a_board_says_is_a_reading_or_a_fault(
+    scripted: Scripts, rng: np.random.Generator, draws: Draws
+) -> None:
+    words = [
+        "AT",
+        "OK",
+        "ERR",
+        "1",
+        "5",
+        "-7",
+        "1e999",
+        "nan",
+        "9" * 400,
+        "READY",
+        "RUNNING",
+        "FAULT",
+        "*",
+        "\x00",
+        "٣",
+    ]
+
+    def answer(line: str) -> bytes:
+        if line == "HELLO":
+            return f"{GREETING}\n".encode()
+        usual = ["AT", "5", "READY", "0", "0", "1", "2"]
+        for _ in range(rng.integers(0, 4)):
+            usual[rng.integers(len(usual))] = words[rng.integers(len(words))]
+        said = " ".join(usual[: rng.integers(1, 9)]).encode() + b"\n"
+        return said if rng.random() < 0.8 else rng.bytes(int(rng.integers(1, 200)))
+
+    driver = scripted(answer, silence=0.02)
+    driver.connect()
+    for _ in range(draws(200)):
+        try:
+            reading = driver.read()
+        except DriverFault as fault:
+            assert str(fault)
+        else:
+            assert reading.done >= 0
+            assert reading.inputs == 0
+
+
 def test_a_line_that_stays_damaged_is_told(scripted: Scripts) -> None:
     driver = scripted(partial(usual, READ=b"\x80\x00\x80\n"))
     driver.connect()
@@ -267,6 +311,8 @@ def test_a_flood_without_lines_is_told(scripted: Scripts) -> None:
         ("ERR", r"^the board has an error$"),
         ("AT 5 READY 0 0 1", r"^the board says 1 positions; it was greeted as one of 2$"),
         ("AT 5 READY 0 0 1 x", r"'5 READY 0 0 1 x' after AT, which is no reading: could not convert .* 'x'"),
+        ("AT 5 READY 0 1 1 2", r"^the board says 0 points done and inputs 1; it has 0 inputs$"),
+        ("AT 5 READY -1 0 1 2", r"^the board says -1 points done"),
         ("AT 5 DANCING 0 0 1 2", r"'5 DANCING 0 0 1 2' after AT, which is no reading: 'DANCING'"),
         ("AT 5 REA", r"'5 REA' after AT, which is no reading"),
         ("AT", r"'' after AT, which is no reading"),
@@ -286,7 +332,7 @@ def test_no_number_is_found_by_the_host(scripted: Scripts) -> None:
 
 
 def test_stops_of_its_safety_are_told(scripted: Scripts) -> None:
-    driver = scripted(partial(usual, READ="AT 5 EMERGENCY_STOP 0 3 1 2"))
+    driver = scripted(partial(usual, HELLO=f"{GREETING} INPUTS 2", READ="AT 5 EMERGENCY_STOP 0 3 1 2"))
     driver.connect()
     reading = driver.read()
     assert (reading.safety, reading.inputs) == (Safety.EMERGENCY_STOP, 3)
@@ -299,9 +345,12 @@ def test_stops_of_its_safety_are_told(scripted: Scripts) -> None:
         ("JOINTS 2 UNIT DEG", r"'RATE' is missing or wrong"),
         ("JOINTS 2 RATE 20 UNIT GRAD", r"'GRAD' is missing or wrong"),
         ("JOINTS 2 RATE 20 UNIT DEG PACE CONTROLLER", r"'CONTROLLER' is missing or wrong"),
-        ("JOINTS 0 RATE 20 UNIT DEG", r"JOINTS and QUEUE must be 1 at least"),
-        ("JOINTS 2 RATE nan UNIT DEG", r"RATE above 0 and at most 1000"),
-        ("JOINTS 2 RATE 20 UNIT DEG,MM,MM", r"UNIT one for all joints or one each"),
+        ("JOINTS 0 RATE 20 UNIT DEG", r"JOINTS must be 1 at least"),
+        ("JOINTS 2 RATE nan UNIT DEG", r"RATE must be above 0 and at most 1000"),
+        ("JOINTS 2 RATE 20 UNIT DEG,MM,MM", r"UNIT must be one for all joints or one each"),
+        ("JOINTS 2 RATE 20 UNIT DEG QUEUE 0", r"QUEUE must be 1 at least"),
+        ("JOINTS 2 RATE 20 UNIT DEG WATCHDOG nan", r"WATCHDOG must be seconds, 0 to 3600"),
+        ("JOINTS 2 RATE 20 UNIT DEG INPUTS 65", r"INPUTS must be 0 to 64"),
     ],
 )
 def test_wrong_greetings_are_told(scripted: Scripts, greeting: str, said: str) -> None:
@@ -333,8 +382,11 @@ def test_a_board_that_never_ends_speaking_is_told(scripted: Scripts, cable: Cabl
 
 
 def test_unplugged_is_told_and_replugged_connects_again(scripted: Scripts, cable: Cable) -> None:
-    driver = scripted(usual)
+    driver = scripted(partial(usual, HELLO=f"{GREETING} PACE JOBS"))
     driver.connect()
+    driver.begin(np.zeros(2))
+    driver.run([np.zeros(2), np.ones(2)], [1.0, 1.0], 0)
+    driver.read()
     cable.unplug()
     with pytest.raises(DriverFault, match=r"ttyROBOT is gone"):
         driver.read()
@@ -343,9 +395,43 @@ def test_unplugged_is_told_and_replugged_connects_again(scripted: Scripts, cable
     with pytest.raises(DriverFault, match=r"isn't connected"):
         driver.read()
     cable.plug()
-    cable.serve(by_line(usual))
+    heard: list[str] = []
+    cable.serve(by_line(lambda line: heard.append(line) or usual(line)))
     assert driver.connect().joints == 2
-    assert driver.read().mode is Mode.READY
+    # What was not told before is forgotten.
+    assert [driver.read().mode for _ in range(3)] == [Mode.READY] * 3
+    assert set(heard) == {"HELLO", "READ"}
+
+
+def test_a_board_in_the_network() -> None:
+    answer = by_line(usual)
+    with socket.create_server(("127.0.0.1", 0)) as server:
+        driver = SerialLine(
+            SerialLineSettings(f"socket://127.0.0.1:{server.getsockname()[1]}", silence_seconds=PATIENT)
+        )
+
+        def serve() -> None:
+            near, _ = server.accept()
+            with near:
+                while data := near.recv(4096):
+                    near.sendall(answer(data))
+                    if b"STOP" in data:
+                        return
+
+        board = threading.Thread(target=serve)
+        board.start()
+        assert driver.connect().joints == 2
+        assert driver.read().positions == pytest.approx([10.5, -20.0])
+        driver.begin(np.zeros(2))
+        driver.send(np.zeros(2), np.zeros(2), 0)
+        assert driver.read().mode is Mode.READY
+        with pytest.raises(DriverFault, match=r"socket://127\.0\.0\.1:\d+ is gone"):
+            driver.stop()
+            driver.read()
+        board.join()
+        driver.close()
+    with pytest.raises(DriverFault, match=r"socket://127\.0\.0\.1:\d+ can't be opened: .*refused"):
+        driver.connect()
 
 
 def test_settings_of_each_joint(scripted: Scripts) -> None:

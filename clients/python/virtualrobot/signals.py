@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Unpack
 
 from virtualrobot._wire.arguments import checked
+from virtualrobot._wire.messages import Stamp, stamp_of
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import listed, table_html, told
 from virtualrobot._wire.signal_values import GivenValue, SignalValue, set_command, value_message, value_of
@@ -53,6 +54,47 @@ class Signal:
         return Signal(message.name, value, message.description, message.unit, direction, message.owner)
 
 
+@dataclass(frozen=True, slots=True)
+class SignalChange:
+    """Values of signals that are new or changed at one instant.
+
+    Attributes:
+        stamp: the instant.
+        values: the values by name.
+        removed: signals that are gone.
+    """
+
+    stamp: Stamp
+    values: dict[str, SignalValue]
+    removed: tuple[str, ...]
+
+
+class SignalWatch:
+    """Changes of signals as they come, in order and without a gap, until it is closed, which any thread may do."""
+
+    def __init__(self, services: Services, names: Sequence[str]) -> None:
+        """Watch these signals, or all."""
+        self._stream = services.signal.WatchSignals(signal_pb2.WatchSignalsRequest(names=names))
+
+    def __iter__(self) -> Iterator[SignalChange]:
+        """Yield all values, then each change."""
+        for response in self._stream:
+            values = {signal.name: value_of(signal.value) for signal in response.signals}
+            yield SignalChange(stamp_of(response.stamp), values, tuple(response.removed_names))
+
+    def close(self) -> None:
+        """End it; whoever waits for a change comes to the end."""
+        self._stream.cancel()
+
+    def __enter__(self) -> SignalWatch:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""
+        self.close()
+
+
 @checked
 class Signals(MutableMapping[str, SignalValue]):
     """The signals of one kernel, like a dictionary of names to values.
@@ -87,6 +129,16 @@ class Signals(MutableMapping[str, SignalValue]):
         with self._services.signal.WatchSignals(signal_pb2.WatchSignalsRequest(names=names)) as stream:
             for response in stream:
                 yield {signal.name: value_of(signal.value) for signal in response.signals}
+
+    def follow(self, names: Sequence[str] = ()) -> SignalWatch:
+        """Return a watch of all signals, or of these, which tells each change with its instant.
+
+        Example:
+            >>> with client.signals.follow(["box arrived"]) as watch:
+            ...     for change in watch:
+            ...         print(change.stamp.tick, change.values)
+        """
+        return SignalWatch(self._services, names)
 
     def wait_for(
         self, name: str, value: GivenValue = True, timeout: float | None = None, comparison: str = "=="

@@ -59,10 +59,6 @@ def answer(line):
         on, done = True, 0
         points.clear()
         show()
-    elif word == "OFF":
-        on = False
-        for servo in servos:
-            servo.duty_ns(0)
     elif word == "STOP":
         on = False
     elif word == "OUT":

@@ -9,6 +9,7 @@ from virtualrobot_plugins.drivers.kuka_rsi.driver import KukaRsi, KukaRsiSetting
 from virtualrobot_plugins.drivers.loopback.driver import Loopback
 from virtualrobot_plugins.drivers.loopback.settings import LoopbackSettings
 from virtualrobot_plugins.drivers.serial_line import SerialLine, SerialLineSettings
+from virtualrobot_plugins.drivers.ur_rtde.driver import UrRtde, UrRtdeSettings
 
 api_version = "1.0"
 
@@ -22,3 +23,4 @@ def virtualrobot_register_robot_drivers(register: Register) -> None:
     register("kuka_rsi", KukaRsi, KukaRsiSettings)
     register("loopback", Loopback, LoopbackSettings)
     register("serial_line", SerialLine, SerialLineSettings)
+    register("ur_rtde", UrRtde, UrRtdeSettings)

@@ -41,7 +41,7 @@ ERROR = re.compile(r"(\d{3})-([A-Z][^\r\n]*)")
 class CrsSettings:
     """Settings of a CRS controller on a serial port."""
 
-    port: Annotated[str, Meta(min_length=1, description="Serial port: /dev/ttyUSB0, COM3.")]
+    port: Annotated[str, Meta(min_length=1, description="Serial port: /dev/ttyUSB0, COM3, or socket://host:4001.")]
     baud: Annotated[int, Meta(gt=0, le=115200, description="Bits a second, as the controller's port is set.")] = 9600
     pulses_per_degree: Annotated[
         tuple[float, ...],
@@ -66,6 +66,14 @@ class _Status:
     is_manual: bool
     error: str
 
+    def hindrance(self) -> str:
+        """Return what keeps the arm from following, and what a person has to do; empty when nothing does."""
+        if self.is_manual:
+            return "the teach pendant has the arm: end MANUAL there"
+        if self.is_limp:
+            return "joints are limp: switch ARM POWER on at the controller, and type NOLIMP"
+        return "" if self.is_homed else "the arm is not homed: home it at the controller"
+
 
 class Crs(Driver):
     """A CRS robot (A255, A465) on its C500 controller, by RAPL-II commands."""
@@ -81,15 +89,17 @@ class Crs(Driver):
         self._was = np.empty(0)
         self._follows = False
         self._done = self._read = self._still = self._speed = 0
-        self._mode = Mode.OFF
+        self._last: _Status | None = None
 
     def connect(self) -> About:
         """Open the port, and ask for the status and where the arm is."""
         self.close()
+        self._waiting.clear()
+        self._going, self._follows, self._was = None, False, np.empty(0)
         self._port = SerialPort(self.settings.port, self.settings.baud)
         # An empty line ends what was typed before.
         self._port.write(b"\r")
-        status = self._status()
+        status = self._last = self._status()
         self._was = self._where()
         pulses = self.settings.pulses_per_degree
         if len(pulses) not in (0, len(self._was)):
@@ -114,8 +124,9 @@ class Crs(Driver):
         near = going is not None and np.abs(positions - going).max() <= self.settings.tolerance_degrees
         stands = going is not None and self._still >= STILL
         self._read += 1
-        if near or stands or self._read % STATUS_EVERY == 0:
-            status = self._status()
+        status = self._last
+        if status is None or near or stands or self._read % STATUS_EVERY == 0:
+            status = self._last = self._status()
             if near and status.is_done:
                 self._done, self._going = self._done + 1, None
             elif going is not None and stands and status.is_done:
@@ -127,21 +138,17 @@ class Crs(Driver):
         if self._going is None and self._waiting:
             self._go(*self._waiting.popleft())
             self._still = 0
-        return Reading(time.monotonic(), positions, mode=self._mode, done=self._done)
+        on = Mode.LOCAL if status.is_manual else Mode.RUNNING if self._follows else Mode.READY
+        mode = Mode.OFF if status.is_limp else on
+        return Reading(time.monotonic(), positions, mode=mode, text=status.hindrance(), done=self._done)
 
     def begin(self, held: Floats) -> None:
         """See that the arm has power and is homed."""
-        status = self._status()
-        for wrong, what in (
-            (status.is_manual, "the teach pendant has the arm: end MANUAL there"),
-            (status.is_limp, "joints are limp: switch ARM POWER on at the controller, and type NOLIMP"),
-            (not status.is_homed, "the arm is not homed: home it at the controller"),
-        ):
-            if wrong:
-                raise DriverFault(what)
+        self._last = self._status()
+        if hindrance := self._last.hindrance():
+            raise DriverFault(hindrance)
         self._waiting.clear()
         self._going, self._done, self._speed, self._follows = None, 0, 0, True
-        self._mode = Mode.RUNNING
 
     def run(self, points: Sequence[Floats], speeds: Sequence[float], outputs: int) -> None:
         """Keep the points; the controller is told the next one as a reading says that it has reached one."""
@@ -213,7 +220,7 @@ class Crs(Driver):
         except KeyError as error:
             raise DriverFault(f"the controller answers STATUS by {said!r}: there is no row {error}") from error
         last = re.search(r"LAST ERROR CODE: *(\d{3}-[^\r\n]*)", said)
-        status = _Status(
+        return _Status(
             name=said.strip().splitlines()[0],
             is_limp="Y" in limp,
             is_homed="N" not in homed,
@@ -221,9 +228,6 @@ class Crs(Driver):
             is_manual="MANUAL MODE STATUS IS ON" in said,
             error="" if last is None else last[1].strip(),
         )
-        on = Mode.LOCAL if status.is_manual else Mode.RUNNING if self._follows else Mode.READY
-        self._mode = Mode.OFF if status.is_limp else on
-        return status
 
 
 def _numbers(values: Floats) -> str:

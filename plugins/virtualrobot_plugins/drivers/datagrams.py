@@ -15,8 +15,8 @@ from virtualrobot_sdk.drivers import DriverFault
 
 GREATEST = 65535
 """Longest datagram (bytes) that there is."""
-MOST_AT_ONCE = 256
-"""Datagrams that are looked at before whoever sends them is said to flood."""
+MOST_AT_ONCE = 1024
+"""Number of datagrams that are looked at before they are called a flood: more than a system keeps waiting."""
 
 
 class Datagrams:
@@ -46,7 +46,7 @@ class Datagrams:
             self._socket.bind((address, port))
         except (OSError, OverflowError) as error:
             self._socket.close()
-            raise DriverFault(f"{self.here} cannot be listened at: {error}", clears=True) from error
+            raise DriverFault(f"{self.here} cannot be listened at: {error}") from error
         self._socket.setblocking(False)
 
     def lock(self) -> None:
@@ -66,8 +66,7 @@ class Datagrams:
                 told = f"; the last packet was refused: {refusal}" if refusal else ""
                 raise DriverFault(
                     f"nothing came from the controller {self._host} at {self.here} for {seconds:g} s"
-                    f"{self._others()}{told}",
-                    clears=True,
+                    f"{self._others()}{told}"
                 )
             for data in waiting:
                 said = take(data)
@@ -92,7 +91,7 @@ class Datagrams:
                 continue
             self._from = sender
             got.append(data)
-        raise DriverFault(f"more than {MOST_AT_ONCE} packets wait at {self.here}{self._others()}", clears=True)
+        raise DriverFault(f"more than {MOST_AT_ONCE} packets wait at {self.here}{self._others()}")
 
     def _others(self) -> str:
         return f"; {self.strangers} packets came from others" if self.strangers else ""
@@ -106,7 +105,7 @@ class Datagrams:
         except (BlockingIOError, ConnectionError):
             return
         except OSError as error:
-            raise DriverFault(f"{self._from[0]}:{self._from[1]} cannot be sent to: {error}", clears=True) from error
+            raise DriverFault(f"{self._from[0]}:{self._from[1]} cannot be sent to: {error}") from error
 
     def close(self) -> None:
         """Give the port back; harmless more than once."""

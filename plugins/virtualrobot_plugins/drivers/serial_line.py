@@ -25,7 +25,7 @@ UNITS = {"DEG": math.radians(1.0), "RAD": 1.0, "MM": 0.001, "M": 1.0}
 GREETING_SECONDS = 8.0
 """Time (s) that a board has to boot: many begin anew when their port is opened."""
 SWITCHING_SECONDS = 5.0
-"""Time (s) that a board has to switch its motors on or off."""
+"""Time (s) that a board has to switch its motors on, and to clear a fault."""
 NOT_UNDERSTOOD = "1"
 """Code of a board for a line that came damaged; it is asked again."""
 DAMAGED = 3
@@ -38,7 +38,9 @@ CLOCK = 2**30
 class SerialLineSettings:
     """Settings of a board on a serial port."""
 
-    port: Annotated[str, Meta(min_length=1, description="Serial port: /dev/ttyUSB0, /dev/cu.usbmodem1 or COM3.")]
+    port: Annotated[
+        str, Meta(min_length=1, description="Serial port: /dev/ttyUSB0, /dev/cu.usbmodem1, COM3, socket://host:4001.")
+    ]
     baud: Annotated[int, Meta(gt=0, le=12_000_000, description="Bits a second; boards with USB take any.")] = 115200
     silence_seconds: Annotated[
         float, Meta(ge=0, le=10, description="Longest time (s) to an answer; 0: three cycles of the board.")
@@ -63,11 +65,12 @@ class SerialLine(Driver):
     def connect(self) -> About:
         """Open the port, and greet the board until it answers."""
         self.close()
+        self._waiting.clear()
         self._port = SerialPort(self.settings.port, self.settings.baud)
         self._checks, self._follows, self._clock, self._outputs = False, False, None, 0
         about, self._checks, self._queue = _about(self._greeting())
         self._patience = self.settings.silence_seconds or 3.0 / about.rate
-        self._joints = about.joints
+        self._joints, self._inputs = about.joints, about.inputs
         return about
 
     def read(self) -> Reading:
@@ -80,6 +83,8 @@ class SerialLine(Driver):
             safety = Safety.NORMAL if said in Mode.__members__ else Safety[said]
         except (ValueError, IndexError, KeyError) as error:
             raise DriverFault(f"the board says {' '.join(words)!r} after AT, which is no reading: {error}") from error
+        if done < 0 or not 0 <= inputs < 1 << self._inputs:
+            raise DriverFault(f"the board says {done} points done and inputs {inputs}; it has {self._inputs} inputs")
         if len(positions) != self._joints:
             raise DriverFault(f"the board says {len(positions)} positions; it was greeted as one of {self._joints}")
         self._stamp += 0.0 if self._clock is None else (clock - self._clock) % CLOCK / 1000.0
@@ -119,9 +124,8 @@ class SerialLine(Driver):
             self._ask("STOP", "OK STOP", self._patience)
 
     def end(self) -> None:
-        """Have the board switch its motors off."""
-        self._follows = False
-        self._ask("OFF", "OK OFF", SWITCHING_SECONDS)
+        """Have the board hold, and follow nothing more."""
+        self.stop()
 
     def reset(self) -> None:
         """Have the board clear its fault."""
@@ -219,11 +223,17 @@ def _about(greeting: str) -> tuple[About, bool, int]:
         checks, queue = said.get("CHECK") == "1", int(said.get("QUEUE", 1))
     except (KeyError, ValueError) as error:
         raise DriverFault(f"the board greets by {greeting!r}: {error} is missing or wrong") from error
-    if about.joints < 1 or not 0.0 < about.rate <= 1000.0 or queue < 1 or len(units) not in (1, about.joints):
-        raise DriverFault(
-            f"the board greets by {greeting!r}: JOINTS and QUEUE must be 1 at least, RATE above 0 and at most 1000, "
-            "UNIT one for all joints or one each"
-        )
+    for name, right, wanted in (
+        ("JOINTS", about.joints >= 1, "1 at least"),
+        ("RATE", 0.0 < about.rate <= 1000.0, "above 0 and at most 1000"),
+        ("UNIT", len(units) in (1, about.joints), "one for all joints or one each"),
+        ("QUEUE", queue >= 1, "1 at least"),
+        ("WATCHDOG", 0.0 <= about.watchdog <= 3600.0, "seconds, 0 to 3600"),
+        ("INPUTS", 0 <= about.inputs <= 64, "0 to 64"),
+        ("OUTPUTS", 0 <= about.outputs <= 64, "0 to 64"),
+    ):
+        if not right:
+            raise DriverFault(f"the board greets by {greeting!r}: {name} must be {wanted}")
     return about, checks, queue
 
 

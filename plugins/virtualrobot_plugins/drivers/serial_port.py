@@ -30,14 +30,17 @@ class SerialPort:
     """An open serial port, 8 bits without parity; each of its faults is a DriverFault that names it."""
 
     def __init__(self, path: str, baud: int) -> None:
-        """Open the port at `baud` bits a second, for nobody else. Raises DriverFault, with the ports that there are."""
+        """Open a port, or `socket://HOST:PORT` of a serial device server, at `baud` bits a second, for nobody else.
+
+        Raises DriverFault, with the ports that there are.
+        """
         _need_pyserial()
-        from serial import Serial
+        from serial import serial_for_url
 
         self.path, self.baud = path, baud
         self._held = b""
         try:
-            self._port = Serial(path, baud, timeout=POLL_SECONDS, write_timeout=WRITE_SECONDS, exclusive=True)
+            self._port = serial_for_url(path, baud, timeout=POLL_SECONDS, write_timeout=WRITE_SECONDS, exclusive=True)
         except (OSError, ValueError) as error:
             there = ", ".join(ports()) or "no serial port"
             raise DriverFault(f"{path} can't be opened: {error}; this machine has {there}") from error
@@ -74,7 +77,9 @@ class SerialPort:
     def whole(self, mark: bytes) -> list[bytes]:
         """Return the parts that have come up to their marks, without these, and wait for none."""
         try:
-            self._held += self._port.read(self._port.in_waiting)
+            # A socket says of one byte at a time that it waits.
+            while (waiting := self._port.in_waiting) and len(self._held) <= LONGEST:
+                self._held += self._port.read(waiting)
         except (OSError, ValueError) as error:
             raise DriverFault(f"{self.path} is gone: {error}") from error
         *parts, self._held = self._held.split(mark)
@@ -82,7 +87,11 @@ class SerialPort:
 
     def close(self) -> None:
         """Give the port back; harmless more than once."""
+        # pyserial 3.5 leaves a socket open whose other end has gone first.
+        near = getattr(self._port, "_socket", None)
         self._port.close()
+        if near is not None:
+            near.close()
 
 
 def _need_pyserial() -> None:

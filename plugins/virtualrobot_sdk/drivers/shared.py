@@ -39,6 +39,7 @@ _MAGIC, _VERSION = 0x56_52_44, 1
 _CELL_WORDS = 512
 _HEADER_WORDS, _REPORT_WORDS = 16, 16
 _SLOT_WORDS = 6
+_ALL_BITS = 2**64 - 1
 _READS = 8
 """Number of times that a reader tries again when it meets a writer."""
 
@@ -294,7 +295,7 @@ class TickRing(_Mapped):
             end = count + rows * self.joints
             floats[body + count : body + end] = brake.reshape(-1)
             count = end
-        words[at + 1], words[at + 2], words[at + 3], words[at + 4] = tick, play_ns, outputs, rows
+        words[at + 1], words[at + 2], words[at + 3], words[at + 4] = tick, play_ns, _signed(outputs), rows
         words[at + 5] = zlib.crc32(self._bytes[8 * body : 8 * (body + count)], _seed(tick, play_ns, outputs, rows))
         words[at] = 2 * tick + 2
         words[2] = tick
@@ -310,6 +311,7 @@ class TickRing(_Mapped):
         at = self._ring_at + tick % SLOTS * self._slot
         head = self._words[at : at + _SLOT_WORDS].tolist()
         sequence, own, play_ns, outputs, rows, crc = head
+        outputs &= _ALL_BITS
         if sequence != 2 * tick + 2 or own != tick or not 0 <= rows <= BRAKE_ROWS:
             return None
         body = at + _SLOT_WORDS
@@ -327,7 +329,7 @@ class TickRing(_Mapped):
         words[at] = self._reports - 1
         words[at + 1 : at + 13] = (
             *(said.ns, said.state, said.cycles, said.skipped, said.lateness_ns, said.tick, said.on_brake),
-            *(MODES.index(said.mode), SAFETIES.index(said.safety), said.inputs - (1 << 63), said.words, 0),
+            *(MODES.index(said.mode), SAFETIES.index(said.safety), _signed(said.inputs), said.words, 0),
         )
         floats[at + 13], floats[at + 14] = said.rate, said.speed_scaling
         body = at + _REPORT_WORDS
@@ -354,11 +356,16 @@ class TickRing(_Mapped):
             q, v, error = values.reshape(3, k)
             return Report(
                 *(ns, State(state), cycles, skipped, lateness, tick, bool(on_brake)),
-                *(MODES[mode], SAFETIES[safety], inputs + (1 << 63), words, rate, scaling, q, v, error),
+                *(MODES[mode], SAFETIES[safety], inputs & _ALL_BITS, words, rate, scaling, q, v, error),
             )
         return None
 
 
+def _signed(bits: int) -> int:
+    """Return 64 bits as a number of a word, which has a sign."""
+    return bits - (1 << 64) if bits >> 63 else bits
+
+
 def _seed(*numbers: int) -> int:
     """Return a checksum to begin with: that of some numbers."""
-    return zlib.crc32(b"".join((number & (2**64 - 1)).to_bytes(8, "little") for number in numbers))
+    return zlib.crc32(b"".join((number & _ALL_BITS).to_bytes(8, "little") for number in numbers))

@@ -163,16 +163,16 @@ class DriverStage(Stage):
     def told(self, path: str, seconds: float, words: bool = True) -> Reading | Complaint | None:
         """Do something to the driver; return the reading that has `words` of it, what is complained of, or None."""
         self.act(path)
-        began = time.monotonic()
+        began = time.perf_counter()
         count = 0
         try:
             # A busy machine may make few readings in the time.
-            while time.monotonic() - began < seconds or count < READINGS:
+            while time.perf_counter() - began < seconds or count < READINGS:
                 now, count = self._read(), count + 1
                 if words and now.text:
                     return now
         except DriverFault as fault:
-            return _complaint(fault, time.monotonic() - began)
+            return _complaint(fault, time.perf_counter() - began)
         return None
 
     def perform(self, script: Script) -> Session:
@@ -194,8 +194,8 @@ class DriverStage(Stage):
     def _perform(self, script: Script, session: Session) -> None:
         held, jobs = session.held, session.about.pace is Pace.JOBS
         self._ask("begin", held / self._units)
-        ends = time.monotonic() + script.settle_seconds
-        while not session.running and time.monotonic() < ends:
+        ends = time.perf_counter() + script.settle_seconds
+        while not session.running and time.perf_counter() < ends:
             session.running = self._cycle(session, held).mode is Mode.RUNNING
         session.holding = [self._cycle(session, held) for _ in range(READINGS)]
         start = held
@@ -209,7 +209,7 @@ class DriverStage(Stage):
         else:
             self._ask(script.ending)
         if jobs:
-            session.late = time.monotonic() - self._read_at
+            session.late = time.perf_counter() - self._read_at
         self._rest(script, session)
 
     def _way(self, script: Script, session: Session, start: Floats, goal: Floats, cut: float) -> list[Reading]:
@@ -229,9 +229,9 @@ class DriverStage(Stage):
     def _job(self, script: Script, session: Session, start: Floats, goal: Floats, cut: float) -> list[Reading]:
         """Have the controller go there by itself, until it says so, or until a part of the way is made."""
         before = self._read().done
-        began = time.monotonic()
+        began = time.perf_counter()
         self._ask("run", [goal / self._units], [SHARE], 0)
-        session.took = max(session.took, time.monotonic() - began)
+        session.took = max(session.took, time.perf_counter() - began)
         length = float(np.abs(goal - start).max())
 
         def done(now: Reading) -> bool:
@@ -243,11 +243,11 @@ class DriverStage(Stage):
 
     def _until(self, script: Script, read: Callable[[], Reading], done: Callable[[Reading], bool]) -> Iterator[Reading]:
         """Yield readings until something is so, at most as long as the robot may take."""
-        ends = time.monotonic() + script.settle_seconds
+        ends = time.perf_counter() + script.settle_seconds
         while True:
             now = read()
             yield now
-            if done(now) or time.monotonic() >= ends:
+            if done(now) or time.perf_counter() >= ends:
                 return
 
     def _rest(self, script: Script, session: Session) -> None:
@@ -266,7 +266,7 @@ class DriverStage(Stage):
         if session.about.pace is not Pace.JOBS:
             velocities = np.zeros_like(positions) if velocities is None else velocities
             self._ask("send", positions / self._units, velocities / self._units, 0)
-            now = time.monotonic()
+            now = time.perf_counter()
             if self._sent_at is not None:
                 session.late = max(session.late, now - self._sent_at)
             self._sent_at = now
@@ -276,9 +276,9 @@ class DriverStage(Stage):
         """Return a reading in rad and m; of a driver that does not wait for packets, a cycle after the last."""
         about = self._known()
         if about.pace is not Pace.CONTROLLER:
-            time.sleep(max(0.0, self._due - time.monotonic()))
-            self._due = time.monotonic() + 1.0 / about.rate
-        self._read_at = time.monotonic()
+            time.sleep(max(0.0, self._due - time.perf_counter()))
+            self._due = time.perf_counter() + 1.0 / about.rate
+        self._read_at = time.perf_counter()
         found = self._ask("read")
         if not isinstance(found, Reading):
             raise _nonsense(f"read returned {type(found).__name__}; it must be Reading")

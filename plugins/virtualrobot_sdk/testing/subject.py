@@ -54,7 +54,7 @@ def locate(kind: ComponentKind, component: str, settings: Mapping[str, Any]) -> 
             raise PluginError(f"{component!r} takes no settings; name its plugin: MODULE/COMPONENT")
         return Subject(component, component, "", {}, HOOKS[kind].deadline_seconds)
     points = [EntryPoint(module, module, ENTRY_POINT_GROUP)] if slash else entry_points(group=ENTRY_POINT_GROUP)
-    known, failed = [], []
+    known, failed, others = [], [], []
     for point in points:
         try:
             with Worker(point.name) as worker:
@@ -68,6 +68,8 @@ def locate(kind: ComponentKind, component: str, settings: Mapping[str, Any]) -> 
             if one.kind is kind and one.name == name:
                 return Subject(component, point.value, name, dict(settings), one.deadline_seconds)
         known += [one.name for one in offered if one.kind is kind]
+        others += [one.kind.value for one in offered if one.name == name]
     where = f"{module!r} registers no" if slash else "no plugin has"
     there = f"there are {', '.join(known)}" if known else "there is none"
-    raise PluginError(f"{where} {kind.value} {name!r}; {there}{''.join(failed)}")
+    other = f"; {name!r} is a {others[0]}, whose suite is a class of virtualrobot_sdk.testing" if others else ""
+    raise PluginError(f"{where} {kind.value} {name!r}; {there}{other}{''.join(failed)}")

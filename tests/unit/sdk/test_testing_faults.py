@@ -141,6 +141,13 @@ def test_a_suite_of_nobody_fails_once(site: Path) -> None:
     assert "all chains are declined:\nscara: it is made for 3 joints; this robot has 4" in done.stdout
 
 
+def test_a_component_of_another_kind_is_told_apart() -> None:
+    with pytest.raises(
+        PluginError, match=r"no kinematics 'loopback'; there is none; 'loopback' is a robot_driver, whose"
+    ):
+        locate(ComponentKind.KINEMATICS, "virtualrobot_plugins.drivers/loopback", {})
+
+
 @pytest.mark.long
 def test_plugins_that_cannot_be_imported_are_named() -> None:
     with pytest.raises(PluginError, match=r"RuntimeError: the licence of this plugin has expired \(__init__\.py:3\)"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import click
 
 from virtualrobot_apps.emulators.egm.command import egm
+from virtualrobot_apps.emulators.ur.command import ur
 
 
 @click.group(short_help="Let programs for a real robot find its twin.")
@@ -16,3 +17,4 @@ def emulate() -> None:
 
 
 emulate.add_command(egm)
+emulate.add_command(ur)

@@ -102,7 +102,7 @@ class AbbEgm(Driver):
         except DriverFault as fault:
             self.close()
             raise DriverFault(
-                f"{fault.text}: start the robot's program, which has to come to EGMSetupUC and EGMRunJoint", clears=True
+                f"{fault.text}: start the robot's program, which has to come to EGMSetupUC and EGMRunJoint"
             ) from fault
         self._socket.lock()
         self._held = _positions(said)
@@ -131,17 +131,17 @@ class AbbEgm(Driver):
         """Return the newest packet; until `begin` it is answered here, so that the robot is held."""
         said = self._receive(self._settings.silence)
         anew, self._anew = self._anew, False
-        if anew:
-            if self._begun:
-                raise DriverFault("the robot's program has ended guided motion, and begun it anew", clears=True)
-            self._held = _positions(said)
-        if len(_positions(said)) != len(self._held):
-            raise DriverFault(f"the controller tells {len(_positions(said))} joints; it had {len(self._held)} before")
+        if anew and self._begun:
+            raise DriverFault("the robot's program has ended guided motion, and begun it anew")
+        positions = _positions(said)
+        if len(positions) != len(self._held):
+            raise DriverFault(f"the controller tells {len(positions)} joints; it had {len(self._held)} before")
+        reading = _reading(said, self._begun)
         if not self._begun:
-            if said.mci is not Mci.RUNNING:
-                self._held = _positions(said)  # whoever moves it now, it is held from there on
+            if anew or reading.mode is not Mode.READY:
+                self._held = positions  # whoever moves it until it would follow, it is held from there on
             self._answer(self._held)
-        return _reading(said, self._begun)
+        return reading
 
     def begin(self, held: Floats) -> None:
         """Wait until the robot's program runs EGMRunJoint, holding the robot at `held`."""
@@ -153,7 +153,7 @@ class AbbEgm(Driver):
             if reading.mode is Mode.READY:
                 break
             if time.monotonic() > deadline:
-                raise DriverFault(reading.text, clears=True)
+                raise DriverFault(reading.text)
         self._begun = True
         self.send(held, np.zeros_like(held), int(self._digital))
 
@@ -192,7 +192,7 @@ class AbbEgm(Driver):
     def _receive(self, seconds: float) -> FromRobot:
         """Return the newest packet that is newer than what is known."""
         if self._socket is None:
-            raise DriverFault("there is no connection to the controller", clears=True)
+            raise DriverFault("there is no connection to the controller")
         self._socket.newest(seconds, self._take)
         return self._newest
 

@@ -169,15 +169,14 @@ class KukaRsi(Driver):
             if said is not None and time.monotonic() >= deadline:
                 raise DriverFault(
                     f"RSI is on already, with {said.late} messages unanswered, so that nobody knows from where it "
-                    "counts corrections: stop the robot's program, connect, and then start it",
-                    clears=True,
+                    "counts corrections: stop the robot's program, connect, and then start it"
                 )
             try:
                 said = self._receive(max(0.0, deadline - time.monotonic()))
             except DriverFault as fault:
                 if said is None:
                     words = f"{fault.text}: start the robot's program, which has to switch RSI on"
-                    raise DriverFault(words, clears=True) from fault
+                    raise DriverFault(words) from fault
         return said
 
     def read(self) -> Reading:
@@ -186,7 +185,7 @@ class KukaRsi(Driver):
         said = self._receive(self._settings.silence)
         if self._anew:
             if self._begun:
-                raise DriverFault("RSI was switched off and on again on the controller", clears=True)
+                raise DriverFault("RSI was switched off and on again on the controller")
             self._anew = False
             self._start(said)
         text = ""
@@ -253,7 +252,7 @@ class KukaRsi(Driver):
     def _receive(self, seconds: float) -> FromRobot:
         """Return the newest message that is newer than what is known."""
         if self._socket is None:
-            raise DriverFault("there is no connection to the controller", clears=True)
+            raise DriverFault("there is no connection to the controller")
         self._socket.newest(seconds, self._take)
         assert self._newest is not None
         return self._newest

@@ -83,7 +83,7 @@ class Controller:
         self._displaced = np.zeros(settings.joints)
         self._pending = sorted(settings.faults, key=lambda fault: fault.cycle)
         self._begun_at: int | None = None
-        self._told_at = 0.0
+        self._heard_at = 0.0
         self._setpoints: deque[tuple[float, Floats]] = deque()
         self._target = self.q.copy()
         self._points: deque[tuple[Floats, float]] = deque()
@@ -111,15 +111,20 @@ class Controller:
                 raise self._complaint(what)
         if not self.motors:
             raise DriverFault("the motors are off", code="LB6", clears=True)
-        self.running, self.done, self._told_at = True, 0, now
+        self.running, self.done, self._heard_at = True, 0, now
         self._target = self.q.copy()
         self._forget()
         if self._begun_at is None:
             self._begun_at = self.cycle
 
+    def heard(self, now: float) -> None:
+        """Hear from the driver, which keeps the watchdog quiet; who is silent hears nothing either."""
+        if "silent" not in self.active:
+            self._heard_at = now
+
     def setpoint(self, positions: Floats, outputs: int, now: float) -> None:
         """Take a setpoint, which counts after the delay."""
-        self._told_at = now
+        self.heard(now)
         self.outputs = outputs
         if self._rng.random() < self.settings.loss or "silent" in self.active:
             return
@@ -224,7 +229,7 @@ class Controller:
         settings, seconds = self.settings, 1.0 / self.settings.rate
         speed = settings.speed * (self.value("slow") if "slow" in self.active else 1.0)
         jobs = settings.pace == "JOBS"
-        if self.running and not jobs and 0.0 < settings.watchdog < self.seconds - self._told_at:
+        if self.running and 0.0 < settings.watchdog < self.seconds - self._heard_at:
             self.stop()
         if not self.running:
             greatest = float(np.abs(self.v).max())

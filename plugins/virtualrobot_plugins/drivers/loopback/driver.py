@@ -29,7 +29,7 @@ class Loopback(Driver):
         self.settings = settings
         self.controller = Controller(settings)
         self._unit = math.radians(1.0) if settings.degrees else 1.0
-        self._since = time.monotonic()
+        self._since = time.perf_counter()
         self._read_at = 0
         self._port: ControlPort | None = None
         self._connected = False
@@ -73,6 +73,9 @@ class Loopback(Driver):
                 raise DriverFault(f"loopback has been silent for {1e3 * SILENT_CYCLES / self.settings.rate:.3g} ms")
         else:
             self._read_at = controller.cycle
+        if self.settings.pace == "JOBS":
+            # Setpoints tell that somebody is there; of jobs, whoever asks how far they are.
+            controller.heard(self._now())
         return Reading(
             stamp=self._read_at / self.settings.rate,
             positions=controller.measured() / self._unit,
@@ -123,7 +126,7 @@ class Loopback(Driver):
 
     def _now(self) -> float:
         """Return the controller's time (s)."""
-        return time.monotonic() - self._since
+        return time.perf_counter() - self._since
 
     def _look(self) -> None:
         """Have the controller make the cycles that are due, take what was asked for, and behave as its faults say."""

@@ -78,7 +78,10 @@ class LoopbackSettings:
     ] = 0.0
     seed: Annotated[int, Meta(ge=0, description="Seed of all that is by chance.")] = 0
     watchdog: Annotated[
-        float, Meta(ge=0, le=60, description="Time without a setpoint (s) after which the robot stops; 0: never.")
+        float,
+        Meta(
+            ge=0, le=60, description="Time without a setpoint, of JOBS a reading (s), until the robot stops; 0: never."
+        ),
     ] = 0.1
     faults: Annotated[tuple[Fault, ...], Meta(description="Faults that come by themselves.")] = ()
     control_port: Annotated[

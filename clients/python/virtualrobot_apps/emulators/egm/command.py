@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from contextlib import ExitStack, suppress
 
 import click
 from virtualrobot.cli.names import ROBOT
-from virtualrobot.cli.options import GO_ON, FiniteRange, Target, target_options
+from virtualrobot.cli.options import GO_ON, FiniteRange, Numbers, Target, degrees_option, target_options
 
 _EXAMPLES = """
 \b
 Examples:
   virtualrobot emulate egm arm
-  virtualrobot emulate egm --joints 6 --to 192.168.125.99:6510
+  virtualrobot emulate egm --at 0,-30,30,0,45,0 --degrees --to 192.168.125.99:6510
 """
 
 
@@ -37,17 +38,24 @@ class Place(click.ParamType):
 @click.option("--to", type=Place(), default="127.0.0.1:6510", help="Where the program listens [127.0.0.1:6510].")
 @click.option("--rate", type=FiniteRange(1.0, 250.0), default=250.0, help="Packets a second [250].")
 @click.option("--timeout", type=FiniteRange(0.01, 60.0), default=1.0, help="Stop after s without an answer [1].")
-@click.option("--joints", type=click.IntRange(1, 12), help="Without ROBOT: an arm with so many joints [6].")
+@click.option("--at", type=Numbers(), help="Without ROBOT: where the arm's joints stand, in rad [six zeros].")
+@degrees_option
 @target_options
 def egm(
-    target: Target, robot: str | None, to: tuple[str, int], rate: float, timeout: float, joints: int | None
+    target: Target,
+    robot: str | None,
+    to: tuple[str, int],
+    rate: float,
+    timeout: float,
+    at: tuple[float, ...] | None,
+    degrees: bool,
 ) -> None:
     """Emulate an ABB controller with Externally Guided Motion, which moves ROBOT, until Ctrl-C.
 
     It sends its joints to the program, and the robot goes where the answers say. What the kernel refuses is told here.
     """
-    if robot is not None and joints is not None:
-        raise click.UsageError("--joints goes with an arm of its own, without ROBOT")
+    if robot is not None and at is not None:
+        raise click.UsageError("--at goes with an arm of its own, without ROBOT; move ROBOT to where it shall be")
     import numpy as np
 
     from virtualrobot_apps.emulators import cyclic
@@ -56,7 +64,8 @@ def egm(
 
     with ExitStack() as stack:
         if robot is None:
-            body = SimulatedArm(np.zeros(joints or 6))
+            stands = np.zeros(6) if at is None else np.array(at) * (math.radians(1.0) if degrees else 1.0)
+            body = SimulatedArm(stands)
         else:
             client = stack.enter_context(target.connect("EGM emulator"))
             if client.clock.mode == "stepped":

@@ -45,6 +45,7 @@ class EgmController:
 
     Attributes:
         motors_on, program_runs, collision: what it tells of itself; a robot without motors or program follows nothing.
+        silent: whether it does nothing, as one whose network is gone.
         answered: packets that have come in this session.
     """
 
@@ -67,7 +68,7 @@ class EgmController:
         """
         self.period = 1.0 / rate
         self.motors_on = self.program_runs = True
-        self.collision = False
+        self.collision = self.silent = False
         self.answered = 0
         self._body, self._timeout, self._tell = body, timeout, tell
         self._datagrams = Datagrams(to)
@@ -81,6 +82,8 @@ class EgmController:
 
     def cycle(self) -> None:
         """Take the newest answer, move the arm for a cycle, and tell where it is."""
+        if self.silent:
+            return
         self._cycles += 1
         for data in self._datagrams.received():
             self._take(data)

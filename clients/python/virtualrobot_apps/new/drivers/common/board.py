@@ -22,11 +22,11 @@ class Robot:
     def __init__(self):
         self.positions = [10.0, -20.0, 30.0]
         self.points, self.goal, self.speed = [], list(self.positions), SPEED
-        self.mode, self.done, self.looked, self.heard = "READY", 0, time.monotonic(), 0.0
+        self.mode, self.done, self.looked, self.heard = "READY", 0, time.perf_counter(), 0.0
         self.trouble = ""
 
     def look(self):
-        now = time.monotonic()
+        now = time.perf_counter()
         step, self.looked = self.speed * (now - self.looked), now
         pairs = list(zip(self.positions, self.goal, strict=True))
         self.positions = [p + min(max(g - p, -step), step) for p, g in pairs]
@@ -45,10 +45,10 @@ class Robot:
 
     def answer(self, kind, *words):
         """Return the answer to a line; README.md has the table."""
-        if self.mode == "RUNNING" and not self.points and time.monotonic() - self.heard > WATCHDOG_SECONDS:
+        if self.mode == "RUNNING" and not self.points and time.perf_counter() - self.heard > WATCHDOG_SECONDS:
             self.halt("READY")
         self.look()
-        self.heard = time.monotonic()
+        self.heard = time.perf_counter()
         if kind == "hello":
             self.halt("READY")
             return f"board {JOINTS} {RATE} {WATCHDOG_SECONDS}"

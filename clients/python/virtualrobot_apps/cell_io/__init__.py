@@ -1,0 +1,1 @@
+"""Signals of a cell and the outside: what connections, bridges and cell programs share."""

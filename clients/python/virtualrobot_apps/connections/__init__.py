@@ -1,0 +1,1 @@
+"""Connections between signals with logic, told in a file: the IOConnection tool."""

@@ -1,0 +1,1 @@
+"""An emulated KUKA controller with the Robot Sensor Interface (RSI)."""

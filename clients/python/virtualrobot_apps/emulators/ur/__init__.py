@@ -1,0 +1,1 @@
+"""Emulated controller of Universal Robots: dashboard, scripts and Real-Time Data Exchange (RTDE), by TCP."""

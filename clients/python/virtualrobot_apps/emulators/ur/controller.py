@@ -1,0 +1,308 @@
+"""State of an emulated controller, and what it does in one cycle; nothing here knows of sockets or of time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from enum import IntEnum
+from typing import Protocol
+
+import numpy as np
+
+from virtualrobot_apps.emulators.body import Body
+from virtualrobot_apps.emulators.ur import kinematics
+from virtualrobot_apps.emulators.ur.kinematics import MODELS, Floats
+from virtualrobot_apps.emulators.ur.moves import JointMove, LineMove, Move, Servo, Stop
+
+STARTING_CYCLES = 50
+"""Cycles in which power comes on, and in which brakes open."""
+END_DECELERATION = 4.0
+"""Deceleration (rad/s^2) with which joints stop as a program ends."""
+HARD_DECELERATION = 12.0
+"""That of a protective stop."""
+SETTLED = 1e-5
+"""Distance (rad) of the arm from a setpoint that doesn't move at which it is left to itself."""
+SETTLE_CYCLES = 500
+"""Cycles after which an arm that doesn't get there is left to itself, too."""
+
+
+class RobotMode(IntEnum):
+    """State of the arm's power and brakes, as RTDE numbers it."""
+
+    POWER_OFF = 3
+    POWER_ON = 4
+    IDLE = 5
+    BACKDRIVE = 6
+    RUNNING = 7
+
+
+class SafetyMode(IntEnum):
+    """Verdict of the safety system, as RTDE numbers it."""
+
+    NORMAL = 1
+    REDUCED = 2
+    PROTECTIVE_STOP = 3
+    RECOVERY = 4
+    SAFEGUARD_STOP = 5
+    SYSTEM_EMERGENCY_STOP = 6
+    ROBOT_EMERGENCY_STOP = 7
+    VIOLATION = 8
+    FAULT = 9
+
+
+class Runtime(IntEnum):
+    """State of the program."""
+
+    STOPPED = 1
+    PLAYING = 2
+
+
+class Program(Protocol):
+    """A script that runs."""
+
+    name: str
+
+    def cycle(self, controller: Controller) -> bool:
+        """Do what the script does in one cycle; return whether it goes on."""
+        ...
+
+
+class Watchdog:
+    """rtde_set_watchdog: the program is stopped where an input isn't written often enough."""
+
+    def __init__(self, variable: str, cycles: int) -> None:
+        """Watch an input, which may be silent for `cycles`."""
+        self.variable, self.cycles, self.silent = variable, cycles, 0
+
+
+class Controller:
+    """A controller, its arm and its program."""
+
+    def __init__(
+        self,
+        body: Body,
+        model: str = "ur5e",
+        version: tuple[int, int, int, int] = (5, 11, 0, 108249),
+        serial: str = "20195500001",
+        rate: float = 500.0,
+    ) -> None:
+        """Have power, brakes open; raises ValueError for a model or an arm that is none of Universal Robots'."""
+        if model not in MODELS:
+            raise ValueError(f"there is no model {model!r}; there are {', '.join(MODELS)}")
+        if len(body.joint_names) != 6 or any(body.sliding):
+            raise ValueError(f"arms of Universal Robots have six joints that turn, not {len(body.joint_names)}")
+        self.body, self.model, self.version, self.serial, self.rate = body, MODELS[model], version, serial, rate
+        self.mode, self.safety = RobotMode.RUNNING, SafetyMode.NORMAL
+        self.remote = True
+        self.cycles = 0
+        self.inputs: dict[str, object] = {}
+        self.registers: dict[str, object] = {}
+        self.digital_inputs = self.digital_outputs = 0
+        self.slider = 1.0
+        self.tcp, self.mass = np.eye(4), 0.0
+        self.center: tuple[float, ...] = (0.0, 0.0, 0.0)
+        self.program: Program | None = None
+        self.watchdog: Watchdog | None = None
+        self.move: Move | None = None
+        self.target, self.velocity = body.read()
+        self.words: list[tuple[int, int, str]] = []
+        """Messages that haven't gone out yet: number of the error, its argument, words."""
+        self._follows = False
+        self._settling = 0
+        self._until = 0
+
+    @property
+    def dt(self) -> float:
+        """Duration of a cycle (s)."""
+        return 1.0 / self.rate
+
+    @property
+    def stopped(self) -> bool:
+        """The safety system keeps the arm from moving."""
+        return self.safety not in (SafetyMode.NORMAL, SafetyMode.REDUCED)
+
+    @property
+    def moving(self) -> bool:
+        """The arm is on its way, or hasn't quite arrived."""
+        return self.move is not None or self._follows
+
+    def cycle(self) -> None:
+        """Do what a cycle does."""
+        self.cycles += 1
+        if self._until and self.cycles >= self._until:
+            self._until = 0
+            self.mode = RobotMode.IDLE if self.mode is RobotMode.POWER_ON else RobotMode.RUNNING
+        if self.body.complaint and not self.stopped:
+            self.protective_stop(self.body.complaint)
+        if self.watchdog is not None:
+            self.watchdog.silent += 1
+            if self.watchdog.silent > self.watchdog.cycles:
+                variable = self.watchdog.variable
+                self.end_program()
+                self.say(207, 0, f"RTDE watchdog: {variable} was not written in time, the program is stopped")
+        if self.program is not None and not self.program.cycle(self):
+            self.end_program()
+        self._advance()
+        self.body.advance(self.dt)
+
+    def _advance(self) -> None:
+        if self.move is not None and self.mode is RobotMode.RUNNING:
+            # A speed slider slows moves that the controller plans; setpoints and stops have their own time.
+            seconds = self.dt * (self.slider if isinstance(self.move, JointMove | LineMove) else 1.0)
+            try:
+                goal = self.move.advance(self.target, self.velocity, seconds)
+            except kinematics.NoPosture as error:
+                self.move = None
+                self.protective_stop(str(error))
+                return
+            self.velocity = (goal - self.target) / self.dt
+            self.target = goal
+            if self.move.over:
+                self.move, self.velocity = None, np.zeros(6)
+            self.body.follow(self.target)
+            self._follows, self._settling = True, 0
+        elif self._follows:
+            self._settling += 1
+            here, _ = self.body.read()
+            if np.abs(here - self.target).max() < SETTLED or self._settling > SETTLE_CYCLES:
+                self.body.halt()
+                self._follows = False
+            else:
+                self.body.follow(self.target)
+
+    def go(self, move: Callable[[Floats], Move]) -> None:
+        """Begin a move, made from where the setpoint is; its own controller's programs alone call it."""
+        if not self._follows:
+            self.target, self.velocity = self.body.read()[0], np.zeros(6)
+        try:
+            self.move = move(self.target)
+        except kinematics.NoPosture as error:
+            self.end_program()
+            self.say(255, 0, str(error))
+
+    def halt(self, deceleration: float = END_DECELERATION) -> None:
+        """Slow down to rest."""
+        if isinstance(self.move, Servo):
+            # Setpoints come by steps: what the arm does is smoother.
+            self.target, self.velocity = self.body.read()
+        if self.move is not None and not isinstance(self.move, Stop):
+            self.move = Stop(deceleration)
+
+    def say(self, code: int, argument: int, text: str) -> None:
+        """Have words for whoever listens."""
+        self.words.append((code, argument, text))
+
+    def play(self, program: Program) -> str:
+        """Run a program in place of the one that runs; return why it can't, empty where it does."""
+        if not self.remote:
+            return "the robot is in local control"
+        if self.mode is not RobotMode.RUNNING or self.stopped:
+            return f"the robot is {self.mode.name}, safety {self.safety.name}"
+        self.end_program()
+        self.program = program
+        return ""
+
+    def end_program(self) -> None:
+        """End the program; what moves slows down."""
+        if self.program is not None:
+            self.program = self.watchdog = None
+            self.registers.clear()
+            self.halt()
+
+    def watch(self, variable: str, cycles: int) -> None:
+        """Stop the program where an input isn't written for so many cycles; 0: watch nothing."""
+        self.watchdog = Watchdog(variable, cycles) if cycles else None
+
+    def take(self, values: Mapping[str, object]) -> None:
+        """Take inputs that a client has set."""
+        self.inputs.update(values)
+        if self.watchdog is not None and self.watchdog.variable in values:
+            self.watchdog.silent = 0
+        for name, shift in (("standard", 0), ("configurable", 8), ("tool", 16)):
+            mask = values.get(f"{name}_digital_output_mask")
+            if isinstance(mask, int) and mask:
+                self.set_outputs(mask << shift, int(self.inputs.get(f"{name}_digital_output", 0)) << shift)  # type: ignore[call-overload]
+        if values.get("speed_slider_mask"):
+            self.slider = float(np.clip(float(self.inputs.get("speed_slider_fraction", 1.0)), 0.0, 1.0))  # type: ignore[arg-type]
+
+    def set_outputs(self, mask: int, values: int) -> None:
+        """Set the digital outputs of a mask."""
+        self.digital_outputs = self.digital_outputs & ~mask | values & mask
+
+    def protective_stop(self, text: str, code: int = 153, argument: int = 0) -> None:
+        """Stop as after a collision."""
+        self._safety_stop(SafetyMode.PROTECTIVE_STOP, code, argument, text)
+
+    def safeguard_stop(self) -> None:
+        """Stop as by an open door."""
+        self._safety_stop(SafetyMode.SAFEGUARD_STOP, 0, 0, "Safeguard stop")
+
+    def emergency_stop(self) -> None:
+        """Stop as by the button of the pendant; its power goes."""
+        self._safety_stop(SafetyMode.ROBOT_EMERGENCY_STOP, 0, 0, "Emergency stop")
+
+    def _safety_stop(self, safety: SafetyMode, code: int, argument: int, text: str) -> None:
+        self.safety = safety
+        self.end_program()
+        if self.move is not None:
+            self.move = Stop(HARD_DECELERATION)
+        self.say(code, argument, text)
+
+    def release(self) -> None:
+        """Leave a stop of the safety system; after an emergency stop power has to be switched on again."""
+        if self.safety is SafetyMode.ROBOT_EMERGENCY_STOP:
+            self.power_off()
+        self.body.recover()
+        self.safety = SafetyMode.NORMAL
+
+    def power_off(self) -> None:
+        """Take the arm's power; brakes close."""
+        self.end_program()
+        self.move, self.mode, self._until, self._follows = None, RobotMode.POWER_OFF, 0, False
+        self.body.halt()
+
+    def power_on(self) -> None:
+        """Give the arm power; it is idle soon."""
+        if self.mode is RobotMode.POWER_OFF:
+            self.mode, self._until = RobotMode.POWER_ON, self.cycles + STARTING_CYCLES
+
+    def release_brakes(self) -> None:
+        """Open the brakes; the arm is running soon."""
+        if self.mode in (RobotMode.POWER_OFF, RobotMode.POWER_ON):
+            self.mode = RobotMode.IDLE
+        if self.mode is RobotMode.IDLE:
+            self._until = self.cycles + STARTING_CYCLES
+
+    def tell(self) -> dict[str, object]:
+        """Return what RTDE tells in this cycle, by name; what is missing is 0."""
+        positions, velocities = self.body.read()
+        model, running = self.model, self.mode is RobotMode.RUNNING
+        actual, target = (kinematics.pose_of(kinematics.forward(model, q, self.tcp)) for q in (positions, self.target))
+        runs = self.program is not None
+        safety = {SafetyMode.NORMAL: 1, SafetyMode.REDUCED: 2, SafetyMode.PROTECTIVE_STOP: 4}.get(self.safety, 0)
+        safety |= {SafetyMode.SAFEGUARD_STOP: 16, SafetyMode.ROBOT_EMERGENCY_STOP: 64 | 128}.get(self.safety, 0)
+        return {
+            "timestamp": self.cycles * self.dt,
+            "actual_q": positions,
+            "actual_qd": velocities,
+            "target_q": self.target if self._follows else positions,
+            "target_qd": self.velocity,
+            "actual_TCP_pose": actual,
+            "target_TCP_pose": target if self._follows else actual,
+            "actual_TCP_speed": kinematics.jacobian(model, positions, self.tcp) @ velocities,
+            "tcp_offset": kinematics.pose_of(self.tcp),
+            "joint_mode": 253 if running else 239,
+            "robot_mode": int(self.mode),
+            "safety_mode": int(self.safety),
+            "safety_status": int(self.safety),
+            "safety_status_bits": safety | (1024 if self.stopped else 0),
+            "robot_status_bits": (1 if self.mode > RobotMode.POWER_OFF else 0) | (2 if runs else 0),
+            "runtime_state": int(Runtime.PLAYING if runs else Runtime.STOPPED),
+            "speed_scaling": self.slider if runs else 0.0,
+            "target_speed_fraction": self.slider,
+            "actual_digital_input_bits": self.digital_inputs,
+            "actual_digital_output_bits": self.digital_outputs,
+            "payload": self.mass,
+            "payload_cog": self.center,
+            **self.inputs,
+            **self.registers,
+        }

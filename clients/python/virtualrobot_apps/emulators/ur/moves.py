@@ -1,0 +1,149 @@
+"""Moves of an emulated controller: where the joints shall be in the next cycle, by its own limits of a move.
+
+Each is asked once a cycle, by `advance`, for the setpoint (6,) after so many seconds, and says when it is over.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from virtualrobot_apps.emulators.ur import kinematics
+from virtualrobot_apps.emulators.ur.kinematics import Floats, Model
+
+
+class Move(Protocol):
+    """Something that moves the setpoint."""
+
+    over: bool
+    """It moves nothing more."""
+
+    def advance(self, here: Floats, velocity: Floats, seconds: float) -> Floats:
+        """Return the setpoint (6,) after `seconds`; `here` and `velocity` (6,) are the setpoint's own until now."""
+        ...
+
+
+class Ramp:
+    """Way along a path of a length, by constant acceleration, speed and braking."""
+
+    def __init__(self, length: float, speed: float, acceleration: float) -> None:
+        """Begin at rest; speed and acceleration are above 0."""
+        self._length, self._speed, self._acceleration = length, speed, acceleration
+        self.way = self._now = 0.0
+
+    def advance(self, seconds: float) -> bool:
+        """Go on for `seconds`; return whether the end is reached."""
+        left = self._length - self.way
+        most = min(self._speed, np.sqrt(2.0 * self._acceleration * max(left, 0.0)))
+        self._now = min(self._now + self._acceleration * seconds, most)
+        if left <= max(self._now * seconds, 1e-9):
+            self.way = self._length
+            return True
+        self.way += self._now * seconds
+        return False
+
+
+class JointMove:
+    """movej: all joints arrive together, the one with the longest way at its speed and acceleration."""
+
+    def __init__(self, start: Floats, goal: Floats, speed: float, acceleration: float) -> None:
+        """Go from `start` to `goal` (6,), rad/s and rad/s^2 of the leading joint."""
+        self._start, self._way = start, goal - start
+        self._length = float(np.abs(self._way).max())
+        self._ramp = Ramp(self._length, speed, acceleration)
+        self.over = False
+
+    def advance(self, here: Floats, velocity: Floats, seconds: float) -> Floats:
+        """Return the next setpoint."""
+        self.over = self._ramp.advance(seconds)
+        return self._start + self._way * (self._ramp.way / self._length if self._length else 1.0)
+
+
+class LineMove:
+    """movel: the TCP goes along a line and turns about one axis meanwhile."""
+
+    def __init__(
+        self, model: Model, start: Floats, pose: Floats, tcp: Floats, speed: float, acceleration: float
+    ) -> None:
+        """Go from the joints `start` (6,) to the TCP's `pose` (4, 4), m/s and m/s^2; rad/s where it turns alone.
+
+        Raises NoPosture where the end can't be reached along the line.
+        """
+        self._model, self._tcp, self._from = model, tcp, kinematics.forward(model, start, tcp)
+        self._shift = pose[:3, 3] - self._from[:3, 3]
+        self._turn = kinematics.rotation_vector(pose[:3, :3] @ self._from[:3, :3].T)
+        self._length = float(np.linalg.norm(self._shift)) or float(np.linalg.norm(self._turn))
+        self._ramp = Ramp(self._length, speed, acceleration)
+        self.over = False
+        positions = start
+        for share in np.linspace(0.0, 1.0, 21)[1:]:
+            positions = kinematics.inverse(model, self._at(share), positions, tcp)
+
+    def _at(self, share: float) -> Floats:
+        pose = np.eye(4)
+        pose[:3, :3] = kinematics.rotation(self._turn * share) @ self._from[:3, :3]
+        pose[:3, 3] = self._from[:3, 3] + self._shift * share
+        return pose
+
+    def advance(self, here: Floats, velocity: Floats, seconds: float) -> Floats:
+        """Return the next setpoint."""
+        self.over = self._ramp.advance(seconds)
+        pose = self._at(self._ramp.way / self._length if self._length else 1.0)
+        return kinematics.inverse(self._model, pose, here, self._tcp)
+
+
+class Servo:
+    """servoj: the setpoint is what came last."""
+
+    over = False
+
+    def __init__(self, goal: Floats) -> None:
+        """Follow `goal` (6,), which may be set anew at any time."""
+        self.goal = goal
+
+    def advance(self, here: Floats, velocity: Floats, seconds: float) -> Floats:
+        """Return the goal."""
+        return self.goal
+
+
+class Speed:
+    """speedj and speedl: velocities that are reached by an acceleration, and held for a time."""
+
+    over = False
+
+    def __init__(self, model: Model, tcp: Floats) -> None:
+        """Stand."""
+        self._model, self._tcp = model, tcp
+        self.wanted, self.linear, self.acceleration, self.seconds = np.zeros(6), False, 1.0, 0.0
+
+    def set(self, wanted: Floats, linear: bool, acceleration: float, seconds: float) -> None:
+        """Go at `wanted` (6,): rad/s of the joints, or of the TCP m/s and rad/s; for `seconds`, 0: until told."""
+        self.wanted, self.linear, self.acceleration = wanted, linear, acceleration
+        self.seconds = seconds if seconds > 0.0 else np.inf
+
+    def advance(self, here: Floats, velocity: Floats, seconds: float) -> Floats:
+        """Return the next setpoint."""
+        self.seconds -= seconds
+        wanted = self.wanted if self.seconds > 0.0 else np.zeros(6)
+        if self.linear:
+            slope = kinematics.jacobian(self._model, here, self._tcp)
+            wanted = slope.T @ np.linalg.solve(slope @ slope.T + 1e-4 * np.eye(6), wanted)
+        change = self.acceleration * seconds
+        return here + (velocity + np.clip(wanted - velocity, -change, change)) * seconds
+
+
+class Stop:
+    """stopj: all joints slow down together, the fastest one at the deceleration (rad/s^2)."""
+
+    def __init__(self, deceleration: float) -> None:
+        """Slow down."""
+        self._deceleration = max(deceleration, 0.1)
+        self.over = False
+
+    def advance(self, here: Floats, velocity: Floats, seconds: float) -> Floats:
+        """Return the next setpoint."""
+        fastest = float(np.abs(velocity).max())
+        left = max(0.0, fastest - self._deceleration * seconds)
+        self.over = left == 0.0
+        return here if self.over else here + velocity * (left / fastest) * seconds

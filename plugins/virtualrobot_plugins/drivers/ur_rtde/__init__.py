@@ -1,0 +1,1 @@
+"""The driver `ur_rtde`: Universal Robots by Real-Time Data Exchange."""
