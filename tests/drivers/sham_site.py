@@ -27,9 +27,11 @@ class ShamProcess:
         self.about = About(k, 250.0, watchdog=0.1, model="sham", inputs=2, outputs=2)
         self.fault: DriverFault | None = None
         self.refusal: DriverFault | None = None
+        self.said = DriverFault("")
         self.offset = np.zeros(k)
         self.stands = np.zeros(k)
         self.hangs = False
+        self.rate: float | None = None
         self.outputs: list[int] = []
         self.report = Report(
             0, State.INACTIVE, 0, 0, 0, -1, False, Mode.READY, Safety.NORMAL, 0, 0, 1.0, 1.0, *np.zeros((3, k))
@@ -62,11 +64,25 @@ class ShamProcess:
         """Clear nothing."""
         self._refuse()
 
+    def words(self) -> DriverFault:
+        """Return the words of the fault that the test gave it."""
+        return self.said
+
+    def kill(self) -> None:
+        """Do as `close` does."""
+        self.close()
+
     def close(self) -> None:
         """End the thread."""
         self._ended.set()
         if self._thread.is_alive():
             self._thread.join()
+
+    def fail(self, said: DriverFault) -> None:
+        """Meet a fault as a host does: the cell stops, the words can be asked for."""
+        self.said = said
+        self.cell.stop()
+        self.report = replace(self.report, state=State.ERROR)
 
     def _refuse(self) -> None:
         if self.refusal is not None:
@@ -88,7 +104,7 @@ class ShamProcess:
                     q, tick, error = record.q + self.offset, number, self.offset
                     self.outputs.append(record.outputs)
                     break
-        rate = 1.0 if self.cell.stop_ns == NEVER else 0.0
+        rate = self.rate if self.rate is not None else 1.0 if self.cell.stop_ns == NEVER else 0.0
         self.stands = q
         self.report = replace(
             said, ns=now, cycles=said.cycles + 1, tick=tick, q=q, v=np.zeros_like(q), error=error, rate=rate
@@ -99,8 +115,6 @@ class ShamProcess:
 
 class ShamSite:
     """Site that starts shams; `processes` are those that it has started."""
-
-    stopper = ("127.0.0.1:1", "key")
 
     def __init__(self, folder: Path) -> None:
         """Have the files in a folder."""

@@ -18,6 +18,7 @@ from virtualrobot_kernel.drivers import link
 from virtualrobot_kernel.kernel import Kernel
 from virtualrobot_kernel.world.commands import PlayedTicks
 from virtualrobot_sdk.drivers import DriverFault, Mode, Safety
+from virtualrobot_sdk.drivers.shared import State
 
 from tests.api.asking import IIWA, Refusal, apply, box, create, joints, load, refusal
 from tests.api.leasing import Holder
@@ -148,6 +149,7 @@ def test_a_robot_does_what_its_twin_does_a_lead_later(bench: Bench) -> None:
     assert not bench.alone.driver.GetDrivers(driver_pb2.GetDriversRequest()).drivers
 
 
+@pytest.mark.long
 def test_the_twin_is_first_put_to_where_the_robot_stands(bench: Bench) -> None:
     bench.connect()
     bench.process.stands = np.full(7, 0.2)
@@ -162,6 +164,7 @@ def aspect(refused: Refusal) -> str:
     return refused.metadata["aspect"]
 
 
+@pytest.mark.long
 def test_execute_names_the_condition_that_does_not_hold(bench: Bench) -> None:
     bench.connect()
     ask = driver_pb2.SetDriverModeRequest(robot="arm", mode=EXECUTE)
@@ -199,10 +202,11 @@ def test_execute_names_the_condition_that_does_not_hold(bench: Bench) -> None:
     bench.process.refusal = DriverFault("key switch is off", "12")
     refused = refusal(lambda: bench.mode(EXECUTE))
     assert (refused.reason, refused.metadata["code"]) == ("DRIVER_FAULT", "12")
-    assert (bench.status.state, bench.status.text) == (ERROR, "key switch is off")
+    assert (bench.status.state, bench.status.text) == (INACTIVE, "key switch is off")
     bench.clock(kernel_pb2.CLOCK_MODE_STEPPED)
 
 
+@pytest.mark.long
 def test_what_would_put_a_twin_elsewhere_is_refused_while_it_is_played(bench: Bench) -> None:
     bench.connect()
     bench.mode(EXECUTE)
@@ -224,6 +228,7 @@ def test_what_would_put_a_twin_elsewhere_is_refused_while_it_is_played(bench: Be
     assert bench.status.state == ACTIVE
 
 
+@pytest.mark.long
 def test_a_motion_that_would_touch_something_is_refused_as_a_whole(bench: Bench) -> None:
     bench.connect()
     bench.mode(EXECUTE)
@@ -239,6 +244,7 @@ def test_a_motion_that_would_touch_something_is_refused_as_a_whole(bench: Bench)
     assert ended.end_cause == motion_pb2.END_CAUSE_COLLISION, "the twin alone is stopped on its way"
 
 
+@pytest.mark.long
 def test_the_past_of_a_connected_robot_is_not_brought_back(bench: Bench) -> None:
     bench.alone.history.CreateCheckpoint(history_pb2.CreateCheckpointRequest(name="before"))
     bench.holder.apply(scene_pb2.Command(attach_node=scene_pb2.AttachNode(name="arm", parent_t_node=pose(x=0.5))))
@@ -258,12 +264,13 @@ def test_the_past_of_a_connected_robot_is_not_brought_back(bench: Bench) -> None
     assert history.Undo(undo, metadata=metadata).undone.number == number
 
 
+@pytest.mark.long
 def test_a_robot_that_faults_stops_its_twin_with_its_words(bench: Bench) -> None:
     bench.connect()
     bench.mode(EXECUTE)
     id = bench.move(0.2, **{FIRST: 2.0})
     until(lambda: bench.joint() > 0.05)
-    bench.process.fault = DriverFault("joint 3 is too hot", "C204")
+    bench.process.fail(DriverFault("joint 3 is too hot", "C204"))
     ended = bench.await_end(id)
     assert (ended.phase, ended.end_cause) == (motion_pb2.MOTION_PHASE_ABORTED, motion_pb2.END_CAUSE_DRIVER)
     assert "joint 3 is too hot" in ended.end_reason
@@ -281,7 +288,8 @@ def test_a_robot_that_faults_stops_its_twin_with_its_words(bench: Bench) -> None
     assert bench.joint() != where, "the new sham stands at 0, and the twin is put there"
 
 
-@pytest.mark.parametrize("how", ["safety", "hangs", "away", "braking", "local"])
+@pytest.mark.long
+@pytest.mark.parametrize("how", ["safety", "hangs", "dies", "away", "ends", "starves", "local"])
 def test_each_way_in_which_a_robot_does_not_follow_stops_it(bench: Bench, how: str) -> None:
     bench.connect()
     bench.mode(EXECUTE)
@@ -291,8 +299,10 @@ def test_each_way_in_which_a_robot_does_not_follow_stops_it(bench: Bench, how: s
     said = {
         "safety": "protective_stop",
         "hangs": "has been silent",
+        "dies": "exit code 9",
         "away": "is allowed",
-        "braking": "no newer tick",
+        "ends": "has ended what it played",
+        "starves": "no newer tick",
         "local": "is local",
     }[how]
     if how == "hangs":
@@ -301,8 +311,15 @@ def test_each_way_in_which_a_robot_does_not_follow_stops_it(bench: Bench, how: s
         sham.offset = np.array([0.2, 0, 0, 0, 0, 0, 0])
     elif how == "safety":
         sham.report = replace(sham.report, safety=Safety.PROTECTIVE_STOP)
-    elif how == "braking":
+    elif how == "dies":
+        sham.fault = DriverFault("its process has ended: exit code 9")
+    elif how == "ends":
+        sham.report = replace(sham.report, state=State.INACTIVE)
+    elif how == "starves":
+        sham.rate = 1.0
         sham.report = replace(sham.report, on_brake=True)
+        until(lambda: (seen := sham.ring.reported()) is not None and seen.on_brake)
+        sham.cell.stop()
     else:
         sham.report = replace(sham.report, mode=Mode.LOCAL)
     ended = bench.await_end(id)
@@ -311,6 +328,7 @@ def test_each_way_in_which_a_robot_does_not_follow_stops_it(bench: Bench, how: s
     assert bench.joint() < 2.5
 
 
+@pytest.mark.long
 def test_a_stop_of_the_cell_ends_motions_as_somebody_wanted_it(bench: Bench) -> None:
     bench.connect()
     bench.mode(EXECUTE)
@@ -326,6 +344,7 @@ def test_a_stop_of_the_cell_ends_motions_as_somebody_wanted_it(bench: Bench) -> 
     assert not bench.cell.stopped
 
 
+@pytest.mark.long
 def test_a_lost_lease_stops_the_robot(bench: Bench) -> None:
     bench.connect()
     bench.mode(EXECUTE)
@@ -338,6 +357,7 @@ def test_a_lost_lease_stops_the_robot(bench: Bench) -> None:
     assert bench.status.mode == SIMULATED
 
 
+@pytest.mark.long
 def test_a_monitored_robot_moves_its_twin_and_the_planned_one_stands_beside_it(bench: Bench) -> None:
     bench.connect()
     bench.mode(MONITOR)
@@ -354,6 +374,7 @@ def test_a_monitored_robot_moves_its_twin_and_the_planned_one_stands_beside_it(b
     assert bench.joint() == 0.3
 
 
+@pytest.mark.long
 def test_controllers_inputs_and_outputs_are_signals(bench: Bench) -> None:
     bench.connect()
     bench.process.report = replace(bench.process.report, inputs=2)
@@ -370,6 +391,7 @@ def test_controllers_inputs_and_outputs_are_signals(bench: Bench) -> None:
     until(lambda: bool(bench.process.outputs) and bench.process.outputs[-1] == 2)
 
 
+@pytest.mark.long
 def test_what_was_played_stands_in_the_journal(bench: Bench) -> None:
     noted: list[PlayedTicks] = []
     submit = bench.kernel.world.submit

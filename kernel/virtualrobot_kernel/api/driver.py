@@ -115,9 +115,8 @@ class DriverServicer(driver_pb2_grpc.DriverServiceServicer):
         return stamp(self._kernel.world.snapshot)
 
     def _cell(self) -> driver_pb2.CellStatus:
-        links = self._kernel.links
-        why, (address, key) = links.stopped, links.stopper
-        return driver_pb2.CellStatus(stopped=bool(why), reason=why, stopper_address=address, stopper_key=key)
+        why = self._kernel.links.stopped
+        return driver_pb2.CellStatus(stopped=bool(why), reason=why)
 
 
 def _asked(request: driver_pb2.ConnectDriverRequest) -> Asked:

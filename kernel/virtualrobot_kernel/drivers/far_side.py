@@ -20,7 +20,7 @@ class Process(Protocol):
 
     @property
     def fault(self) -> DriverFault | None:
-        """Fault that the host, or the process itself, met since it connected."""
+        """Fault that ended the process; None while it lives."""
         ...
 
     def connect(self) -> About:
@@ -39,18 +39,21 @@ class Process(Protocol):
         """Clear a fault at the controller."""
         ...
 
+    def words(self) -> DriverFault:
+        """Return the newest words of the controller, or about it."""
+        ...
+
     def close(self) -> None:
-        """End the process."""
+        """Have the driver let go, and end the process."""
+        ...
+
+    def kill(self) -> None:
+        """End the process at once, whatever it does; any thread may, also while another one asks it."""
         ...
 
 
 class Site(Protocol):
     """Maker of the far side, and its folder in shared memory."""
-
-    @property
-    def stopper(self) -> tuple[str, str]:
-        """Address and key of the process that stops the cell for anybody who asks; empty where there is none."""
-        ...
 
     def cell(self) -> CellBlock:
         """Return the one block of this kernel, made when it is asked for first."""

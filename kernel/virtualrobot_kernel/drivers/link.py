@@ -21,6 +21,9 @@ SILENT_CYCLES = 3
 SILENT_SECONDS = 0.1
 """A host is silent after so many cycles without a report, and not before so much time (s): a machine may be busy."""
 
+WORDS_SECONDS = 0.02
+"""Time (s) that the words of a fault are waited for before the twin is stopped: the robot brakes already."""
+
 STOPPED = frozenset({Safety.PROTECTIVE_STOP, Safety.SAFEGUARD_STOP, Safety.EMERGENCY_STOP, Safety.FAULT})
 """Verdicts with which the controller has stopped the robot."""
 
@@ -63,14 +66,23 @@ class Link:
     noted_tick: int = 0
     follows_badly: bool = False
     report: Report | None = None
+    is_silent: bool = False
+    told: Words | None = None
+    """Words of the host, once they were asked for after it met a fault."""
     settling: Lock = field(default_factory=Lock)
     _places: tuple[Structure, NDArray[np.intp], NDArray[np.intp]] | None = None
     _seen: tuple[int, int] = (-1, 0)
+    _error_ns: int = 0
 
     @property
     def is_played(self) -> bool:
         """Whether the robot does what its twin does."""
         return self.state in PLAYED
+
+    @property
+    def awaits_words(self) -> bool:
+        """Whether the host has met a fault whose words are not here yet."""
+        return self._error_ns > 0 and self.state is not State.ERROR
 
     def places(self, structure: Structure) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Return where its joints are in q and v, (k,) each; they are looked up once for each structure."""
@@ -90,19 +102,27 @@ class Link:
 
     def begin_anew(self, tick: int) -> None:
         """Forget what was played before."""
-        self._seen = (-1, 0)
+        self.forget_faults()
         self.first_tick = self.noted_tick = tick
         self.follows_badly = False
         self.ring.clear()
 
+    def forget_faults(self) -> None:
+        """Forget which fault was met, as another connection begins."""
+        self.words, self.told, self.is_silent = Words(), None, False
+        self._seen, self._error_ns = (-1, 0), 0
+
     def fault(self, now_ns: int) -> Words | None:
         """Return why the robot cannot go on being played; None: it can. It is asked before each tick."""
         report = self.report = self.ring.reported()
-        if (fault := self._met(report)) is not None:
+        if (fault := self._met(report, now_ns)) is not None:
             return fault
+        if report is not None and report.state is State.ERROR:
+            return None  # its words are on their way
         if report is None or report.cycles == self._seen[0]:
             silent = max(SILENT_SECONDS, SILENT_CYCLES / self.about.rate)
             if self._seen[1] and now_ns - self._seen[1] > silent * 1e9:
+                self.is_silent = True
                 return Words(f"the driver has been silent for {(now_ns - self._seen[1]) * 1e-9:.2f} s")
             if not self._seen[1]:
                 self._seen = (-1, now_ns)
@@ -110,19 +130,22 @@ class Link:
         self._seen = (report.cycles, now_ns)
         if self.state is not State.ACTIVE:
             return None
-        if report.on_brake:
-            return Words("the robot had no newer tick to play and braked: the kernel was late by more than the lead")
+        if report.state is not State.ACTIVE:
+            return Words("the driver has ended what it played")
         return self._astray(report)
 
-    def _met(self, report: Report | None) -> Words | None:
-        """Return the fault that the host or the controller has."""
+    def _met(self, report: Report | None, now_ns: int) -> Words | None:
+        """Return the fault that the process, the host or the controller has; the host's once its words are here."""
         if (fault := self.process.fault) is not None:
             return words_of(fault)
         if report is None:
             return None
         if report.state is State.ERROR:
-            return Words("the driver has met a fault")
-        if report.safety in STOPPED:
+            self._error_ns = self._error_ns or now_ns
+            if self.told is None and now_ns - self._error_ns < WORDS_SECONDS * 1e9:
+                return None
+            return self.told or Words("the driver has met a fault")
+        if report.safety in STOPPED and self.is_played:
             return Words(f"the controller has stopped the robot: {report.safety.value}")
         return None
 

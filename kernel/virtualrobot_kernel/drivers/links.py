@@ -14,9 +14,9 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 
 import numpy as np
-from virtualrobot_sdk.drivers import DriverFault
+from virtualrobot_sdk.drivers import DriverFault, Pace
 from virtualrobot_sdk.drivers import Mode as ControllerMode
-from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Report, State
+from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Report, State, TickRing
 
 from virtualrobot_kernel.drivers.admission import check, is_guarded
 from virtualrobot_kernel.drivers.far_side import Site
@@ -36,6 +36,12 @@ from virtualrobot_kernel.world.tick_inputs import TickInput
 
 REST_SECONDS = 10.0
 """Longest time (s) that a robot is given to come to rest before its driver is ended all the same."""
+
+BEGIN_SECONDS = 12.0
+"""Longest time (s) that a controller is given to let its robot follow; its host gives up before."""
+
+READING_SECONDS = 10.0
+"""Longest time (s) for the first reading of a controller that has been connected to."""
 
 REST_SPEED = 0.05
 """Measured speed (rad/s, m/s) of each joint below which a robot is at rest: what is measured is never quite still."""
@@ -86,11 +92,6 @@ class Links:
             return ""
         return self._reason or "stopped from outside the kernel"
 
-    @property
-    def stopper(self) -> tuple[str, str]:
-        """Address and key of the stopper; empty while no driver is connected."""
-        return self._site.stopper if self._links else ("", "")
-
     def statuses(self, snapshot: Snapshot) -> list[Status]:
         """Return all links as they are, by the names of their robots."""
         nodes = snapshot.structure.nodes
@@ -131,6 +132,7 @@ class Links:
             process, ring = self._site.connection(twin, asked, round(snapshot.tick_seconds * 1e9))
             try:
                 about = process.connect()
+                _await_reading(ring)
                 if about.joints != len(twin.joints):
                     raise KernelError(
                         f"the controller has {about.joints} joints, and {robot!r} was to have {len(twin.joints)}: "
@@ -139,7 +141,7 @@ class Links:
                         robot=robot,
                         controller=about.joints,
                     )
-                if about.watchdog == 0.0 and not asked.without_watchdog:
+                if about.watchdog == 0.0 and about.pace is not Pace.JOBS and not asked.without_watchdog:
                     raise KernelError(
                         "the controller does not stop by itself when it hears nothing more; connect with "
                         "`without_watchdog` if that will do",
@@ -201,10 +203,12 @@ class Links:
             try:
                 link.process.reset()
                 link.about = link.process.connect()
+                _await_reading(link.ring)
             except DriverFault as error:
                 link.words = words_of(error)
                 raise told(error, robot) from error
-            link.words, link.state = Words(), State.INACTIVE
+            link.forget_faults()
+            link.state = State.INACTIVE
             return self.status(robot)
 
     def stop_cell(self, reason: str) -> None:
@@ -269,6 +273,8 @@ class Links:
             words = self._look_at(link, now_ns)
             if words is not None and link in played:
                 failed.append((link, words))
+        if not failed and any(link.awaits_words for link in played):
+            return ()
         if failed:
             name = _name(now, failed[0][0])
             cause, why = EndCause.DRIVER, f"the real robot of {name!r} has stopped: {failed[0][1].text}"
@@ -277,6 +283,10 @@ class Links:
                 cell.stop()
         elif cell.stop_ns != NEVER:
             cause, why = EndCause.CELL_STOPPED, self.stopped
+            if not self._reason and (late := next((one for one in played if _is_starved(one)), None)) is not None:
+                name = _name(now, late)
+                cause, why = EndCause.DRIVER, f"the real robot of {name!r} had no newer tick to play, and brakes"
+                self._reason = why
         else:
             return self._stop_unleased(played, now)
         for link in played:
@@ -294,12 +304,19 @@ class Links:
         """Return the new fault of a link, which is in ERROR from then on."""
         if link.state in (State.ERROR, State.CONNECTING, State.DISCONNECTED):
             return None
+        awaited = link.awaits_words
         words = link.fault(now_ns)
+        if link.awaits_words and not awaited and not self._closed:
+            self._workers.submit(self._ask_words, link)
         if words is None:
             return None
         link.words, link.state = words, State.ERROR
         self._later(link)
         return words
+
+    def _ask_words(self, link: Link) -> None:
+        with suppress(DriverFault, KernelError):
+            link.told = words_of(link.process.words())
 
     def _stop_unleased(self, played: Sequence[Link], now: Snapshot) -> Sequence[Command]:
         """Stop robots that nobody has leased any more."""
@@ -386,19 +403,20 @@ class Links:
             report = self._report(robot, link)
             self._check_conditions(robot, link, report)
             moved = self._put_twin(robot, link, report)
-            link.state, link.words = State.BEGINNING, Words()
+            link.state = State.BEGINNING
             link.begin_anew(self._world.snapshot.state.tick)
             self._await_tick()
             self._check_conditions(robot, link, self._report(robot, link))
             link.mode = LinkMode.EXECUTE
             try:
                 link.process.begin()
+                self._await_active(link)
             except DriverFault as error:
-                link.words, link.state = words_of(error), State.ERROR
+                if link.state is State.BEGINNING:
+                    report = link.ring.reported()
+                    in_error = report is None or report.state is State.ERROR
+                    link.words, link.state = words_of(error), State.ERROR if in_error else State.INACTIVE
                 raise told(error, robot) from error
-            if link.state is not State.BEGINNING:
-                raise refused(robot, "cell", f"it was stopped as it began: {link.words.text or self.stopped}")
-            link.state = State.ACTIVE
             return moved
         except BaseException:
             link.mode = LinkMode.SIMULATED
@@ -406,6 +424,22 @@ class Links:
                 link.state = State.INACTIVE
             self._hold_clock(link, False)
             raise
+
+    def _await_active(self, link: Link) -> None:
+        """Wait until a robot follows; raise DriverFault with the words where it does not."""
+        until = time.monotonic() + BEGIN_SECONDS
+        while link.state is State.BEGINNING:
+            report = link.ring.reported()
+            if report is not None and report.state is State.ACTIVE:
+                link.state = State.ACTIVE
+                return
+            if report is not None and report.state is State.INACTIVE and self.stopped:
+                link.state = State.INACTIVE
+                raise DriverFault(f"the cell was stopped as it began: {self.stopped}")
+            if time.monotonic() > until or self._closed:
+                raise DriverFault(f"the controller does not let the robot follow after {BEGIN_SECONDS:g} s")
+            time.sleep(0.002)
+        raise DriverFault(link.words.text, link.words.code, link.words.clears)
 
     def _check_conditions(self, robot: str, link: Link, report: Report) -> None:
         """Raise KernelError (WRONG_STATE) that names the first condition of EXECUTE that does not hold."""
@@ -475,6 +509,8 @@ class Links:
             while not self._closed and time.monotonic() < until and not self._rests(link):
                 time.sleep(LOOK_SECONDS)
             self._note(self._world.snapshot, link, last=True)
+            if link.state is State.ERROR and link.is_silent:
+                link.process.kill()  # it hangs; the controller's own watchdog acts
             if link.state is State.STOPPING:
                 link.process.end()
                 link.state = State.INACTIVE
@@ -498,13 +534,11 @@ class Links:
         if any(link.twin.uid in motion.robots for motion in now.state.motions):
             return False
         report = link.ring.reported()
-        if link.state is State.ERROR or report is None:
-            return True
+        if link.state is State.ERROR or report is None or report.state is not State.ACTIVE:
+            return report is None or report.state is not State.STOPPING
         at_q, _ = link.places(now.structure)
-        held = report.rate == 0.0 or report.on_brake or report.state is not State.ACTIVE
         there = bool(np.abs(report.q - now.state.q[at_q]).max() <= link.asked.following_warning)
-        slow = bool(np.abs(report.v).max() <= REST_SPEED)
-        return slow and (held or there)
+        return there and bool(np.abs(report.v).max() <= REST_SPEED)
 
     def _hold_clock(self, link: Link, holds: bool) -> None:
         """Refuse that the clock changes while any robot is played, and keep up with it as far as their leads reach."""
@@ -608,6 +642,21 @@ def _stop(links: Sequence[Link], now: Snapshot, cause: EndCause, why: str) -> Se
     """Return the command that stops those of some robots that do not brake yet."""
     robots = going(now.state).intersection(link.twin.uid for link in links)
     return [StopRobots(tuple(sorted(robots)), Cancellation(cause, why))] if robots else ()
+
+
+def _await_reading(ring: TickRing) -> None:
+    """Wait for the first reading of a controller; raise DriverFault where there is none."""
+    until = time.monotonic() + READING_SECONDS
+    while (report := ring.reported()) is None or report.state is not State.INACTIVE or not report.cycles:
+        if time.monotonic() > until or (report is not None and report.state is State.ERROR):
+            raise DriverFault("the controller was connected to, and told nothing")
+        time.sleep(0.002)
+
+
+def _is_starved(link: Link) -> bool:
+    """Return whether a robot goes on by its brake, or has, though nobody has slowed its clock."""
+    report = link.report
+    return report is not None and report.on_brake and report.rate == 1.0
 
 
 def _name(now: Snapshot, link: Link) -> str:
