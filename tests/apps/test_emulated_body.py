@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-import numpy as np
-from virtualrobot_apps.emulators.body import ArmLimits, SimulatedArm
+import threading
 
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot_apps.emulators.body import ArmLimits, SimulatedArm, Twin
+
+from tests.kernels import KernelProcess, Stubs
 from tests.tiers import Draws
 
 CYCLE = 0.004
@@ -54,3 +59,32 @@ def test_it_brakes_when_it_is_halted_and_after_a_complaint() -> None:
     arm.follow(rest + 1.0)
     arm.advance(CYCLE)
     np.testing.assert_array_equal(arm.read()[0], rest)
+
+
+@pytest.mark.long
+def test_the_twin_follows_again_after_a_halt_and_after_a_complaint(kernel: KernelProcess, stubs: Stubs) -> None:
+    with virtualrobot.connect(kernel.address) as client:
+        arm = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="arm")
+        twin = Twin(arm, timeout=60.0)
+
+        def reach(goal: np.ndarray) -> None:
+            while np.abs(twin.read()[0] - goal).max() > 1e-3:
+                twin.follow(goal)
+                assert twin.complaint == ""
+                threading.Event().wait(CYCLE)
+
+        assert twin.joint_names == tuple(arm.joint_names) and not any(twin.sliding)
+        reach(np.full(7, 0.1))
+        np.testing.assert_allclose(twin.tcp(), arm.tcp, atol=0.01)
+        twin.follow(np.full(7, 1.0))
+        twin.halt()
+        reach(np.full(7, 0.2))  # at once, though it may still brake
+        while not twin.complaint:
+            twin.follow(np.full(7, 3.0))
+        assert "a setpoint is refused: joint" in twin.complaint
+        twin.recover()
+        reach(np.full(7, 0.1))
+        twin.close()
+        with arm.stream("position", preempt=True, timeout=60.0) as other:
+            twin.follow(np.full(7, 0.2))
+            assert twin.complaint.startswith(f"'arm' moves in '{other.motion.id}'")

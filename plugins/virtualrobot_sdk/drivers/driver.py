@@ -194,7 +194,7 @@ class Driver:
         """Let the robot, which is at rest, no longer follow: the other end of `begin`; harmless without one."""
 
     def reset(self) -> None:
-        """Clear the fault that `DriverFault.clears` spoke of; nothing moves by that. Within 10 s."""
+        """Clear the fault that `DriverFault.clears` spoke of; nothing moves by that. Connected; within 10 s."""
 
     def close(self) -> None:
         """Give the connection back; harmless at any time, and more than once."""

@@ -138,7 +138,7 @@ class Host:
 
     def reset(self) -> Words:
         """Have the controller clear its fault; return why it couldn't, or words without text."""
-        return self._asked(lambda: self._told(self._driver.reset))
+        return self._asked(self._reset)
 
     def set_tool(self, mass: float, center: Floats, flange_t_tcp: Floats) -> Words:
         """Tell the controller of the tool; return why it couldn't, or words without text."""
@@ -402,6 +402,21 @@ class Host:
         self._player = self._jobs = self._sent = None
         self.state = State.INACTIVE
         return Words()
+
+    def _reset(self) -> Words:
+        """Have the controller clear its fault; one that ended the connection has it open for that alone."""
+        if self.state is not State.ERROR:
+            return self._told(self._driver.reset)
+
+        def connected() -> None:
+            self._driver.connect()
+            self._driver.reset()
+
+        try:
+            return self._told(connected)
+        finally:
+            with contextlib.suppress(BaseException):
+                self._driver.close()
 
     def _told(self, work: Callable[[], None]) -> Words:
         try:

@@ -13,7 +13,7 @@ from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot.errors import VirtualRobotError
+from virtualrobot.errors import RobotBusyError, VirtualRobotError
 from virtualrobot.motions.setpoints import SetpointStream
 from virtualrobot.robots.robot import Robot
 
@@ -170,6 +170,7 @@ class Twin:
         """
         self._robot, self._timeout = robot, timeout
         self._stream: SetpointStream | None = None
+        self._motion = ""
         self._closed = False
         self.joint_names = tuple(robot.joint_names)
         types = robot.joint_types
@@ -188,13 +189,17 @@ class Twin:
         return np.array(self._state.world_t_tcp)
 
     def follow(self, positions: Floats) -> None:
-        """Send a setpoint; the first one opens the stream."""
+        """Send a setpoint; the first one opens the stream, as soon as the one before has come to rest."""
         if self.complaint:
             return
         try:
             if self._stream is None:
                 self._stream = self._robot.stream("position", timeout=self._timeout)
+                self._motion = self._stream.motion.id
             self._stream.send(positions)
+        except RobotBusyError as error:
+            if error.metadata.get("motion") != self._motion:
+                self.complaint = str(error)
         except VirtualRobotError as error:
             self.complaint, self._stream = str(error), None
 

@@ -114,6 +114,7 @@ class Loopback(Driver):
     def reset(self) -> None:
         """Clear a protective stop; switch the motors on after a loss of power."""
         self._look()
+        self._answering()
         self.controller.reset()
 
     def close(self) -> None:
