@@ -11,7 +11,7 @@ from typing import Any
 import grpc
 import numpy as np
 import pytest
-from virtualrobot.v1 import collision_pb2, driver_pb2, kernel_pb2, motion_pb2, scene_pb2
+from virtualrobot.v1 import collision_pb2, driver_pb2, motion_pb2, scene_pb2
 
 from tests.api.asking import IIWA, apply, joints, load, refusal
 from tests.api.leasing import Holder

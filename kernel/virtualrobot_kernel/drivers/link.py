@@ -76,12 +76,12 @@ class Link:
 
     @property
     def is_played(self) -> bool:
-        """Whether the robot does what its twin does."""
+        """True while the robot does, or is about to do, what its twin does."""
         return self.state in PLAYED
 
     @property
     def awaits_words(self) -> bool:
-        """Whether the host has met a fault whose words are not here yet."""
+        """True while the host has met a fault whose words are not here yet."""
         return self._error_ns > 0 and self.state is not State.ERROR
 
     def places(self, structure: Structure) -> tuple[NDArray[np.intp], NDArray[np.intp]]:

@@ -53,7 +53,7 @@ NOTE_SECONDS = 1.0
 """Period (s) of simulation time at which the journal is told what was played."""
 
 CHECK = "guarded tick by tick, with all brakes"
-"""How ticks that are played were known to be good."""
+"""Check by which ticks that are played were known to be good."""
 
 log = logging.getLogger(__name__)
 
@@ -86,7 +86,7 @@ class Links:
 
     @property
     def stopped(self) -> str:
-        """Why the cell is stopped; empty: it is not."""
+        """Reason for which the cell is stopped; empty: it is not."""
         cell = self._cell
         if cell is None or cell.stop_ns == NEVER:
             return ""

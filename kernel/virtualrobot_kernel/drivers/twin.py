@@ -32,7 +32,7 @@ class ControllerJoint:
 
 @dataclass(frozen=True, slots=True)
 class Asked:
-    """What a client asks of a connection: who is to be connected how.
+    """Connection that a client asks for: who is to be connected how.
 
     Attributes:
         component: the driver's name.
