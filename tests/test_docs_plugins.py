@@ -25,6 +25,7 @@ from virtualrobot_sdk import (
     selfcheck,
     testing,
 )
+from virtualrobot_sdk.drivers import driver
 from virtualrobot_sdk.hookspecs import HOOKS, MODELS_HOOK
 from virtualrobot_sdk.testing.contract import KinematicsContract
 from virtualrobot_sdk.testing.examination import LAWS
@@ -118,7 +119,7 @@ def test_every_protocol_of_the_sdk_is_among_them() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", [drivers.driver, importers, kinematics, mobile, models, rays], ids=lambda module: module.__name__
+    "module", [driver, importers, kinematics, mobile, models, rays], ids=lambda module: module.__name__
 )
 def test_every_field_of_a_value_is_told(module: ModuleType) -> None:
     for name, fields in values(module).items():

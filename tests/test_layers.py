@@ -85,6 +85,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/new/drivers": ("virtualrobot_sdk", "numpy", "serial", "pytest", "board"),
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
+    # Each bridge speaks by the library of its protocol, where that is installed.
+    f"{APPS}/bridges/modbus.py": ("virtualrobot_apps", "virtualrobot", "pymodbus"),
+    f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),
+    f"{APPS}/bridges/opcua.py": ("virtualrobot_apps", "virtualrobot", "asyncua"),
     # What they say is read from YAML.
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),
     # Films are written by FFmpeg, where its package is installed.

@@ -102,7 +102,7 @@ def test_what_cannot_be_followed_is_an_error_until_the_time_out(setup: Setup) ->
     for asked, why in (
         ((start[:5],), "it is asked for 5 joints and 0 external axes, and has 6 and 0"),
         ((np.where(start == 10.0, np.nan, start),), "nan], which are no numbers"),
-        ((None, ([500, 0, 500], [1, 0, 0, 0])), "it is asked for a pose, and runs EGMRunJoint"),
+        ((None, ([500, 0, 500], [1, 0, 0, 0])), "an arm without a kernel has joints alone, and knows no poses"),
         ((start + 1000.0,), "joint joint_1 would be at 17.4533, its range is -6.28319 to 6.28319"),
     ):
         setup.told.clear()
@@ -155,9 +155,12 @@ def test_answers_that_come_late_or_from_others_are_dropped(setup: Setup) -> None
 
 
 def test_a_program_moves_the_twin_in_a_kernel(kernel: KernelProcess, stubs: Stubs) -> None:
-    program = EGM(port=0)
+    program, base = EGM(port=0), virtualrobot.pose(0.5, 1.0, 0.2, yaw=1.0)
+    base_t_world = np.linalg.inv(base)
     with virtualrobot.connect(kernel.address) as client:
-        arm = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="arm")
+        arm = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="arm", pose=base)
+        start = np.array([10.0, 30.0, 5.0, -90.0, 3.0, 60.0, 4.0])
+        arm.set_positions(np.radians(start))
         to = f"127.0.0.1:{port_of(program)}"
         command = [sys.executable, "-m", "virtualrobot", "emulate", "egm", "arm", "--to", to, "--timeout", "60"]
         process = subprocess.Popen(
@@ -165,22 +168,36 @@ def test_a_program_moves_the_twin_in_a_kernel(kernel: KernelProcess, stubs: Stub
         )
         with process:
             try:
-                goal = np.array([10.0, -5.0, 5.0, -10.0, 3.0, 2.0, 4.0])
+                # In small steps: what a busy kernel takes together must not be too far for one tick.
+                goal = start + np.array([2.0, -2.0, 1.0, 2.0, -1.0, 1.0, -2.0])
                 share, state, rests = 0.0, None, 0
                 while state is None or rests < 100:  # a goal that stops all at once is overshot
                     there, state = program.receive_from_robot(MINUTE)
                     assert there and state is not None and state.mci_state == MCI_RUNNING
-                    share = min(1.0, share + 0.005)
+                    share = min(1.0, share + 0.004)
                     off = np.abs([*state.joint_angles, *state.external_axes] - goal).max()
                     rests = rests + 1 if off < 0.01 else 0
-                    assert program.send_to_robot(share * goal[:6], external_joints=share * goal[6:])
+                    asked = start + share * (goal - start)
+                    assert program.send_to_robot(asked[:6], external_joints=asked[6:])
                 np.testing.assert_allclose(np.degrees(arm.positions), goal, atol=0.02)
-                position = 1e3 * arm.tcp[:3, 3]
+                position = 1e3 * (base_t_world @ arm.tcp)[:3, 3]
                 assert state.cartesian is not None
                 told = state.cartesian.pos
                 np.testing.assert_allclose([told.x, told.y, told.z], position, atol=1.0)
+                # Then down by 20 mm, as with EGMRunPose.
+                orient, asked, rests = state.cartesian.orient, position.copy(), 0
+                below = position - np.array([0.0, 0.0, 20.0])
+                while rests < 100:
+                    asked[2] = max(asked[2] - 0.1, below[2])
+                    assert program.send_to_robot(cartesian=(asked, [orient.u0, orient.u1, orient.u2, orient.u3]))
+                    there, state = program.receive_from_robot(MINUTE)
+                    assert there and state is not None and state.mci_state == MCI_RUNNING and state.cartesian
+                    told = state.cartesian.pos
+                    off = np.abs([told.x, told.y, told.z] - below).max()
+                    rests = rests + 1 if off < 0.1 else 0
+                np.testing.assert_allclose(1e3 * (base_t_world @ arm.tcp)[:3, 3], below, atol=0.2)
                 while state.mci_state == MCI_RUNNING:
-                    program.send_to_robot([10.0, 170.0, 5.0, -10.0, 3.0, 2.0], external_joints=[4.0])
+                    program.send_to_robot([10.0, 170.0, 5.0, -90.0, 3.0, 60.0], external_joints=[4.0])
                     there, state = program.receive_from_robot(MINUTE)
                     assert there and state is not None
                 assert state.mci_state == MCI_ERROR

@@ -19,6 +19,12 @@ BUSY = 1.0
 """Watchdog and silence (s) that a busy machine keeps."""
 
 
+def host(number: int) -> str:
+    """Return another address of this process alone, for one of four controllers; the first one's is `ADDRESS`."""
+    first, second, *rest = ADDRESS.split(".")
+    return ".".join((first, str((int(second) + 64 * number) % 256), *rest))
+
+
 class ControllerProcess:
     """`virtualrobot emulate ur`, which ends with this process at the latest."""
 

@@ -41,7 +41,7 @@ class Jobs:
 
     @property
     def done(self) -> bool:
-        """Whether the robot has reached all points that it was given."""
+        """True once the robot has reached all points that it was given."""
         return self._reached >= self._given
 
     def step(self, ns: int, player: Player, reading: Reading | None) -> None:

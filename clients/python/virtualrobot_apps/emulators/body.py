@@ -13,7 +13,7 @@ from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot.errors import RobotBusyError, VirtualRobotError
+from virtualrobot.errors import RobotBusyError, UnreachableError, VirtualRobotError
 from virtualrobot.motions.setpoints import SetpointStream
 from virtualrobot.robots.robot import Robot
 
@@ -37,7 +37,15 @@ class Body(Protocol):
         ...
 
     def tcp(self) -> Floats | None:
-        """Return the pose of its tool centre point in the world, 4x4; None where nobody knows."""
+        """Return the pose of its tool centre point in its base's frame, 4x4; None where nobody knows."""
+        ...
+
+    def solve(self, base_t_tcp: Floats, near: Floats) -> Floats:
+        """Return the positions (k,), nearest to `near` (k,), that bring its tool centre point to a pose.
+
+        Raises:
+            VirtualRobotError: there are none, or nobody knows.
+        """
         ...
 
     def follow(self, positions: Floats) -> None:
@@ -113,6 +121,10 @@ class SimulatedArm:
     def tcp(self) -> None:
         """Know nothing of a tool: there are joints alone."""
 
+    def solve(self, base_t_tcp: Floats, near: Floats) -> Floats:
+        """Refuse poses."""
+        raise UnreachableError("an arm without a kernel has joints alone, and knows no poses")
+
     def follow(self, positions: Floats) -> None:
         """Go towards `positions`; one outside the range of its joint is a complaint, and the arm comes to rest."""
         if self.complaint:
@@ -163,12 +175,13 @@ class Twin:
     What the kernel refuses, or ends the motion for (a limit, a collision, a lease), is the complaint.
     """
 
-    def __init__(self, robot: Robot, timeout: float = 1.0) -> None:
+    def __init__(self, robot: Robot, timeout: float = 1.0, world_t_base: Floats | None = None) -> None:
         """Take a robot, which moves only once something is to be followed; its kernel's clock goes on by itself.
 
-        It stops after `timeout` seconds of simulation time without a setpoint.
+        It stops after `timeout` seconds of simulation time without a setpoint. `world_t_base`: where it stands, 4x4.
         """
         self._robot, self._timeout = robot, timeout
+        self._base_t_world = np.eye(4) if world_t_base is None else np.linalg.inv(world_t_base)
         self._stream: SetpointStream | None = None
         self._motion = ""
         self._closed = False
@@ -185,8 +198,17 @@ class Twin:
         return np.array(state.positions), np.array(state.velocities)
 
     def tcp(self) -> Floats | None:
-        """Return the pose of its chosen tool centre point in the world, 4x4."""
-        return np.array(self._state.world_t_tcp)
+        """Return the pose of its chosen tool centre point in its base's frame, 4x4."""
+        return self._base_t_world @ self._state.world_t_tcp
+
+    def solve(self, base_t_tcp: Floats, near: Floats) -> Floats:
+        """Return the positions (k,) that the kernel finds; raises UnreachableError with its words."""
+        found = self._robot.solve_inverse(base_t_tcp, near, reference=self._robot.name)
+        if not found.solved:
+            raise UnreachableError(found.explanation)
+        positions = np.array(near)
+        positions[[self.joint_names.index(name) for name in found.joint_names]] = found.solutions[0]
+        return positions
 
     def follow(self, positions: Floats) -> None:
         """Send a setpoint; the first one opens the stream, as soon as the one before has come to rest."""

@@ -70,7 +70,7 @@ def egm(
             client = stack.enter_context(target.connect("EGM emulator"))
             if client.clock.mode == "stepped":
                 raise click.UsageError(f"time stands still, and nothing would move; {GO_ON}")
-            body = Twin(client.robot(robot), timeout)
+            body = Twin(client.robot(robot), timeout, client.scene.pose(robot))
         try:
             controller = EgmController(body, to, rate, timeout, lambda words: click.echo(words))
         except OSError as error:

@@ -1,4 +1,4 @@
-r"""An ABB controller that runs EGMRunJoint in a loop: it speaks first, and goes where it is answered to go.
+r"""An ABB controller that runs EGM in a loop: it speaks first, and goes where it is answered to go.
 
 Its program is emulated so:
 
@@ -8,18 +8,21 @@ Its program is emulated so:
       EGMRunJoint egm, EGM_STOP_HOLD \J1 \J2 \J3 \J4 \J5 \J6;   ! until nothing has come for the time-out
     ENDWHILE
 
-So numbers of packets begin anew after each time-out. What it can't follow (a wrong count of joints, no numbers, a pose,
-a position out of range, whatever the twin in a kernel refuses) makes EGM say MCI_ERROR until the time-out has passed.
+or with EGMActPose and EGMRunPose, where poses are asked for. So numbers of packets begin anew after each time-out. What
+it can't follow (a wrong count of joints, no numbers, a pose out of reach, a position out of range, whatever the twin in
+a kernel refuses) makes EGM say MCI_ERROR until the time-out has passed.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from google.protobuf.message import DecodeError
-from virtualrobot.geometry import quaternion_of
+from virtualrobot.errors import VirtualRobotError
+from virtualrobot.geometry import pose_from_quaternion, quaternion_of
 
 from virtualrobot_apps.emulators.body import Body
 from virtualrobot_apps.emulators.cyclic import Datagrams
@@ -76,7 +79,7 @@ class EgmController:
         self._heard: int | None = None
         self._last_number: int | None = None
         self._wrong, self._stood = "", False
-        self._planned = body.read()[0]
+        self._planned, self._pose = body.read()[0], None
         self._rapid: tuple[bool, list[float]] = (False, [])
         self._unit = np.array([1e3 if slides else math.degrees(1.0) for slides in body.sliding])
 
@@ -94,7 +97,9 @@ class EgmController:
             self._begin_anew()  # what was asked before is no longer meant
         self._stood = not self._runs()
         if self._runs() and not self._wrong:
-            if self.answered:
+            if self._pose is not None:
+                self._solve(self._pose)
+            if self.answered and not self._wrong:
                 self._body.follow(self._planned)
             if self._body.complaint:
                 self._refuse(self._body.complaint)
@@ -115,6 +120,7 @@ class EgmController:
         self._body.halt()
         self._body.recover()
         self._wrong, self._heard, self._last_number = "", None, None
+        self._pose = None
         self.answered = self._sequence = 0
 
     def _refuse(self, why: str) -> None:
@@ -140,7 +146,7 @@ class EgmController:
         self._rapid = asked.RAPIDtoRobot.digVal, list(asked.RAPIDtoRobot.dnum)
         planned = asked.planned
         if planned.HasField("cartesian"):
-            self._refuse("it is asked for a pose, and runs EGMRunJoint")
+            self._pose = planned.cartesian
             return
         values = [*planned.joints.joints, *planned.externalJoints.joints]
         if not values:
@@ -152,8 +158,21 @@ class EgmController:
         elif not np.isfinite(values).all():
             self._refuse(f"it is asked for {values}, which are no numbers")
         else:
-            self._planned = np.array(values) / self._unit
+            self._planned, self._pose = np.array(values) / self._unit, None
             self.answered += 1
+
+    def _solve(self, pose: Any) -> None:  # noqa: ANN401 an EgmPose
+        """Go where the tool centre point comes to a pose (mm, quaternion w, x, y, z) in the base's frame."""
+        position, turn = pose.pos, pose.orient
+        self._pose = None
+        try:
+            wanted = pose_from_quaternion(
+                [1e-3 * position.x, 1e-3 * position.y, 1e-3 * position.z], [turn.u1, turn.u2, turn.u3, turn.u0]
+            )
+            self._planned = self._body.solve(wanted, self._planned)
+            self.answered += 1
+        except VirtualRobotError as error:
+            self._refuse(str(error))
 
     def _counts(self) -> str:
         own = min(ROBOT_JOINTS, len(self._unit))

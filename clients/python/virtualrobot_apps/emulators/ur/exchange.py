@@ -25,6 +25,15 @@ class Recipe:
     kinds: tuple[str, ...]
     form: struct.Struct
 
+    def read(self, data: bytes) -> dict[str, object]:
+        """Return values by name: the first that are whole, since ur-rtde sends more than its recipe for one command."""
+        if len(data) == self.form.size:
+            return values.unpack(self.names, self.kinds, self.form, data)
+        count, form = 0, values.layout(())
+        while count < len(self.kinds) and (longer := values.layout(self.kinds[: count + 1])).size <= len(data):
+            count, form = count + 1, longer
+        return values.unpack(self.names[:count], self.kinds[:count], form, data[: form.size])
+
 
 def packet(kind: int, body: bytes) -> bytes:
     """Return the bytes of a packet."""
@@ -85,8 +94,7 @@ class Session:
             return packet(kind, b"\1")
         if kind == DATA and body and body[0] in self._inputs:
             recipe = self._inputs[body[0]]
-            if len(body) - 1 == recipe.form.size:
-                self.set.update(values.unpack(recipe.names, recipe.kinds, recipe.form, body[1:]))
+            self.set.update(recipe.read(body[1:]))
         return b""
 
     def _recipe(self, text: bytes, inputs: bool) -> tuple[Recipe | None, bytes]:

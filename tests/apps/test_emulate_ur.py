@@ -1,0 +1,252 @@
+"""The emulated controller of Universal Robots: programs with ur-rtde run against it and the twin, unchanged."""
+
+from __future__ import annotations
+
+import itertools
+import socket
+from collections.abc import Iterator
+
+import numpy as np
+import pytest
+import virtualrobot
+from click.testing import CliRunner
+from virtualrobot_apps.emulators.body import SimulatedArm
+from virtualrobot_apps.emulators.command import emulate
+from virtualrobot_apps.emulators.ur import dashboard, kinematics
+from virtualrobot_apps.emulators.ur.controller import Controller, RobotMode, SafetyMode
+from virtualrobot_apps.emulators.ur.kinematics import MODELS, NoPosture
+from virtualrobot_apps.emulators.ur.orders import obey
+from virtualrobot_apps.emulators.ur.scripts import run_script
+from virtualrobot_apps.emulators.ur.server import Server
+
+from tests.apps.ur_programs import MORE, MOVES, told
+from tests.drivers.peers import ADDRESS
+from tests.drivers.ur_controllers import ControllerProcess, host
+from tests.kernels import KernelProcess, Stubs
+from tests.tiers import Draws
+
+HOME = np.array([0.0, -1.57, 1.57, -1.57, -1.57, 0.0])
+
+
+def made() -> Controller:
+    return Controller(SimulatedArm(HOME))
+
+
+def play(controller: Controller, script: str) -> None:
+    """Run a script to its end."""
+    run_script(controller, script)
+    for _ in range(20000):
+        controller.cycle()
+        if controller.program is None and not controller.moving:
+            return
+    raise AssertionError(f"{script!r} has no end")
+
+
+@pytest.fixture(scope="module")
+def process() -> Iterator[ControllerProcess]:
+    running = ControllerProcess(host=host(1))
+    yield running
+    running.kill()
+
+
+def test_rotation_vectors_come_back(rng: np.random.Generator, draws: Draws) -> None:
+    angles = itertools.chain([0.0, 1e-12, 1e-7, np.pi - 1e-9, np.pi], rng.uniform(0.0, np.pi, draws(100)))
+    for angle in angles:
+        axis = rng.normal(size=3)
+        vector = axis / np.linalg.norm(axis) * angle
+        matrix = kinematics.rotation(vector)
+        np.testing.assert_allclose(matrix @ matrix.T, np.eye(3), atol=1e-12)
+        again = kinematics.rotation_vector(matrix)
+        np.testing.assert_allclose(kinematics.rotation(again), matrix, atol=1e-8)
+        assert np.linalg.norm(again) == pytest.approx(angle, abs=1e-7)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_inverse_and_the_jacobian_belong_to_the_forward(name: str, rng: np.random.Generator, draws: Draws) -> None:
+    model, tcp = MODELS[name], kinematics.matrix_of(np.array([0.01, -0.02, 0.1, 0.2, 0.1, -0.3]))
+    for _ in range(draws(10)):
+        # Away from stretched elbow and wrist, where postures meet.
+        positions = rng.uniform(-2.5, 2.5, 6)
+        positions[[2, 4]] = rng.choice([-1.0, 1.0], 2) * rng.uniform(0.6, 2.4, 2)
+        pose = kinematics.forward(model, positions, tcp)
+        found = kinematics.inverse(model, pose, positions + rng.uniform(-0.05, 0.05, 6), tcp)
+        np.testing.assert_allclose(kinematics.forward(model, found, tcp), pose, atol=1e-8)
+        slope = kinematics.jacobian(model, positions, tcp)
+        for joint, step in enumerate(1e-6 * np.eye(6)):
+            after = kinematics.forward(model, positions + step, tcp)
+            turn = kinematics.rotation_vector(after[:3, :3] @ pose[:3, :3].T)
+            moved = np.concatenate([after[:3, 3] - pose[:3, 3], turn]) / 1e-6
+            np.testing.assert_allclose(slope[:, joint], moved, atol=1e-5)
+    with pytest.raises(NoPosture, match="no posture near"):
+        kinematics.inverse(model, kinematics.matrix_of(np.array([9.0, 0.0, 0.0, 0.0, 0.0, 0.0])), HOME)
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] * (name not in ("ur5", "ur10e"))) for name in MODELS]
+)
+def test_poses_are_those_of_the_model_in_the_catalogue(
+    name: str, kernel: KernelProcess, stubs: Stubs, rng: np.random.Generator
+) -> None:
+    with virtualrobot.connect(kernel.address) as client:
+        arm = client.load_robot(f"model://{name}", name="arm")
+        for _ in range(3):
+            positions = rng.uniform(-3.0, 3.0, 6)
+            arm.set_positions(positions)
+            here = kinematics.forward(MODELS[name], positions)
+            np.testing.assert_allclose(arm.tcp, here, atol=2e-3)
+
+
+@pytest.mark.long
+def test_a_program_with_ur_rtde_moves_an_arm(process: ControllerProcess) -> None:
+    said = told(MOVES, process.host)
+    start, pose = said["start"]
+    np.testing.assert_allclose(start, HOME, atol=1e-6)
+    model = MODELS["ur5e"]
+    np.testing.assert_allclose(kinematics.matrix_of(np.array(pose)), kinematics.forward(model, HOME), atol=1e-6)
+    done, joints = said["moveJ"]
+    assert done
+    np.testing.assert_allclose(joints, [0.2, -1.4, 1.4, -1.5, -1.4, 0.1], atol=1e-3)
+    done, joints, there, asked = said["moveL"]
+    assert done
+    np.testing.assert_allclose(there, asked, atol=2e-3)
+    np.testing.assert_allclose(joints, said["inverse"], atol=1e-3)
+    done, joints, asked = said["servoJ"]
+    assert done and said["servoStop"]
+    np.testing.assert_allclose(joints, asked, atol=1e-3)
+
+
+@pytest.mark.long
+def test_a_program_with_ur_rtde_does_all_else() -> None:
+    process = ControllerProcess(host=host(2))
+    try:
+        said = told(MORE, process.host)
+    finally:
+        process.kill()
+    assert said["speedJ"][0] and said["speedJ"][2]
+    np.testing.assert_allclose(said["speedJ"][1], [0.0] * 5 + [0.3], atol=0.011)
+    started, progress, went, speed, steady = said["stopJ"]
+    assert started and progress >= 0 and 0.0 < went < 0.9 and speed < 1e-3 and steady
+    assert said["setTcp"] == [True, [0.0, 0.0, pytest.approx(0.1), 0.0, 0.0, 0.0]] and said["setPayload"]
+    np.testing.assert_allclose(*said["forward"], atol=1e-6)
+    assert said["outputs"][:2] == [True, True] and said["outputs"][2] & 0b1000
+    assert said["status"] == [3, True, SafetyMode.NORMAL]
+    assert said["stopScript"] is False and said["reuploadScript"] == [True, True]
+    assert said["protective"] == [True, SafetyMode.PROTECTIVE_STOP, False]
+
+
+def test_a_program_with_ur_rtde_moves_the_twin(kernel: KernelProcess, stubs: Stubs) -> None:
+    with virtualrobot.connect(kernel.address) as client:
+        arm = client.load_robot("model://ur5e", name="arm")
+        arm.set_positions(HOME)
+        process = ControllerProcess("arm", "--address", kernel.address, host=host(2))
+        try:
+            said = told(MOVES, process.host)
+            done, joints, asked = said["servoJ"]
+            assert done and said["moveJ"][0] and said["moveL"][0] and said["servoStop"]
+            np.testing.assert_allclose(joints, asked, atol=1e-3)
+            np.testing.assert_allclose(arm.positions, asked, atol=1e-3)
+            np.testing.assert_allclose(said["moveL"][2], said["moveL"][3], atol=2e-3)
+            np.testing.assert_allclose(arm.tcp[:3, 3], said["moveL"][2][:3], atol=2e-3)
+        finally:
+            process.kill()
+
+
+def test_lines_of_script_have_an_effect(rng: np.random.Generator) -> None:
+    controller = made()
+    play(controller, "movej([0.1, -1.5, 1.5, -1.5, -1.5, 0.2], a=3.0, v=2.0)\n")
+    np.testing.assert_allclose(controller.body.read()[0], [0.1, -1.5, 1.5, -1.5, -1.5, 0.2], atol=2e-5)
+    pose = kinematics.pose_of(kinematics.forward(controller.model, controller.body.read()[0]))
+    pose[2] += 0.02
+    play(controller, f"def mine():\n  movel(p{pose.tolist()}, 1.2, 0.25)\n  set_digital_out(2, True)\nend\n")
+    here = kinematics.forward(controller.model, controller.body.read()[0])
+    np.testing.assert_allclose(kinematics.pose_of(here), pose, atol=1e-4)
+    assert controller.digital_outputs == 0b100
+    run_script(controller, "set_tcp(p[1, 2])\n")
+    controller.cycle()
+    assert controller.words == [(210, 0, "this emulator can't do 'set_tcp(p[1, 2])'")]
+    controller.words.clear()
+    run_script(controller, "movel(p[9, 0, 0, 0, 0, 0], 1, 1)\n")
+    controller.cycle()
+    assert "no posture near" in controller.words[0][2] and not controller.moving
+
+
+def test_the_dashboard_answers() -> None:
+    controller = made()
+
+    def asked(line: str) -> str:
+        return dashboard.answer(controller, line)
+
+    assert asked("PolyscopeVersion").startswith("URSoftware 5.11.0.108249")
+    assert (asked("robotmode"), asked("safetymode")) == ("Robotmode: RUNNING", "Safetymode: NORMAL")
+    assert (asked("load a.urp"), asked("play")) == ("File not found: a.urp", "Failed to execute: play")
+    assert asked("dance") == 'could not understand: "dance"'
+    run_script(controller, "movej([1, -1.5, 1.5, -1.5, -1.5, 0], a=3.0, v=2.0)\n")
+    for _ in range(100):
+        controller.cycle()
+    assert asked("running") == "Program running: true" and np.abs(controller.body.read()[1]).max() > 0.3
+    assert asked("stop") == "Stopped" and asked("programState") == "STOPPED <unnamed>"
+    for _ in range(300):
+        controller.cycle()
+    np.testing.assert_array_equal(controller.body.read()[1], 0.0)
+    assert asked("power off") == "Powering off" and controller.mode is RobotMode.POWER_OFF
+    run_script(controller, "movej([0, -1.5, 1.5, -1.5, -1.5, 0], a=3.0, v=2.0)\n")
+    assert controller.program is None and "the robot is POWER_OFF" in controller.words[-1][2]
+    asked("power on")
+    for _ in range(60):
+        controller.cycle()
+    assert controller.mode is RobotMode.IDLE
+    asked("brake release")
+    for _ in range(60):
+        controller.cycle()
+    assert controller.mode is RobotMode.RUNNING
+    controller.protective_stop("Collision")
+    assert asked("safetystatus") == "Safetystatus: PROTECTIVE_STOP"
+    asked("unlock protective stop")
+    assert controller.safety is SafetyMode.NORMAL
+
+
+def test_orders_are_obeyed_or_refused_in_words() -> None:
+    controller = made()
+    assert obey(controller, "input 3 on\n") == obey(controller, "speed 0.25\n") == obey(controller, "\n") == ""
+    assert (controller.digital_inputs, controller.slider) == (0b1000, 0.25)
+    assert obey(controller, "emergency stop\n") == "" and controller.safety is SafetyMode.ROBOT_EMERGENCY_STOP
+    obey(controller, "release\n")
+    assert (controller.safety, controller.mode) == (SafetyMode.NORMAL, RobotMode.POWER_OFF)
+    assert obey(controller, "speed 7\n") == "speed is a share from 0 to 1, not 7"
+    assert obey(controller, "jump\n").startswith("'jump' is none of protective stop, ")
+    assert "is none of" in obey(controller, "input 18 on\n")
+
+
+def test_what_the_kernel_refuses_is_a_protective_stop() -> None:
+    arm = SimulatedArm(HOME)
+    controller = Controller(arm)
+    play(controller, "movej([0, -1.57, 1.57, -1.57, -1.57, 7.0], a=15.0, v=3.0)\n")
+    assert controller.safety is SafetyMode.PROTECTIVE_STOP
+    assert any("joint joint_6 would be at" in text for _, _, text in controller.words)
+
+
+def test_nonsense_ends_a_connection_and_nothing_else() -> None:
+    server = Server(made(), ADDRESS)
+    try:
+        for data in (b"\0\1V", b"\0\3O", b"\0\4O\0", b"\0\5U\7\7", b"\xff\xff" * 3):
+            with socket.create_connection((ADDRESS, 30004)) as program:
+                program.sendall(data)
+                for _ in range(3):
+                    server.cycle()
+        with socket.create_connection((ADDRESS, 30002)) as program:
+            program.sendall(b"\xff\xfe(((\nmovej(])\n")
+            for _ in range(3):
+                server.cycle()
+        assert server.controller.cycles == 18
+        with pytest.raises(OSError, match="in use"):
+            Server(made(), ADDRESS)
+    finally:
+        server.close()
+
+
+def test_wrong_options_are_told() -> None:
+    done = CliRunner().invoke(emulate, ["ur", "--host", "192.0.2.1"])
+    assert done.exit_code == 1 and "the ports 29999 to 30004 of 192.0.2.1 can't be had" in done.output
+    assert CliRunner().invoke(emulate, ["ur", "--model", "ur4"]).exit_code == 2
+    with pytest.raises(ValueError, match="six joints that turn, not 5"):
+        Controller(SimulatedArm([0.0] * 5))
