@@ -156,7 +156,7 @@ def test_what_plans_by_itself_goes_the_way_of_its_twin(
 
 @pytest.mark.long
 @pytest.mark.parametrize(("by", "said"), [("stop", "the cell was stopped"), ("frozen", "no newer tick came in time")])
-@pytest.mark.parametrize(("component", "settings"), [("jobs", {}), ("arm", {"baud": 115200})])
+@pytest.mark.parametrize(("component", "settings"), [("jobs", {}), ("arm", {"baud": 19200})])
 def test_what_plans_by_itself_is_stopped_on_its_way(
     hosted: Hosts, component: str, settings: dict[str, object], by: str, said: str
 ) -> None:
