@@ -59,11 +59,14 @@ class Bridge:
         self._changes: asyncio.Queue[SignalChange | VirtualRobotError] = asyncio.Queue()
         loop = asyncio.get_running_loop()
         watch = self._client.signals.follow([entry.signal for entry in self._mapping.entries])
+        changes = iter(watch)
+        # The first tells all signals, which are no changes.
+        self._world.update((await asyncio.to_thread(next, changes)).values)
         ended = False
 
         def follow() -> None:
             try:
-                for change in watch:
+                for change in changes:
                     loop.call_soon_threadsafe(self._changes.put_nowait, change)
             except VirtualRobotError as error:
                 if not ended:
@@ -79,7 +82,10 @@ class Bridge:
                 await main
         finally:
             ended = True
-            main.cancel()
+            # Libraries, and asyncio.wait_for before Python 3.12, may swallow a cancellation.
+            while not main.done():
+                main.cancel()
+                await asyncio.wait({main}, timeout=LOOK_SECONDS)
             await asyncio.gather(main, return_exceptions=True)
             watch.close()
             await asyncio.to_thread(thread.join)
@@ -152,7 +158,8 @@ class Bridge:
         end = asyncio.get_running_loop().time() + AGAIN_SECONDS
         while (left := end - asyncio.get_running_loop().time()) > 0:
             try:
-                change = await asyncio.wait_for(self._next(), left)
+                async with asyncio.timeout(left):
+                    change = await self._next()
             except TimeoutError:
                 return
             self._missed += sum(name in self._out for name in change.values)
