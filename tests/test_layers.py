@@ -42,6 +42,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
+    "drivers": ("components", "inputs", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
@@ -49,6 +50,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
             "collision",
             "components",
             "drawing",
+            "drivers",
             "formats",
             "history",
             "inputs",
@@ -135,6 +137,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/paths": room("paths"),
     f"{KERNEL}/paths/search.py": room("paths", "ompl"),
     f"{KERNEL}/sensing": room("sensing", "virtualrobot_sdk"),
+    f"{KERNEL}/drivers": room("drivers", "virtualrobot_sdk"),
     # The browser by viser, whose server is that of websockets; files of pictures, and the letters in them, by Pillow.
     f"{KERNEL}/drawing": room("drawing", "virtualrobot_sdk", "viser", "websockets", "PIL"),
     f"{KERNEL}/api": room(

@@ -28,6 +28,7 @@ from virtualrobot_kernel.world.commands import (
     Command,
     EndSetpoints,
     PauseMotion,
+    PlayedTicks,
     SetMeasuredJoints,
     SetSetpoint,
     SetSpeedFactor,
@@ -47,7 +48,7 @@ MOST_UNKEPT = 100_000
 STOPPING = (StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints, SetMeasuredJoints)
 """Commands that stop, slow, pause or end motions, or tell where robots are: done though nothing can be kept."""
 
-EACH_TICK = (SetSetpoint, SetMeasuredJoints)
+EACH_TICK = (SetSetpoint, SetMeasuredJoints, PlayedTicks)
 """Commands that come as often as ticks: they are in the journal, and no steps."""
 
 MOST_AT_ONCE = 32

@@ -52,6 +52,7 @@ KINDS: dict[type, StepKind] = {
     commands.StopRobots: StepKind.MOTION,
     commands.SetSignal: StepKind.SIGNAL,
     commands.RunSensors: StepKind.OTHER,
+    commands.PlayedTicks: StepKind.OTHER,
     commands.RestartWorld: StepKind.OTHER,
     commands.RestoreWorld: StepKind.RESTORE,
 }

@@ -101,7 +101,7 @@ class Player:
 
     @property
     def on_brake(self) -> bool:
-        """Whether the brake is, or was, played since no newer tick came."""
+        """True while the brake is, or was, played since no newer tick came."""
         return self._brake is not None and self._brake.starved
 
     def step(self, ns: int, speed_scaling: float = 1.0) -> Setpoint | None:
