@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from virtualrobot_sdk.drivers import About, Driver, DriverFault, Mode, Pace, Reading, Safety
-from virtualrobot_sdk.drivers.host import Host, Words
+from virtualrobot_sdk.drivers.host import Host
 from virtualrobot_sdk.drivers.robot_side import JointSide, RobotSide
 from virtualrobot_sdk.drivers.shared import CELL, NEVER, CellBlock, Report, State, TickRing
 
