@@ -21,11 +21,11 @@ SUITES = (
     *("rpc", "tick", "setpoints", "kinematics", "closed_form", "arm_angle", "dynamics", "planning", "paths"),
     *("components", "loading", "rays", "scans", "cameras", "collision"),
     *("collision_batch", "collision_motions", "collision_monitor", "collision_guard", "viewer", "startup", "shell"),
-    *("memory", "soak", "faults", "recordings", "history", "journal", "replay"),
+    *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io", "driver_ur"),
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),
-    *("mcap", "foxglove-sdk", "embreex", "python-fcl", "ompl", "coal", "pybullet", "mujoco", "vtk"),
+    *("mcap", "foxglove-sdk", "embreex", "python-fcl", "ompl", "coal", "pybullet", "mujoco", "vtk", "ur_rtde"),
 )
 HEADER = ("what", "ours", "peer", "peer's name", "unit", "ratio", "budget", "")
 

@@ -39,7 +39,7 @@ class LateJournal(Journal):
 
     def append(self, entry: Entry, before: Change, after: Change) -> None:
         super().append(entry, before, after)
-        self._told.put(Told(self._number, entry, before, after))
+        self._told.put(Told(self._now.number, entry, before, after))
 
     def answer(self, answer: Answer) -> None:
         super().answer(lambda failed: self._told.put(lambda _: answer(failed)))

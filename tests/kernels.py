@@ -16,6 +16,7 @@ import pytest
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2_grpc,
+    driver_pb2_grpc,
     history_pb2,
     history_pb2_grpc,
     kernel_pb2,
@@ -56,6 +57,7 @@ class Stubs:
         self.view = view_pb2_grpc.ViewServiceStub(channel)
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
+        self.driver = driver_pb2_grpc.DriverServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
         self.history = history_pb2_grpc.HistoryServiceStub(channel)
         self.token = token_pb2_grpc.TokenServiceStub(channel)

@@ -42,6 +42,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
+    "drivers": ("components", "inputs", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
@@ -49,6 +50,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
             "collision",
             "components",
             "drawing",
+            "drivers",
             "formats",
             "history",
             "inputs",
@@ -83,10 +85,16 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/new/drivers": ("virtualrobot_sdk", "numpy", "serial", "pytest", "board"),
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
+    # Each bridge speaks by the library of its protocol, where that is installed.
+    f"{APPS}/bridges/modbus.py": ("virtualrobot_apps", "virtualrobot", "pymodbus"),
+    f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),
+    f"{APPS}/bridges/opcua.py": ("virtualrobot_apps", "virtualrobot", "asyncua"),
     # What they say is read from YAML.
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
+    # Serial ports are listed by pyserial, where it is installed.
+    f"{CLIENT}/cli/ports.py": ("virtualrobot", "click", "serial"),
     # Recordings are written by the libraries of their formats, where these are installed.
     f"{CLIENT}/recording": ("virtualrobot", "numpy", "google"),
     f"{CLIENT}/recording/mcap_file.py": ("virtualrobot", "google", "mcap"),
@@ -131,6 +139,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/paths": room("paths"),
     f"{KERNEL}/paths/search.py": room("paths", "ompl"),
     f"{KERNEL}/sensing": room("sensing", "virtualrobot_sdk"),
+    f"{KERNEL}/drivers": room("drivers", "virtualrobot_sdk"),
     # The browser by viser, whose server is that of websockets; files of pictures, and the letters in them, by Pillow.
     f"{KERNEL}/drawing": room("drawing", "virtualrobot_sdk", "viser", "websockets", "PIL"),
     f"{KERNEL}/api": room(

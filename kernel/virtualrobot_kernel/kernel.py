@@ -32,6 +32,8 @@ from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.additions import with_arrows
 from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.view import ViewStore
+from virtualrobot_kernel.drivers.links import Links
+from virtualrobot_kernel.drivers.site import DriverSite
 from virtualrobot_kernel.errors import KernelError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
@@ -134,6 +136,9 @@ class Kernel:
         else:
             self._history = self._recorded(clock)
         self._guard = CollisionGuard(self._sensing.solids, self.world)
+        self._leases = LeaseTable()
+        site = DriverSite(catalog)
+        self._links = Links(self.world, self._mailbox, world_poses, site, self._leases.has_leased)
         self._sensors = Sensors(self.world, self._sensing)
         self._monitor = Monitor(self.world, self._sensing.solids)
         self._workers = ThreadPoolExecutor(WORKERS, thread_name_prefix="worker")
@@ -237,6 +242,7 @@ class Kernel:
         self._server.close()
         if self._viewer is not None:
             self._viewer.close()
+        self._links.close()
         # Before the world, which may be waiting for one of them in a step.
         self._sensors.close()
         self._monitor.close()
@@ -273,7 +279,8 @@ class Kernel:
             steps=self._history.steps,
             checkpoints=self._history.checkpoints,
             importers=self._importers,
-            leases=LeaseTable(),
+            leases=self._leases,
+            links=self._links,
             tokens=self._tokens,
             limits=self._settings.limits,
             viewer_url=lambda: self._viewer.url if self._viewer else "",

@@ -25,6 +25,7 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.view import ViewStore
+from virtualrobot_kernel.drivers.links import Links
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
@@ -72,6 +73,7 @@ class KernelServices:
     checkpoints: Checkpoints
     importers: Importers
     leases: LeaseTable
+    links: Links
     tokens: TokenTable
     limits: Limits
     viewer_url: Callable[[], str]

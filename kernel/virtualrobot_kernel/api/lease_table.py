@@ -73,6 +73,10 @@ class LeaseTable:
         """Leases that have robots, oldest first."""
         return [lease for lease in self._table.leases.values() if lease.robots]
 
+    def has_leased(self, robot: int) -> bool:
+        """Return whether anybody has leased a robot (a uid); for any thread."""
+        return robot in self._table.by_robot
+
     def record(self, token: str) -> Lease:
         """Return a lease, ended ones included; raise KernelError when nothing is known of it."""
         return _record(self._table, token)

@@ -17,7 +17,7 @@ from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.holding import Holds, check_can_be_held, held_at_start
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested, touching_notes
-from virtualrobot_kernel.api.motion_plans import checked_motion, planned_motion
+from virtualrobot_kernel.api.motion_plans import check_for_real_robots, checked_motion, planned_motion
 from virtualrobot_kernel.api.open_programs import OpenPrograms
 from virtualrobot_kernel.api.program_decisions import Decisions
 from virtualrobot_kernel.api.publications import pause_seconds
@@ -72,6 +72,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         text = await self._kernel.in_worker(program_text, said.steps, said.programs, request.breakpoints)
         spec, joints, robots = await requested(self._kernel, said, text)
         await make_way(self._kernel, lambda _: joints, request.busy_policy, context)
+        await check_for_real_robots(self._kernel, said, joints)
         near_of = near_by(self._kernel.collisions)
         # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
         planned = await self._kernel.limiter.run_while_wanted(

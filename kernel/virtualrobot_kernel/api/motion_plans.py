@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
+
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.collision import TURN
@@ -12,7 +14,7 @@ from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.collision.program_sweep import first_of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.values import expected_revision, not_negative, stamp
 from virtualrobot_kernel.planning.check import check_motion
 from virtualrobot_kernel.planning.foreseen import after
@@ -76,6 +78,28 @@ async def checked_motion(
         return message
 
     return await kernel.limiter.run_while_wanted(turns, work)
+
+
+async def check_for_real_robots(
+    kernel: KernelServices, said: motion_pb2.MotionSpec, joints: Collection[tuple[int, str]]
+) -> None:
+    """Check a motion as a whole that a real robot will play; raise KernelError with its first violation.
+
+    `joints` (robot uid, name) are those that it needs. Twins alone are not asked about.
+    """
+    if not kernel.links.is_executing({robot for robot, _ in joints}):
+        return
+    checked = await checked_motion(kernel, motion_pb2.CheckMotionRequest(spec=said))
+    if checked.HasField("first_violation"):
+        found = checked.first_violation
+        collides = found.kind == motion_pb2.VIOLATION_KIND_COLLISION
+        raise KernelError(
+            f"a real robot would play this, and nothing was sent: {found.message}",
+            reason=Reason.COLLISION if collides else Reason.LIMIT_EXCEEDED,
+            **({"first": found.first, "second": found.second} if collides else {}),
+            robot=found.robot,
+            step=found.step,
+        )
 
 
 def contact_of(

@@ -20,6 +20,8 @@ from virtualrobot.v1 import (
     calibration_pb2_grpc,
     collision_pb2,
     collision_pb2_grpc,
+    driver_pb2,
+    driver_pb2_grpc,
     history_pb2,
     history_pb2_grpc,
     kernel_pb2,
@@ -51,6 +53,7 @@ from virtualrobot.v1 import (
 from virtualrobot_kernel.api.asset import AssetServicer
 from virtualrobot_kernel.api.calibration import CalibrationServicer
 from virtualrobot_kernel.api.collision import CollisionServicer
+from virtualrobot_kernel.api.driver import DriverServicer
 from virtualrobot_kernel.api.history import HistoryServicer
 from virtualrobot_kernel.api.interceptors import Errors, Leasing
 from virtualrobot_kernel.api.kernel import KernelServicer
@@ -94,6 +97,7 @@ SERVICES = (
     (ray_pb2, ray_pb2_grpc.add_RayServiceServicer_to_server, RayServicer),
     (history_pb2, history_pb2_grpc.add_HistoryServiceServicer_to_server, HistoryServicer),
     (collision_pb2, collision_pb2_grpc.add_CollisionServiceServicer_to_server, CollisionServicer),
+    (driver_pb2, driver_pb2_grpc.add_DriverServiceServicer_to_server, DriverServicer),
     (calibration_pb2, calibration_pb2_grpc.add_CalibrationServiceServicer_to_server, CalibrationServicer),
 )
 """Messages, registration and servicer of each noun of the contract."""

@@ -114,7 +114,7 @@ class History:
         recorder = Recorder(self.store, codec, kept, self.upkeep)
         self.journal = Journal(
             (self.steps, recorder, self.checkpoints),
-            self.begin.number,
+            self.begin,
             self.upkeep.ticked,
             tail,
             codec.encode,
@@ -123,6 +123,7 @@ class History:
             left,
             self.upkeep.hurry,
             lambda: self.steps.is_watched,
+            self.upkeep.settled,
         )
 
     def start(self) -> None:

@@ -9,20 +9,28 @@ import secrets
 import sqlite3
 import threading
 import time
+from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+
+from virtualrobot_kernel.background import let_others_go_on
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.store import Row
 from virtualrobot_kernel.history.tail import Tail
+from virtualrobot_kernel.history.upkeep import Moment
+from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
     CancelMotion,
     Command,
     EndSetpoints,
     PauseMotion,
+    PlayedTicks,
     SetMeasuredJoints,
+    SetSetpoint,
     SetSpeedFactor,
     StopMotions,
     StopRobots,
@@ -40,8 +48,14 @@ MOST_UNKEPT = 100_000
 STOPPING = (StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints, SetMeasuredJoints)
 """Commands that stop, slow, pause or end motions, or tell where robots are: done though nothing can be kept."""
 
-MOST_AT_ONCE = 256
-"""Greatest number of entries that are kept together; when so many wait, they are."""
+EACH_TICK = (SetSetpoint, SetMeasuredJoints, PlayedTicks)
+"""Commands that come as often as ticks: they are in the journal, and no steps."""
+
+MOST_AT_ONCE = 32
+"""Greatest number of entries that are kept together, and freed: with the worlds of one that takes up to 40 us."""
+
+MANY = 256
+"""Number of entries from which they are kept soon."""
 
 MOST_WAITING = 10_000
 """Number of entries that wait, from which answers wait, too, so that those who ask don't outrun those who keep."""
@@ -53,7 +67,8 @@ log = logging.getLogger(__name__)
 class Told:
     """Entry as the world thread tells it: its number, from 1, and the immutable worlds before and after it.
 
-    `encoded` are its commands as the tail has them; empty where there is none.
+    Of what comes with every tick (`EACH_TICK`) these are left out: whole worlds of a second would take up the
+    processor's caches. `encoded` are the commands as the tail has them; empty where there is none.
     """
 
     number: int
@@ -74,8 +89,10 @@ class Keeper(Protocol):
         ...
 
 
-Ticked = Callable[[int, Structure, State], None]
-"""Listener to ticks, called in the world thread: the number of the last entry before, and the world after it."""
+Ticked = Callable[[Structure, State], None]
+"""Listener to ticks, called in the world thread with the world after each."""
+
+_LEFT_OUT = Change(index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]))
 
 
 class Journal:
@@ -88,8 +105,8 @@ class Journal:
     def __init__(
         self,
         keepers: Sequence[Keeper],
-        last_number: int = 0,
-        ticked: Ticked = lambda number, structure, state: None,
+        begin: Moment | None = None,
+        ticked: Ticked = lambda structure, state: None,
         tail: Tail | None = None,
         encode: Callable[[object], bytes] = lambda commands: b"",
         note_life: Callable[[int], None] = lambda life: None,
@@ -97,26 +114,28 @@ class Journal:
         waiting: Sequence[Told] = (),
         hurry: Callable[[], None] = lambda: None,
         watched: Callable[[], bool] = lambda: False,
+        settled: Callable[[Moment], None] = lambda now: None,
     ) -> None:
-        """Go on after the entry with this number.
+        """Go on from a moment.
 
         Args:
             keepers: those who keep entries, one after another.
-            last_number: the number of the last entry before.
+            begin: the world, with the number of the last entry; None: there is nothing yet.
             ticked: listens to ticks.
             tail: where entries are until they are kept; None: they are lost if the process ends before.
             encode: makes the bytes of an entry's commands.
             note_life: writes down the number of this kernel, before the tail has anything.
             power: whether an answer waits until the tail is safe from a loss of power.
-            waiting: entries that the tail of the kernel before has left; those up to `last_number`.
+            waiting: entries that the tail of the kernel before has left; the last ones before `begin`.
             hurry: is called from the world thread when `settle` shall be called soon.
             watched: whether anybody waits for what keepers make of entries.
+            settled: is told a moment whose entries are all kept.
         """
         self._keepers = keepers
-        self._number = last_number
+        self._now = begin or Moment(0, _LEFT_OUT.structure, _LEFT_OUT.state)
         self._ticked = ticked
         self._tail, self._encode, self._note_life = tail, encode, note_life
-        self._hurry, self._watched = hurry, watched
+        self._hurry, self._watched, self._settled = hurry, watched, settled
         self._waiting = list(waiting)
         self._unkept: list[Told] = []
         self._late: list[Answer] = []
@@ -162,7 +181,7 @@ class Journal:
 
         What stops robots is kept later then.
         """
-        number, stops = self._number + 1, _stops(entry.commands)
+        number, stops = self._now.number + 1, _stops(entry.commands)
         encoded = self._encode(entry.commands) if self._tail is not None else b""
         with self._changing:
             if self._tail is not None:
@@ -172,11 +191,15 @@ class Journal:
                     self._fail(number, error)
                     if not stops and self._failed is not None:
                         raise self._failed from error
+            if all(isinstance(command, EACH_TICK) for command in entry.commands):
+                told = Told(number, entry, _LEFT_OUT, _LEFT_OUT, encoded)
+            else:
+                told = Told(number, entry, before, after, encoded)
             if not self._given_up:
-                self._waiting.append(Told(number, entry, before, after, encoded))
-        self._number = number
+                self._waiting.append(told)
+            self._now = Moment(number, after.structure, after.state)
         self._only_stops = self._only_stops and stops
-        if len(self._waiting) >= MOST_AT_ONCE or self._watched():
+        if len(self._waiting) >= MANY or self._watched():
             self._hurry()
 
     def answer(self, answer: Answer) -> None:
@@ -193,7 +216,8 @@ class Journal:
 
     def ticked(self, structure: Structure, state: State) -> None:
         """Tell who listens that a tick was made."""
-        self._ticked(self._number, structure, state)
+        self._now = Moment(self._now.number, structure, state)
+        self._ticked(structure, state)
 
     def settle(self) -> None:
         """Have the keepers keep all entries so far, in the calling thread.
@@ -213,31 +237,34 @@ class Journal:
         if self._given_up or (self._failed is not None and time.monotonic() < self._retry_at):
             return
         with self._changing:
-            told, self._waiting = [*self._unkept, *self._waiting], []
+            told, self._waiting = deque([*self._unkept, *self._waiting]), []
+            now = self._now
             late, self._late = self._late, []
             if self._tail is not None:
                 self._tail.turn()
-        kept = 0
+        count, some = len(told), list[Told]()
+        self._unkept = []
         try:
-            while kept < len(told):
-                some = told[kept : kept + MOST_AT_ONCE]
+            while told:
+                some = [told.popleft() for _ in range(min(MOST_AT_ONCE, len(told)))]
                 for keeper in self._keepers:
                     keeper.keep(some)
-                kept += len(some)
-            self._unkept = []
+                some = []
+                let_others_go_on()
             with self._changing:
                 if self._tail is not None and not self._tail.is_begun:
                     self._tail.begin(self._new_life)
                 elif self._tail is not None:
                     self._tail.free()
         except Exception as error:
-            self._unkept = told[kept:]
+            self._unkept = [*some, *told]
             if len(self._unkept) > MOST_UNKEPT:
                 self._unkept, self._waiting, self._given_up = [], [], True
-            self._fail(told[kept].number if kept < len(told) else self._number + 1, error)
+            self._fail(some[0].number if some else now.number + 1, error)
         else:
+            self._settled(now)
             if self._failed is not None:
-                log.warning("the journal can be written again; %d entries were kept late", len(told))
+                log.warning("the journal can be written again; %d entries were kept late", count)
             self._failed = None
         for answer in late:
             answer(None)
@@ -279,7 +306,7 @@ class Journal:
                 if self._tail is not None:
                     self._tail.sync()
             except OSError as error:
-                self._fail(self._number, error)
+                self._fail(self._now.number, error)
                 failed = self._failed
             for item in items:
                 if item is not None:

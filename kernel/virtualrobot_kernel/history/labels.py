@@ -247,6 +247,11 @@ def _halted(command: commands.StopRobots, done: Done) -> Iterable[Phrase]:
         yield Phrase("stopped no robot")
 
 
+def _played(command: commands.PlayedTicks, done: Done) -> Iterable[Phrase]:
+    node = done.after.structure.nodes.get(command.robot)
+    yield Phrase("played ticks of", repr(node.name) if node else "a robot that is gone")
+
+
 def _follows(command: commands.StartSetpointMotion, done: Done) -> Iterable[Phrase]:
     yield Phrase("started setpoints of", repr(command.robot))
 
@@ -298,6 +303,7 @@ LABELS: dict[type, Callable[[Any, Done], Iterable[Phrase]]] = {
     commands.CancelMotion: _of_motion("cancelled"),
     commands.StopMotions: _stopped,
     commands.StopRobots: _halted,
+    commands.PlayedTicks: _played,
     commands.RestartWorld: _began_again,
     commands.RestoreRecords: _restored,
     commands.RestoreWorld: _went_back,

@@ -29,7 +29,7 @@ class Recorder:
         self._store.write(rows, self._steps.waiting())
         self._steps.written()
         self._last = told[-1].number
-        self._upkeep.kept(told[-1], len(rows), sum(len(row.commands) for row in rows))
+        self._upkeep.kept(len(rows), sum(len(row.commands) for row in rows))
 
     def _row(self, told: Told) -> Row:
         entry = told.entry

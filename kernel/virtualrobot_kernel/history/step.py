@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from enum import Enum
 
-from virtualrobot_kernel.history.journal import Told
+from virtualrobot_kernel.history.journal import EACH_TICK, Told
 from virtualrobot_kernel.history.labels import Done, distance, label
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.commands import Command, RestoreRecords
@@ -52,13 +52,11 @@ KINDS: dict[type, StepKind] = {
     commands.StopRobots: StepKind.MOTION,
     commands.SetSignal: StepKind.SIGNAL,
     commands.RunSensors: StepKind.OTHER,
+    commands.PlayedTicks: StepKind.OTHER,
     commands.RestartWorld: StepKind.OTHER,
     commands.RestoreWorld: StepKind.RESTORE,
 }
 """Kind of the commands that change nothing which undo covers; all others are edits."""
-
-EACH_TICK = (commands.SetSetpoint, commands.SetMeasuredJoints)
-"""Commands that come as often as ticks: they are in the journal, and no steps."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

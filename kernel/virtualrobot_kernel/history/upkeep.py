@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
-import contextlib
 import logging
 import threading
 import time
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.background import let_others_go_on
 from virtualrobot_kernel.history.codec import Codec, Parts
-from virtualrobot_kernel.history.journal import Told
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.store import CheckpointRow, Store
-from virtualrobot_kernel.history.tick_hash import TickHashes
+from virtualrobot_kernel.history.tick_hash import hashes_of
 from virtualrobot_kernel.history.world_image import image_of
 from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import Structure
@@ -24,6 +27,9 @@ ROUND_SECONDS = 1.0
 
 GATHERED_SECONDS = 0.02
 """Time (s) that entries wait for others where somebody waits for what becomes of them."""
+
+TICKS_AT_ONCE = 50
+"""Number of ticks that are hashed at once."""
 
 MEBIBYTE = 1024 * 1024
 
@@ -61,6 +67,16 @@ class Moment:
     state: State
 
 
+class _Tick(NamedTuple):
+    """Tick as far as its hash needs it: whole states of a second would take up the processor's caches."""
+
+    tick: int
+    structure: Structure
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
+    motions: int
+
+
 class Upkeep:
     """Thread that looks after the store once a second."""
 
@@ -73,12 +89,11 @@ class Upkeep:
         self.rules = rules
         self._last_tick = last_tick
         self._parts = Parts()
-        self._ticks: deque[Moment] = deque()
-        self._tick_hashes = TickHashes()
+        self._ticks: deque[_Tick] = deque()
         self._hashes: tuple[int, bytes] | None = None
-        self._latest, self._kept = begin, begin.number
+        self._latest = begin
         self._entries = self._bytes = self._motion_ticks = 0
-        self._noting, self._checkpointing, self._looking_after = (threading.Lock() for _ in range(3))
+        self._checkpointing, self._looking_after = threading.Lock(), threading.Lock()
         self._failed = False
         self._ended, self._hurried = threading.Event(), threading.Event()
         self._thread = threading.Thread(target=self._run, name="history upkeep", daemon=True)
@@ -102,37 +117,30 @@ class Upkeep:
         if not self._hurried.is_set():
             self._hurried.set()
 
-    def ticked(self, number: int, structure: Structure, state: State) -> None:
+    def ticked(self, structure: Structure, state: State) -> None:
         """Note a tick; the world thread calls it."""
-        self._ticks.append(Moment(number, structure, state))
+        self._ticks.append(_Tick(state.tick, structure, state.q, state.v, len(state.motions)))
         if self._last_tick is not None:
             self._last_tick.write(state.tick)
 
-    def kept(self, last: Told, entries: int, bytes: int) -> None:
-        """Note that entries are kept, so many bytes in all."""
-        with self._noting:
-            self._kept = last.number
-            self._latest = Moment(last.number, last.after.structure, last.after.state)
-            self._entries += entries
-            self._bytes += bytes
+    def kept(self, entries: int, bytes: int) -> None:
+        """Note that so many entries more are kept, with so many bytes in all."""
+        self._entries += entries
+        self._bytes += bytes
 
-    def now(self) -> Moment:
-        """Return the latest moment whose entries are all kept."""
-        with self._noting, contextlib.suppress(IndexError):
-            place = -1
-            while (one := self._ticks[place]).number > self._kept:
-                place -= 1
-            if one.number == self._kept:
-                self._latest = one
-        return self._latest
+    def settled(self, now: Moment) -> None:
+        """Note a moment whose entries are all kept: it is the one that checkpoints are of."""
+        self._latest = now
 
     def checkpoint(self, name: str = "", author: str = KERNEL, past: Moment | None = None) -> int:
-        """Write the world as it is now, or was in the `past`, as a checkpoint and return its id, from any thread."""
+        """Write the world as a checkpoint and return its id, from any thread.
+
+        As it was in the `past`, else as it was when the store had caught up last (`Store.catch_up`).
+        """
         with self._checkpointing:
-            now = past or self.now()
+            now = past or self._latest
             if past is None:
-                with self._noting:
-                    self._entries = self._bytes = self._motion_ticks = 0
+                self._entries = self._bytes = self._motion_ticks = 0
             try:
                 written = self._codec.encode_in_parts(image_of(now.structure, now.state), self._parts)
                 tick, nodes, parts = now.state.tick, len(now.structure.nodes), tuple(written.parts)
@@ -182,11 +190,12 @@ class Upkeep:
         """Write the hashes of the ticks since the last round; those that can't be written wait for the next one."""
         count = len(self._ticks)
         self._store.catch_up()  # entries of ticks whose hashes are written are written
-        self.now()
-        ticks = [self._ticks.popleft() for _ in range(count)]
-        first, before = self._hashes or (ticks[0].state.tick if ticks else 0, b"")
-        hashes = before + b"".join(self._tick_hashes.of(one.structure, one.state) for one in ticks)
-        self._motion_ticks += sum(len(one.state.motions) for one in ticks)
+        first, hashes = self._hashes or (self._ticks[0].tick if count else 0, b"")
+        for at in range(0, count, TICKS_AT_ONCE):
+            ticks = [self._ticks.popleft() for _ in range(min(TICKS_AT_ONCE, count - at))]
+            hashes += hashes_of((one.structure, one) for one in ticks)
+            self._motion_ticks += sum(one.motions for one in ticks)
+            let_others_go_on()
         if hashes:
             self._hashes = first, hashes
             self._store.add_hashes(first, hashes)

@@ -232,6 +232,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.CancelMotion: _cancelled,
     commands.StopMotions: _nothing,
     commands.StopRobots: _nothing,
+    commands.PlayedTicks: _nothing,
     commands.RestartWorld: _everything,
     commands.RestoreRecords: _restored,
     commands.RestoreWorld: _everything,

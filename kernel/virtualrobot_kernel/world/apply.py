@@ -63,6 +63,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.CancelMotion: apply_motions.cancel_motion,
     commands.StopMotions: apply_motions.stop_motions,
     commands.StopRobots: apply_motions.stop_robots,
+    commands.PlayedTicks: apply_motions.note_played,
     commands.RestartWorld: apply_motions.restart_world,
     commands.RestoreRecords: apply_records.restore_records,
     commands.RestoreWorld: apply_checkpoint.restore_world,

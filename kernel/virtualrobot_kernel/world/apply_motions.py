@@ -31,6 +31,7 @@ from virtualrobot_kernel.world.commands import (
     PauseMotion,
     PickPart,
     PlacePart,
+    PlayedTicks,
     RestartWorld,
     ResumeMotion,
     SelectTool,
@@ -209,6 +210,11 @@ def stop_motions(change: Change, command: StopMotions, forward: Forward) -> Chan
 def stop_robots(change: Change, command: StopRobots, forward: Forward) -> Change:
     """Cancel all motions of some robots, given by uid."""
     return _all_cancelled(change, set(command.robots), command.cancellation)
+
+
+def note_played(change: Change, command: PlayedTicks, forward: Forward) -> Change:
+    """Change nothing: what a real robot has played is kept by the journal alone."""
+    return change
 
 
 def restart_world(change: Change, command: RestartWorld, forward: Forward) -> Change:

@@ -27,7 +27,7 @@ HARMLESS: frozenset[type] = frozenset(
     {
         *(commands.StartMotion, commands.StartSetpointMotion, commands.SetSetpoint, commands.EndSetpoints),
         *(commands.SetMeasuredJoints, commands.GoOn),
-        *(commands.CancelMotion, commands.StopMotions, commands.StopRobots),
+        *(commands.CancelMotion, commands.StopMotions, commands.StopRobots, commands.PlayedTicks),
         *(commands.CreateSignal, commands.RemoveSignal, commands.SetSignal),
         *(commands.RunSensors, commands.SetRangeComponents, commands.SetKinematics, commands.SelectTool),
         *(commands.SetGroups, commands.SetPostures),

@@ -48,11 +48,19 @@ class Clock:
 
 
 class Pacer:
-    """Due times of ticks on a monotonic wall clock; a late tick is never merged with the next."""
+    """Due times of ticks on a monotonic wall clock; a late tick is never merged with the next.
+
+    Attributes:
+        clock: how time runs.
+        catch_up_seconds: lateness that is caught up, see `CATCH_UP_SECONDS`.
+        made: when the tick that was begun last was due, in seconds of that clock.
+    """
 
     def __init__(self, clock: Clock, now: float) -> None:
         """Begin at `now`, in seconds of a monotonic clock."""
         self.clock = clock
+        self.catch_up_seconds = CATCH_UP_SECONDS
+        self.made = now
         self._due = now + self._period
         self._window = (now, 0)
 
@@ -72,10 +80,10 @@ class Pacer:
 
     def ticked(self, now: float) -> None:
         """Note that a tick was begun in REALTIME at `now`."""
-        late = now - self._due
+        late, self.made = now - self._due, self._due
         if late > self._period:
             self.clock = replace(self.clock, late_ticks=self.clock.late_ticks + 1)
-        self._due = self._due + self._period if late < CATCH_UP_SECONDS else now + self._period
+        self._due = self._due + self._period if late < self.catch_up_seconds else now + self._period
         since, count = self._window
         self._window = (since, count + 1)
         if now - since >= FACTOR_WINDOW_SECONDS:

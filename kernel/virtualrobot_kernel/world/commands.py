@@ -384,6 +384,19 @@ class StopRobots:
 
 
 @dataclass(frozen=True, slots=True)
+class PlayedTicks:
+    """Note that a real robot has played what its twin did from one tick to another; it changes nothing.
+
+    robot: a uid. check: how these ticks were known to be good, in words.
+    """
+
+    robot: int
+    first: int
+    last: int
+    check: str
+
+
+@dataclass(frozen=True, slots=True)
 class RestartWorld:
     """Command of a kernel that goes on from where another one ended: all is at rest, motions are aborted."""
 
@@ -450,6 +463,7 @@ Command = (
     | CancelMotion
     | StopMotions
     | StopRobots
+    | PlayedTicks
     | RestartWorld
     | RestoreRecords
     | RestoreWorld

@@ -21,7 +21,7 @@ from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
 from virtualrobot_kernel.world.change import Change, Forward
-from virtualrobot_kernel.world.clock import Clock, Mode, Pacer
+from virtualrobot_kernel.world.clock import CATCH_UP_SECONDS, Clock, Mode, Pacer
 from virtualrobot_kernel.world.commands import CancelMotion, Command, GoOn
 from virtualrobot_kernel.world.journal import Entry, Journal
 from virtualrobot_kernel.world.listeners import Listeners
@@ -120,6 +120,7 @@ class World:
         self._tick_listeners: Listeners[[Snapshot]] = Listeners()
         self._supervisors: tuple[Supervisor, ...] = ()
         self._supervising = threading.Lock()
+        self._clock_held = ""
         self._closing = self._ended = False
         self._thread = threading.Thread(target=self._run, name="world", daemon=True)
 
@@ -132,6 +133,28 @@ class World:
     def journal(self) -> Journal:
         """Return the journal of applied batches."""
         return self._journal
+
+    @property
+    def due_nanoseconds(self) -> int:
+        """Return when the newest tick was due, on the clock of `time.monotonic_ns`; for listeners to ticks."""
+        return round(self._pacer.made * 1e9)
+
+    def catch_up(self, seconds: float) -> None:
+        """Have ticks that are late by no more than this made in quick succession, so that time falls behind by none."""
+        self._pacer.catch_up_seconds = max(CATCH_UP_SECONDS, seconds)
+
+    def hold_clock(self, reason: str) -> Future[Snapshot]:
+        """Refuse from now on that mode and speed of the clock change, for a reason in words; empty: let them change."""
+
+        def hold() -> Snapshot:
+            self._clock_held = reason
+            return self.snapshot
+
+        return self._told(hold)
+
+    def between_ticks(self) -> Future[Snapshot]:
+        """Return what is done between two ticks: a listener to ticks that has ended is called no more then."""
+        return self._told(lambda: self.snapshot)
 
     def start(self) -> None:
         """Start the world thread."""
@@ -370,6 +393,8 @@ class World:
             raise KernelError(
                 f"a clock's speed factor must be 0.01 to 100, not {speed_factor:g}", speed_factor=speed_factor
             )
+        if self._clock_held:
+            raise KernelError(f"{self._clock_held}; time goes on as it does", reason=Reason.WRONG_STATE)
         self._pacer.set(mode, speed_factor, time.monotonic())
         self._publish(self._later(self.snapshot.structure, self.snapshot.state))
         self._supervise_change()

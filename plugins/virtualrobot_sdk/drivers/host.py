@@ -26,9 +26,9 @@ import numpy as np
 from virtualrobot_sdk.drivers import realtime
 from virtualrobot_sdk.drivers.driver import About, Driver, DriverFault, Mode, Pace, Reading, Safety, finite
 from virtualrobot_sdk.drivers.jobs import Jobs
-from virtualrobot_sdk.drivers.player import Play, Player
+from virtualrobot_sdk.drivers.player import SLACK_SECONDS, Play, Player, Setpoint
 from virtualrobot_sdk.drivers.robot_side import MOST_OUTPUTS, Gate, Mapping, RobotSide
-from virtualrobot_sdk.drivers.shared import CellBlock, Floats, Report, State, TickRing
+from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Floats, Report, State, TickRing
 from virtualrobot_sdk.errors import ArgumentError, PluginError
 from virtualrobot_sdk.registration import ComponentKind
 
@@ -40,6 +40,17 @@ BEGIN_SECONDS = 10.0
 
 ORPHAN_SECONDS = 10.0
 """Time (s) that the process has for its robot to come to rest when the kernel's process has gone."""
+
+STOP_WATCH_NS = 5_000_000
+"""Time (ns) between two looks at whether the cell was stopped, while a robot goes to points by itself."""
+
+STOPPED_ON_ITS_WAY = "{} while the robot went to its points: it was stopped on its way"
+
+LATEST_NS = 20_000_000
+"""Time (ns) since the setpoint before, or three longer cycles, up to which the next may go on from it."""
+
+STALE_NS = 1_000_000_000
+"""Time (ns) for which the newest tick may be over when a robot begins; one that is older is of another time."""
 
 OK = (Safety.NORMAL, Safety.REDUCED)
 
@@ -105,6 +116,7 @@ class Host:
         self._thread = threading.Thread(target=self._run, name="driver")  # no daemon: a robot that moves comes to rest
         self._over = False
         self._words = Words()
+        self._refused = ""
         self.state = State.DISCONNECTED
         self._about = About(len(side.joints), 100.0)
         self._mapping: Mapping | None = None
@@ -200,7 +212,7 @@ class Host:
                 missed = (now - self._due) // period
                 self._skipped += missed if self._cycles else 0
                 self._due += missed * period
-            realtime.sleep_until(self._due)
+            self._await_due()
             reading = self._driver.read()
         now = time.monotonic_ns()
         self._lateness = now - self._due
@@ -211,6 +223,14 @@ class Host:
             self._move(self._due)
         self._cycles += 1
         self._say(now)
+
+    def _await_due(self) -> None:
+        """Sleep until the next cycle; a robot that goes to its points is stopped meanwhile: cycles may be long."""
+        while self._jobs is not None and not self._jobs.done and time.monotonic_ns() < self._due:
+            if self._cell.stop_ns <= time.monotonic_ns():
+                raise DriverFault(STOPPED_ON_ITS_WAY.format("the cell was stopped"))
+            realtime.sleep_until(min(self._due, time.monotonic_ns() + STOP_WATCH_NS))
+        realtime.sleep_until(self._due)
 
     def _take(self, reading: Reading, now: int) -> None:
         """Take a reading; raise DriverFault for one that is no number, or old, or tells of a stop."""
@@ -258,11 +278,9 @@ class Host:
             self._jobs.step(ns, player, self._reading)
             self._sent = (ns, self._jobs.held)
         else:
-            setpoint = player.step(ns)
+            setpoint = player.step(ns, self._reading.speed_scaling if self._reading is not None else 1.0)
             if setpoint is not None:
-                before_ns, before = self._sent
-                if fault := self._gate.fault(setpoint.q, before, (ns - before_ns) * 1e-9):
-                    raise DriverFault(f"{fault}; nothing was sent")
+                setpoint = self._passed(setpoint, player, ns)
                 self._sent = (ns, setpoint.q)
                 raw = self._mapping.raw(setpoint.q, setpoint.v)
                 self._driver.send(*raw, setpoint.outputs)
@@ -271,16 +289,43 @@ class Host:
                 self._driver.send(*self._mapping.raw(self._sent[1], np.zeros_like(self._q)), 0)
         self._follow(player)
 
+    def _passed(self, setpoint: Setpoint, player: Player, ns: int) -> Setpoint:
+        """Return a setpoint that may go out, or the brake's from the one before; raise DriverFault for neither."""
+        assert self._sent is not None
+        before_ns, before = self._sent
+        # However late this is: who was silent for longer must not go on as if nothing had been.
+        longest = max(LATEST_NS, round(3e9 / self._about.rate))
+        seconds = min(ns - before_ns, longest) * 1e-9
+        fault = self._gate.fault(setpoint.q, before, seconds)
+        if not fault and player.late:
+            fault = f"the controller goes slower than it was told, and is over {SLACK_SECONDS:g} s late"
+        if fault and not self._refused:
+            self._refused = f"{fault}; it was not sent, and the robot braked before it"
+            braked = player.halt()
+            self._cell.stop()
+            braking = player.step(ns) if braked else None
+            if braking is None or (fault := self._gate.fault(braking.q, before, seconds)):
+                raise DriverFault(f"{fault}; nothing was sent")
+            return braking
+        if fault and not player.late:
+            raise DriverFault(f"{fault}; nothing was sent")
+        return setpoint
+
     def _follow(self, player: Player) -> None:
         """Go on to STOPPING when the play clock slows or ticks are missing, and to INACTIVE when the robot rests."""
-        if player.state in (Play.STOPPING, Play.STARVED) and self.state is State.ACTIVE:
+        # A brake that is shorter than a cycle is over at once.
+        if player.state in (Play.STOPPING, Play.STARVED, Play.RESTS) and self.state is State.ACTIVE:
+            starved = self._cell.stop_ns == NEVER
+            self._cell.stop()
+            why = "no newer tick came in time" if starved else "the cell was stopped"
+            if self._jobs is not None and not self._jobs.done:
+                # Its controller goes on by itself, whatever the play clock does.
+                raise DriverFault(STOPPED_ON_ITS_WAY.format(why))
             self.state = State.STOPPING
-            if player.state is Play.STARVED:
-                self._cell.stop()
-                self._tell("no newer tick came in time: the robot brakes on its path")
-            else:
-                self._tell("the cell was stopped")
-        if player.state is Play.RESTS and self.state is State.STOPPING and (self._jobs is None or self._jobs.done):
+            self._tell(f"{why}: the robot brakes on its path" if starved else why)
+        if player.state is Play.RESTS and self._refused:
+            raise DriverFault(self._refused)
+        if player.state is Play.RESTS and self.state is State.STOPPING:
             self._driver.end()
             self._player = self._jobs = self._sent = None
             self.state = State.INACTIVE
@@ -365,8 +410,8 @@ class Host:
             return self._tell("nothing was read yet; ask again in a moment")
         newest = self._cell.newest_braked
         record = self._ring.get(newest) if newest >= 0 else None
-        if record is None:
-            return self._tell("the twin has told no tick yet")
+        if record is None or record.play_ns < time.monotonic_ns() - STALE_NS:
+            return self._tell("the twin tells no ticks")
         off = np.abs(record.q - self._q)
         if off.max() > self._side.begin_tolerance:
             joint = int(off.argmax())
@@ -385,7 +430,7 @@ class Host:
         self._player = Player(self._ring, self._cell, self._side.tick_ns)
         if self._about.pace is Pace.JOBS:
             self._jobs = Jobs(self._driver, self._mapping, self._side, held)
-        self._sent, self._begun_ns, self._due = (now, held), now, now
+        self._sent, self._begun_ns, self._due, self._refused = (now, held), now, now, ""
         self.state = State.BEGINNING
         return Words()
 

@@ -35,29 +35,34 @@ class Jobs:
         self.held = held
         self._path: list[Floats] = [held]
         self._times: list[int] = [0]
-        self._rests_since = 0
+        self._rests_since = self._stepped = 0
         self._given = 0
         self._reached = 0
 
     @property
     def done(self) -> bool:
-        """Whether the robot has reached all points that it was given."""
+        """True once the robot has reached all points that it was given."""
         return self._reached >= self._given
 
     def step(self, ns: int, player: Player, reading: Reading | None) -> None:
         """Take what the twin plays at a time (ns), and give the controller its path once it rests."""
         if reading is not None:
             self._reached = reading.done
+        before, self._stepped = self._stepped, ns
         setpoint = player.step(ns)
         if setpoint is None:
             return
         if np.array_equal(setpoint.q, self._path[-1]):
             rests = ns - self._rests_since >= REST_TICKS * self._tick_seconds * 1e9
         else:
+            if len(self._path) == 1:
+                # It rested there until now, and the way begins here.
+                self._times[0] = before
             self._path.append(setpoint.q)
             self._times.append(ns)
             self._rests_since, rests = ns, False
-        if len(self._path) > 1 and self.done and (rests or player.state is Play.RESTS):
+        # After a stop, and when the kernel is gone, a robot that stands stays where it is.
+        if len(self._path) > 1 and self.done and rests and player.state is Play.PLAYING:
             self._give(setpoint.outputs)
 
     def _give(self, outputs: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,6 +11,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history import journal as journals
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.journal import Journal, Told
+from virtualrobot_kernel.history.recovery import empty_world
 from virtualrobot_kernel.history.tail import MappedFile, Tail, tail_rows
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
@@ -20,6 +22,7 @@ from virtualrobot_kernel.world.store import World
 GUARD = 60.0
 SEED = 0x5EED5EED
 CODEC = world_codec()
+BEGIN = replace(empty_world(), number=7)
 
 
 class Tried:
@@ -94,7 +97,7 @@ def power() -> bool:
 def journal(keeper: Tried, disk: Disk, power: bool, monkeypatch: pytest.MonkeyPatch) -> Journal:
     monkeypatch.setattr(journals, "RETRY_SECONDS", 0.0)
     tail = Tail(disk.folder, SEED, power, disk.opened)
-    return Journal([keeper], 7, tail=tail, encode=CODEC.encode, note_life=disk.note, power=power)
+    return Journal([keeper], BEGIN, tail=tail, encode=CODEC.encode, note_life=disk.note, power=power)
 
 
 @pytest.fixture

@@ -1,0 +1,119 @@
+"""MQTT: client of a broker, by paho. Values are JSON (true, 1.5), texts are themselves."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+from collections.abc import Mapping
+from urllib.parse import urlsplit
+
+from paho.mqtt.client import Client, MQTTMessage
+from paho.mqtt.enums import CallbackAPIVersion
+from virtualrobot.errors import InvalidArgumentError
+
+from virtualrobot_apps.bridges.mapping import BridgeMapping, Entry
+from virtualrobot_apps.bridges.peer import Peer, PeerError
+from virtualrobot_apps.bridges.words import Raw
+
+QUALITY = 1
+"""Quality of service: each message comes at least once."""
+
+
+def payload_of(entry: Entry, raw: Raw) -> bytes:
+    """Return the bytes of a message for a value."""
+    return (str(raw) if entry.type == "text" else json.dumps(raw)).encode()
+
+
+def value_of(entry: Entry, payload: bytes) -> object:
+    """Return the value of a message; what is none is returned as text, which only a text takes."""
+    text = payload.decode("utf-8", "replace")
+    if entry.type == "text":
+        return text
+    try:
+        return json.loads(text)
+    except (ValueError, RecursionError):
+        return text
+
+
+class MqttClient(Peer):
+    """Client of a broker: what goes out is retained, so that who comes later hears it, too."""
+
+    def __init__(self, mapping: BridgeMapping, url: str) -> None:
+        """Talk to the broker `mqtt://[USER:PASSWORD@]HOST[:PORT]`."""
+        parts = urlsplit(url)
+        try:
+            port = parts.port or 1883
+        except ValueError as error:
+            raise InvalidArgumentError(f"{url!r}: {error}") from error
+        if parts.scheme != "mqtt" or not parts.hostname:
+            raise InvalidArgumentError(f"{url!r} is not mqtt://HOST:PORT")
+        self.name = f"mqtt://{parts.hostname}:{port}"
+        self._host, self._port, self._user, self._password = parts.hostname, port, parts.username, parts.password
+        self._mapping = mapping
+        self._entries = {entry.place: entry for entry in mapping.entries if entry.incoming}
+        self._client: Client | None = None
+        self._events: asyncio.Queue[dict[Entry, object] | PeerError | None] = asyncio.Queue()
+
+    async def open(self) -> None:
+        """Connect and subscribe."""
+        loop = asyncio.get_running_loop()
+        events: asyncio.Queue[dict[Entry, object] | PeerError | None] = asyncio.Queue()
+        self._events = events
+
+        def tell(event: dict[Entry, object] | PeerError | None) -> None:
+            with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
+                loop.call_soon_threadsafe(events.put_nowait, event)
+
+        def connected(client: Client, data: object, flags: object, reason: object, properties: object) -> None:
+            tell(PeerError(f"the broker refuses: {reason}") if getattr(reason, "is_failure", False) else None)
+
+        def disconnected(client: Client, data: object, flags: object, reason: object, properties: object) -> None:
+            tell(PeerError(f"the broker is gone: {reason}"))
+
+        def message(client: Client, data: object, message: MQTTMessage) -> None:
+            if (entry := self._entries.get(message.topic)) is not None:
+                tell({entry: value_of(entry, bytes(message.payload))})
+
+        client = self._client = Client(CallbackAPIVersion.VERSION2, reconnect_on_failure=False)
+        client.on_connect, client.on_disconnect, client.on_message = connected, disconnected, message
+        if self._user is not None:
+            client.username_pw_set(self._user, self._password)
+        client.connect_timeout = self._mapping.timeout
+        # A broker that is silent for that long is gone.
+        alive = max(1, round(self._mapping.timeout))
+        try:
+            await asyncio.to_thread(client.connect, self._host, self._port, alive)
+        except (OSError, ValueError) as error:
+            raise PeerError(f"nobody answers: {error}") from error
+        client.loop_start()
+        try:
+            first = await asyncio.wait_for(events.get(), 2 * self._mapping.timeout)
+        except TimeoutError as error:
+            raise PeerError("the broker says nothing") from error
+        if isinstance(first, PeerError):
+            raise first
+        if self._entries:
+            client.subscribe([(topic, QUALITY) for topic in self._entries])
+
+    async def read(self) -> dict[Entry, object]:
+        """Wait for the next message."""
+        event = await self._events.get()
+        if isinstance(event, PeerError):
+            raise event
+        return event or {}
+
+    async def write(self, values: Mapping[Entry, Raw]) -> None:
+        """Publish."""
+        assert self._client is not None
+        for entry, raw in values.items():
+            sent = self._client.publish(entry.place, payload_of(entry, raw), QUALITY, retain=True)
+            if sent.rc != 0:
+                raise PeerError(f"{entry.place} is not published: code {sent.rc}")
+
+    async def close(self) -> None:
+        """Disconnect."""
+        if self._client is not None:
+            client, self._client = self._client, None
+            client.disconnect()
+            await asyncio.to_thread(client.loop_stop)

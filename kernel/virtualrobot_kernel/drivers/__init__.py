@@ -1,0 +1,1 @@
+"""Real robots: the kernel's side of their drivers."""

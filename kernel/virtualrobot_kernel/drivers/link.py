@@ -1,0 +1,180 @@
+"""Link of one robot of the world and the real one: its mode, its state, and what came back last."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import Enum
+from threading import Lock
+
+import numpy as np
+from numpy.typing import NDArray
+from virtualrobot_sdk.drivers import About, DriverFault, Safety
+from virtualrobot_sdk.drivers import Mode as ControllerMode
+from virtualrobot_sdk.drivers.shared import Report, State, TickRing
+
+from virtualrobot_kernel.drivers.far_side import Process
+from virtualrobot_kernel.drivers.twin import Asked, Floats, Twin, columns
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Structure
+
+SILENT_CYCLES = 3
+SILENT_SECONDS = 0.1
+"""A host is silent after so many cycles without a report, and not before so much time (s): a machine may be busy."""
+
+WORDS_SECONDS = 0.02
+"""Time (s) that the words of a fault are waited for before the twin is stopped: the robot brakes already."""
+
+STOPPED = frozenset({Safety.PROTECTIVE_STOP, Safety.SAFEGUARD_STOP, Safety.EMERGENCY_STOP, Safety.FAULT})
+"""Verdicts with which the controller has stopped the robot."""
+
+
+class LinkMode(Enum):
+    """Mode of a link; the names equal those of `DriverMode` in the contract."""
+
+    SIMULATED = "simulated"
+    MONITOR = "monitor"
+    EXECUTE = "execute"
+
+
+PLAYED = frozenset({State.BEGINNING, State.ACTIVE, State.STOPPING})
+"""States in which the robot does, or is about to do, what its twin does: the twin may not be put elsewhere."""
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """Words of a controller, or about it: text, its code, and whether a reset may help."""
+
+    text: str = ""
+    code: str = ""
+    clears: bool = False
+
+
+@dataclass(slots=True, eq=False)
+class Link:
+    """Link of one robot. Its fields are single references: threads read them, one at a time changes them (`Links`)."""
+
+    twin: Twin
+    asked: Asked
+    process: Process
+    ring: TickRing
+    about: About
+    mode: LinkMode = LinkMode.SIMULATED
+    state: State = State.INACTIVE
+    words: Words = field(default_factory=Words)
+    outputs: int = 0
+    first_tick: int = 0
+    noted_tick: int = 0
+    follows_badly: bool = False
+    report: Report | None = None
+    is_silent: bool = False
+    told: Words | None = None
+    """Words of the host, once they were asked for after it met a fault."""
+    settling: Lock = field(default_factory=Lock)
+    _places: tuple[Structure, NDArray[np.intp], NDArray[np.intp]] | None = None
+    _seen: tuple[int, int] = (-1, 0)
+    _error_ns: int = 0
+
+    @property
+    def is_played(self) -> bool:
+        """True while the robot does, or is about to do, what its twin does."""
+        return self.state in PLAYED
+
+    @property
+    def awaits_words(self) -> bool:
+        """True while the host has met a fault whose words are not here yet."""
+        return self._error_ns > 0 and self.state is not State.ERROR
+
+    def places(self, structure: Structure) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Return where its joints are in q and v, (k,) each; they are looked up once for each structure."""
+        if self._places is None or self._places[0] is not structure:
+            self._places = (structure, *columns(structure, self.twin))
+        return self._places[1], self._places[2]
+
+    def write(self, now: Snapshot, play_ns: int, brake: Floats | None) -> bool:
+        """Put a tick into the ring; return whether its brake is in it.
+
+        `brake` (m, nq): the coordinates of the world, a tick apart, if all brakes from there; None where nobody knows.
+        """
+        at_q, at_v = self.places(now.structure)
+        rows = None if brake is None else np.ascontiguousarray(brake[:, at_q])
+        state = now.state
+        return self.ring.put(state.tick, play_ns, state.q[at_q], state.v[at_v], self.outputs, rows)
+
+    def begin_anew(self, tick: int) -> None:
+        """Forget what was played before."""
+        self.forget_faults()
+        self.first_tick = self.noted_tick = tick
+        self.follows_badly = False
+        self.ring.clear()
+
+    def forget_faults(self) -> None:
+        """Forget which fault was met, as another connection begins."""
+        self.words, self.told, self.is_silent = Words(), None, False
+        self._seen, self._error_ns = (-1, 0), 0
+
+    def fault(self, now_ns: int) -> Words | None:
+        """Return why the robot cannot go on being played; None: it can. It is asked before each tick."""
+        report = self.report = self.ring.reported()
+        if (fault := self._met(report, now_ns)) is not None:
+            return fault
+        if report is not None and report.state is State.ERROR:
+            return None  # its words are on their way
+        if report is None or report.cycles == self._seen[0]:
+            silent = max(SILENT_SECONDS, SILENT_CYCLES / self.about.rate)
+            if self._seen[1] and now_ns - self._seen[1] > silent * 1e9:
+                self.is_silent = True
+                return Words(f"the driver has been silent for {(now_ns - self._seen[1]) * 1e-9:.2f} s")
+            if not self._seen[1]:
+                self._seen = (-1, now_ns)
+            return None
+        self._seen = (report.cycles, now_ns)
+        if self.state is not State.ACTIVE:
+            return None
+        if report.state is not State.ACTIVE:
+            return Words("the driver has ended what it played")
+        return self._astray(report)
+
+    def _met(self, report: Report | None, now_ns: int) -> Words | None:
+        """Return the fault that the process, the host or the controller has; the host's once its words are here."""
+        if (fault := self.process.fault) is not None:
+            return words_of(fault)
+        if report is None:
+            return None
+        if report.state is State.ERROR:
+            self._error_ns = self._error_ns or now_ns
+            if self.told is None and now_ns - self._error_ns < WORDS_SECONDS * 1e9:
+                return None
+            return self.told or Words("the driver has met a fault")
+        if report.safety in STOPPED and self.is_played:
+            return Words(f"the controller has stopped the robot: {report.safety.value}")
+        return None
+
+    def _astray(self, report: Report) -> Words | None:
+        """Return why a robot that is played is not where it should be."""
+        if report.mode in (ControllerMode.OFF, ControllerMode.HAND_GUIDED, ControllerMode.LOCAL):
+            return Words(f"the controller does not follow any more: it is {report.mode.value}")
+        if not np.isfinite(report.q).all():
+            return Words(f"the controller says that its joints are at {report.q.tolist()}")
+        error = report.error
+        worst = int(np.abs(error).argmax())
+        self.follows_badly = bool(abs(error[worst]) > self.asked.following_warning)
+        if abs(error[worst]) > self.asked.following_limit:
+            return Words(
+                f"the joint {self.twin.names[worst]!r} is {error[worst]:+.4f} from where it should be; "
+                f"{self.asked.following_limit:g} is allowed"
+            )
+        return None
+
+
+def words_of(fault: DriverFault) -> Words:
+    """Return the words of a fault."""
+    return Words(fault.text, fault.code, fault.clears)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Status:
+    """Picture of a link for those who ask: the link, by the robot's present name, and its newest report."""
+
+    robot: str
+    link: Link
+    report: Report | None

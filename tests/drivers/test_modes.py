@@ -1,0 +1,125 @@
+"""Robots in their modes, with the driver `loopback` in its own process: what is planned is what is played."""
+
+from __future__ import annotations
+
+import json
+import socket
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import grpc
+import numpy as np
+import pytest
+from virtualrobot.v1 import collision_pb2, driver_pb2, motion_pb2, scene_pb2
+
+from tests.api.asking import IIWA, apply, joints, load, refusal
+from tests.api.leasing import Holder
+from tests.kernels import KernelProcess, Stubs
+
+EXECUTE, MONITOR = driver_pb2.DRIVER_MODE_EXECUTE, driver_pb2.DRIVER_MODE_MONITOR
+SIMULATED = driver_pb2.DRIVER_MODE_SIMULATED
+ACTIVE, INACTIVE = driver_pb2.DRIVER_STATE_ACTIVE, driver_pb2.DRIVER_STATE_INACTIVE
+ERROR = driver_pb2.DRIVER_STATE_ERROR
+FIRST = "lbr_iiwa_joint_1"
+PATIENCE_SECONDS = 60.0
+
+
+def until(holds: Callable[[], bool]) -> None:
+    """Wait until something holds; fail where it never does."""
+    end = time.monotonic() + PATIENCE_SECONDS
+    while not holds():
+        assert time.monotonic() < end, "it never came to be"
+        time.sleep(0.005)
+
+
+class Cell:
+    """A guarded arm in a kernel of its own process, a client that has leased it, and the port of its controller."""
+
+    def __init__(self, kernel: KernelProcess, stubs: Stubs, *robots: str) -> None:
+        """Load the robots and lease them."""
+        self.alone = stubs
+        for robot in robots:
+            load(stubs, IIWA, robot)
+        guard = collision_pb2.SetCollisionSettings(mode=collision_pb2.COLLISION_MODE_GUARD)
+        apply(stubs, scene_pb2.Command(set_collision_settings=guard))
+        self.holder = Holder(kernel, *robots)
+        self.ports: dict[str, int] = {}
+
+    def call(self, name: str, **fields: Any) -> Any:  # noqa: ANN401 any answer
+        """Make a call of the driver's service with the lease."""
+        request = getattr(driver_pb2, f"{name}Request")(**fields)
+        return getattr(self.holder.stubs.driver, name)(request, metadata=self.holder.metadata)
+
+    def connect(self, robot: str = "arm", **settings: Any) -> driver_pb2.DriverStatus:  # noqa: ANN401 any setting
+        """Connect a computed controller that is asked for faults at a port."""
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+            free.bind(("127.0.0.1", 0))
+            self.ports[robot] = free.getsockname()[1]
+        request = driver_pb2.ConnectDriverRequest(robot=robot, component="loopback", following_limit=0.3)
+        request.following_warning = 0.2
+        request.settings.update({"joints": 7, "control_port": self.ports[robot], **settings})
+        return self.holder.stubs.driver.ConnectDriver(request, metadata=self.holder.metadata).driver
+
+    def tell(self, line: str, robot: str = "arm") -> str:
+        """Ask a controller for something, as for a fault; return its answer."""
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
+            port.settimeout(5.0)
+            for _ in range(20):
+                port.sendto(line.encode(), ("127.0.0.1", self.ports[robot]))
+                try:
+                    return port.recv(4096).decode()
+                except TimeoutError:
+                    continue
+        raise AssertionError(f"the controller of {robot} does not answer {line!r}")
+
+    def real(self, robot: str = "arm") -> np.ndarray:
+        """Where the controller has its joints."""
+        return np.array(json.loads(self.tell("state", robot))["positions"])
+
+    def mode(self, mode: driver_pb2.DriverMode, robot: str = "arm") -> Any:  # noqa: ANN401 the answer
+        """Choose the mode."""
+        return self.call("SetDriverMode", robot=robot, mode=mode)
+
+    def status(self, robot: str = "arm") -> driver_pb2.DriverStatus:
+        """The driver as it is told."""
+        found = self.alone.driver.GetDrivers(driver_pb2.GetDriversRequest()).drivers
+        return next(one for one in found if one.robot == robot)
+
+    def motion(self, id: str) -> motion_pb2.Motion:
+        """Return a motion as it is."""
+        return self.alone.motion.GetMotion(motion_pb2.GetMotionRequest(id=id)).motion
+
+    def await_end(self, id: str) -> motion_pb2.Motion:
+        """Return a motion once it has ended."""
+        over = (motion_pb2.MOTION_PHASE_SUCCEEDED, motion_pb2.MOTION_PHASE_CANCELLED, motion_pb2.MOTION_PHASE_ABORTED)
+        until(lambda: self.motion(id).phase in over)
+        return self.motion(id)
+
+
+@pytest.fixture
+def cell(kernel: KernelProcess, stubs: Stubs) -> Iterator[Cell]:
+    """Give a cell of one arm."""
+    made = Cell(kernel, stubs, "arm")
+    yield made
+    for robot in made.ports:
+        try:
+            made.call("DisconnectDriver", robot=robot)
+        except grpc.RpcError:
+            continue  # it is not connected, or the lease has gone
+    if made.alone.driver.GetDrivers(driver_pb2.GetDriversRequest()).cell.stopped:
+        made.alone.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
+
+
+def test_a_robot_executes_what_was_planned_and_is_monitored(cell: Cell) -> None:
+    status = cell.connect()
+    assert (status.state, status.controller.joint_count) == (INACTIVE, 7)
+    assert cell.mode(EXECUTE).driver.state == ACTIVE
+    ended = cell.await_end(cell.holder.start(joints("arm", 0.5, **{FIRST: 0.4})))
+    assert ended.phase == motion_pb2.MOTION_PHASE_SUCCEEDED
+    until(lambda: bool(abs(cell.real()[0] - 0.4) < 1e-6))
+    assert cell.mode(MONITOR).driver.state == INACTIVE
+    assert cell.mode(SIMULATED).driver.state == INACTIVE
+    assert cell.call("DisconnectDriver", robot="arm").driver.robot == "arm"
+    refused = refusal(lambda: cell.connect(colour="red"))
+    assert (refused.reason, "colour" in refused.message) == ("INVALID_ARGUMENT", True), refused
