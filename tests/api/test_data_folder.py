@@ -63,8 +63,11 @@ def signal_created(name: str) -> scene_pb2.Command:
     return scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=made))
 
 
-def test_a_killed_kernel_goes_on_from_where_it_was_told(tmp_path: Path, start_kernel: StartKernel) -> None:
-    folder = ("--stepped", "--data", str(tmp_path / "cell"))
+@pytest.mark.parametrize("durability", ["process", pytest.param("power", marks=pytest.mark.long)])
+def test_a_killed_kernel_goes_on_from_where_it_was_told(
+    tmp_path: Path, start_kernel: StartKernel, durability: str
+) -> None:
+    folder = ("--stepped", "--data", str(tmp_path / "cell"), "--durability", durability)
     kernel = start_kernel(*folder)
     stubs = kernel.stubs()
     load(stubs, IIWA, "arm")

@@ -28,13 +28,21 @@ SPEED = math.radians(4.0)
 class Hosted:
     """A driver in its process, and a thread that writes what its twin does: it rests, or goes to a goal and rests."""
 
-    def __init__(self, folder: Path, component: str, settings: dict[str, object], joints: int, speed: float) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        component: str,
+        settings: dict[str, object],
+        joints: int,
+        speed: float,
+        plugin: str = robots_on_cables.__name__,
+    ) -> None:
         """Connect, and put the twin where the robot is."""
         self.ring = TickRing.create(folder / "ring", joints)
         self.cell = CellBlock.create(folder / "cell")
         self.process = DriverProcess(component)
         side = RobotSide(tuple(JointSide(f"joint{i}", i, -3.0, 3.0, speed) for i in range(joints)), TICK_NS)
-        entry = EntryPoint("robots", robots_on_cables.__name__, "virtualrobot.plugins")
+        entry = EntryPoint("robots", plugin, "virtualrobot.plugins")
         self.process.make(entry, component, settings, side, folder / "ring", folder / "cell")
         self.process.connect()
         self.start = self.goal = self.until(lambda report: report.state is State.INACTIVE and report.cycles > 0).q
@@ -148,7 +156,7 @@ def test_what_plans_by_itself_goes_the_way_of_its_twin(
 
 @pytest.mark.long
 @pytest.mark.parametrize(("by", "said"), [("stop", "the cell was stopped"), ("frozen", "no newer tick came in time")])
-@pytest.mark.parametrize(("component", "settings"), [("jobs", {}), ("arm", {"baud": 115200})])
+@pytest.mark.parametrize(("component", "settings"), [("jobs", {}), ("arm", {"baud": 19200})])
 def test_what_plans_by_itself_is_stopped_on_its_way(
     hosted: Hosts, component: str, settings: dict[str, object], by: str, said: str
 ) -> None:

@@ -15,6 +15,7 @@ from virtualrobot._wire.showing import shown
 from virtualrobot._wire.transport import Channel, open_channel
 from virtualrobot.clock import Clock
 from virtualrobot.collisions.collisions import Collisions
+from virtualrobot.drivers import Drivers
 from virtualrobot.errors import AuthenticationError, InvalidArgumentError, VersionError, WrongStateError
 from virtualrobot.files.assets import Assets
 from virtualrobot.files.scene_files import model_request
@@ -143,6 +144,7 @@ class Client:
         self.paths = Paths(self._services)
         self.history = History(self._services)
         self.tokens = Tokens(self._services)
+        self.drivers = Drivers(self._services)
 
     @property
     def services(self) -> Services:

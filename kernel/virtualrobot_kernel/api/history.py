@@ -47,7 +47,9 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
                 f"page_size is at most {MOST_OF_A_PAGE}, not {size}", field="page_size", limit=MOST_OF_A_PAGE
             )
         wanted, before = _wanted(snapshot, request, mine), _page_start(request.page_token)
-        steps, more = await self._kernel.in_worker(lambda: page(self._kernel.steps.store.find(wanted, before), size))
+        steps, more = await self._kernel.in_worker(
+            lambda: page(self._kernel.steps.store.find(wanted, before, whole=False), size)
+        )
         return history_pb2.ListStepsResponse(
             stamp=stamp(snapshot),
             steps=[self._message(snapshot, step, mine) for step in steps],

@@ -14,6 +14,7 @@ from virtualrobot_kernel.history.step import Step, StepKind, drawn_out, step_of
 from virtualrobot_kernel.world.apply_records import Conflict
 from virtualrobot_kernel.world.commands import RestoreRecords
 from virtualrobot_kernel.world.listeners import Listeners
+from virtualrobot_kernel.world.records import EVERYWHERE
 
 MOST_AUTHORS = 100
 """Greatest number of authors whose newest edits may go on as drags."""
@@ -28,6 +29,7 @@ class Wanted:
     """Filter of steps: those for which all that is given holds; times in seconds since 1970, `until` not included.
 
     `uids` are nodes of which it changed one, or else one that was called `node`; `author` is a part of its name.
+    `about` are nodes of which it changed one, or else it was a restore, which changes them all.
     """
 
     node: str = ""
@@ -37,6 +39,7 @@ class Wanted:
     since: float | None = None
     until: float | None = None
     kinds: frozenset[StepKind] = frozenset()
+    about: frozenset[int] = frozenset()
 
     def has(self, step: Step) -> bool:
         """Return whether a step is wanted."""
@@ -47,6 +50,7 @@ class Wanted:
             and (self.since is None or step.wall_time >= self.since)
             and (self.until is None or step.wall_time < self.until)
             and (not self.kinds or step.kind in self.kinds)
+            and (not self.about or not self.about.isdisjoint(step.touched) or step.kind is StepKind.RESTORE)
         )
 
 
@@ -65,8 +69,8 @@ class StepStore(Protocol):
         """Return the step of an entry, None when it is not kept."""
         ...
 
-    def find(self, wanted: Wanted, before: int | None = None) -> Iterator[Step]:
-        """Yield steps that are wanted, newest first, with smaller numbers than `before`."""
+    def find(self, wanted: Wanted, before: int | None = None, whole: bool = True) -> Iterator[Step]:
+        """Yield steps that are wanted, newest first, with smaller numbers than `before`; `whole` with differences."""
         ...
 
     @property
@@ -90,7 +94,9 @@ class Steps:
         self._listeners: Listeners[[Sequence[Step]]] = Listeners()
         self._undone: dict[int, int] = {}
         self._newest: dict[str, Step] = {}
-        for step in reversed(list(self.store.find(Wanted(kinds=frozenset({StepKind.UNDO, StepKind.REDO}))))):
+        for step in reversed(
+            list(self.store.find(Wanted(kinds=frozenset({StepKind.UNDO, StepKind.REDO})), whole=False))
+        ):
             self._note(step)
 
     def keep(self, told: Sequence[Told]) -> None:
@@ -132,7 +138,7 @@ class Steps:
 
     def since(self, number: int) -> list[Step]:
         """Return the steps from a number on, oldest first."""
-        return [*takewhile(lambda step: step.number >= number, self.store.find(Wanted()))][::-1]
+        return [*takewhile(lambda step: step.number >= number, self.store.find(Wanted(), whole=False))][::-1]
 
     def subscribe(self, listener: Callable[[Sequence[Step]], None]) -> Callable[[], None]:
         """Call `listener` with steps as they come, in any thread, until the returned function is called."""
@@ -240,7 +246,9 @@ class Steps:
     def conflict(self, step: Step, error: Conflict) -> KernelError:
         """Return why a step can't be taken back, with who stands in the way where that is known."""
         keys = {(error.table, error.key), ("nodes", error.key)}
-        since = takewhile(lambda one: one.number > step.number, self.store.find(Wanted()))
+        uids = error.key if isinstance(error.key, tuple) else (error.key,)
+        about = frozenset(uid for uid in uids if isinstance(uid, int) and uid != EVERYWHERE)
+        since = takewhile(lambda one: one.number > step.number, self.store.find(Wanted(about=about)))
         stands = (one for one in since if one.kind is StepKind.RESTORE or not keys.isdisjoint(one.difference.keys))
         other = next(stands, None)
         who = f", by step {other.number} of {other.author}: {other.label}" if other else ""

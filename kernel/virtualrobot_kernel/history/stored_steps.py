@@ -55,8 +55,8 @@ class StoredSteps:
         row = self._store.step(number)
         return self._step(row) if row else None
 
-    def find(self, wanted: Wanted, before: int | None = None) -> Iterator[Step]:
-        """Yield steps that are wanted, newest first, with smaller numbers than `before`."""
+    def find(self, wanted: Wanted, before: int | None = None, whole: bool = True) -> Iterator[Step]:
+        """Yield steps that are wanted, newest first, with smaller numbers than `before`; `whole` with differences."""
         self._store.catch_up()
         waiting = sorted([*self._waiting.values()], key=lambda one: -one[0].number)
         for step, _ in waiting:
@@ -65,11 +65,11 @@ class StoredSteps:
         replaced = {number for _, number in waiting}
         first = min((step.number for step, _ in waiting), default=before)
         before = first if before is None or first is None else min(before, first)
-        for step in self._written(wanted, before):
+        for step in self._written(wanted, before, whole):
             if step.number not in replaced:
                 yield step
 
-    def _written(self, wanted: Wanted, before: int | None) -> Iterator[Step]:
+    def _written(self, wanted: Wanted, before: int | None, whole: bool) -> Iterator[Step]:
         conditions, values = ["1"], list[object]()
         if wanted.kinds:
             conditions.append(f"kind IN ({','.join('?' * len(wanted.kinds))})")
@@ -86,14 +86,17 @@ class StoredSteps:
             uids = ",".join(map(str, wanted.uids))
             conditions.append(f"(number IN (SELECT number FROM touched WHERE uid IN ({uids})) OR instr(names, ?))")
             values.append(wanted.node)
+        if wanted.about:
+            uids = ",".join(map(str, wanted.about))
+            conditions.append(f"(number IN (SELECT number FROM touched WHERE uid IN ({uids})) OR kind = 'restore')")
         rows = self._store.steps(" AND ".join(conditions), values, before)
         # What it changed is most of a step, and no filter asks for it.
-        return (self._step(row) for row in rows if wanted.has(_listed(row)))
+        return (self._step(row) if whole else step for row in rows if wanted.has(step := _listed(row)))
 
     @property
     def last(self) -> int:
         """Number of the newest step that was ever kept; 0: none was."""
-        return next((step.number for step in self.find(Wanted())), self._store.forgotten)
+        return next((step.number for step in self.find(Wanted(), whole=False)), self._store.forgotten)
 
     @property
     def forgotten(self) -> int:

@@ -41,6 +41,11 @@ BEGIN_SECONDS = 10.0
 ORPHAN_SECONDS = 10.0
 """Time (s) that the process has for its robot to come to rest when the kernel's process has gone."""
 
+STOP_WATCH_NS = 5_000_000
+"""Time (ns) between two looks at whether the cell was stopped, while a robot goes to points by itself."""
+
+STOPPED_ON_ITS_WAY = "{} while the robot went to its points: it was stopped on its way"
+
 LATEST_NS = 20_000_000
 """Time (ns) since the setpoint before, or three longer cycles, up to which the next may go on from it."""
 
@@ -207,7 +212,7 @@ class Host:
                 missed = (now - self._due) // period
                 self._skipped += missed if self._cycles else 0
                 self._due += missed * period
-            realtime.sleep_until(self._due)
+            self._await_due()
             reading = self._driver.read()
         now = time.monotonic_ns()
         self._lateness = now - self._due
@@ -218,6 +223,14 @@ class Host:
             self._move(self._due)
         self._cycles += 1
         self._say(now)
+
+    def _await_due(self) -> None:
+        """Sleep until the next cycle; a robot that goes to its points is stopped meanwhile: cycles may be long."""
+        while self._jobs is not None and not self._jobs.done and time.monotonic_ns() < self._due:
+            if self._cell.stop_ns <= time.monotonic_ns():
+                raise DriverFault(STOPPED_ON_ITS_WAY.format("the cell was stopped"))
+            realtime.sleep_until(min(self._due, time.monotonic_ns() + STOP_WATCH_NS))
+        realtime.sleep_until(self._due)
 
     def _take(self, reading: Reading, now: int) -> None:
         """Take a reading; raise DriverFault for one that is no number, or old, or tells of a stop."""
@@ -307,7 +320,7 @@ class Host:
             why = "no newer tick came in time" if starved else "the cell was stopped"
             if self._jobs is not None and not self._jobs.done:
                 # Its controller goes on by itself, whatever the play clock does.
-                raise DriverFault(f"{why} while the robot went to its points: it was stopped on its way")
+                raise DriverFault(STOPPED_ON_ITS_WAY.format(why))
             self.state = State.STOPPING
             self._tell(f"{why}: the robot brakes on its path" if starved else why)
         if player.state is Play.RESTS and self._refused:

@@ -7,17 +7,19 @@ import sqlite3
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import astuple, replace
 from itertools import count, pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.history import upkeep
 from virtualrobot_kernel.history.codec import same
 from virtualrobot_kernel.history.folder import LAST_TICK, TAIL, Folder
 from virtualrobot_kernel.history.history import History, rules_of
-from virtualrobot_kernel.history.recovery import recovered
+from virtualrobot_kernel.history.past import PastFolder
+from virtualrobot_kernel.history.recovery import image, recovered
 from virtualrobot_kernel.history.step import StepKind
 from virtualrobot_kernel.history.steps import Wanted
 from virtualrobot_kernel.history.upkeep import Moment, Rules
@@ -33,6 +35,7 @@ from virtualrobot_kernel.world.commands import (
     CreateSignal,
     EndSetpoints,
     RestartWorld,
+    SetSetpoint,
     SetSignal,
     StartSetpointMotion,
     StopMotions,
@@ -303,3 +306,57 @@ def test_a_clock_that_is_set_back_changes_no_order(
         assert [one.seq for one in rows] == [*range(2, 12)]
         assert all(one.time > other.time for one, other in pairwise(rows))
     assert begun(tmp_path).state.signals[NAMES[0]].value is True
+
+
+def test_what_a_killed_kernel_left_in_its_tail_becomes_steps_and_checkpoints(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As long as nobody has read its history, nothing of it is in the database."""
+    monkeypatch.setattr(upkeep, "ROUND_SECONDS", 10.0 * GUARD)
+    with kernel(tmp_path / "a") as (world, history):
+        setup(world)
+        history.checkpoints.create("noon", "ann")
+        world.submit([UpdateNode("cup", new_name="mug")], "ann").result(GUARD)
+        world.submit([history.checkpoints.restoring(history.checkpoints.get("noon"))], "bob").result(GUARD)
+        world.submit([UpdateNode("cup", new_name="jug")], "eve").result(GUARD)
+        copy = killed(tmp_path / "a", tmp_path / "b")
+        assert differ(begun(copy), world) == ""
+        was = [astuple(one) for one in history.store.steps()]
+        checkpoints = [replace(one, wall_time=0.0) for one in history.checkpoints.all]
+    found = sqlite3.connect(copy / "journal.db")
+    assert found.execute("SELECT max(seq), max(number) FROM entries, steps").fetchone() == (2, 2)
+    found.close()
+    with kernel(copy) as (_, history):
+        assert history.steps.to_undo().label == "renamed 'cup' to 'jug'"
+        assert [astuple(one) for one in history.store.steps()] == was and len(was) == 4
+        assert [replace(one, wall_time=0.0) for one in history.checkpoints.all] == checkpoints
+        assert len(checkpoints) == 2
+
+
+def test_a_past_has_what_is_in_the_tail_alone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a kernel that goes on, whose folder stays as it is."""
+    monkeypatch.setattr(upkeep, "ROUND_SECONDS", 10.0 * GUARD)
+    with kernel(tmp_path) as (world, _):
+        setup(world)
+        world.step(5).result(GUARD)
+        world.submit([SetSignal(NAMES[0], True)]).result(GUARD)
+        world.step(5).result(GUARD)
+        past = PastFolder(tmp_path)
+        cursor = past.replay(world_poses).at(past.last_tick)
+        assert differ(cursor.moment, world) == "" and cursor.moment.number == 2
+        past.close()
+        world.submit([SetSignal(NAMES[0], False)]).result(GUARD)
+    assert begun(tmp_path).state.signals[NAMES[0]].value is False
+
+
+def test_a_checkpoint_has_all_that_was_answered_before(tmp_path: Path, rng: np.random.Generator) -> None:
+    """With setpoints at every tick, whose worlds nobody keeps."""
+    with kernel(tmp_path) as (world, history):
+        setup(world)
+        (motion,) = world.submit([StartSetpointMotion("arm", ("a",), SetpointMode.POSITION, 1e9)]).result(GUARD).created
+        for number in range(20):
+            world.submit([SetSetpoint(str(motion), (0.01 * number,))]).result(GUARD)
+            world.step(int(rng.integers(1, 10))).result(GUARD)
+            made = history.checkpoints.create("", "ann")
+            left = image(history.store, history.codec, made.id)
+            assert differ(Moment(0, left.structure, left.state), world) == ""

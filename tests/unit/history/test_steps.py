@@ -366,11 +366,16 @@ def test_a_search_does_not_decode_what_steps_have_changed() -> None:
 
 
 def test_who_stands_in_the_way_is_looked_for_from_the_newest_on(desk: Desk) -> None:
-    """A conflict with a step of long ago read all steps since, one list of them: half a minute of a long history."""
+    """Among those that are about the same node.
+
+    A conflict with a step of long ago read all steps since, one list of them: half a minute of a long history.
+    """
     desk.do("ann", moved(1.0))
     for number in range(20):
         desk.do("bob", commands.CreateNodes((NodeSpec(f"shelf {number}", Kind.OBJECT),)))
     desk.do("bob", moved(2.0))
+    for number in range(20):
+        desk.do("bob", commands.CreateNodes((NodeSpec(f"box {number}", Kind.OBJECT),)))
     step = desk.steps.to_undo(1)
     with pytest.raises(Conflict) as error:
         after(desk.now, taking_back(step))
@@ -381,6 +386,8 @@ def test_who_stands_in_the_way_is_looked_for_from_the_newest_on(desk: Desk) -> N
             read.append(data)
             return codec.decode(data)
 
-    counting = Steps(StoredSteps(desk.store, Counted()))  # pyright: ignore[reportArgumentType] of its methods one is called
+    kept = StoredSteps(desk.store, Counted())  # pyright: ignore[reportArgumentType] of its methods one is called
+    counting = Steps(kept)
+    assert kept.last == 42 and len(counting.since(1)) == 42 and not read
     assert counting.conflict(step, error.value).metadata["step"] == "22"
     assert len(read) == 1

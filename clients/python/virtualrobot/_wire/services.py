@@ -9,6 +9,7 @@ from virtualrobot.v1 import (
     asset_pb2_grpc,
     calibration_pb2_grpc,
     collision_pb2_grpc,
+    driver_pb2_grpc,
     history_pb2_grpc,
     kernel_pb2_grpc,
     lease_pb2_grpc,
@@ -51,6 +52,7 @@ class Services:
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
         self.history = history_pb2_grpc.HistoryServiceStub(channel)
         self.calibration = calibration_pb2_grpc.CalibrationServiceStub(channel)
+        self.driver = driver_pb2_grpc.DriverServiceStub(channel)
         self.path = path_pb2_grpc.PathServiceStub(channel)
         self.descriptions = channel.descriptions
 

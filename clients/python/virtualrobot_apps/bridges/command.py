@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -42,6 +43,9 @@ def bridge(target: Target, protocol: str, mapping: Path, to: str | None, at: str
     if protocol == "mqtt" and at is not None:
         raise click.UsageError("a bridge is no broker of MQTT: --connect URL says which one it goes to")
     read = read_mapping(mapping, protocol, serves=at is not None)
+    # What matters of what libraries log is told by the bridge, once and in words.
+    for library in ("asyncua", "pymodbus"):
+        logging.getLogger(library).setLevel(logging.CRITICAL)
     with target.connect() as client:
         if check:
             read.check_signals({one.name: one.value for one in client.signals.read()})

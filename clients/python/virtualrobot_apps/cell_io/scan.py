@@ -19,8 +19,8 @@ class ScanCycle:
     """A program that is run again and again, each time on one image of all signals.
 
     All of its outputs change at one instant. In stepped time it makes the ticks itself, by `step` where others go
-    along, so that equal runs are equal to the tick. In real time it waits for the world; cycles that it comes too late for are
-    left out and counted.
+    along, so that equal runs are equal to the tick. In real time it waits for the world; cycles that it comes too late
+    for are left out and counted.
 
     Example:
         >>> ScanCycle(client, lambda signals, now: {"lamp": not signals["door closed"]}, cycle=0.02).run(cycles=50)

@@ -1,4 +1,4 @@
-"""`virtualrobot driver`: what has to do with drivers of real robots; `new` writes one, as a start for your own."""
+"""`virtualrobot driver`: real robots connected, and `new`, which writes a driver as a start for your own."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import re
 from pathlib import Path
 
 import click
+from virtualrobot.cli.drivers import CONNECTING
 
 from virtualrobot_apps.new.writing import Folder, write
 
@@ -34,6 +35,10 @@ class _Name(click.ParamType):
 @click.group()
 def driver() -> None:
     """Drivers of real robots."""
+
+
+for command in CONNECTING:
+    driver.add_command(command)
 
 
 @driver.command(short_help="Write a driver of your own: a plugin with its test.")
