@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import select
+import socket
 import subprocess
 import sys
 import time
@@ -84,7 +85,7 @@ class Listening(Server):
         while process.poll() is None and due < ends:
             due += self.controller.dt
             while (left := due - time.monotonic()) > 0.0:
-                waiting: dict[object, Client] = {one.connection: one for one in self.clients if one.port == RTDE}
+                waiting: dict[socket.socket, Client] = {one.connection: one for one in self.clients if one.port == RTDE}
                 ready = select.select(list(waiting), [], [], left)[0]
                 for connection in ready:
                     waiting[connection].receive()

@@ -302,7 +302,7 @@ def test_each_way_in_which_a_robot_does_not_follow_stops_it(bench: Bench, how: s
         "dies": "exit code 9",
         "away": "is allowed",
         "ends": "has ended what it played",
-        "starves": "no newer tick",
+        "starves": "the real robots brake",
         "local": "is local",
     }[how]
     if how == "hangs":

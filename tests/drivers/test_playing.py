@@ -148,9 +148,12 @@ def test_a_stop_where_few_ticks_have_brakes_takes_the_next_one(ring: TickRing, c
     assert np.abs(one.accelerations()).max() <= 1.1 * DECELERATION
 
 
-def test_one_robot_halts_from_where_it_is(ring: TickRing, cell: CellBlock) -> None:
+def test_what_is_refused_is_the_brake_from_the_setpoint_before(ring: TickRing, cell: CellBlock) -> None:
     one = course(ring, cell)
     one.run(0.5)
+    one.ns -= one.period
+    for told in (one.times, one.places, one.velocities, one.states):
+        told.pop()
     assert one.player.halt() and not one.player.halt()
     one.run(1.0)
     assert one.player.state is Play.RESTS and not one.player.on_brake

@@ -15,7 +15,7 @@ DECELERATION = 8.0
 
 
 class Twin:
-    """Twin whose joints swing as `amplitude · (1 - cos(2πt / PERIOD)) / 2` about where they begin, from tick 0 on."""
+    """Twin whose joints swing as `amplitude · (1 - cos(2πt / PERIOD)) / 2` about where they begin, from a tick on."""
 
     def __init__(self, rings: dict[TickRing, np.ndarray], cell: CellBlock, begin_ns: int, lead_ns: int) -> None:
         """Write to rings, each with the amplitudes (k,) of its joints; tick 0 is due at `begin_ns`, played later."""
@@ -23,10 +23,11 @@ class Twin:
         self.tick = -1
         self.starts = {ring: np.zeros(ring.joints) for ring in rings}
         self.swings = True
+        self.from_tick = 0
 
     def state(self, ring: TickRing, tick: float) -> tuple[np.ndarray, np.ndarray]:
         """Return q and v (k,) at a tick."""
-        angle = 2.0 * np.pi * tick * SECONDS / PERIOD if self.swings else 0.0
+        angle = 2.0 * np.pi * max(tick - self.from_tick, 0) * SECONDS / PERIOD if self.swings else 0.0
         q = self.rings[ring] * (1.0 - np.cos(angle)) / 2.0
         return self.starts[ring] + q, self.rings[ring] * np.sin(angle) * np.pi / PERIOD
 

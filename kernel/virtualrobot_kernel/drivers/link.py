@@ -21,6 +21,9 @@ SILENT_CYCLES = 3
 SILENT_SECONDS = 0.1
 """A host is silent after so many cycles without a report, and not before so much time (s): a machine may be busy."""
 
+LOOK_SECONDS = 0.02
+"""Longest time (s) between two looks that counts as one of silence."""
+
 WORDS_SECONDS = 0.02
 """Time (s) that the words of a fault are waited for before the twin is stopped: the robot brakes already."""
 
@@ -71,7 +74,9 @@ class Link:
     """Words of the host, once they were asked for after it met a fault."""
     settling: Lock = field(default_factory=Lock)
     _places: tuple[Structure, NDArray[np.intp], NDArray[np.intp]] | None = None
-    _seen: tuple[int, int] = (-1, 0)
+    _cycles: int = -1
+    _silence: float = 0.0
+    _asked_ns: int = 0
     _error_ns: int = 0
 
     @property
@@ -110,25 +115,34 @@ class Link:
     def forget_faults(self) -> None:
         """Forget which fault was met, as another connection begins."""
         self.words, self.told, self.is_silent = Words(), None, False
-        self._seen, self._error_ns = (-1, 0), 0
+        self._cycles, self._silence, self._error_ns = -1, 0.0, 0
 
-    def fault(self, now_ns: int) -> Words | None:
-        """Return why the robot cannot go on being played; None: it can. It is asked before each tick."""
-        report = self.report = self.ring.reported()
+    def newest(self) -> Report | None:
+        """Return the newest report that can be read: the host may be writing one just now."""
+        return self.ring.reported() or self.report
+
+    def fault(self, now_ns: int, stopped: bool) -> Words | None:
+        """Return why the robot cannot go on being played; None: it can. It is asked before each tick.
+
+        `stopped`: whether the cell is, which is no fault of the robot's.
+        """
+        report = self.report = self.newest()
         if (fault := self._met(report, now_ns)) is not None:
             return fault
         if report is not None and report.state is State.ERROR:
             return None  # its words are on their way
-        if report is None or report.cycles == self._seen[0]:
-            silent = max(SILENT_SECONDS, SILENT_CYCLES / self.about.rate)
-            if self._seen[1] and now_ns - self._seen[1] > silent * 1e9:
+        # Only time in which the world goes on counts: a kernel that was late has not looked.
+        since, self._asked_ns = min(now_ns - self._asked_ns, LOOK_SECONDS * 1e9), now_ns
+        if report is None or report.cycles == self._cycles:
+            self._silence += since * 1e-9
+            if self._silence > max(SILENT_SECONDS, SILENT_CYCLES / self.about.rate):
                 self.is_silent = True
-                return Words(f"the driver has been silent for {(now_ns - self._seen[1]) * 1e-9:.2f} s")
-            if not self._seen[1]:
-                self._seen = (-1, now_ns)
+                return Words(f"the driver has been silent for {self._silence:.2f} s")
             return None
-        self._seen = (report.cycles, now_ns)
+        self._cycles, self._silence = report.cycles, 0.0
         if self.state is not State.ACTIVE:
+            return None
+        if stopped:
             return None
         if report.state is not State.ACTIVE:
             return Words("the driver has ended what it played")

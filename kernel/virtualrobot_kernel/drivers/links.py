@@ -43,6 +43,9 @@ BEGIN_SECONDS = 12.0
 READING_SECONDS = 10.0
 """Longest time (s) for the first reading of a controller that has been connected to."""
 
+FAULT_SECONDS = 0.05
+"""Time (s) for which it is waited whether a cell that was stopped by nobody known was stopped by a host's fault."""
+
 REST_SPEED = 0.05
 """Measured speed (rad/s, m/s) of each joint below which a robot is at rest: what is measured is never quite still."""
 
@@ -77,6 +80,7 @@ class Links:
         self._cell: CellBlock | None = None
         self._end_listening: Callable[[], None] = lambda: None
         self._reason = ""
+        self._stopped_ns = 0
         self._signals: Mapping[str, Signal] | None = None
         self._holding: frozenset[int] = frozenset()
         self._workers = ThreadPoolExecutor(4, thread_name_prefix="drivers")
@@ -95,9 +99,7 @@ class Links:
     def statuses(self, snapshot: Snapshot) -> list[Status]:
         """Return all links as they are, by the names of their robots."""
         nodes = snapshot.structure.nodes
-        found = [
-            Status(nodes[uid].name, link, link.ring.reported()) for uid, link in self._links.items() if uid in nodes
-        ]
+        found = [Status(nodes[uid].name, link, link.newest()) for uid, link in self._links.items() if uid in nodes]
         return sorted(found, key=lambda status: status.robot)
 
     def status(self, robot: str) -> Status:
@@ -109,7 +111,7 @@ class Links:
             raise KernelError(
                 f"no driver is connected to {robot!r}; connect one first", reason=Reason.WRONG_STATE, robot=robot
             )
-        return Status(node.name, link, link.ring.reported())
+        return Status(node.name, link, link.newest())
 
     def connect(self, robot: str, asked: Asked) -> Status:
         """Start a driver and connect it; see ConnectDriver in the contract."""
@@ -225,7 +227,7 @@ class Links:
                 if status.link.is_played:
                     raise refused(status.robot, "rest", "it is not at rest yet")
             if self._cell is not None:
-                self._reason = ""
+                self._reason, self._stopped_ns = "", 0
                 self._cell.release()
 
     def close(self) -> None:
@@ -283,10 +285,14 @@ class Links:
                 cell.stop()
         elif cell.stop_ns != NEVER:
             cause, why = EndCause.CELL_STOPPED, self.stopped
-            if not self._reason and (late := next((one for one in played if _is_starved(one)), None)) is not None:
-                name = _name(now, late)
-                cause, why = EndCause.DRIVER, f"the real robot of {name!r} had no newer tick to play, and brakes"
+            if not self._reason and (late := self._late(played, now_ns)):
+                cause, why = EndCause.DRIVER, late
                 self._reason = why
+            elif not self._reason:
+                # A host that meets a fault stops the cell before it can say so.
+                self._stopped_ns = self._stopped_ns or now_ns
+                if now_ns - self._stopped_ns < FAULT_SECONDS * 1e9:
+                    return ()
         else:
             return self._stop_unleased(played, now)
         for link in played:
@@ -295,6 +301,13 @@ class Links:
                 link.state = State.STOPPING
                 self._later(link)
         return _stop(played, now, cause, why)
+
+    def _late(self, played: Sequence[Link], now_ns: int) -> str:
+        """Return that robots have braked because no newer tick came, in words; empty where that was not so."""
+        late = (now_ns - self._world.due_nanoseconds) * 1e-9
+        if any(_is_starved(link) for link in played) or late > min(link.asked.lead for link in played):
+            return f"the newest tick was {late:.2f} s old, older than the lead: the real robots brake on their paths"
+        return ""
 
     def after_change(self, now: Snapshot) -> Sequence[Command]:
         """Want nothing."""
@@ -305,7 +318,8 @@ class Links:
         if link.state in (State.ERROR, State.CONNECTING, State.DISCONNECTED):
             return None
         awaited = link.awaits_words
-        words = link.fault(now_ns)
+        cell = self._cell
+        words = link.fault(now_ns, cell is not None and cell.stop_ns != NEVER)
         if link.awaits_words and not awaited and not self._closed:
             self._workers.submit(self._ask_words, link)
         if words is None:
@@ -384,7 +398,7 @@ class Links:
 
     def _note(self, now: Snapshot, link: Link, last: bool = False) -> None:
         """Tell the journal what was played since it was told last."""
-        report = link.ring.reported() if last else link.report
+        report = link.newest() if last else link.report
         if report is None or report.tick <= link.noted_tick:
             return
         if last or (report.tick - link.noted_tick) * now.tick_seconds >= NOTE_SECONDS:
@@ -413,7 +427,7 @@ class Links:
                 self._await_active(link)
             except DriverFault as error:
                 if link.state is State.BEGINNING:
-                    report = link.ring.reported()
+                    report = link.newest()
                     in_error = report is None or report.state is State.ERROR
                     link.words, link.state = words_of(error), State.ERROR if in_error else State.INACTIVE
                 raise told(error, robot) from error
@@ -429,7 +443,7 @@ class Links:
         """Wait until a robot follows; raise DriverFault with the words where it does not."""
         until = time.monotonic() + BEGIN_SECONDS
         while link.state is State.BEGINNING:
-            report = link.ring.reported()
+            report = link.newest()
             if report is not None and report.state is State.ACTIVE:
                 link.state = State.ACTIVE
                 return
@@ -510,7 +524,10 @@ class Links:
                 time.sleep(LOOK_SECONDS)
             self._note(self._world.snapshot, link, last=True)
             if link.state is State.ERROR and link.is_silent:
-                link.process.kill()  # it hangs; the controller's own watchdog acts
+                try:
+                    link.process.words()  # where it has died, its fault says how
+                finally:
+                    link.process.kill()  # where it hangs, the controller's own watchdog acts
             if link.state is State.STOPPING:
                 link.process.end()
                 link.state = State.INACTIVE
@@ -533,7 +550,7 @@ class Links:
         now = self._world.snapshot
         if any(link.twin.uid in motion.robots for motion in now.state.motions):
             return False
-        report = link.ring.reported()
+        report = link.newest()
         if link.state is State.ERROR or report is None or report.state is not State.ACTIVE:
             return report is None or report.state is not State.STOPPING
         at_q, _ = link.places(now.structure)
@@ -553,7 +570,7 @@ class Links:
 
     def _report(self, robot: str, link: Link) -> Report:
         """Return the newest report; raise KernelError (DRIVER_FAULT) where there is none, or it is no number."""
-        report = link.ring.reported()
+        report = link.newest()
         if report is None or not np.isfinite(report.q).all():
             said = f"the controller of {robot!r} has not told where its joints are"
             raise KernelError(said, reason=Reason.DRIVER_FAULT, robot=robot)

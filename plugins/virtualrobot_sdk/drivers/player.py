@@ -97,6 +97,7 @@ class Player:
         self._brake: _Brake | None = None
         self._until: int | None = None
         self._anchor = self._lag = self._last_ns = 0
+        self._before = self._newest = (-1.0, 0)
 
     @property
     def on_brake(self) -> bool:
@@ -124,7 +125,9 @@ class Player:
                 self._commit(limit, starved=not stops)
         brake, self._last_ns = self._brake, ns
         if brake is None:
+            self._before = self._newest
             self.tick, self.rate = max(self.tick, self._due(ns)), speed_scaling
+            self._newest = self.tick, ns
             setpoint = self._between(self.tick)
             return Setpoint(setpoint.q, setpoint.v * speed_scaling, setpoint.outputs)
         ticks = (ns - brake.start_ns) / self._tick_ns
@@ -134,14 +137,18 @@ class Player:
         return brake.at(ticks, self._seconds)
 
     def halt(self) -> bool:
-        """Brake from the newest setpoint on, by the brake of its own tick; return whether there is one."""
-        record = self._ticks.get(math.floor(self.tick))
+        """Refuse the newest setpoint and brake from the one before, by its tick's brake; return whether it has one.
+
+        The next step, at the same time, tells what to send instead.
+        """
+        tick, ns = self._before
+        record = self._ticks.get(math.floor(tick))
         if self._brake is not None or record is None or record.brake is None:
             return False
-        share = self.tick - record.tick
-        start_ns = self._last_ns - round(share * self._tick_ns)
+        share = tick - record.tick
+        start_ns = ns - round(share * self._tick_ns)
         brake = _Brake(((1.0, record),), np.zeros_like(record.q), start_ns, starved=False)
-        there = self._between(self.tick).q - brake.at(share, self._seconds).q
+        there = self._between(tick).q - brake.at(share, self._seconds).q
         self._brake = _Brake(brake.parts, there, start_ns, starved=False)
         return True
 

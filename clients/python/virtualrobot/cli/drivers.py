@@ -8,6 +8,7 @@ import click
 
 from virtualrobot.cli.names import ROBOT
 from virtualrobot.cli.options import FiniteRange, Target, target_options
+from virtualrobot.cli.ports import ports
 from virtualrobot.cli.settings import settings_from, settings_option
 
 if TYPE_CHECKING:
@@ -111,8 +112,8 @@ def estop(target: Target, reason: str, release: bool) -> None:
             click.echo("the cell is stopped; --release ends that")
 
 
-CONNECTING = (connect, disconnect, list_drivers, mode, reset)
-"""Commands of the group `driver` that are clients of a kernel."""
+CONNECTING = (connect, disconnect, list_drivers, mode, ports, reset)
+"""Commands of the group `driver` for robots that are, or will be, connected."""
 
 
 def _joint(text: str) -> DriverJoint:

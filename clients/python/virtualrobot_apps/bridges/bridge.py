@@ -82,11 +82,7 @@ class Bridge:
                 await main
         finally:
             ended = True
-            # Libraries, and asyncio.wait_for before Python 3.12, may swallow a cancellation.
-            while not main.done():
-                main.cancel()
-                await asyncio.wait({main}, timeout=LOOK_SECONDS)
-            await asyncio.gather(main, return_exceptions=True)
+            await _end({main})
             watch.close()
             await asyncio.to_thread(thread.join)
 
@@ -122,9 +118,7 @@ class Bridge:
             for task in done:
                 task.result()
         finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+            await _end(tasks)
 
     async def _reading(self) -> None:
         while True:
@@ -227,3 +221,12 @@ class Bridge:
     def _missed_words(self) -> str:
         missed, self._missed = self._missed, 0
         return f"; {missed} changes were not told meanwhile, the newest values are" if missed else ""
+
+
+async def _end(tasks: set[asyncio.Task[None]]) -> None:
+    """Cancel tasks until they have ended: libraries, and asyncio.wait_for before Python 3.12, may swallow it."""
+    while waiting := {task for task in tasks if not task.done()}:
+        for task in waiting:
+            task.cancel()
+        await asyncio.wait(waiting, timeout=LOOK_SECONDS)
+    await asyncio.gather(*tasks, return_exceptions=True)

@@ -20,6 +20,10 @@ from virtualrobot.robots.robot import Robot
 Floats: TypeAlias = NDArray[np.float64]
 
 
+SETTLED = 1e-6
+"""Distance and velocity (rad, m, per s) below which a joint of a simulated arm is at its setpoint, at rest."""
+
+
 class Body(Protocol):
     """An arm that follows. One thread calls it."""
 
@@ -164,6 +168,9 @@ class SimulatedArm:
         change = limits.acceleration * seconds
         self._velocities += np.clip(wanted - self._velocities, -change, change)
         self._positions += self._velocities * seconds
+        if self._goal is not None:
+            there = (np.abs(self._goal - self._positions) < SETTLED) & (np.abs(self._velocities) < SETTLED)
+            self._positions[there], self._velocities[there] = self._goal[there], 0.0
 
     def close(self) -> None:
         """Have nothing to give back."""

@@ -51,7 +51,7 @@ def ur(
             body = Twin(arm)
         stack.callback(body.close)
         try:
-            server = Server(Controller(body, model, rate=rate), host)
+            server = Server(Controller(body, model, rate=rate), host, click.echo)
         except ValueError as error:
             raise click.ClickException(str(error)) from error
         except OSError as error:

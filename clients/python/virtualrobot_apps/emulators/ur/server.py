@@ -66,9 +66,11 @@ class Client:
 class Server:
     """Listens at the ports of a controller; `cycle` serves all that has come and lets the controller go on."""
 
-    def __init__(self, controller: Controller, host: str = "127.0.0.1") -> None:
-        """Listen at an address; raises OSError where one of the ports is taken."""
-        self.controller, self.host = controller, host
+    def __init__(
+        self, controller: Controller, host: str = "127.0.0.1", tell: Callable[[str], object] = lambda words: None
+    ) -> None:
+        """Listen at an address; raises OSError where one of the ports is taken. `tell` gets the controller's words."""
+        self.controller, self.host, self._tell = controller, host, tell
         self.clients: list[Client] = []
         self._taken: set[str] = set()
         self._listening: dict[int, socket.socket] = {}
@@ -100,6 +102,8 @@ class Server:
         controller.cycle()
         told = None
         words, controller.words = controller.words, []
+        for _, _, text in words:
+            self._tell(text)
         said = b"".join(message(controller.cycles, *one) for one in words)
         if controller.cycles % max(1, round(_STATE_SECONDS * controller.rate)) == 0:
             said += state(controller)
