@@ -82,8 +82,8 @@ class ServosEnd:
     """Servos, which keep their power."""
 
     def __init__(self) -> None:
-        """Plug them in."""
-        self.servos = Servos(Servo(1, 2000), Servo(2, 2100))
+        """Plug them in: not much faster than they are sent, since a busy machine may read them just as they go."""
+        self.servos = Servos(Servo(1, 2000, speed=400.0), Servo(2, 2100, speed=400.0))
         cable().serve(self.servos)
 
     def plug(self) -> None:

@@ -45,10 +45,12 @@ RETRY_SECONDS = 1.0
 MOST_UNKEPT = 100_000
 """Greatest number of entries that are tried again; with more of them nothing is kept until the kernel starts anew."""
 
-STOPPING = (StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints, SetMeasuredJoints)
+STOPPING = frozenset(
+    {StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints, SetMeasuredJoints}
+)
 """Commands that stop, slow, pause or end motions, or tell where robots are: done though nothing can be kept."""
 
-EACH_TICK = (SetSetpoint, SetMeasuredJoints, PlayedTicks)
+EACH_TICK = frozenset({SetSetpoint, SetMeasuredJoints, PlayedTicks})
 """Commands that come as often as ticks: they are in the journal, and no steps."""
 
 MOST_AT_ONCE = 32
@@ -191,7 +193,7 @@ class Journal:
                     self._fail(number, error)
                     if not stops and self._failed is not None:
                         raise self._failed from error
-            if all(isinstance(command, EACH_TICK) for command in entry.commands):
+            if EACH_TICK.issuperset(map(type, entry.commands)):
                 told = Told(number, entry, _LEFT_OUT, _LEFT_OUT, encoded)
             else:
                 told = Told(number, entry, before, after, encoded)
@@ -315,4 +317,4 @@ class Journal:
 
 
 def _stops(commands: Sequence[Command]) -> bool:
-    return all(isinstance(one, STOPPING) for one in commands)
+    return STOPPING.issuperset(map(type, commands))

@@ -98,7 +98,7 @@ def step_of(told: Told, undone: Callable[[int], Step | None]) -> Step | None:
     """Return the step of an entry, None for one that is none; `undone` gives the step of a number."""
     entry = told.entry
     batch = entry.commands
-    if all(isinstance(command, EACH_TICK) for command in batch):
+    if EACH_TICK.issuperset(map(type, batch)):
         return None
     edited = any(type(command) not in KINDS for command in batch)
     changed = difference(told.before, told.after) if edited else Difference()
