@@ -341,7 +341,8 @@ def test_the_command_checks_and_tells_what_is_wrong(
     assert "is neither tcp://HOST:PORT nor rtu:" in said("modbus", str(file), "--connect", "127.0.0.1:502")[1]
 
 
-@pytest.mark.parametrize("protocol", ["modbus", pytest.param("opcua", marks=pytest.mark.long)])
+@pytest.mark.long
+@pytest.mark.parametrize("protocol", ["modbus", "opcua"])
 def test_a_port_that_is_taken_is_told(client: virtualrobot.Client, protocol: str) -> None:
     read = mapping(protocol, entries(protocol, False), serves=True, more="connected: there\n")
     scheme = {"modbus": "tcp", "opcua": "opc.tcp"}[protocol]
