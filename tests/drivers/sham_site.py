@@ -116,6 +116,8 @@ class ShamProcess:
 class ShamSite:
     """Site that starts shams; `processes` are those that it has started."""
 
+    stopper = ("", "")
+
     def __init__(self, folder: Path) -> None:
         """Have the files in a folder."""
         self.folder = folder

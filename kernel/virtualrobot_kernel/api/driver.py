@@ -115,8 +115,8 @@ class DriverServicer(driver_pb2_grpc.DriverServiceServicer):
         return stamp(self._kernel.world.snapshot)
 
     def _cell(self) -> driver_pb2.CellStatus:
-        why = self._kernel.links.stopped
-        return driver_pb2.CellStatus(stopped=bool(why), reason=why)
+        why, (address, key) = self._kernel.links.stopped, self._kernel.links.stopper
+        return driver_pb2.CellStatus(stopped=bool(why), reason=why, stopper_address=address, stopper_key=key)
 
 
 def _asked(request: driver_pb2.ConnectDriverRequest) -> Asked:

@@ -55,6 +55,11 @@ class Process(Protocol):
 class Site(Protocol):
     """Maker of the far side, and its folder in shared memory."""
 
+    @property
+    def stopper(self) -> tuple[str, str]:
+        """Address and key of the process that stops the cell for whoever has the key; empty where there is none."""
+        ...
+
     def cell(self) -> CellBlock:
         """Return the one block of this kernel, made when it is asked for first."""
         ...

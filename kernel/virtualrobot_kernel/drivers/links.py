@@ -96,6 +96,11 @@ class Links:
             return ""
         return self._reason or "stopped from outside the kernel"
 
+    @property
+    def stopper(self) -> tuple[str, str]:
+        """Address and key of the stopper; empty while no driver is connected."""
+        return self._site.stopper if self._links else ("", "")
+
     def statuses(self, snapshot: Snapshot) -> list[Status]:
         """Return all links as they are, by the names of their robots."""
         nodes = snapshot.structure.nodes

@@ -13,6 +13,7 @@ from virtualrobot_sdk.drivers import About, DriverFault
 from virtualrobot_sdk.drivers.process import DriverProcess
 from virtualrobot_sdk.drivers.robot_side import JointSide, RobotSide
 from virtualrobot_sdk.drivers.shared import CELL, RING, CellBlock, TickRing, make_folder
+from virtualrobot_sdk.drivers.stopper import Stopper
 from virtualrobot_sdk.errors import ArgumentError, ComponentFault, PluginError
 from virtualrobot_sdk.registration import ComponentKind
 
@@ -34,12 +35,19 @@ class DriverSite:
         self._catalog = catalog
         self._folder: Path | None = None
         self._cell: CellBlock | None = None
+        self._stopper: Stopper | None = None
         self._numbers = count(1)
         self._lock = threading.Lock()
 
     def cell(self) -> CellBlock:
         """Return the one block of this kernel."""
         return self._opened()[1]
+
+    @property
+    def stopper(self) -> tuple[str, str]:
+        """Address and key of the process that stops the cell for whoever has the key; empty before there is a cell."""
+        stopper = self._stopper
+        return ("", "") if stopper is None else (stopper.address, stopper.key)
 
     def connection(self, twin: Twin, asked: Asked, tick_ns: int) -> tuple[Connection, TickRing]:
         """Start the process of a driver, with a new ring; see `far_side.Site`."""
@@ -69,17 +77,20 @@ class DriverSite:
     def close(self) -> None:
         """Take the folder away."""
         with self._lock:
+            if self._stopper is not None:
+                self._stopper.close()
             if self._cell is not None:
                 self._cell.close()
             if self._folder is not None:
                 shutil.rmtree(self._folder, ignore_errors=True)
-            self._folder = self._cell = None
+            self._folder = self._cell = self._stopper = None
 
     def _opened(self) -> tuple[Path, CellBlock]:
         with self._lock:
             if self._folder is None or self._cell is None:
                 self._folder = make_folder()
                 self._cell = CellBlock.create(self._folder / CELL)
+                self._stopper = Stopper(self._folder / CELL)
             return self._folder, self._cell
 
 
