@@ -154,3 +154,18 @@ def execute_and_monitor(cell: Cell) -> None:
     assert cell.mode(MONITOR).driver.state == INACTIVE
     assert cell.mode(SIMULATED).driver.state == INACTIVE
     assert cell.call("DisconnectDriver", robot="arm").driver.robot == "arm"
+
+
+def test_who_has_the_key_stops_the_cell_past_the_kernel(cell: Cell) -> None:
+    """By a datagram to a process that isn't the kernel's own; the kernel sees it, and releases it as any stop."""
+    asked = driver_pb2.GetDriversRequest()
+    cell.connect()
+    told = cell.alone.driver.GetDrivers(asked).cell
+    host, _, port = told.stopper_address.partition(":")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking:
+        asking.settimeout(PATIENCE_SECONDS)
+        asking.sendto(told.stopper_key.encode(), (host, int(port)))
+        assert asking.recv(64) == b"stopped"
+    assert cell.alone.driver.GetDrivers(asked).cell.stopped
+    cell.holder.stubs.driver.ReleaseCell(driver_pb2.ReleaseCellRequest(), metadata=cell.holder.metadata)
+    assert not cell.alone.driver.GetDrivers(asked).cell.stopped
