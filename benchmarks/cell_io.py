@@ -8,6 +8,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 from urllib.parse import urlsplit
 
 import numpy as np
@@ -108,7 +109,7 @@ async def bare_opcua(url: str) -> np.ndarray:
             self.values.put_nowait(value)
 
     async with Client(url) as bare:
-        seen = Seen()
+        seen: Any = Seen()  # the type of asyncua's handlers names more than it calls
         subscription = await bare.create_subscription(1e3 * CYCLE_SECONDS, seen)
         await subscription.subscribe_data_change(bare.get_node("ns=2;s=answer"))
         ask, now = bare.get_node("ns=2;s=ask"), await seen.values.get()

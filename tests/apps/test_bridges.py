@@ -5,8 +5,11 @@ from __future__ import annotations
 import asyncio
 import os
 import select
+import signal
 import socket
 import struct
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,6 +21,7 @@ import virtualrobot
 from click.testing import CliRunner
 from virtualrobot_apps.bridges.bridge import Bridge
 from virtualrobot_apps.bridges.command import bridge as command
+from virtualrobot_apps.bridges.command import peer_of
 from virtualrobot_apps.bridges.mapping import BridgeMapping, mapping_of
 from virtualrobot_apps.bridges.peer import Peer
 from virtualrobot_apps.cell_io.yaml_file import parse
@@ -73,6 +77,7 @@ def running(client: virtualrobot.Client, mapping: BridgeMapping, peer: Peer) -> 
     finally:
         ended.set()
         thread.join(GUARD)
+    assert not thread.is_alive(), "the bridge does not end"
     assert not failed, failed
 
 
@@ -334,3 +339,39 @@ def test_the_command_checks_and_tells_what_is_wrong(
     assert "a bridge is no broker of MQTT" in said("mqtt", str(file), "--serve", "mqtt://127.0.0.1")[1]
     assert "there is no field 'address'" in said("mqtt", str(file), "--connect", "mqtt://127.0.0.1")[1]
     assert "is neither tcp://HOST:PORT nor rtu:" in said("modbus", str(file), "--connect", "127.0.0.1:502")[1]
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("protocol", ["modbus", "opcua"])
+def test_a_port_that_is_taken_is_told(client: virtualrobot.Client, protocol: str) -> None:
+    read = mapping(protocol, entries(protocol, False), serves=True, more="connected: there\n")
+    scheme = {"modbus": "tcp", "opcua": "opc.tcp"}[protocol]
+    with socket.create_server(("127.0.0.1", 0)) as listening:
+        url = f"{scheme}://127.0.0.1:{listening.getsockname()[1]}"
+        client.signals["there"] = True
+        with running(client, read, peer_of(protocol, read, None, url)) as said:
+            client.signals.wait_for("there", False, timeout=GUARD)
+            listening.close()
+            client.signals.wait_for("there", timeout=GUARD)
+    assert "it cannot be served there" in said[0] and said[-1].endswith(": connected"), said
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("name", ["bridge", "connections"])
+def test_an_interrupt_ends_a_command(
+    client: virtualrobot.Client, kernel: KernelProcess, tmp_path: Path, name: str
+) -> None:
+    file = tmp_path / "io.yaml"
+    words = {
+        "bridge": "connected: there\nsignals:\n- {signal: started, direction: in, address: coil 1}\n",
+        "connections": "connections: {there: {not: start}}\n",
+    }
+    file.write_text(f"schema_version: 1\n{words[name]}", "utf-8")
+    more = ["modbus", str(file), "--serve", f"tcp://127.0.0.1:{free_port()}"] if name == "bridge" else [str(file)]
+    line = [sys.executable, "-m", "virtualrobot", name, *more, "--address", kernel.address]
+    with subprocess.Popen(line, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True) as process:
+        client.signals.wait_for("there", timeout=GUARD)
+        process.send_signal(signal.SIGINT)
+        output, _ = process.communicate(timeout=GUARD)
+    assert process.returncode == 130, output
+    assert "Traceback" not in output

@@ -59,11 +59,14 @@ class Bridge:
         self._changes: asyncio.Queue[SignalChange | VirtualRobotError] = asyncio.Queue()
         loop = asyncio.get_running_loop()
         watch = self._client.signals.follow([entry.signal for entry in self._mapping.entries])
+        changes = iter(watch)
+        # The first tells all signals, which are no changes.
+        self._world.update((await asyncio.to_thread(next, changes)).values)
         ended = False
 
         def follow() -> None:
             try:
-                for change in watch:
+                for change in changes:
                     loop.call_soon_threadsafe(self._changes.put_nowait, change)
             except VirtualRobotError as error:
                 if not ended:
@@ -79,8 +82,7 @@ class Bridge:
                 await main
         finally:
             ended = True
-            main.cancel()
-            await asyncio.gather(main, return_exceptions=True)
+            await _end({main})
             watch.close()
             await asyncio.to_thread(thread.join)
 
@@ -116,9 +118,7 @@ class Bridge:
             for task in done:
                 task.result()
         finally:
-            for task in tasks:
-                task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+            await _end(tasks)
 
     async def _reading(self) -> None:
         while True:
@@ -152,7 +152,8 @@ class Bridge:
         end = asyncio.get_running_loop().time() + AGAIN_SECONDS
         while (left := end - asyncio.get_running_loop().time()) > 0:
             try:
-                change = await asyncio.wait_for(self._next(), left)
+                async with asyncio.timeout(left):
+                    change = await self._next()
             except TimeoutError:
                 return
             self._missed += sum(name in self._out for name in change.values)
@@ -220,3 +221,12 @@ class Bridge:
     def _missed_words(self) -> str:
         missed, self._missed = self._missed, 0
         return f"; {missed} changes were not told meanwhile, the newest values are" if missed else ""
+
+
+async def _end(tasks: set[asyncio.Task[None]]) -> None:
+    """Cancel tasks until they have ended: libraries, and asyncio.wait_for before Python 3.12, may swallow it."""
+    while waiting := {task for task in tasks if not task.done()}:
+        for task in waiting:
+            task.cancel()
+        await asyncio.wait(waiting, timeout=LOOK_SECONDS)
+    await asyncio.gather(*tasks, return_exceptions=True)
