@@ -46,6 +46,7 @@ LONG = {
     "cell-io.md",
     "command-line.md",
     "tutorial-driver.md",
+    "tracking.md",
     "tutorial-first-cell.md",
     "tutorial-plugin.md",
     "tutorial-teacher.md",

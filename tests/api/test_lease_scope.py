@@ -173,6 +173,7 @@ def test_the_methods_that_need_a_lease() -> None:
         "MotionService.StartMotion",
         "MotionService.AppendMotion",
         "MotionService.ResumeMotion",
+        "MotionService.HoldMotion",
         "MotionService.StepMotion",
         "MotionService.StreamSetpoints",
         "RobotService.SetKinematics",

@@ -58,7 +58,7 @@ MOTIONS: dict[str, Callable[[Client, Robot], Motion]] = {
 
 
 @pytest.mark.parametrize(
-    "kind", [pytest.param(kind, marks=[pytest.mark.long] * (kind in ("line", "jog"))) for kind in MOTIONS]
+    "kind", [pytest.param(kind, marks=[pytest.mark.long] * (kind != "joint jog")) for kind in MOTIONS]
 )
 def test_no_motion_is_faster(client: Client, arm: Robot, kind: str) -> None:
     """Without the limit each is, else this would say nothing; with it they are not much slower than they may be."""
@@ -70,6 +70,7 @@ def test_no_motion_is_faster(client: Client, arm: Robot, kind: str) -> None:
     assert 0.9 * LIMIT <= fastest(client, arm, MOTIONS[kind](client, arm)) <= LIMIT
 
 
+@pytest.mark.long
 def test_steps_that_are_appended_keep_it(client: Client, arm: Robot) -> None:
     arm.tcp_speed_limit = LIMIT
     motion = client.program().move(arm.ptp({"lbr_iiwa_joint_1": 0.2}), zone=0.02).start(open=True)

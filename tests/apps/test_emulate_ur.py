@@ -132,6 +132,7 @@ def test_a_program_with_ur_rtde_does_all_else() -> None:
     assert said["protective"] == [True, SafetyMode.PROTECTIVE_STOP, False]
 
 
+@pytest.mark.long
 def test_a_program_with_ur_rtde_moves_the_twin(kernel: KernelProcess, stubs: Stubs) -> None:
     with virtualrobot.connect(kernel.address) as client:
         arm = client.load_robot("model://ur5e", name="arm")

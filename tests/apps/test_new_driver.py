@@ -15,7 +15,8 @@ LINES = 50
 """A driver is to be shorter than that, blank lines left out."""
 
 
-@pytest.mark.parametrize("pace", [pytest.param("host", marks=pytest.mark.long), "jobs"])
+@pytest.mark.long
+@pytest.mark.parametrize("pace", ["host", "jobs"])
 def test_a_driver_keeps_the_laws_as_it_is_written(pace: str, tmp_path: Path) -> None:
     """Its files alone are enough; nothing of the name that they were written under is left."""
     folder = tmp_path / "mine"

@@ -88,6 +88,22 @@ def fail(two: Cell, fault: str) -> None:
     assert two.mode(EXECUTE, "arm").driver.state == ACTIVE
 
 
+def test_robots_of_a_cell_have_one_lead(two: Cell) -> None:
+    """With two leads they would be elsewhere relative to each other than the guard has looked at."""
+    patiently(two, lambda: lead_differently(two))
+
+
+def lead_differently(two: Cell) -> None:
+    two.connect("arm")
+    two.connect("other", lead=0.3)
+    two.mode(EXECUTE, "arm")
+    refused = refusal(lambda: two.mode(EXECUTE, "other"))
+    assert (refused.reason, refused.metadata["aspect"]) == ("WRONG_STATE", "lead"), refused
+    assert "its lead is 0.3 s, and that of 'arm' 0.4 s" in refused.message
+    two.mode(SIMULATED, "arm")
+    assert two.mode(EXECUTE, "other").driver.state == ACTIVE
+
+
 def test_the_stopper_stops_robots_beside_the_kernel(two: Cell) -> None:
     patiently(two, lambda: stop_beside(two))
 

@@ -52,12 +52,12 @@ class Cell:
         request = getattr(driver_pb2, f"{name}Request")(**fields)
         return getattr(self.holder.stubs.driver, name)(request, metadata=self.holder.metadata)
 
-    def connect(self, robot: str = "arm", **settings: Any) -> driver_pb2.DriverStatus:  # noqa: ANN401 any setting
+    def connect(self, robot: str = "arm", lead: float = 0.4, **settings: Any) -> driver_pb2.DriverStatus:  # noqa: ANN401 any setting
         """Connect a computed controller that is asked for faults at a port."""
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
             free.bind(("127.0.0.1", 0))
             self.ports[robot] = free.getsockname()[1]
-        request = driver_pb2.ConnectDriverRequest(robot=robot, component="loopback", lead_seconds=0.4)
+        request = driver_pb2.ConnectDriverRequest(robot=robot, component="loopback", lead_seconds=lead)
         request.following_limit, request.following_warning = 0.3, 0.2
         request.settings.update({"joints": 7, "control_port": self.ports[robot], **settings})
         return self.holder.stubs.driver.ConnectDriver(request, metadata=self.holder.metadata).driver

@@ -34,8 +34,7 @@ class TestTheCellsBlock:
         cell.complete(7, True)
         cell.complete(8, False)
         cell.beat(5)
-        cell.ramp_ns = 9
-        assert (other.newest, other.newest_braked, other.beat_ns, other.ramp_ns) == (8, 7, 5, 9)
+        assert (other.newest, other.newest_braked, other.beat_ns) == (8, 7, 5)
         other.close()
         cell.close()
 

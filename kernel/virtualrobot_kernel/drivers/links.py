@@ -354,8 +354,6 @@ class Links:
         if played:
             brake = self._brake(now)
             due = self._world.due_nanoseconds
-            if brake is not None:
-                cell.ramp_ns = round(max(1, len(brake) - 1) * now.tick_seconds * 1e9)
             kept = [link.write(now, due + round(link.asked.lead * 1e9), brake) for link in played]
             cell.complete(now.state.tick, all(kept))
         cell.beat(time.monotonic_ns())
@@ -467,6 +465,14 @@ class Links:
             raise refused(robot, "cell", f"the cell is stopped ({self.stopped}); release it first")
         if not self._leased(uid):
             raise refused(robot, "lease", "nobody has leased it; lease it first")
+        others = (one for one in self._links.values() if one is not link and one.is_played)
+        if (other := next((one for one in others if one.asked.lead != link.asked.lead), None)) is not None:
+            raise refused(
+                robot,
+                "lead",
+                f"its lead is {link.asked.lead:g} s, and that of {_name(now, other)!r} {other.asked.lead:g} s, so they "
+                "would not be at the same tick together; connect both with one lead",
+            )
         if not is_guarded(now, uid):
             raise refused(robot, "guard", "the collision guard is off for it; set its collision mode to GUARD first")
         if clock.mode is not Mode.REALTIME or clock.speed_factor != 1.0:

@@ -57,7 +57,7 @@ class State(IntEnum):
     ACTIVE = 4
     """The robot plays what its twin did."""
     STOPPING = 5
-    """The robot comes to rest, on the play clock that slows or on its brake."""
+    """The robot comes to rest, by its brake."""
     ERROR = 6
 
 
@@ -171,13 +171,12 @@ class _Mapped:
 class CellBlock(_Mapped):
     """Block of a cell: by which clock all its robots are played, and up to which tick all have what they need."""
 
-    _BEAT, _STOP, _RAMP, _NEWEST, _BRAKED, _COMMITTED = range(2, 8)
+    _BEAT, _STOP, _NEWEST, _BRAKED, _COMMITTED = range(2, 7)
 
     @classmethod
     def create(cls, path: Path) -> CellBlock:
         """Make the block: nobody has stopped, and there is no tick."""
         block = cls(path, _CELL_WORDS, create=True)
-        block._words[cls._RAMP] = 400_000_000
         block.release()
         return block
 
@@ -211,23 +210,14 @@ class CellBlock(_Mapped):
         """Newest tick that all rings have with a brake; -1 without one."""
         return int(self._words[self._BRAKED])
 
-    @property
-    def ramp_ns(self) -> int:
-        """Time (ns) in which the play clock slows to nothing, by a slope that the robots as they move can bear."""
-        return int(self._words[self._RAMP])
-
-    @ramp_ns.setter
-    def ramp_ns(self, ns: int) -> None:
-        self._words[self._RAMP] = ns
-
     def stop(self, at_ns: int | None = None) -> None:
-        """Have the play clock slow from a time on (ns, CLOCK_MONOTONIC; None: now); a stop that was asked for stays."""
+        """Have all robots brake from a time on (ns, CLOCK_MONOTONIC; None: now); a stop that was asked for stays."""
         if self._words[self._STOP] == NEVER:
             self._words[self._STOP] = time.monotonic_ns() if at_ns is None else at_ns
 
     @property
     def stop_ns(self) -> int:
-        """Time (ns) from which the play clock slows; NEVER while nobody has stopped it."""
+        """Time (ns) from which the robots brake; NEVER while nobody has stopped them."""
         return int(self._words[self._STOP])
 
     def commit(self, tick: int) -> int:

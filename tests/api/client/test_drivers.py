@@ -10,7 +10,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client
 from virtualrobot.drivers import DriverJoint
-from virtualrobot.errors import InvalidArgumentError, UnknownNameError, WrongStateError
+from virtualrobot.errors import InvalidArgumentError, UnknownNameError, VirtualRobotError, WrongStateError
 
 from tests.api.client.conftest import IIWA, Run
 from tests.kernels import KernelProcess, Stubs
@@ -39,8 +39,21 @@ def until(is_so: Callable[[], bool]) -> None:
 
 
 def test_a_robot_does_what_its_twin_does(client: Client) -> None:
+    for _ in range(20):
+        try:
+            return follow(client)
+        except (VirtualRobotError, AssertionError):
+            # The machine was so busy that the kernel was later than the lead.
+            if "older than the lead" not in client.drivers.stopped:
+                raise
+        client.drivers.disconnect("arm")
+        client.drivers.release()
+    raise AssertionError("the machine is too busy for a lead of 0.4 s")
+
+
+def follow(client: Client) -> None:
     arm, drivers = client.robots["arm"], client.drivers
-    status = drivers.connect("arm", "loopback", {"joints": 7}, lead=0.2, following_limit=1.0)
+    status = drivers.connect("arm", "loopback", {"joints": 7}, lead=0.4, following_limit=1.0)
     assert (status.mode, status.state, status.controller.joint_count) == ("simulated", "inactive", 7)
     assert status.joint_names == tuple(arm.joint_names)
     with pytest.raises(WrongStateError, match="lease"):

@@ -67,6 +67,7 @@ def served(world: World) -> api.MotionServicer:
         limiter=KeyedLimiter(),
         solvers=solvers,
         collisions=None,
+        links=SimpleNamespace(is_executing=lambda robots: False),
         monitor=SimpleNamespace(latest=SimpleNamespace(touching=())),
         in_worker=asyncio.to_thread,
     )

@@ -16,7 +16,7 @@ SEED = 0x5EED5EED
 ROWS = 120
 
 
-@pytest.mark.parametrize("power", [True, False])
+@pytest.mark.parametrize("power", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_what_was_promised_is_there_and_nothing_else(
     tmp_path: Path, rng: np.random.Generator, draws: Draws, power: bool
 ) -> None:

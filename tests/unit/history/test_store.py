@@ -193,7 +193,7 @@ def test_a_newer_form_is_refused(tmp_path: Path) -> None:
         Store(tmp_path / "j.db", SEED)
 
 
-@pytest.mark.parametrize("where", ["j.db", "j.db-wal"])
+@pytest.mark.parametrize("where", ["j.db", pytest.param("j.db-wal", marks=pytest.mark.long)])
 def test_a_flipped_bit_is_told_or_does_no_harm(
     tmp_path: Path, rng: np.random.Generator, draws: Draws, where: str
 ) -> None:

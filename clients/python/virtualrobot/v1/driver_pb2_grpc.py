@@ -130,8 +130,8 @@ class DriverServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def StopCell(self, request, context):
-        """Brings all robots that drivers move to rest, together and on their paths: the clock that they are played by slows to
-        nothing. Their twins' motions end. Anybody may stop, at any time, and more than once.
+        """Brings all robots that drivers move to rest, together and on their paths, by the brakes of the ticks that they are at.
+        Their twins' motions end. Anybody may stop, at any time, and more than once.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
