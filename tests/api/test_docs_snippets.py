@@ -43,6 +43,7 @@ LIKE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 OWN_KERNEL = re.compile(r"pip install|motion-1\b")
 """In pages that install something or that count motions; others share a kernel."""
 LONG = {
+    "calibration.md",
     "cell-io.md",
     "command-line.md",
     "tutorial-driver.md",

@@ -186,10 +186,11 @@ def test_a_program_moves_the_twin_in_a_kernel(kernel: KernelProcess, stubs: Stub
                 np.testing.assert_allclose([told.x, told.y, told.z], position, atol=1.0)
                 # Then down by 20 mm, as with EGMRunPose.
                 orient, asked, rests = state.cartesian.orient, position.copy(), 0
+                turned = np.array([orient.u0, orient.u1, orient.u2, orient.u3])
                 below = position - np.array([0.0, 0.0, 20.0])
                 while rests < 100:
                     asked[2] = max(asked[2] - 0.1, below[2])
-                    assert program.send_to_robot(cartesian=(asked, [orient.u0, orient.u1, orient.u2, orient.u3]))
+                    assert program.send_to_robot(cartesian=(asked, turned))
                     there, state = program.receive_from_robot(MINUTE)
                     assert there and state is not None and state.mci_state == MCI_RUNNING and state.cartesian
                     told = state.cartesian.pos

@@ -219,8 +219,7 @@ class Drivers:
         """
         if mode not in MODES:
             raise InvalidArgumentError(f"a mode is one of {', '.join(MODES)}, not {mode!r}")
-        number = driver_pb2.DriverMode.Value(f"DRIVER_MODE_{mode.upper()}")
-        request = driver_pb2.SetDriverModeRequest(robot=robot, mode=number)
+        request = driver_pb2.SetDriverModeRequest(robot=robot, mode=f"DRIVER_MODE_{mode.upper()}")
         return DriverStatus.of(self._services.driver.SetDriverMode(request, timeout=LONG_TIMEOUT_SECONDS).driver)
 
     def reset(self, robot: str) -> DriverStatus:

@@ -68,7 +68,7 @@ def pivot_fit(flanges: Floats) -> Fit:
     matrix = np.concatenate([flanges[:, :3, :3], np.broadcast_to(-np.eye(3), (count, 3, 3))], axis=2).reshape(-1, 6)
     wanted = -flanges[:, :3, 3].reshape(-1)
     determined(matrix, ("tip x", "tip y", "tip z", "point x", "point y", "point z"))
-    found = np.linalg.lstsq(matrix, wanted, rcond=None)[0]
+    found = np.asarray(np.linalg.lstsq(matrix, wanted, rcond=None)[0], dtype=np.float64)
     return _fit(matrix, found, matrix @ found - wanted)
 
 

@@ -89,14 +89,14 @@ def test_the_commands(client: Client, run: Run) -> None:
 
 def test_what_is_wrong_is_said(client: Client) -> None:
     drivers = client.drivers
-    for wrong, error, said in (
-        (("arms", "loopback"), UnknownNameError, "arms"),
-        (("arm", "loopbak"), UnknownNameError, "loopbak"),
-        (("arm", "loopback", {"joins": 7}), InvalidArgumentError, "joins"),
-        (("arm", "loopback", {"joints": 6}), InvalidArgumentError, "6 joints"),
+    for robot, component, settings, error, said in (
+        ("arms", "loopback", {}, UnknownNameError, "arms"),
+        ("arm", "loopbak", {}, UnknownNameError, "loopbak"),
+        ("arm", "loopback", {"joins": 7}, InvalidArgumentError, "joins"),
+        ("arm", "loopback", {"joints": 6}, InvalidArgumentError, "6 joints"),
     ):
         with pytest.raises(error, match=said):
-            drivers.connect(*wrong)
+            drivers.connect(robot, component, settings)
     with pytest.raises(UnknownNameError, match="elbow"):
         drivers.connect("arm", "loopback", {"joints": 1}, joints=[DriverJoint("elbow")])
     with pytest.raises(InvalidArgumentError, match="simulated, monitor, execute"):
