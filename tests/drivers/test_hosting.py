@@ -1,10 +1,12 @@
 """Hosts with a driver of the test: what goes wrong at the controller, in the ring or in the driver ends at rest.
 
-The controller does what it is sent in the same cycle. Leads are long, so that a busy machine is never late.
+The controller does what it is sent in the same cycle. Leads are long; where a busy machine is later still, so that a
+robot brakes that should not, the test is tried again with new robots.
 """
 
 from __future__ import annotations
 
+import functools
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -12,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from virtualrobot_sdk.drivers import About, Driver, DriverFault, Mode, Pace, Reading, Safety
+from virtualrobot_sdk.drivers import About, Driver, DriverFault, Mode, Pace, Reading, Safety, realtime
 from virtualrobot_sdk.drivers.host import Host
 from virtualrobot_sdk.drivers.robot_side import JointSide, RobotSide
 from virtualrobot_sdk.drivers.shared import CELL, NEVER, CellBlock, Report, State, TickRing
@@ -22,6 +24,9 @@ from tests.drivers.twin import TICK_NS, Twin
 RATE = 100.0
 LEAD_NS = 400_000_000
 AMPLITUDES = np.array([0.3, -0.2])
+STARVED_SECONDS = 3.0
+"""Time (s) after which a robot that has braked for want of ticks is not waited for any more."""
+
 SIDE = RobotSide(tuple(JointSide(name, i, -3.0, 3.0, 2.0) for i, name in enumerate(("hip", "knee"))), TICK_NS)
 
 
@@ -94,11 +99,20 @@ class Rig:
 
     def until(self, there: Callable[[Report], bool]) -> Report:
         """Return the first report of which `there` is true; the test's own timeout ends what never comes."""
+        starved_at = 0.0
         while (report := self.ring.reported()) is None or not there(report):
             if report is not None and report.state is State.ERROR:
                 pytest.fail(f"it is in ERROR: {self.host.words()}")
+            if self.is_starved:
+                starved_at = starved_at or time.monotonic()
+                assert time.monotonic() - starved_at < STARVED_SECONDS, "it has braked for want of ticks"
             time.sleep(0.002)
         return report
+
+    @property
+    def is_starved(self) -> bool:
+        """Whether it has braked for want of ticks."""
+        return "no newer tick" in self.host.words().text
 
     def until_state(self, state: State) -> Report:
         """Return the first report of a state, after a cycle."""
@@ -173,12 +187,39 @@ class Cell:
 
 
 @pytest.fixture
-def cell(tmp_path: Path) -> Iterator[Cell]:
+def cell(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Cell]:
+    # Hosts are threads of this process here, which goes on as it was.
+    monkeypatch.setattr(realtime, "calm", lambda: "ordinary")
     cell = Cell(tmp_path)
     yield cell
     cell.close()
 
 
+def patiently(test: Callable[..., None]) -> Callable[..., None]:
+    """Return a test that is tried again, with new robots, where the machine was so busy that one braked by itself."""
+
+    @functools.wraps(test)
+    def tried(*own: object, cell: Cell, **given: object) -> None:
+        for attempt in range(20):
+            one = cell
+            if attempt:
+                folder = cell.folder / str(attempt)
+                folder.mkdir()
+                one = Cell(folder)
+            try:
+                return test(*own, cell=one, **given)
+            except (AssertionError, pytest.fail.Exception):
+                if not any(rig.is_starved for rig in one.rigs):
+                    raise
+            finally:
+                if one is not cell:
+                    one.close()
+        pytest.fail("the machine is too busy for a lead of 0.4 s")
+
+    return tried
+
+
+@patiently
 def test_a_robot_goes_where_its_twin_went(cell: Cell) -> None:
     rig = cell.robot()
     twin = cell.follow()
@@ -193,6 +234,7 @@ def test_a_robot_goes_where_its_twin_went(cell: Cell) -> None:
 
 
 @pytest.mark.parametrize("pace", [Pace.CONTROLLER])
+@patiently
 def test_packets_of_the_controller_set_the_pace(cell: Cell, pace: Pace) -> None:
     rig = cell.robot(pace)
     cell.follow()
@@ -238,6 +280,7 @@ class TestFaultsInMotion:
             ("mode", Mode.OFF, "OFF"),
         ],
     )
+    @patiently
     def test_the_cell_stops_and_nothing_more_is_sent(self, cell: Cell, cause: str, value: object, words: str) -> None:
         """And the other robot of the cell comes to rest; then the first is connected again, and stands where it is."""
         rig, other = cell.robot(), cell.robot()
@@ -259,6 +302,7 @@ class TestFaultsInMotion:
         np.testing.assert_allclose(report.q, [0.1, -0.2], atol=1e-12)
         assert len(rig.controller.sent) == count, "nothing moves unasked"
 
+    @patiently
     def test_a_setpoint_that_jumps_is_never_sent_but_the_brake_before_it(self, cell: Cell) -> None:
         rig = cell.robot()
         twin = cell.follow()
@@ -280,6 +324,7 @@ class TestFaultsInMotion:
         ]
         assert min(np.abs(sent[-1] - end).max() for end in ends) < 5e-3
 
+    @patiently
     def test_a_controller_that_stays_slow_is_stopped(self, cell: Cell) -> None:
         rig = cell.robot()
         cell.follow()
@@ -289,6 +334,7 @@ class TestFaultsInMotion:
 
 
 class TestStops:
+    @patiently
     def test_a_kernel_that_is_gone_is_the_brake(self, cell: Cell) -> None:
         rig = cell.robot()
         twin = cell.follow()
@@ -299,6 +345,7 @@ class TestStops:
         np.testing.assert_allclose(rig.joints_sent()[-1], rest, atol=1e-12)
         assert rig.controller.calls[-1] == "end"
 
+    @patiently
     def test_robots_stop_together(self, cell: Cell) -> None:
         rigs = [cell.robot(), cell.robot()]
         cell.follow()
@@ -308,6 +355,7 @@ class TestStops:
         one, other = (rig.joints_sent()[-1] for rig in rigs)
         np.testing.assert_allclose(one, other, atol=1e-9)
 
+    @patiently
     def test_a_robot_at_rest_is_stopped_too(self, cell: Cell) -> None:
         rig = cell.robot()
         cell.follow(swings=False)
@@ -315,6 +363,7 @@ class TestStops:
         rig.until(lambda report: report.state is State.INACTIVE)
         assert "stopped" in rig.host.words().text
 
+    @patiently
     def test_a_host_that_is_closed_in_motion_brings_its_robot_to_rest(self, cell: Cell) -> None:
         rig = cell.robot()
         cell.follow()

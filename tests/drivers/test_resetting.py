@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from virtualrobot_plugins.drivers.loopback.driver import Loopback
 from virtualrobot_plugins.drivers.loopback.settings import Fault, LoopbackSettings
-from virtualrobot_sdk.drivers import About, Mode
+from virtualrobot_sdk.drivers import About, Mode, realtime
 from virtualrobot_sdk.drivers.host import Host, Words
 from virtualrobot_sdk.drivers.robot_side import JointSide, RobotSide
 from virtualrobot_sdk.drivers.shared import CELL, CellBlock, State, TickRing
@@ -24,7 +24,9 @@ def driver() -> Loopback:
 
 
 @pytest.fixture
-def host(driver: Loopback, tmp_path: Path) -> Iterator[Host]:
+def host(driver: Loopback, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Host]:
+    # It is a thread of this process here, which goes on as it was.
+    monkeypatch.setattr(realtime, "calm", lambda: "ordinary")
     cell, ring = CellBlock.create(tmp_path / CELL), TickRing.create(tmp_path / "ring", 2)
     host = Host(driver, SIDE, ring, cell)
     host.start()
