@@ -42,6 +42,10 @@ GRACE_SECONDS = 1.0
 """Time for which a motion bound to its watch goes on when nobody watches, in seconds of the wall clock."""
 
 
+LATE_SECONDS = 0.2
+"""Time (s) by which the kernel itself may be late as it looks whether somebody watches."""
+
+
 class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     """Servicer of MotionService; remembers watchers, answers by request id, and the ends of open programs."""
 
@@ -252,7 +256,8 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             loop.call_soon_threadsafe(self._bind, str(started.result().created[0]))
 
     def _bind(self, id: str) -> None:
-        self._bound[id] = asyncio.get_running_loop().call_later(GRACE_SECONDS, self._check, id)
+        loop = asyncio.get_running_loop()
+        self._bound[id] = loop.call_later(GRACE_SECONDS, self._check, id, loop.time() + GRACE_SECONDS)
 
     def _check_later(self, id: str) -> None:
         """Give a motion that is bound to its watch the whole grace from now on."""
@@ -260,9 +265,15 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             self._bound[id].cancel()
             self._bind(id)
 
-    def _check(self, id: str) -> None:
-        """Cancel a motion when nobody watches it; else the end of its watch checks again."""
+    def _check(self, id: str, due: float) -> None:
+        """Cancel a motion when nobody watches it; else the end of its watch checks again.
+
+        A kernel that is late itself has not looked yet who wants to watch: then it waits once more.
+        """
         if self._watchers[id]:
+            return
+        if asyncio.get_running_loop().time() > due + LATE_SECONDS:
+            self._bind(id)
             return
         del self._bound[id]
         if any(motion.id == id for motion in self._kernel.world.snapshot.state.motions):
