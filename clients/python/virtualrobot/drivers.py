@@ -9,13 +9,19 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import Text, checked
-from virtualrobot._wire.messages import settings_message, value_or_default
+from virtualrobot._wire.messages import settings_message, value_or_default, words_of
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import listed, shown
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError
 from virtualrobot.v1 import driver_pb2
 
-MODES = tuple(name.removeprefix("DRIVER_MODE_").lower() for name, number in driver_pb2.DriverMode.items() if number)
+_MODES = words_of(driver_pb2.DriverMode, "DRIVER_MODE_")
+_STATES = words_of(driver_pb2.DriverState, "DRIVER_STATE_")
+_PACES = words_of(driver_pb2.ControllerPace, "CONTROLLER_PACE_")
+_CONTROLLER_MODES = words_of(driver_pb2.ControllerMode, "CONTROLLER_MODE_")
+_SAFETIES = words_of(driver_pb2.ControllerSafety, "CONTROLLER_SAFETY_")
+
+MODES = tuple(_MODES.values())
 """The modes: `simulated`, `monitor`, `execute`."""
 
 
@@ -107,14 +113,14 @@ class DriverStatus:
         """Return what a message tells."""
         said = message.controller
         controller = Controller(
-            *(said.joint_count, said.rate_hertz, _word(driver_pb2.ControllerPace, said.pace), said.watchdog_seconds),
+            *(said.joint_count, said.rate_hertz, _PACES.get(said.pace, ""), said.watchdog_seconds),
             *(said.model, said.version, said.serial, said.input_count, said.output_count),
         )
         return DriverStatus(
-            *(message.robot, message.component, _word(driver_pb2.DriverMode, message.mode)),
-            _word(driver_pb2.DriverState, message.state),
-            _word(driver_pb2.ControllerMode, message.controller_mode),
-            _word(driver_pb2.ControllerSafety, message.controller_safety),
+            *(message.robot, message.component, _MODES.get(message.mode, "")),
+            _STATES.get(message.state, ""),
+            _CONTROLLER_MODES.get(message.controller_mode, ""),
+            _SAFETIES.get(message.controller_safety, ""),
             *(message.text, message.code, message.clears, controller, tuple(message.joint_names)),
             *(np.array(message.positions, dtype=float), np.array(message.velocities, dtype=float)),
             tuple(message.outside_limits),
@@ -270,10 +276,3 @@ class Drivers:
         """Return a line for people."""
         robots = [f"{status.robot} ({status.mode}, {status.state})" for status in self.list()]
         return f"<Drivers: {listed(robots)}>"
-
-
-def _word(kind: object, number: int) -> str:
-    """Return the name of an enum's number without what all of them begin with; empty for 0."""
-    names = kind.DESCRIPTOR.values_by_number  # pyright: ignore[reportAttributeAccessIssue] generated enums have it
-    prefix = names[0].name.removesuffix("UNSPECIFIED")
-    return names[number].name.removeprefix(prefix).lower() if number else ""

@@ -6,22 +6,15 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from google.protobuf.internal.enum_type_wrapper import EnumTypeWrapper
-
 from virtualrobot._wire.arguments import checked
-from virtualrobot._wire.messages import settings_of
+from virtualrobot._wire.messages import settings_of, words_of
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import listed, shown, table_html, told
 from virtualrobot.v1 import plugin_pb2
 
-
-def _words(enum: EnumTypeWrapper, prefix: str) -> dict[int, str]:
-    return {number: name.removeprefix(prefix).lower() for name, number in enum.items() if number}
-
-
-_KINDS = _words(plugin_pb2.ComponentKind, "COMPONENT_KIND_")
-_ISOLATIONS = _words(plugin_pb2.Isolation, "ISOLATION_")
-_STATES = _words(plugin_pb2.PluginState, "PLUGIN_STATE_")
+_KINDS = words_of(plugin_pb2.ComponentKind, "COMPONENT_KIND_")
+_ISOLATIONS = words_of(plugin_pb2.Isolation, "ISOLATION_")
+_STATES = words_of(plugin_pb2.PluginState, "PLUGIN_STATE_")
 
 
 @shown

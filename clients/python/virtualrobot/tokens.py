@@ -6,12 +6,13 @@ from dataclasses import dataclass, field
 from datetime import UTC, datetime
 
 from virtualrobot._wire.arguments import checked
+from virtualrobot._wire.messages import words_of
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import token_pb2
 
-ROLES = tuple(name.removeprefix("ROLE_").lower() for name, number in token_pb2.Role.items() if number)
+ROLES = tuple(words_of(token_pb2.Role, "ROLE_").values())
 """The roles: `observer`, `operator`, `engineer`, `admin`; each may do what those before it may."""
 
 

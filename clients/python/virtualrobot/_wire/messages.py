@@ -12,6 +12,7 @@ from pathlib import PurePath
 from typing import Any, Generic, TypeVar
 
 import numpy as np
+from google.protobuf.internal.enum_type_wrapper import EnumTypeWrapper
 from google.protobuf.message import Message
 from google.protobuf.struct_pb2 import Struct, Value
 from google.protobuf.text_format import MessageToString
@@ -153,6 +154,11 @@ def pose_of(message: geometry_pb2.Pose) -> Matrix:
     return pose_from_quaternion((p.x, p.y, p.z), turn)
 
 
+def vector_of(message: geometry_pb2.Vector3) -> NDArray[np.float64]:
+    """Return x, y, z as an array (3,)."""
+    return np.array([message.x, message.y, message.z])
+
+
 def array_message(values: ArrayLike, dtype: str = "<f8") -> geometry_pb2.NumericArray:
     """Return numbers as a message of bulk numbers, stored as `dtype`: <f8, <f4, <i4 or u1."""
     array = np.ascontiguousarray(values, dtype=np.dtype(dtype))
@@ -164,6 +170,11 @@ def array_of(message: geometry_pb2.NumericArray) -> NDArray[Any]:
     if message.type not in _DTYPES:
         return np.empty(0)
     return np.frombuffer(message.data, _DTYPES[message.type]).reshape(tuple(message.shape))
+
+
+def words_of(enum: EnumTypeWrapper, prefix: str) -> dict[int, str]:
+    """Return the names of an enum's numbers in small letters, without what all begin with; that of 0 says nothing."""
+    return {number: name.removeprefix(prefix).lower() for name, number in enum.items() if number}
 
 
 def joint_map(values: Mapping[str, float]) -> dict[str, float]:

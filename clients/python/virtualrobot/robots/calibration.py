@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
-from virtualrobot._wire.messages import array_message, array_of, pose_of
+from virtualrobot._wire.messages import array_message, array_of, pose_of, vector_of
 from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.robots.mechanism import JointPositions, Mechanism
-from virtualrobot.v1 import calibration_pb2, geometry_pb2
+from virtualrobot.v1 import calibration_pb2
 
 
 @shown
@@ -93,7 +93,7 @@ class Calibration:
         asked = calibration_pb2.CalibrateToolRequest(postures=self._postures(postures))
         found = self._stub.CalibrateTool(asked)
         return ToolCalibration(
-            _vector(found.tip), _vector(found.tip_error), _vector(found.point), array_of(found.residuals)
+            vector_of(found.tip), vector_of(found.tip_error), vector_of(found.point), array_of(found.residuals)
         )
 
     def base(self, postures: Iterable[JointPositions], points: ArrayLike) -> BaseCalibration:
@@ -152,7 +152,7 @@ class Calibration:
             dict(zip(names, array_of(found.offsets).tolist(), strict=True)),
             dict(zip(names, array_of(found.offset_errors).tolist(), strict=True)),
             pose_of(found.world_t_base),
-            _vector(found.tip),
+            vector_of(found.tip),
             array_of(found.residuals_before),
             array_of(found.residuals),
         )
@@ -173,7 +173,3 @@ class Calibration:
         return calibration_pb2.Postures(
             robot=mechanism.name, group=mechanism._group, joint_names=names, positions=array_message(positions)
         )
-
-
-def _vector(message: geometry_pb2.Vector3) -> NDArray[np.float64]:
-    return np.array([message.x, message.y, message.z])

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
-from virtualrobot._wire.messages import Wrapped, value_or_default, vector_message
+from virtualrobot._wire.messages import Wrapped, value_or_default, vector_message, vector_of
 from virtualrobot._wire.showing import shown
-from virtualrobot.v1 import geometry_pb2, sensing_pb2, sensor_pb2
+from virtualrobot.v1 import sensing_pb2, sensor_pb2
 
 
 class ContactSensorSettings(Wrapped[sensing_pb2.ContactSensor]):
@@ -85,13 +85,9 @@ def contacts_of(message: sensor_pb2.ContactReading) -> tuple[Contact, ...]:
             one.element,
             one.other,
             one.distance_meters,
-            _vector(one.point),
-            _vector(one.other_point),
-            _vector(one.normal) if one.HasField("normal") else None,
+            vector_of(one.point),
+            vector_of(one.other_point),
+            vector_of(one.normal) if one.HasField("normal") else None,
         )
         for one in message.contacts
     )
-
-
-def _vector(message: geometry_pb2.Vector3) -> NDArray[np.float64]:
-    return np.array([message.x, message.y, message.z])

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
-from virtualrobot._wire.messages import Wrapped, pose_of, seed_of, value_or_default, vector_message
+from virtualrobot._wire.messages import Wrapped, pose_of, seed_of, value_or_default, vector_message, vector_of
 from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
-from virtualrobot.v1 import geometry_pb2, sensing_pb2, sensor_pb2
+from virtualrobot.v1 import sensing_pb2, sensor_pb2
 
 
 class Noise(Wrapped[sensing_pb2.NoiseModel]):
@@ -232,7 +232,7 @@ class WrenchReading:
 def imu_reading_of(message: sensor_pb2.ImuReading) -> ImuReading:
     """Return what an inertial unit said from a message."""
     return ImuReading(
-        _vector(message.angular_velocity), _vector(message.linear_acceleration), _vector(message.magnetic_field)
+        vector_of(message.angular_velocity), vector_of(message.linear_acceleration), vector_of(message.magnetic_field)
     )
 
 
@@ -243,13 +243,9 @@ def encoder_reading_of(message: sensor_pb2.EncoderReading) -> EncoderReading:
 
 def pose_reading_of(message: sensor_pb2.PoseReading) -> PoseReading:
     """Return what a pose sensor said from a message."""
-    return PoseReading(pose_of(message.world_t_node), _vector(message.linear_velocity))
+    return PoseReading(pose_of(message.world_t_node), vector_of(message.linear_velocity))
 
 
 def wrench_reading_of(message: sensor_pb2.WrenchReading) -> WrenchReading:
     """Return what a force and torque sensor said from a message."""
-    return WrenchReading(_vector(message.force), _vector(message.torque))
-
-
-def _vector(message: geometry_pb2.Vector3) -> NDArray[np.float64]:
-    return np.array([message.x, message.y, message.z])
+    return WrenchReading(vector_of(message.force), vector_of(message.torque))

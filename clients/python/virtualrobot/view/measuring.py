@@ -11,12 +11,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike
-from virtualrobot._wire.messages import value_or_default, vector_message
+from virtualrobot._wire.messages import value_or_default, vector_message, vector_of
 from virtualrobot._wire.newest import newest
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
-from virtualrobot.v1 import geometry_pb2, view_pb2
+from virtualrobot.v1 import view_pb2
 
 Place = Annotated[tuple[str, ArrayLike], "a node's name and a point, such as ('box', [0, 0, 0.1])"]
 """A point that moves with a node: the node's name (empty: the world), and meters in its frame."""
@@ -67,11 +67,6 @@ def place_message(place: Place) -> view_pb2.NodePoint:
             f"{place!r} is no place; give a node's name and a point, such as ('box', [0, 0, 0.1])"
         )
     return view_pb2.NodePoint(node=node, point=vector_message(point, f"the point of {node or 'the world'}"))
-
-
-def vector_of(message: geometry_pb2.Vector3) -> NDArray[np.float64]:
-    """Return x, y, z."""
-    return np.array([message.x, message.y, message.z])
 
 
 def _measure_of(answer: view_pb2.MeasurePointDistanceResponse | view_pb2.WatchPointDistanceResponse) -> Measure:

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
-from virtualrobot._wire.messages import value_or_default
+from virtualrobot._wire.messages import value_or_default, vector_of
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import png, shown
 from virtualrobot._wire.transport import Stream
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import view_pb2
-from virtualrobot.view.measuring import vector_of
 from virtualrobot.view.state import camera_message
 
 Camera = str | tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, float]

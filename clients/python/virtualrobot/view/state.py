@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike
-from virtualrobot._wire.messages import value_or_default, vector_message
+from virtualrobot._wire.messages import value_or_default, vector_message, vector_of
 from virtualrobot._wire.showing import shown
 from virtualrobot.v1 import view_pb2
 from virtualrobot.view.ghosts import Ghost, ghost_of
-from virtualrobot.view.measuring import Place, vector_of
+from virtualrobot.view.measuring import Place
 
 POINT_COLORS = {"distance": view_pb2.POINT_COLOR_DISTANCE, "intensity": view_pb2.POINT_COLOR_INTENSITY}
 _COLOR_NAMES = {number: name for name, number in POINT_COLORS.items()}
