@@ -48,8 +48,8 @@ class CalibrationServicer(calibration_pb2_grpc.CalibrationServiceServicer):
         """Tell where a robot stands."""
         snapshot = self._kernel.world.snapshot
         asked = _asked(snapshot, request.postures)
-        asked["points"] = _points(request.points, len(asked["postures"]))
-        found = await self._kernel.in_worker(partial(calibrate_base, **asked))
+        points = _points(request.points, len(asked["postures"]))
+        found = await self._kernel.in_worker(partial(calibrate_base, points=points, **asked))
         return calibration_pb2.CalibrateBaseResponse(
             stamp=stamp(snapshot),
             world_t_base=pose_message(found.world_t_base),
@@ -62,10 +62,15 @@ class CalibrationServicer(calibration_pb2_grpc.CalibrationServiceServicer):
         """Tell how far joints are from what their controller says."""
         snapshot = self._kernel.world.snapshot
         asked = _asked(snapshot, request.postures)
-        asked["points"] = _points(request.points, len(asked["postures"]))
-        options = tuple(request.fixed_joints), request.with_base, request.with_tip
-        asked["fixed"], asked["with_base"], asked["with_tip"] = options
-        found = await self._kernel.in_worker(partial(calibrate_joints, **asked))
+        calibrate = partial(
+            calibrate_joints,
+            points=_points(request.points, len(asked["postures"])),
+            fixed=tuple(request.fixed_joints),
+            with_base=request.with_base,
+            with_tip=request.with_tip,
+            **asked,
+        )
+        found = await self._kernel.in_worker(calibrate)
         return calibration_pb2.CalibrateJointsResponse(
             stamp=stamp(snapshot),
             joint_names=found.joint_names,

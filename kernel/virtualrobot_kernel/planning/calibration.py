@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.poses import inverse
+from virtualrobot_sdk.poses import inverse, left_jacobian, rotation_matrix, skew
 
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.planning.fitting import Fit, fit, pivot_fit, rigid_fit
@@ -141,7 +141,7 @@ def calibrate_joints(
     called = (*called, *(("tip x", "tip y", "tip z") if with_tip else ()))
 
     def moved(parameters: Floats) -> Pose:
-        return _turned(parameters[joints:tip_at]) if with_base else np.eye(4)
+        return _moved(parameters[joints:tip_at]) if with_base else np.eye(4)
 
     def residuals(parameters: Floats) -> tuple[Floats, Floats]:
         off, slopes = np.empty((len(rows), 3)), np.empty((len(rows), 3, len(parameters)))
@@ -157,8 +157,8 @@ def calibrate_joints(
             slopes[row, :, :joints] = base[:3, :3] @ linear[:, free]
             if with_base:
                 slopes[row, :, joints : joints + 3] = np.eye(3)
-                turns = _turn_slopes(parameters[joints + 3 : tip_at], place - world_t_base[:3, 3])
-                slopes[row, :, joints + 3 : tip_at] = turns
+                turned = base[:3, :3] @ (place - world_t_base[:3, 3])
+                slopes[row, :, joints + 3 : tip_at] = -skew(turned) @ left_jacobian(parameters[joints + 3 : tip_at])
             if with_tip:
                 slopes[row, :, tip_at:] = base[:3, :3] @ pose[:3, :3]
         return off, slopes
@@ -181,28 +181,11 @@ def calibrate_joints(
     )
 
 
-def _turned(parameters: Floats) -> Pose:
-    """Return the pose (4, 4) of a shift and a turn by roll, pitch and yaw (6,)."""
-    x, y, z = (_about(axis, angle) for axis, angle in enumerate(parameters[3:]))
+def _moved(parameters: Floats) -> Pose:
+    """Return the pose (4, 4) of a shift, and a turn about a vector by its length (6,)."""
     pose = np.eye(4)
-    pose[:3, :3], pose[:3, 3] = z @ y @ x, parameters[:3]
+    pose[:3, :3], pose[:3, 3] = rotation_matrix(parameters[3:]), parameters[:3]
     return pose
-
-
-def _turn_slopes(angles: Floats, point: Floats) -> Floats:
-    """Return the derivatives (3, 3) of a point (3,) that is turned by roll, pitch and yaw."""
-    x, y, z = (_about(axis, angle) for axis, angle in enumerate(angles))
-    turned = z @ y @ x @ point
-    axes = (z @ y)[:, 0], z[:, 1], np.array([0.0, 0.0, 1.0])
-    return np.stack([np.cross(axis, turned) for axis in axes], axis=1)
-
-
-def _about(axis: int, angle: float) -> Floats:
-    """Return the rotation (3, 3) about x, y or z."""
-    rotation, (one, other) = np.eye(3), [(1, 2), (2, 0), (0, 1)][axis]
-    rotation[one, one] = rotation[other, other] = np.cos(angle)
-    rotation[other, one], rotation[one, other] = np.sin(angle), -np.sin(angle)
-    return rotation
 
 
 def _arm(snapshot: Snapshot, robot: Node, group: Group) -> Arm:

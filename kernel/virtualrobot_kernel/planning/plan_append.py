@@ -76,65 +76,42 @@ def plan_append(
     others; None: as many as steps. Notes tell where a zone before a step has become a stop. It is as slow as the speed
     limits of tool centre points want it.
     """
-    snapshot = as_commanded(snapshot, world_poses)
-    at_end = _world_at_end(snapshot, motion)[1] if snapshot.state.tcp_speed_limits else snapshot
-
-    def plan(factor: float) -> PlannedAppend:
-        tools = solver_of, given_up, near_of
-        return _plan_append(snapshot, motion, slower(steps, factor), end, margin, *tools, last, outer_count)
-
-    return kept(at_end, plan, lambda planned: planned.command.more)
-
-
-def _world_at_end(snapshot: Snapshot, motion: Motion) -> tuple[list[Column], Snapshot]:
-    """Return the joints of an open program, and the world as it will be at its end."""
-    run, nodes = open_program(motion), snapshot.structure.nodes
-    own = [(nodes[robot].name, joint) for robot, joint in motion.joints]
-    return own, arrived(after(snapshot, own, run.program, run.at)[-1][1], own, run.program.goal)
-
-
-def _plan_append(
-    snapshot: Snapshot,
-    motion: Motion,
-    steps: Sequence[Step],
-    end: PlannedRun | None,
-    margin: float,
-    solver_of: SolverOf,
-    given_up: GivenUp,
-    near_of: NearOf | None,
-    last: bool,
-    outer_count: int | None,
-) -> PlannedAppend:
-    """Return the command that appends steps whose moves are as fast as they say."""
     run = open_program(motion)
     first = run.program.step_count
     if not steps and not last:
         raise KernelError("there is nothing to append; give steps, or close the program", field="steps")
     if first + len(steps) - run.steps_done > MAX_STEPS:
         raise KernelError(f"a program has at most {MAX_STEPS} steps that are not done", steps=first + len(steps))
-    steps, speeds = slowed(steps, run.program.speeds)
+    snapshot = as_commanded(snapshot, world_poses)
     check_steps(snapshot, steps, first, open=not last)
-    own, there = _world_at_end(snapshot, motion)
+    nodes = snapshot.structure.nodes
+    own = [(nodes[robot].name, joint) for robot, joint in motion.joints]
+    there = arrived(after(snapshot, own, run.program, run.at)[-1][1], own, run.program.goal)
     tools = Tools(solver_of, waited_for(given_up), near_of)
-    join, notes = _joined(there, run, own, steps, first, end, margin, tools)
-    count = join.count if join else 0
-    begin = there
-    if join is not None:
-        assert join.part.plan is not None
-        begin = arrived(there, join.part.joints, join.part.plan.goal)
-    parts, told, following = plan_parts(begin, steps[count:], tools, first + count, open=not last)
-    if join is not None:
-        parts.insert(0, join.part)
-        following = join.run if count == len(steps) and not last else following
-    final = join.run if join is not None and count == len(steps) else end if not steps else None
-    if last and final is not None and final.tail is not None:
-        before = final.tail.steps[-1]
-        notes += [dropped(before, "no moves follow")] if before.zone is not None else []
     outer = run.program.outer_count + (len(steps) if outer_count is None else outer_count)
-    frame = Program((), np.zeros(0), first + len(steps), not last, speeds=speeds, outer_count=outer)
-    command = planned_command(there, parts, steps, frame, own, run.program, snapshot)
-    append = AppendMotion(motion.id, first, command, join.cut if join else None)
-    return PlannedAppend(append, tuple(sorted([*notes, *told], key=lambda note: note.step)), following)
+
+    def plan(factor: float) -> PlannedAppend:
+        slow, speeds = slowed(slower(steps, factor), run.program.speeds)
+        join, notes = _joined(there, run, own, slow, first, end, margin, tools)
+        count = join.count if join else 0
+        begin = there
+        if join is not None:
+            assert join.part.plan is not None
+            begin = arrived(there, join.part.joints, join.part.plan.goal)
+        parts, told, following = plan_parts(begin, slow[count:], tools, first + count, open=not last)
+        if join is not None:
+            parts.insert(0, join.part)
+            following = join.run if count == len(steps) and not last else following
+        final = join.run if join is not None and count == len(steps) else end if not steps else None
+        if last and final is not None and final.tail is not None:
+            before = final.tail.steps[-1]
+            notes += [dropped(before, "no moves follow")] if before.zone is not None else []
+        frame = Program((), np.zeros(0), first + len(steps), not last, speeds=speeds, outer_count=outer)
+        command = planned_command(there, parts, slow, frame, own, run.program, snapshot)
+        append = AppendMotion(motion.id, first, command, join.cut if join else None)
+        return PlannedAppend(append, tuple(sorted([*notes, *told], key=lambda note: note.step)), following)
+
+    return kept(there, plan, lambda planned: planned.command.more)
 
 
 def _joined(

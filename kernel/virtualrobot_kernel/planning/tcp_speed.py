@@ -84,6 +84,8 @@ def kept(snapshot: Snapshot, plan: Callable[[float], Planned], command_of: Calla
 
 def slower(steps: Sequence[Step], factor: float) -> tuple[Step, ...]:
     """Return steps with the speed factors of their moves multiplied by a factor."""
+    if factor == 1.0:
+        return tuple(steps)
     return tuple(
         replace(step, moves=slower_moves(step.moves, factor)) if isinstance(step, MoveStep) else step for step in steps
     )
