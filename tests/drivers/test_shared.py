@@ -33,8 +33,7 @@ class TestTheCellsBlock:
         assert (other.newest, other.newest_braked, other.stop_ns) == (-1, -1, NEVER)
         cell.complete(7, True)
         cell.complete(8, False)
-        cell.beat(5)
-        assert (other.newest, other.newest_braked, other.beat_ns) == (8, 7, 5)
+        assert (other.newest, other.newest_braked) == (8, 7)
         other.close()
         cell.close()
 

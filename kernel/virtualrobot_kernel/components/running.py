@@ -114,7 +114,7 @@ class ComponentHandle:
         try:
             answer = self._instance.call(method, *arguments)
         except ArgumentError as error:
-            raise _refusal(str(error), error) from error
+            raise refusal_of(str(error), error) from error
         except FilesNeeded as error:
             if self.offer.about.kind is ComponentKind.IMPORTER:
                 raise
@@ -163,13 +163,13 @@ def start(offer: Offer, settings: Mapping[str, Any], *arguments: object, user: s
     try:
         instance = _InProcess(offer, settings, arguments) if in_process else _InWorker(offer, settings, arguments)
     except ArgumentError as error:
-        raise _refusal(f"{offer.about.kind.value} component {offer.about.name!r}: {error}", error) from error
+        raise refusal_of(f"{offer.about.kind.value} component {offer.about.name!r}: {error}", error) from error
     except (FilesNeeded, PluginError, ComponentFault) as error:
         raise plugin_failed(offer, user, _fault(error)) from error
     return ComponentHandle(offer, instance, user)
 
 
-def _refusal(message: str, error: ArgumentError) -> KernelError:
+def refusal_of(message: str, error: ArgumentError) -> KernelError:
     """Return a component's refusal; its metadata may have any names, those of our own arguments too."""
     refusal = KernelError(message)
     refusal.metadata.update(error.metadata)

@@ -91,10 +91,12 @@ class Links:
     @property
     def stopped(self) -> str:
         """Reason for which the cell is stopped; empty: it is not."""
+        return (self._reason or "stopped from outside the kernel") if self._is_stopped else ""
+
+    @property
+    def _is_stopped(self) -> bool:
         cell = self._cell
-        if cell is None or cell.stop_ns == NEVER:
-            return ""
-        return self._reason or "stopped from outside the kernel"
+        return cell is not None and cell.stop_ns != NEVER
 
     @property
     def stopper(self) -> tuple[str, str]:
@@ -135,7 +137,7 @@ class Links:
                 )
             if link is not None:
                 self._forget(link)
-            cell = self._opened()
+            self._open()
             process, ring = self._site.connection(twin, asked, round(snapshot.tick_seconds * 1e9))
             try:
                 about = process.connect()
@@ -163,7 +165,6 @@ class Links:
                 raise told(error, robot) from error
             with self._changing:
                 self._links = {**self._links, twin.uid: Link(twin, asked, process, ring, about)}
-            cell.beat(time.monotonic_ns())
             return self.status(robot)
 
     def disconnect(self, robot: str) -> Status:
@@ -323,8 +324,7 @@ class Links:
         if link.state in (State.ERROR, State.CONNECTING, State.DISCONNECTED):
             return None
         awaited = link.awaits_words
-        cell = self._cell
-        words = link.fault(now_ns, cell is not None and cell.stop_ns != NEVER)
+        words = link.fault(now_ns, self._is_stopped)
         if link.awaits_words and not awaited and not self._closed:
             self._workers.submit(self._ask_words, link)
         if words is None:
@@ -356,7 +356,6 @@ class Links:
             due = self._world.due_nanoseconds
             kept = [link.write(now, due + round(link.asked.lead * 1e9), brake) for link in played]
             cell.complete(now.state.tick, all(kept))
-        cell.beat(time.monotonic_ns())
         signals_changed = now.state.signals is not self._signals
         self._signals = now.state.signals
         for link in links.values():
@@ -605,8 +604,8 @@ class Links:
         if commands := commands_for(self._world.snapshot, robot, inputs, outputs):
             self._world.submit(commands, f"driver of {robot}").result()
 
-    def _opened(self) -> CellBlock:
-        """Return the cell's block, and have the world supervised and listened to from now on."""
+    def _open(self) -> None:
+        """Have a cell, and the world supervised and listened to from now on."""
         with self._changing:
             if self._closed:
                 raise KernelError("the kernel is ending", reason=Reason.SHUTTING_DOWN)
@@ -614,7 +613,6 @@ class Links:
                 self._cell = self._site.cell()
                 self._world.supervise(self)
                 self._end_listening = self._world.listen_ticks(self._ticked)
-            return self._cell
 
     def _forget(self, link: Link) -> None:
         """End a driver and forget its link."""

@@ -18,6 +18,7 @@ from virtualrobot_sdk.errors import ArgumentError, ComponentFault, PluginError
 from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.components.catalog import Catalog
+from virtualrobot_kernel.components.running import refusal_of
 from virtualrobot_kernel.drivers.twin import AT_REST, Asked, Twin
 from virtualrobot_kernel.errors import KernelError, Reason
 
@@ -124,9 +125,7 @@ class Connection:
             except ComponentFault as error:
                 raise DriverFault(error.reason) from error
             except ArgumentError as error:
-                refusal = KernelError(f"driver {self._component!r}: {error}")
-                refusal.metadata.update(error.metadata)
-                raise refusal from error
+                raise refusal_of(f"driver {self._component!r}: {error}", error) from error
             except PluginError as error:
                 raise KernelError(
                     f"driver {self._component!r}: {error}",

@@ -74,14 +74,13 @@ class Asked:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Twin:
-    """Joints of a robot (uid) that a controller has, k in its order, with their limits (rad or m, per s and s²)."""
+    """Joints of a robot (uid) that a controller has, k in its order, with their limits (rad or m, per s)."""
 
     uid: int
     joints: tuple[ControllerJoint, ...]
     lower: Floats
     upper: Floats
     velocity: Floats
-    acceleration: Floats
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -127,7 +126,6 @@ def twin_of(structure: Structure, robot: str, joints: Sequence[ControllerJoint])
         np.array([one.lower for one in limits]),
         np.array([one.upper for one in limits]),
         np.array([one.velocity for one in limits]),
-        np.array([one.acceleration for one in limits]),
     )
 
 

@@ -85,18 +85,12 @@ def make_host(
     Raises ArgumentError for settings that the driver refuses, and PluginError where the plugin has no such driver.
     """
     from virtualrobot_sdk.loading import load
-    from virtualrobot_sdk.settings import make_settings
     from virtualrobot_sdk.worker import child
+    from virtualrobot_sdk.worker.host import factory_of
 
     child.ORPHAN_SECONDS = ORPHAN_SECONDS
     _, registrations, _ = load(EntryPoint(*entry_point))
-    drivers = {one.name: one for one in registrations if one.kind is ComponentKind.ROBOT_DRIVER}
-    if component not in drivers:
-        names = ", ".join(drivers) or "none"
-        raise PluginError(f"plugin {entry_point[0]!r} has no driver {component!r}; it has {names}")
-    found = drivers[component]
-    made = make_settings(found.config_type, settings)
-    driver = found.factory() if found.config_type is None else found.factory(made)
+    driver = factory_of(registrations, entry_point[0], ComponentKind.ROBOT_DRIVER, component, settings)()
     if not isinstance(driver, Driver):
         name = type(driver).__name__
         raise PluginError(f"{component!r} made a {name}; a driver is a virtualrobot_sdk.drivers.Driver")
@@ -268,9 +262,10 @@ class Host:
     def _move(self, ns: int) -> None:
         """Send what is due: the place where it was held until the controller runs, then what the twin did."""
         assert self._mapping is not None and self._sent is not None
+        held = Setpoint(self._sent[1], np.zeros_like(self._q), 0)
         if self.state is State.BEGINNING:
             if self._about.pace is not Pace.JOBS:
-                self._driver.send(*self._mapping.raw(self._sent[1], np.zeros_like(self._q)), 0)
+                self._send(held)
             return
         player = self._player
         assert player is not None
@@ -278,16 +273,15 @@ class Host:
             self._jobs.step(ns, player, self._reading)
             self._sent = (ns, self._jobs.held)
         else:
-            setpoint = player.step(ns, self._reading.speed_scaling if self._reading is not None else 1.0)
-            if setpoint is not None:
-                setpoint = self._passed(setpoint, player, ns)
-                self._sent = (ns, setpoint.q)
-                raw = self._mapping.raw(setpoint.q, setpoint.v)
-                self._driver.send(*raw, setpoint.outputs)
-            else:
-                self._sent = (ns, self._sent[1])
-                self._driver.send(*self._mapping.raw(self._sent[1], np.zeros_like(self._q)), 0)
+            due = player.step(ns, self._reading.speed_scaling if self._reading is not None else 1.0)
+            setpoint = held if due is None else self._passed(due, player, ns)
+            self._sent = (ns, setpoint.q)
+            self._send(setpoint)
         self._follow(player)
+
+    def _send(self, setpoint: Setpoint) -> None:
+        assert self._mapping is not None
+        self._driver.send(*self._mapping.raw(setpoint.q, setpoint.v), setpoint.outputs)
 
     def _passed(self, setpoint: Setpoint, player: Player, ns: int) -> Setpoint:
         """Return a setpoint that may go out, or the brake's from the one before; raise DriverFault for neither."""
@@ -327,8 +321,7 @@ class Host:
             raise DriverFault(self._refused)
         if player.state is Play.RESTS and self.state is State.STOPPING:
             self._driver.end()
-            self._player = self._jobs = self._sent = None
-            self.state = State.INACTIVE
+            self._let_go(State.INACTIVE)
 
     def _fail(self, error: BaseException) -> None:
         """Come to ERROR: stop the cell, let the controller stop, and keep the words."""
@@ -339,10 +332,14 @@ class Host:
                 self._driver.stop()
         with contextlib.suppress(BaseException):
             self._driver.close()
-        self._player = self._jobs = self._sent = None
-        self.state = State.ERROR
+        self._let_go(State.ERROR)
         self._tell(*_said(error))
         self._say(time.monotonic_ns())
+
+    def _let_go(self, state: State) -> None:
+        """Play nothing any more, in this state."""
+        self._player = self._jobs = self._sent = None
+        self.state = state
 
     def _say(self, ns: int) -> None:
         reading, player = self._reading, self._player
@@ -444,8 +441,7 @@ class Host:
         except BaseException as error:
             self._fail(error)
             return self._words
-        self._player = self._jobs = self._sent = None
-        self.state = State.INACTIVE
+        self._let_go(State.INACTIVE)
         return Words()
 
     def _reset(self) -> Words:

@@ -171,7 +171,7 @@ class _Mapped:
 class CellBlock(_Mapped):
     """Block of a cell: by which clock all its robots are played, and up to which tick all have what they need."""
 
-    _BEAT, _STOP, _NEWEST, _BRAKED, _COMMITTED = range(2, 7)
+    _STOP, _NEWEST, _BRAKED, _COMMITTED = range(2, 6)
 
     @classmethod
     def create(cls, path: Path) -> CellBlock:
@@ -184,15 +184,6 @@ class CellBlock(_Mapped):
     def attach(cls, path: Path) -> CellBlock:
         """Use the block of another process; raises OSError without one, ValueError where it is of another version."""
         return cls(path, _CELL_WORDS, create=False)
-
-    def beat(self, ns: int) -> None:
-        """Say that the kernel lives (ns, CLOCK_MONOTONIC)."""
-        self._words[self._BEAT] = ns
-
-    @property
-    def beat_ns(self) -> int:
-        """Time (ns) at which the kernel said so last; 0 before."""
-        return int(self._words[self._BEAT])
 
     def complete(self, tick: int, braked: bool) -> None:
         """Say that all rings have this tick, and with it a brake where `braked`."""

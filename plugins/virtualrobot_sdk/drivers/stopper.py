@@ -17,6 +17,7 @@ from pathlib import Path
 
 from virtualrobot_sdk.drivers import realtime
 from virtualrobot_sdk.drivers.shared import CellBlock
+from virtualrobot_sdk.worker import boot
 
 ANSWER = b"stopped"
 """Content of the datagram that says that the stop is set."""
@@ -24,11 +25,6 @@ ANSWER = b"stopped"
 _HOST = "127.0.0.1"
 _LONGEST = 512
 _END_SECONDS = 5.0
-_BOOT = (
-    "import sys; given = sys.argv.pop().split('\\n');"
-    "sys.path[:] = [*given, *(place for place in sys.path[1:] if place not in given)];"
-    "from virtualrobot_sdk.drivers.stopper import main; main()"
-)
 
 
 class Stopper:
@@ -44,7 +40,7 @@ class Stopper:
         """Start the process for the cell whose block is the file `cell`; raises OSError where it can't be started."""
         self.key = secrets.token_hex(16)
         self._process = subprocess.Popen(
-            [sys.executable, "-c", _BOOT, str(cell), "\n".join(map(str, sys.path))],
+            boot.command("virtualrobot_sdk.drivers.stopper", str(cell)),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             # What ends the kernel from a terminal shall not end this first.

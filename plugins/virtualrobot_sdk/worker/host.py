@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.metadata import EntryPoint
 from typing import TYPE_CHECKING, Any
 
@@ -47,17 +47,11 @@ class Host:
         arguments: tuple[object, ...],
     ) -> None:
         """Make the component that the plugin registered under this kind and name."""
-        from virtualrobot_sdk.settings import make_settings
-
         _, registrations, _ = self._load(name, value, group)
-        found = next((r for r in registrations if r.kind is kind and r.name == component), None)
-        if found is None:
-            names = ", ".join(r.name for r in registrations if r.kind is kind) or "none"
-            raise PluginError(f"plugin {name!r} has no {kind.value} {component!r}; it has {names}")
-        made = make_settings(found.config_type, settings)
+        make = factory_of(registrations, name, kind, component, settings)
         self._package = package_of(value)
         self._component = None
-        self._component = found.factory(*arguments) if found.config_type is None else found.factory(*arguments, made)
+        self._component = make(*arguments)
 
     def make_from(self, path: str, arguments: tuple[object, ...]) -> None:
         """Make the component with the factory at `module:attribute`."""
@@ -93,6 +87,25 @@ class Host:
         if key not in self._plugins:
             self._plugins[key] = load(EntryPoint(name, value, group))
         return self._plugins[key]
+
+
+def factory_of(
+    registrations: Sequence[Registration], plugin: str, kind: ComponentKind, component: str, settings: Mapping[str, Any]
+) -> Callable[..., object]:
+    """Return the factory that a plugin registered under a kind and a name, with its settings given already.
+
+    Raises PluginError where the plugin has no such component, and ArgumentError for settings that it has not.
+    """
+    from virtualrobot_sdk.settings import make_settings
+
+    found = next((one for one in registrations if one.kind is kind and one.name == component), None)
+    if found is None:
+        names = ", ".join(one.name for one in registrations if one.kind is kind) or "none"
+        raise PluginError(f"plugin {plugin!r} has no {kind.value} {component!r}; it has {names}")
+    made = make_settings(found.config_type, settings)
+    if found.config_type is None:
+        return found.factory
+    return lambda *arguments: found.factory(*arguments, made)
 
 
 def pack_error(error: BaseException, package: str) -> bytes:

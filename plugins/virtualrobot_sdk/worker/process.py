@@ -16,6 +16,8 @@ from collections.abc import Iterable
 
 import psutil
 
+from virtualrobot_sdk.worker import boot
+
 log = logging.getLogger("virtualrobot_sdk.worker")
 
 _ONE_THREAD = dict.fromkeys(
@@ -30,12 +32,6 @@ _ONE_THREAD = dict.fromkeys(
     "1",
 )
 """Small matrices gain nothing from threads, and those of several workers fight; the user's own setting wins."""
-# The parent's places first, then those that the process finds itself: of what was installed after the parent's start.
-_BOOT = (
-    "import sys; given = sys.argv.pop().split('\\n');"
-    "sys.path[:] = [*given, *(place for place in sys.path[1:] if place not in given)];"
-    "from virtualrobot_sdk.worker.child import main; main()"
-)
 _PIPE_BYTES = 1 << 20
 _LINES_KEPT = 60
 LOG_BYTES = 1 << 18
@@ -55,7 +51,7 @@ class Process:
         """Start the process; `name` stands before what it prints."""
         self.name = name
         self._popen = subprocess.Popen(
-            [sys.executable, "-c", _BOOT, "\n".join(map(str, sys.path))],
+            boot.command("virtualrobot_sdk.worker.child"),
             bufsize=0,
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
