@@ -6,7 +6,7 @@ import math
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 
 import grpc
 import numpy as np
@@ -18,6 +18,7 @@ from virtualrobot.v1 import collision_pb2
 from tests.api.asking import IIWA, apply, box, create, load, refusal
 from tests.api.reading import array, values
 from tests.kernels import KernelProcess, Stubs
+from tests.waiting import until
 
 pytestmark = pytest.mark.long
 
@@ -71,13 +72,6 @@ def spent(process: psutil.Process) -> float:
         return sum(process.cpu_times()[:2])
     except psutil.NoSuchProcess:
         return 0.0
-
-
-def until(true: Callable[[], object]) -> None:
-    """Wait until something is true."""
-    end = time.monotonic() + 60.0
-    while not true():
-        assert time.monotonic() < end, "it never became true"
 
 
 CLIENT = """

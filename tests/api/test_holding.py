@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import queue
 import threading
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -16,9 +15,7 @@ from virtualrobot.v1 import motion_pb2
 from tests.api.asking import IIWA, joints, load, refusal
 from tests.api.reading import step
 from tests.kernels import KernelProcess, Stubs
-
-GUARD_SECONDS = 60.0
-"""Time (s) after which a test fails that waits for what should come."""
+from tests.waiting import until
 
 PAUSING, PAUSED = motion_pb2.MOTION_PHASE_PAUSING, motion_pb2.MOTION_PHASE_PAUSED
 RUNNING = motion_pb2.MOTION_PHASE_RUNNING
@@ -28,13 +25,6 @@ RUNNING = motion_pb2.MOTION_PHASE_RUNNING
 def client(stepped_kernel: KernelProcess, stepped: Stubs) -> Iterator[Client]:
     with virtualrobot.connect(stepped_kernel.address) as client:
         yield client
-
-
-def until(is_so: Callable[[], bool]) -> None:
-    end = time.monotonic() + GUARD_SECONDS
-    while not is_so():
-        assert time.monotonic() < end, "it did not come to be so"
-        time.sleep(0.005)
 
 
 def test_it_runs_while_it_is_held(client: Client) -> None:

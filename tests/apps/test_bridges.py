@@ -98,7 +98,7 @@ def entries(protocol: str, incoming: bool) -> str:
 
 
 def check_values(client: virtualrobot.Client) -> None:
-    """What is set at one end arrives at the other one."""
+    """Values that are set at one end arrive at the other one."""
     client.signals.wait_for("there", timeout=GUARD)
     client.signals.set({"start": True, "parts": -70000, "speed": 1.5})
     client.signals.wait_for("started", timeout=GUARD)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -15,7 +14,7 @@ from virtualrobot_apps.connections.command import connections as command
 from virtualrobot_apps.connections.file import ConnectionFile, connections_of
 from virtualrobot_apps.connections.runner import Connections
 
-from tests.kernels import KernelProcess, Stubs
+from tests.kernels import KernelProcess
 
 LOGIC = """
 schema_version: 1
@@ -47,20 +46,6 @@ tools:
 belts:
 - {robot: conveyor, joint: belt, signal: run belt, velocity: speed, moving: belt moving}
 """
-
-
-@pytest.fixture
-def client(kernel: KernelProcess, stubs: Stubs) -> Iterator[virtualrobot.Client]:
-    """Return a client of a kernel with an empty world whose time follows the wall clock."""
-    with virtualrobot.connect(kernel.address) as client:
-        yield client
-
-
-@pytest.fixture
-def steps(stepped_kernel: KernelProcess, stepped: Stubs) -> Iterator[virtualrobot.Client]:
-    """Return a client of a kernel whose time goes on by steps."""
-    with virtualrobot.connect(stepped_kernel.address) as client:
-        yield client
 
 
 def file_of(text: str) -> ConnectionFile:

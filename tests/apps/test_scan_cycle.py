@@ -2,28 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 
 import pytest
 import virtualrobot
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError
 from virtualrobot_apps.cell_io.scan import ScanCycle, Value
-
-from tests.kernels import KernelProcess, Stubs
-
-
-@pytest.fixture
-def client(kernel: KernelProcess, stubs: Stubs) -> Iterator[virtualrobot.Client]:
-    """Return a client of a kernel with an empty world whose time follows the wall clock."""
-    with virtualrobot.connect(kernel.address) as client:
-        yield client
-
-
-@pytest.fixture
-def steps(stepped_kernel: KernelProcess, stepped: Stubs) -> Iterator[virtualrobot.Client]:
-    """Return a client of a kernel whose time goes on by steps."""
-    with virtualrobot.connect(stepped_kernel.address) as client:
-        yield client
 
 
 def test_scans_are_a_cycle_apart_and_write_at_one_instant(steps: virtualrobot.Client) -> None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,14 +16,6 @@ from tests.drivers.rapl import PULSES, Controller
 
 TOLERANCE = CrsSettings("").tolerance_degrees
 POINTS = [np.array(point) for point in ((10.0, -5, 3, 0, 20, 1), (12.0, -5, 3, 0, 20, 40), (0.0, 0, 0, 0, 0, 0))]
-
-
-@pytest.fixture
-def cable(tmp_path: Path) -> Iterator[Cable]:
-    """Yield a cable whose other end nobody has."""
-    cable = Cable(tmp_path)
-    yield cable
-    cable.unplug()
 
 
 @pytest.fixture

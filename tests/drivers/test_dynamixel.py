@@ -6,7 +6,6 @@ import math
 import resource
 from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -22,14 +21,6 @@ from tests.tiers import Draws
 PATIENT = 20.0
 """Silence (s) that tests bear where silence is not what they are about."""
 ZERO = np.zeros(3)
-
-
-@pytest.fixture
-def cable(tmp_path: Path) -> Iterator[Cable]:
-    """Yield a cable whose other end nobody has."""
-    cable = Cable(tmp_path)
-    yield cable
-    cable.unplug()
 
 
 @pytest.fixture

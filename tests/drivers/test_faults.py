@@ -20,9 +20,9 @@ from tests.drivers.test_modes import (
     Cell,
     ended_with,
     patiently,
-    until,
 )
 from tests.kernels import KernelProcess, Stubs
+from tests.waiting import until
 
 pytestmark = pytest.mark.long
 

@@ -111,7 +111,7 @@ class Rig:
 
     @property
     def is_starved(self) -> bool:
-        """Whether it has braked for want of ticks."""
+        """True once it has braked for want of ticks."""
         return "no newer tick" in self.host.words().text
 
     def until_state(self, state: State) -> Report:

@@ -102,7 +102,7 @@ class Bench:
         return self.motion(id)
 
     def joint(self, name: str = FIRST) -> float:
-        """Where a joint of the twin is."""
+        """Return where a joint of the twin is."""
         now = self.kernel.world.snapshot
         return float(now.state.q[now.structure.robot("arm")[1].coordinates[name].q])
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import socket
-import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -16,21 +15,13 @@ from virtualrobot.v1 import collision_pb2, driver_pb2, geometry_pb2, motion_pb2,
 from tests.api.asking import IIWA, apply, joints, load, refusal
 from tests.api.leasing import Holder
 from tests.kernels import KernelProcess, Stubs
+from tests.waiting import PATIENCE_SECONDS, until
 
 EXECUTE, MONITOR = driver_pb2.DRIVER_MODE_EXECUTE, driver_pb2.DRIVER_MODE_MONITOR
 SIMULATED = driver_pb2.DRIVER_MODE_SIMULATED
 ACTIVE, INACTIVE = driver_pb2.DRIVER_STATE_ACTIVE, driver_pb2.DRIVER_STATE_INACTIVE
 ERROR = driver_pb2.DRIVER_STATE_ERROR
 FIRST = "lbr_iiwa_joint_1"
-PATIENCE_SECONDS = 60.0
-
-
-def until(holds: Callable[[], bool]) -> None:
-    """Wait until something holds; fail where it never does."""
-    end = time.monotonic() + PATIENCE_SECONDS
-    while not holds():
-        assert time.monotonic() < end, "it never came to be"
-        time.sleep(0.005)
 
 
 class Cell:
@@ -80,7 +71,7 @@ class Cell:
             port.sendto(line.encode(), ("127.0.0.1", self.ports[robot]))
 
     def real(self, robot: str = "arm") -> np.ndarray:
-        """Where the controller has its joints."""
+        """Return where the controller has its joints."""
         return np.array(json.loads(self.tell("state", robot))["positions"])
 
     def mode(self, mode: driver_pb2.DriverMode, robot: str = "arm") -> Any:  # noqa: ANN401 the answer
@@ -88,7 +79,7 @@ class Cell:
         return self.call("SetDriverMode", robot=robot, mode=mode)
 
     def status(self, robot: str = "arm") -> driver_pb2.DriverStatus:
-        """The driver as it is told."""
+        """Return the driver as it is told."""
         found = self.alone.driver.GetDrivers(driver_pb2.GetDriversRequest()).drivers
         return next(one for one in found if one.robot == robot)
 

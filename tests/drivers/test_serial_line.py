@@ -35,14 +35,6 @@ def crc16(text: str) -> str:
     return f"{bits:04X}"
 
 
-@pytest.fixture
-def cable(tmp_path: Path) -> Iterator[Cable]:
-    """Yield a cable whose other end nobody has."""
-    cable = Cable(tmp_path)
-    yield cable
-    cable.unplug()
-
-
 Boards = Callable[..., SerialLine]
 
 

@@ -11,7 +11,7 @@ import socket
 import time
 from collections.abc import Callable
 
-from virtualrobot_sdk.drivers import DriverFault
+from virtualrobot_sdk.drivers import Driver, DriverFault
 
 GREATEST = 65535
 """Longest datagram (bytes) that there is."""
@@ -110,3 +110,32 @@ class Datagrams:
     def close(self) -> None:
         """Give the port back; harmless more than once."""
         self._socket.close()
+
+
+class DatagramDriver(Driver):
+    """Driver of a controller that speaks first: it listens from `connect` on, and answers from `begin` on."""
+
+    def __init__(self) -> None:
+        """Listen to nobody yet."""
+        self._socket: Datagrams | None = None
+        self._begun = False
+
+    @property
+    def dropped(self) -> int:
+        """Packets that came twice, too late or broken since `connect`."""
+        return self._socket.dropped if self._socket is not None else 0
+
+    def stop(self) -> None:
+        """Hold the last position that was sent: the controller has no stop for those who speak to it."""
+        self._begun = False
+
+    def end(self) -> None:
+        """Hold the robot where it stands, as before `begin`."""
+        self._begun = False
+
+    def close(self) -> None:
+        """Give the port back; a robot that follows is stopped by its controller, which gets no answers."""
+        self._begun = False
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -14,8 +13,7 @@ from virtualrobot.errors import InvalidArgumentError, UnknownNameError, VirtualR
 
 from tests.api.client.conftest import IIWA, Run
 from tests.kernels import KernelProcess, Stubs
-
-PATIENCE_SECONDS = 60.0
+from tests.waiting import until
 
 
 @pytest.fixture
@@ -29,13 +27,6 @@ def client(kernel: KernelProcess, stubs: Stubs) -> Iterator[Client]:
             client.drivers.disconnect(status.robot)
         if client.drivers.stopped:
             client.drivers.release()
-
-
-def until(is_so: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE_SECONDS
-    while not is_so():
-        assert time.monotonic() < end, "it did not come to be so"
-        time.sleep(0.01)
 
 
 def test_a_robot_does_what_its_twin_does(client: Client) -> None:

@@ -60,7 +60,7 @@ def press(driver: Loopback) -> None:
 
 @dataclass(frozen=True)
 class PlaceSettings:
-    """Where a controller should be."""
+    """Place at which a controller should be."""
 
     host: str = ""
 

@@ -7,7 +7,7 @@ import signal
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import wait
 
 import numpy as np
@@ -29,6 +29,7 @@ from virtualrobot_kernel.world.structure import Kind, NodeSpec
 from tests.unit.collision.jobs import PATH
 from tests.unit.collision.worlds import LIBRARY, SHAPES, after, somewhere, with_robots, world
 from tests.unit.world.builders import shifted
+from tests.waiting import until
 
 pytestmark = pytest.mark.long
 
@@ -55,14 +56,6 @@ def reason_of(job: Job) -> KernelError:
     error = job.exception(LONG)
     assert isinstance(error, KernelError)
     return error
-
-
-def until(true: Callable[[], object]) -> None:
-    """Wait until something is true."""
-    end = time.monotonic() + LONG
-    while not true():
-        assert time.monotonic() < end, "it never became true"
-        time.sleep(0.005)
 
 
 def gone(pid: int) -> bool:

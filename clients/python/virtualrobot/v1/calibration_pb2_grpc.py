@@ -67,7 +67,7 @@ class CalibrationServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def CalibrateBase(self, request, context):
-        """Where a robot stands, from postures in which its tool centre point was at known points. Refused for points on a line.
+        """The place of a robot, from postures in which its tool centre point was at known points. Refused for points on a line.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

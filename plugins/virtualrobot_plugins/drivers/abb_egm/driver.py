@@ -17,7 +17,7 @@ from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
-from virtualrobot_sdk.drivers import About, Driver, DriverFault, Mode, Pace, Reading, Safety
+from virtualrobot_sdk.drivers import About, DriverFault, Mode, Pace, Reading, Safety
 from virtualrobot_sdk.kinematics import Floats
 
 from virtualrobot_plugins.drivers.abb_egm.messages import (
@@ -29,7 +29,7 @@ from virtualrobot_plugins.drivers.abb_egm.messages import (
     read_robot,
     write_sensor,
 )
-from virtualrobot_plugins.drivers.datagrams import Datagrams
+from virtualrobot_plugins.drivers.datagrams import DatagramDriver, Datagrams
 
 BEGIN_SECONDS = 8.0
 """Time (s) that `connect` waits for the first packet, and `begin` for the robot's program to let it follow."""
@@ -70,24 +70,17 @@ class AbbEgmSettings:
     ] = 1.0
 
 
-class AbbEgm(Driver):
+class AbbEgm(DatagramDriver):
     """The connection to one ABB controller."""
 
     def __init__(self, settings: AbbEgmSettings) -> None:
         """Keep the settings."""
+        super().__init__()
         self._settings = settings
-        self._socket: Datagrams | None = None
         self._newest = FromRobot()
         self._held = np.zeros(0)
-        self._begun = False
         self._sent = 0
-        self._digital = False
-        self._anew = False
-
-    @property
-    def dropped(self) -> int:
-        """Packets that came twice, too late or broken since `connect`."""
-        return self._socket.dropped if self._socket is not None else 0
+        self._digital = self._anew = False
 
     def connect(self) -> About:
         """Listen, wait for the controller's first packet, and take those of its sender alone from then on."""
@@ -163,21 +156,6 @@ class AbbEgm(Driver):
             return
         self._held, self._digital = np.array(positions, dtype=np.float64), bool(outputs & 1)
         self._answer(self._held)
-
-    def stop(self) -> None:
-        """Hold the last position that was sent: EGM's position loop brings the robot to rest there."""
-        self._begun = False
-
-    def end(self) -> None:
-        """Hold the robot where it stands, as before `begin`."""
-        self._begun = False
-
-    def close(self) -> None:
-        """Give the port back; a robot that EGM moves is stopped by its controller after the time-out of RAPID."""
-        self._begun = False
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
 
     def _answer(self, positions: Floats) -> None:
         if self._socket is None or not np.isfinite(positions).all():

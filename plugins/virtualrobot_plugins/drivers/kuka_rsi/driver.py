@@ -22,10 +22,10 @@ from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import Meta
-from virtualrobot_sdk.drivers import About, Driver, DriverFault, Mode, Pace, Reading
+from virtualrobot_sdk.drivers import About, DriverFault, Mode, Pace, Reading
 from virtualrobot_sdk.kinematics import Floats
 
-from virtualrobot_plugins.drivers.datagrams import Datagrams
+from virtualrobot_plugins.drivers.datagrams import DatagramDriver, Datagrams
 from virtualrobot_plugins.drivers.kuka_rsi.messages import MessageError, number, read_robot, whole, write_sensor
 
 BEGIN_SECONDS = 8.0
@@ -98,23 +98,18 @@ class FromRobot:
     inputs: int
 
 
-class KukaRsi(Driver):
+class KukaRsi(DatagramDriver):
     """The connection to one KUKA controller."""
 
     def __init__(self, settings: KukaRsiSettings) -> None:
         """Keep the settings."""
+        super().__init__()
         self._settings = settings
-        self._socket: Datagrams | None = None
         self._newest: FromRobot | None = None
         self._base = self._wanted = self._applied = np.zeros(0)
         self._answered = -1
         self._outputs = 0
-        self._begun = self._anew = False
-
-    @property
-    def dropped(self) -> int:
-        """Packets that came twice, too late or broken since `connect`."""
-        return self._socket.dropped if self._socket is not None else 0
+        self._anew = False
 
     def connect(self) -> About:
         """Listen, wait for the first message, and learn from some more how far they are apart."""
@@ -214,21 +209,6 @@ class KukaRsi(Driver):
             return
         self._wanted, self._outputs = np.array(positions, dtype=np.float64), outputs
         self._answer()
-
-    def stop(self) -> None:
-        """Hold the last position that was sent: RSI has no stop of its own."""
-        self._begun = False
-
-    def end(self) -> None:
-        """Hold the robot where it stands, as before `begin`."""
-        self._begun = False
-
-    def close(self) -> None:
-        """Give the port back; RSI breaks off after so many messages without an answer."""
-        self._begun = False
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
 
     def _start(self, said: FromRobot) -> None:
         """Count corrections from where the robot is commanded to be now, without any."""
