@@ -100,6 +100,7 @@ class Report:
         speed_scaling: share of the speed that it was told at which the controller goes.
         q, v: (k,) measured, rad and m, per s.
         error: (k,) measured minus what was played, rad and m; 0 where nothing is played.
+        is_faulty: whether a fault was met and told while the robot still brakes; it ends in ERROR.
     """
 
     ns: int
@@ -118,6 +119,7 @@ class Report:
     q: Floats
     v: Floats
     error: Floats
+    is_faulty: bool = False
 
 
 def make_folder() -> Path:
@@ -313,6 +315,7 @@ class TickRing(_Mapped):
             *(MODES.index(said.mode), SAFETIES.index(said.safety), _signed(said.inputs), said.words, 0),
         )
         floats[at + 13], floats[at + 14] = said.rate, said.speed_scaling
+        words[at + 15] = said.is_faulty
         body = at + _REPORT_WORDS
         floats[body : body + k] = said.q
         floats[body + k : body + 2 * k] = said.v
@@ -326,6 +329,7 @@ class TickRing(_Mapped):
         for _ in range(_READS):
             head = self._words[at : at + 13].tolist()
             rate, scaling = self._floats[at + 13 : at + 15].tolist()
+            is_faulty = bool(self._words[at + 15])
             values = self._floats[at + _REPORT_WORDS : at + _REPORT_WORDS + 3 * k].copy()
             if head[0] == 0:
                 return None
@@ -337,7 +341,7 @@ class TickRing(_Mapped):
             q, v, error = values.reshape(3, k)
             return Report(
                 *(ns, State(state), cycles, skipped, lateness, tick, bool(on_brake)),
-                *(MODES[mode], SAFETIES[safety], inputs & _ALL_BITS, words, rate, scaling, q, v, error),
+                *(MODES[mode], SAFETIES[safety], inputs & _ALL_BITS, words, rate, scaling, q, v, error, is_faulty),
             )
         return None
 
