@@ -66,7 +66,7 @@ HUNTS = (
 )
 
 
-def rows(minutes: float = MINUTES) -> list[Row]:
+def run(minutes: float = MINUTES) -> list[Row]:
     """Return a row for each kind of fault: how many were found, and how often it was tried."""
     return [_hunted(hunt, 60.0 * minutes * hunt.share) for hunt in HUNTS]
 
@@ -75,16 +75,16 @@ def _hunted(hunt: Hunt, seconds: float) -> Row:
     seed = str(secrets.randbits(32))
     environment = {**os.environ, "VIRTUALROBOT_TEST_SEED": seed, "VIRTUALROBOT_HUNT_SECONDS": str(seconds)}
     command = [sys.executable, "-m", "pytest", "-q", "-s", "-m", "", "-p", "no:cacheprovider", hunt.test]
-    run = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
-    failed = int(counted[1]) if (counted := re.search(r"(\d+) failed", run.stdout)) else int(run.returncode != 0)
+    ended = subprocess.run(command, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=environment)
+    failed = int(counted[1]) if (counted := re.search(r"(\d+) failed", ended.stdout)) else int(ended.returncode != 0)
     if failed:
-        print(run.stdout[-6000:], file=sys.stderr)
-    kills = re.search(r"\d+ kills", run.stdout)
+        print(ended.stdout[-6000:], file=sys.stderr)
+    kills = re.search(r"\d+ kills", ended.stdout)
     note = kills[0] if kills else ""
-    return row(hunt.name, failed, hunt.tries(run.stdout), hunt.what, "", 0.0, note)
+    return row(hunt.name, failed, hunt.tries(ended.stdout), hunt.what, "", 0.0, note)
 
 
 if __name__ == "__main__":
     from benchmarks.run import table
 
-    print(table(rows(float(sys.argv[1]) if len(sys.argv) > 1 else MINUTES)))
+    print(table(run(float(sys.argv[1]) if len(sys.argv) > 1 else MINUTES)))

@@ -50,13 +50,8 @@ EDITS: dict[str, Edit] = {
 }
 
 
-def rows() -> list[Row]:
+def run() -> list[Row]:
     """Return a row for each kind of edit: the undo's median against the edit's, called in turn."""
-    return undo_rows()
-
-
-def undo_rows() -> list[Row]:
-    """Return what an undo costs."""
     with kernel("--headless") as (address, _), grpc.insecure_channel(address) as channel:
         scene, history = scene_pb2_grpc.SceneServiceStub(channel), history_pb2_grpc.HistoryServiceStub(channel)
         scene.Apply(scene_pb2.ApplyRequest(commands=[_created(f"node {k}", float(k)) for k in range(NODES)]))

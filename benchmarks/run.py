@@ -1,14 +1,16 @@
-"""`make bench`: measures everything against its named peer in the same run, prints the table, writes RESULTS.md.
+"""`make bench`: measures everything against its named peer in the same run, prints the tables, writes RESULTS.md.
 
-`python -m benchmarks.run tick rpc` measures only those and writes nothing.
+`python -m benchmarks.run tick rpc` measures only those and writes nothing, with `--write` theirs alone.
 """
 
 from __future__ import annotations
 
 import os
 import platform
+import re
 import sys
-from collections.abc import Sequence
+import traceback
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import import_module
 from importlib.metadata import version
@@ -65,26 +67,45 @@ def machine() -> str:
     return f"{system}, Python {platform.python_version()}, {packages}"
 
 
-def main(suites: Sequence[str]) -> int:
-    """Measure the named suites, or all; return 1 when a budget is missed."""
-    parts = []
+def kept_parts() -> dict[str, str]:
+    """Return the parts of RESULTS.md by suite, as they are."""
+    text = RESULTS.read_text() if RESULTS.exists() else ""
+    _, *parts = re.split(r"^## (\w+)\n", text, flags=re.MULTILINE)
+    return dict(zip(parts[::2], parts[1::2], strict=True))
+
+
+def write(measured: Mapping[str, str]) -> None:
+    """Replace the parts of RESULTS.md that were measured; the others keep their date."""
+    parts = {**kept_parts(), **{name: f"\n{datetime.now(UTC).date()}\n\n{text}\n\n" for name, text in measured.items()}}
+    introduction = (
+        f"# Benchmarks\n\nMeasured by `make bench`: {machine()}.\n\n"
+        "Each ratio is ours over the peer's in the same run; smaller is better. Absolute times belong to the machine. "
+        "Each part says when it was measured.\n\n"
+    )
+    RESULTS.write_text(
+        introduction + "".join(f"## {name}\n{parts[name]}" for name in SUITES if name in parts).rstrip() + "\n"
+    )
+    print(f"written to {RESULTS.name}")
+
+
+def main(arguments: Sequence[str]) -> int:
+    """Measure the named suites, or all; return 1 when a budget is missed or a suite failed, after all others."""
+    suites = [argument for argument in arguments if argument != "--write"]
+    measured: dict[str, str] = {}
     missed = 0
     for name in suites or SUITES:
         print(f"measuring {name} ...", flush=True)
-        rows = import_module(f"benchmarks.{name}").run()
+        try:
+            rows = import_module(f"benchmarks.{name}").run()
+        except Exception:
+            traceback.print_exc()
+            missed += 1
+            continue
         missed += sum(line[-1] == "MISSED" for line in map(cells, rows))
-        text = table(rows)
-        print(text, flush=True)
-        parts.append(f"## {name}\n\n{text}\n")
-    if not suites:
-        today = datetime.now(UTC).date()
-        introduction = (
-            f"# Benchmarks\n\nMeasured by `make bench` on {today}: {machine()}.\n\n"
-            "Each ratio is ours over the peer's in the same run; smaller is better. "
-            "Absolute times belong to the machine.\n"
-        )
-        RESULTS.write_text("\n".join([introduction, *parts]))
-        print(f"written to {RESULTS.name}")
+        measured[name] = table(rows)
+        print(measured[name], flush=True)
+    if measured and (not suites or "--write" in arguments):
+        write(measured)
     return 1 if missed else 0
 
 

@@ -41,11 +41,12 @@ PARTS = (Node, Motion, Plan, Program)
 TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 """Name in documents of a class, where that isn't its own: two have the same name, or it was renamed."""
 
-VERSIONS: Mapping[type, int] = {State: 2}
+VERSIONS: Mapping[type, int] = {State: 3}
 """Version of each class whose fields aren't those of its first one."""
 
 MIGRATIONS: Mapping[tuple[str, int], Migration] = {
     ("State", 1): lambda fields: [*fields, {}],  # tcp_speed_limits
+    ("State", 2): lambda fields: [*fields, None],  # dynamics
 }
 """Function that makes the written fields of a class (its tag, a version) those of the next version."""
 

@@ -233,6 +233,10 @@ def _measured(command: commands.SetMeasuredJoints, done: Done) -> Iterable[Phras
     yield Phrase("measured the joints of", repr(node.name) if node else "a robot that is gone")
 
 
+def _computed(command: commands.SetDynamics, done: Done) -> Iterable[Phrase]:
+    yield Phrase("computed", "", f" {len(command.q_index)} coordinates")
+
+
 def _stopped(command: commands.StopMotions, done: Done) -> Iterable[Phrase]:
     yield from (Phrase("stopped", repr(robot)) for robot in command.robots)
     if not command.robots:
@@ -298,6 +302,7 @@ LABELS: dict[type, Callable[[Any, Done], Iterable[Phrase]]] = {
     commands.SetSetpoint: _of_motion("gave a setpoint to"),
     commands.EndSetpoints: _of_motion("ended the setpoints of"),
     commands.SetMeasuredJoints: _measured,
+    commands.SetDynamics: _computed,
     commands.PauseMotion: _of_motion("paused"),
     commands.ResumeMotion: _of_motion("resumed"),
     commands.CancelMotion: _of_motion("cancelled"),

@@ -45,6 +45,7 @@ KINDS: dict[type, StepKind] = {
     commands.SetSetpoint: StepKind.MOTION,
     commands.EndSetpoints: StepKind.MOTION,
     commands.SetMeasuredJoints: StepKind.MOTION,
+    commands.SetDynamics: StepKind.MOTION,
     commands.PauseMotion: StepKind.MOTION,
     commands.ResumeMotion: StepKind.MOTION,
     commands.CancelMotion: StepKind.MOTION,

@@ -227,6 +227,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetSetpoint: _motion,
     commands.EndSetpoints: _motion,
     commands.SetMeasuredJoints: _nothing,
+    commands.SetDynamics: _nothing,
     commands.PauseMotion: _nothing,
     commands.ResumeMotion: _motion,
     commands.CancelMotion: _cancelled,

@@ -19,6 +19,7 @@ from virtualrobot_kernel.world import (
     apply_signals,
     apply_tools,
     commands,
+    dynamics,
     measured,
 )
 from virtualrobot_kernel.world.change import Change, Forward, frozen
@@ -58,6 +59,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.SetSetpoint: apply_setpoints.set_setpoint,
     commands.EndSetpoints: apply_setpoints.end_setpoints,
     commands.SetMeasuredJoints: measured.set_measured_joints,
+    commands.SetDynamics: dynamics.set_dynamics,
     commands.PauseMotion: apply_motions.pause_motion,
     commands.ResumeMotion: apply_motions.resume_motion,
     commands.CancelMotion: apply_motions.cancel_motion,

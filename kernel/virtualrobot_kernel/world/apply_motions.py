@@ -232,6 +232,7 @@ def restart_world(change: Change, command: RestartWorld, forward: Forward) -> Ch
             v=np.zeros_like(state.v),
             commanded={},
             readings={},
+            dynamics=None,
             motions=(),
             ended=(*state.ended, *aborted),
             epoch=state.epoch + 1,

@@ -101,6 +101,7 @@ def _among(old: Structure, new: Structure, state: State) -> State:
         signals=_owned(state.signals, alive),
         commanded=_kept(old, new, state.commanded),
         readings=_kept(old, new, state.readings),
+        dynamics=None,  # its places may be those of others now
         tool_states={uid: name for uid, name in state.tool_states.items() if uid in alive},
         selections=_selected(new, state.selections),
         speed_factors={uid: factor for uid, factor in state.speed_factors.items() if uid in alive},

@@ -339,6 +339,22 @@ class SetMeasuredJoints:
     velocities: NDArray[np.float64] | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SetDynamics:
+    """Command to set coordinates of any robots by the end of this tick: what moves without being commanded.
+
+    q_index (k,), q (k,): places among all coordinates, rising, and the values, rad or m (of floating joints x, y, z and
+    a unit quaternion x, y, z, w). v_index (m,), v (m,): the same of velocities, per second (of floating joints the
+    rates of x, y, z and the angular velocity about the axes of what they move). What is not named stays as it is; a
+    later command of the same tick counts where both name a place.
+    """
+
+    q_index: NDArray[np.int32]
+    q: NDArray[np.float64]
+    v_index: NDArray[np.int32]
+    v: NDArray[np.float64]
+
+
 @dataclass(frozen=True, slots=True)
 class PauseMotion:
     """Command to slow a motion to standstill on its path."""
@@ -458,6 +474,7 @@ Command = (
     | SetSetpoint
     | EndSetpoints
     | SetMeasuredJoints
+    | SetDynamics
     | PauseMotion
     | ResumeMotion
     | CancelMotion

@@ -163,6 +163,19 @@ class JointValues:
     v: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Dynamics:
+    """Values that become true with the next tick: q (k,) at the places q_index among all coordinates, v (m,) likewise.
+
+    Radians, meters, per second.
+    """
+
+    q_index: NDArray[np.int32]
+    q: NDArray[np.float64]
+    v_index: NDArray[np.int32]
+    v: NDArray[np.float64]
+
+
 @dataclass(frozen=True, slots=True)
 class SensorStart:
     """Start of a sensor: its number among all starts, and the tick from which its readings and its noise are counted.
@@ -187,6 +200,7 @@ class State:
     running_sensors: the start of each sensor (a uid) that runs; `sensor_starts` counts all starts.
     epoch: counts how often the world was replaced as a whole.
     tcp_speed_limits: greatest speed (m/s) of the tool centre point of each robot (a uid) that has one, as for teaching.
+    dynamics: what crafts and physics have computed since the tick before: it becomes q and v with the next tick.
     """
 
     tick: int
@@ -209,6 +223,7 @@ class State:
     sensor_starts: int = 0
     epoch: int = 0
     tcp_speed_limits: Mapping[int, float] = field(default_factory=dict)
+    dynamics: Dynamics | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

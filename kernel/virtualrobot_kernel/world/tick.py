@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from virtualrobot_kernel.motion.running_motion import Phase, TickContext
-from virtualrobot_kernel.world import measured
+from virtualrobot_kernel.world import dynamics, measured
 from virtualrobot_kernel.world.apply_motions import override
 from virtualrobot_kernel.world.change import Forward, frozen
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Search, Signal, State
@@ -25,7 +25,7 @@ log = logging.getLogger(__name__)
 def advance(structure: Structure, state: State, tick_seconds: float, forward: Forward) -> State:
     """Return the state one tick later."""
     if not state.motions:
-        return measured.arrived(structure, replace(state, tick=state.tick + 1))
+        return _arrived(structure, replace(state, tick=state.tick + 1))
     q, v = (array.copy() for array in measured.commanded(structure, state))
     context = TickContext(q, {name: signal.value for name, signal in state.signals.items()})
     signals: dict[str, Signal] = {}
@@ -83,7 +83,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
         # The same object as long as it is the same: whoever shows or sees tools goes by that.
         tool_states={**state.tool_states, **tool_states} if tool_states else state.tool_states,
     )
-    later = measured.arrived(structure, later)
+    later = _arrived(structure, later)
     for place, motion in enumerate(motions):
         if motion.running.found is not None and motion.search is None and motion.searcher:
             # What was found was found as the tick began; what was not, at its goal.
@@ -92,6 +92,11 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
     ended = tuple(motion for motion in motions if motion.running.ended)
     going = tuple(motion for motion in motions if not motion.running.ended)
     return replace(later, motions=going, ended=(*state.ended, *ended)[-REMEMBERED:])
+
+
+def _arrived(structure: Structure, state: State) -> State:
+    """Return the state with what was computed and measured since the tick before; what is measured counts."""
+    return measured.arrived(structure, dynamics.arrived(state))
 
 
 def _failed(motion: Motion, why: str) -> Motion:
