@@ -167,6 +167,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         "eaik",
     ),
     # Settings are described by msgspec's Meta.
+    f"{PLUGINS}/mobile": ("virtualrobot_plugins.mobile", "virtualrobot_sdk", "numpy", "msgspec"),
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
     # Models by name are data: tables in YAML.
     f"{PLUGINS}/models": ("virtualrobot_plugins.models", "virtualrobot_sdk", "numpy", "msgspec", "yaml"),
