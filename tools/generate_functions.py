@@ -32,7 +32,7 @@ The groups are those of VirtualRobot's external access library (VReal), whose mo
 programs do everything from outside: opening and closing, files, robots, auxiliary figures, the user interface, distance
 and collision, range sensors. Two more hold what it had not. Here are {python} functions of the Python library, {calls}
 calls of the contract and {batch} commands of its batches, which any language has, and {shell} commands of the shell. A
-program reaches a kernel by TCP, `virtualrobot.connect(address)`, or has one of its own, `virtualrobot.connect("local")`.
+program reaches a kernel by TCP, `virtualrobot.connect(address)`, or has its own, `virtualrobot.connect("local")`.
 
 `client` is what `connect` returns; `robot`, `node`, `motion` and so on are what its functions return.
 """
