@@ -85,7 +85,7 @@ class Answer:
 
     @cached_property
     def moment(self) -> tuple[int, int]:
-        """What orders answers of a watch that is shared: epoch and state revision of its stamp."""
+        """Epoch and state revision of its stamp, by which answers of a watch that is shared have an order."""
         stamp = getattr(self._method.response.FromString(self.data), "stamp")  # noqa: B009 each response has its own type
         return stamp.epoch, stamp.state_revision
 

@@ -1,4 +1,4 @@
-"""Who may come in by the console's port: names of the host, origins of pages, and links that are good once."""
+"""Door of the console's port: names of the host, origins of pages, and links that are good once."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 Headers = dict[str, str]
 
 MOST_LINKS, MOST_SESSIONS = 100, 1000
-"""How many are remembered; the oldest go first."""
+"""Links and sessions that are remembered; the oldest go first."""
 
 
 class Door:

@@ -26,7 +26,7 @@ _UNITS = {"H": 3600.0, "M": 60.0, "S": 1.0, "m": 1e-3, "u": 1e-6, "n": 1e-9}
 
 @dataclass(frozen=True, slots=True)
 class Caller:
-    """Who has sent a request.
+    """Sender of a request.
 
     headers: of the request, names in lower case.
     token: that of the browser's session; None without one.

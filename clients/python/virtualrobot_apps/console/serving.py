@@ -17,7 +17,7 @@ from virtualrobot_apps.console.upstream import Upstream
 from virtualrobot_apps.console.wires import Limit
 
 _FRAME_BYTES = 1024
-"""What a frame of a WebSocket may have besides its message."""
+"""Bytes that a frame of a WebSocket may have besides its message."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,7 +36,7 @@ class Kernel:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Where the console listens, by which names and with which certificate, and for pages of which origins."""
+    """Address of the console, its names and its certificate, and the origins of pages that may call."""
 
     host: str
     port: int

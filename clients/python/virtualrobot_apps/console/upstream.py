@@ -36,7 +36,7 @@ class Upstream:
 
     @property
     def watch_count(self) -> int:
-        """How many shared watches are open at the kernel."""
+        """Number of shared watches that are open at the kernel."""
         return len(self._watches)
 
     async def call(
@@ -177,7 +177,7 @@ class SharedWatch:
 
 
 class _Reader:
-    """What waits for one reader of a shared watch."""
+    """Answers that wait for one reader of a shared watch."""
 
     def __init__(self, behind: bool) -> None:
         self.behind = behind

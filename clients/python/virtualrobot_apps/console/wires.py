@@ -1,4 +1,4 @@
-"""How a call is written in HTTP: Connect, gRPC-Web, and JSON in lines.
+"""Ways to write a call in HTTP: Connect, gRPC-Web, JSON in lines, and forms.
 
 Connect: https://connectrpc.com/docs/protocol; gRPC-Web: https://github.com/grpc/grpc/blob/master/doc/PROTOCOL-WEB.md.
 """
@@ -11,6 +11,7 @@ import json
 import struct
 from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator
+from urllib.parse import parse_qsl
 
 from virtualrobot_apps.console.contract import Answer, Method
 from virtualrobot_apps.console.refusal import Refusal
@@ -99,6 +100,30 @@ class Whole(Wire):
         return b"" if refusal is None else json.dumps({"error": refusal.said()}).encode() + b"\n"
 
 
+class Form(Whole):
+    """The body is a form whose field `json` is the request: what Octave can send.
+
+    A refusal is the answer `{"error": ERROR}`: Octave and MATLAB tell programs nothing of what comes with a status.
+    """
+
+    tells_by_status = False
+
+    def __init__(self, method: Method, content_type: str, limit: Limit) -> None:
+        """Answer as JSON, whatever the type of the form."""
+        super().__init__(method, "application/json", limit)
+
+    def _decoded(self, data: bytes) -> bytes:
+        try:
+            fields = parse_qsl(data.decode("ascii"), keep_blank_values=True, max_num_fields=2)
+        except ValueError:
+            fields = []
+        if [name for name, _ in fields] != ["json"]:
+            raise Refusal.of(
+                "INVALID_ARGUMENT", "a form has one field, json, whose text is the request", {"field": "json"}
+            )
+        return super()._decoded(fields[0][1].encode())
+
+
 class Enveloped(Wire):
     """Connect's streams: before each message stands how long it is."""
 
@@ -172,6 +197,7 @@ async def _from_base64(chunks: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
 _KINDS: dict[str, type[Wire]] = {
     "application/json": Whole,
     "application/proto": Whole,
+    "application/x-www-form-urlencoded": Form,
     "application/connect+json": Enveloped,
     "application/connect+proto": Enveloped,
     "application/grpc-web": GrpcWeb,

@@ -21,12 +21,12 @@ export class Refused extends Error {
 }
 
 export class Calls {
-  // `url`: of the console's WebSocket. `headers`: for each call, such as { authorization: "Bearer ..." }.
+  // `url`: of the console's calls, such as "http://127.0.0.1:8090/calls" for a page of its own. `headers`: for each call, such as { authorization: "Bearer ..." }.
   constructor(url = "/calls", headers = {}) {
     this.headers = headers;
     this.running = new Map();
     this.count = 0;
-    this.socket = new WebSocket(new URL(url, location.href.replace(/^http/, "ws")));
+    this.socket = new WebSocket(new URL(url, location.href).href.replace(/^http/, "ws"));
     this.socket.binaryType = "arraybuffer";
     this.opened = new Promise((resolve) => (this.socket.onopen = resolve));
     this.socket.onmessage = (event) => this.take(event.data);
