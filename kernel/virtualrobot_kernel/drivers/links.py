@@ -109,6 +109,22 @@ class Links:
         found = [Status(nodes[uid].name, link, link.newest()) for uid, link in self._links.items() if uid in nodes]
         return sorted(found, key=lambda status: status.robot)
 
+    def measured(self, snapshot: Snapshot) -> dict[int, Floats]:
+        """Return where real robots are that the world doesn't have there: all coordinates (nq,) by the robot's uid.
+
+        Of one that is monitored the world has the readings itself; of one in ERROR nobody knows any more.
+        """
+        found = {}
+        for uid, link in self._links.items():
+            report = link.newest()
+            if link.mode is LinkMode.MONITOR or link.state is State.ERROR or report is None or not report.cycles:
+                continue
+            if uid in snapshot.structure.robots and np.isfinite(report.q).all():
+                q = snapshot.state.q.copy()
+                q[link.places(snapshot.structure)[0]] = report.q
+                found[uid] = q[snapshot.structure.robots[uid].q_slice]
+        return found
+
     def status(self, robot: str) -> Status:
         """Return the link of a robot; raise KernelError (WRONG_STATE) when it has none."""
         snapshot = self._world.snapshot
