@@ -90,6 +90,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),
     f"{APPS}/bridges/opcua.py": ("virtualrobot_apps", "virtualrobot", "asyncua"),
     # What they say is read from YAML.
+    f"{APPS}/vehicles/vehicle_file.py": ("virtualrobot", "numpy", "yaml"),
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
