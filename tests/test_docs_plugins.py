@@ -20,6 +20,7 @@ from virtualrobot_sdk import (
     kinematics,
     mobile,
     models,
+    physics,
     rays,
     registration,
     selfcheck,
@@ -37,6 +38,7 @@ SDK = Path(inspect.getfile(registration)).parent
 INTERFACES = (
     kinematics.Kinematics,
     mobile.MobileKinematics,
+    physics.PhysicsEngine,
     rays.RayCaster,
     rays.SensorModel,
     drivers.Driver,
@@ -119,7 +121,7 @@ def test_every_protocol_of_the_sdk_is_among_them() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", [driver, importers, kinematics, mobile, models, rays], ids=lambda module: module.__name__
+    "module", [driver, importers, kinematics, mobile, models, physics, rays], ids=lambda module: module.__name__
 )
 def test_every_field_of_a_value_is_told(module: ModuleType) -> None:
     for name, fields in values(module).items():
