@@ -166,6 +166,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         *("virtualrobot_plugins.closed_form", "virtualrobot_plugins.chain", "virtualrobot_sdk", "numpy", "numba"),
         "eaik",
     ),
+    # Vehicles are files of parameters.
+    f"{PLUGINS}/marine": (*("virtualrobot_plugins.marine", "virtualrobot_sdk", "numpy", "numba", "msgspec", "yaml"),),
     # Settings are described by msgspec's Meta.
     f"{PLUGINS}/mobile": ("virtualrobot_plugins.mobile", "virtualrobot_sdk", "numpy", "msgspec"),
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),

@@ -112,6 +112,11 @@ def virtualrobot_register_mobile_kinematics(register: Register) -> None:
 
 
 @hookspec
+def virtualrobot_register_vehicle_dynamics(register: Register) -> None:
+    """Register dynamics of vehicles: `factory()` or `factory(settings)` returns a `vehicles.VehicleDynamics`."""
+
+
+@hookspec
 def virtualrobot_register_ray_casters(register: Register) -> None:
     """Register ray casters: `factory()` or `factory(settings)` returns a `rays.RayCaster`."""
 
@@ -160,6 +165,9 @@ HOOKS = {
     ),
     ComponentKind.MOBILE_KINEMATICS: KindOfHook(
         virtualrobot_register_mobile_kinematics.__name__, COMPONENT_DEADLINE_SECONDS
+    ),
+    ComponentKind.VEHICLE_DYNAMICS: KindOfHook(
+        virtualrobot_register_vehicle_dynamics.__name__, COMPONENT_DEADLINE_SECONDS
     ),
     ComponentKind.RAY_CASTER: KindOfHook(virtualrobot_register_ray_casters.__name__, COMPONENT_DEADLINE_SECONDS),
     ComponentKind.SENSOR_MODEL: KindOfHook(virtualrobot_register_sensor_models.__name__, COMPONENT_DEADLINE_SECONDS),

@@ -12,6 +12,7 @@ from virtualrobot_sdk.testing.mobile_kinematics import MobileKinematicsContract
 from virtualrobot_sdk.testing.ray_casters import RayCasterContract
 from virtualrobot_sdk.testing.robot_drivers import RobotDriverContract
 from virtualrobot_sdk.testing.sensor_models import SensorModelContract
+from virtualrobot_sdk.testing.vehicle_dynamics import VehicleDynamicsContract
 
 TEXT = (Path(__file__).resolve().parents[2] / "docs" / "plugins.md").read_text("utf-8")
 
@@ -23,6 +24,7 @@ TEXT = (Path(__file__).resolve().parents[2] / "docs" / "plugins.md").read_text("
         ("sensor models", SensorModelContract),
         ("robot drivers", RobotDriverContract),
         ("mobile kinematics", MobileKinematicsContract),
+        ("vehicle dynamics", VehicleDynamicsContract),
         ("importers", ImporterContract),
     ],
 )

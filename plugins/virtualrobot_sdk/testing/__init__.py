@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from virtualrobot_sdk.testing.ray_casters import RayCasterContract
     from virtualrobot_sdk.testing.robot_drivers import RobotDriverContract
     from virtualrobot_sdk.testing.sensor_models import SensorModelContract
+    from virtualrobot_sdk.testing.vehicle_dynamics import VehicleDynamicsContract
 
 __all__ = [
     "ImporterContract",
@@ -25,6 +26,7 @@ __all__ = [
     "RayCasterContract",
     "RobotDriverContract",
     "SensorModelContract",
+    "VehicleDynamicsContract",
     "chain_of",
     "kit_chains",
 ]
@@ -36,6 +38,7 @@ _MODULES = {
     "RayCasterContract": "ray_casters",
     "RobotDriverContract": "robot_drivers",
     "SensorModelContract": "sensor_models",
+    "VehicleDynamicsContract": "vehicle_dynamics",
 }
 
 
