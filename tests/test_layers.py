@@ -93,6 +93,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
+    # Fixtures, which pytest finds.
+    f"{CLIENT}/testing.py": ("virtualrobot", "pytest"),
     # Serial ports are listed by pyserial, where it is installed.
     f"{CLIENT}/cli/ports.py": ("virtualrobot", "click", "serial"),
     # Recordings are written by the libraries of their formats, where these are installed.
@@ -164,7 +166,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         *("virtualrobot_plugins.closed_form", "virtualrobot_plugins.chain", "virtualrobot_sdk", "numpy", "numba"),
         "eaik",
     ),
+    # Vehicles are files of parameters.
+    f"{PLUGINS}/marine": (*("virtualrobot_plugins.marine", "virtualrobot_sdk", "numpy", "numba", "msgspec", "yaml"),),
     # Settings are described by msgspec's Meta.
+    f"{PLUGINS}/mobile": ("virtualrobot_plugins.mobile", "virtualrobot_sdk", "numpy", "msgspec"),
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
     # Models by name are data: tables in YAML.
     f"{PLUGINS}/models": ("virtualrobot_plugins.models", "virtualrobot_sdk", "numpy", "msgspec", "yaml"),

@@ -118,6 +118,11 @@ def virtualrobot_register_physics_engines(register: Register) -> None:
 
 
 @hookspec
+def virtualrobot_register_vehicle_dynamics(register: Register) -> None:
+    """Register dynamics of vehicles: `factory()` or `factory(settings)` returns a `vehicles.VehicleDynamics`."""
+
+
+@hookspec
 def virtualrobot_register_ray_casters(register: Register) -> None:
     """Register ray casters: `factory()` or `factory(settings)` returns a `rays.RayCaster`."""
 
@@ -168,6 +173,9 @@ HOOKS = {
         virtualrobot_register_mobile_kinematics.__name__, COMPONENT_DEADLINE_SECONDS
     ),
     ComponentKind.PHYSICS_ENGINE: KindOfHook(virtualrobot_register_physics_engines.__name__, PHYSICS_DEADLINE_SECONDS),
+    ComponentKind.VEHICLE_DYNAMICS: KindOfHook(
+        virtualrobot_register_vehicle_dynamics.__name__, COMPONENT_DEADLINE_SECONDS
+    ),
     ComponentKind.RAY_CASTER: KindOfHook(virtualrobot_register_ray_casters.__name__, COMPONENT_DEADLINE_SECONDS),
     ComponentKind.SENSOR_MODEL: KindOfHook(virtualrobot_register_sensor_models.__name__, COMPONENT_DEADLINE_SECONDS),
     ComponentKind.ROBOT_DRIVER: KindOfHook(virtualrobot_register_robot_drivers.__name__, DRIVER_DEADLINE_SECONDS),

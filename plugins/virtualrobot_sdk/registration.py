@@ -18,6 +18,7 @@ class ComponentKind(Enum):
     SENSOR_MODEL = "sensor_model"
     ROBOT_DRIVER = "robot_driver"
     IMPORTER = "importer"
+    VEHICLE_DYNAMICS = "vehicle_dynamics"
 
 
 class Isolation(Enum):

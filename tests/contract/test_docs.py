@@ -13,6 +13,7 @@ from virtualrobot_sdk.testing.physics_engines import PhysicsEngineContract
 from virtualrobot_sdk.testing.ray_casters import RayCasterContract
 from virtualrobot_sdk.testing.robot_drivers import RobotDriverContract
 from virtualrobot_sdk.testing.sensor_models import SensorModelContract
+from virtualrobot_sdk.testing.vehicle_dynamics import VehicleDynamicsContract
 
 TEXT = (Path(__file__).resolve().parents[2] / "docs" / "plugins.md").read_text("utf-8")
 
@@ -25,6 +26,7 @@ TEXT = (Path(__file__).resolve().parents[2] / "docs" / "plugins.md").read_text("
         ("robot drivers", RobotDriverContract),
         ("mobile kinematics", MobileKinematicsContract),
         ("physics engines", PhysicsEngineContract),
+        ("vehicle dynamics", VehicleDynamicsContract),
         ("importers", ImporterContract),
     ],
 )

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from virtualrobot_sdk.testing.ray_casters import RayCasterContract
     from virtualrobot_sdk.testing.robot_drivers import RobotDriverContract
     from virtualrobot_sdk.testing.sensor_models import SensorModelContract
+    from virtualrobot_sdk.testing.vehicle_dynamics import VehicleDynamicsContract
 
 __all__ = [
     "ImporterContract",
@@ -27,6 +28,7 @@ __all__ = [
     "RayCasterContract",
     "RobotDriverContract",
     "SensorModelContract",
+    "VehicleDynamicsContract",
     "chain_of",
     "kit_chains",
 ]
@@ -39,6 +41,7 @@ _MODULES = {
     "RayCasterContract": "ray_casters",
     "RobotDriverContract": "robot_drivers",
     "SensorModelContract": "sensor_models",
+    "VehicleDynamicsContract": "vehicle_dynamics",
 }
 
 
