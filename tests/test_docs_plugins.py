@@ -20,6 +20,7 @@ from virtualrobot_sdk import (
     kinematics,
     mobile,
     models,
+    physics,
     rays,
     registration,
     selfcheck,
@@ -38,6 +39,7 @@ SDK = Path(inspect.getfile(registration)).parent
 INTERFACES = (
     kinematics.Kinematics,
     mobile.MobileKinematics,
+    physics.PhysicsEngine,
     vehicles.VehicleDynamics,
     rays.RayCaster,
     rays.SensorModel,
@@ -121,7 +123,9 @@ def test_every_protocol_of_the_sdk_is_among_them() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", [driver, importers, kinematics, mobile, models, rays, vehicles], ids=lambda module: module.__name__
+    "module",
+    [driver, importers, kinematics, mobile, models, physics, rays, vehicles],
+    ids=lambda module: module.__name__,
 )
 def test_every_field_of_a_value_is_told(module: ModuleType) -> None:
     for name, fields in values(module).items():

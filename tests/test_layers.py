@@ -174,6 +174,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
     # Models by name are data: tables in YAML.
     f"{PLUGINS}/models": ("virtualrobot_plugins.models", "virtualrobot_sdk", "numpy", "msgspec", "yaml"),
+    # Physics engines see their own library each.
+    f"{PLUGINS}/physics": ("virtualrobot_plugins.physics", "virtualrobot_sdk", "numpy", "msgspec"),
+    f"{PLUGINS}/physics/bullet": ("virtualrobot_plugins.physics", "virtualrobot_sdk", "numpy", "msgspec", "pybullet"),
+    f"{PLUGINS}/physics/mujoco": ("virtualrobot_plugins.physics", "virtualrobot_sdk", "numpy", "msgspec", "mujoco"),
     # embreex casts rays where its library can't be driven.
     f"{PLUGINS}/ray_casters/embreex_scene.py": ("virtualrobot_sdk", "numpy", "embreex"),
     # Bullet is there to compare with; its worker process alone loads it.

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from virtualrobot_sdk.testing.contract import KinematicsContract
     from virtualrobot_sdk.testing.importers import ImporterContract
     from virtualrobot_sdk.testing.mobile_kinematics import MobileKinematicsContract
+    from virtualrobot_sdk.testing.physics_engines import PhysicsEngineContract
     from virtualrobot_sdk.testing.ray_casters import RayCasterContract
     from virtualrobot_sdk.testing.robot_drivers import RobotDriverContract
     from virtualrobot_sdk.testing.sensor_models import SensorModelContract
@@ -23,6 +24,7 @@ __all__ = [
     "ImporterContract",
     "KinematicsContract",
     "MobileKinematicsContract",
+    "PhysicsEngineContract",
     "RayCasterContract",
     "RobotDriverContract",
     "SensorModelContract",
@@ -35,6 +37,7 @@ _MODULES = {
     "ImporterContract": "importers",
     "KinematicsContract": "contract",
     "MobileKinematicsContract": "mobile_kinematics",
+    "PhysicsEngineContract": "physics_engines",
     "RayCasterContract": "ray_casters",
     "RobotDriverContract": "robot_drivers",
     "SensorModelContract": "sensor_models",
