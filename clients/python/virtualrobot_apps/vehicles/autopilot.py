@@ -13,7 +13,7 @@ from virtualrobot_apps.vehicles.vehicle_file import VehicleFile
 
 @dataclass(frozen=True)
 class Gains:
-    """How fast errors go: rates (1/s) of the velocity, of its integral, and of the heading."""
+    """Rates (1/s) at which errors go: of the velocity, of its integral, and of the heading."""
 
     velocity: float = 4.0
     integral: float = 1.0
