@@ -351,6 +351,12 @@ class Store:
                 gone.difference_update(_split(blob))
             self._writer.executemany("DELETE FROM parts WHERE hash = ?", [(key,) for key in gone])
 
+    def begin_with(self, checkpoint: CheckpointRow) -> list[CheckpointRow]:
+        """Delete all entries before a checkpoint; return the checkpoints before it, after which nothing is kept."""
+        while self.forget(checkpoint.seq, checkpoint.tick):
+            pass
+        return [one for one in self.checkpoints() if one.seq < checkpoint.seq]
+
     def forget(self, seq: int, tick: int, most: int = 2_000) -> bool:
         """Delete at most so many of the entries up to `seq`; return whether more may be left.
 

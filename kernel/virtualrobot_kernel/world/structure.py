@@ -408,6 +408,11 @@ class Structure:
         start = int(self.forest.q_index[row])
         return range(start, start + COUNTS[int(self.forest.joint_type[row])])
 
+    @property
+    def figures(self) -> Iterator[Figure]:
+        """Return the figures of all nodes, in their order."""
+        return (figure for node in self.nodes.values() for figure in node.figures)
+
     def node(self, name: str, kind: Kind | None = None) -> Node:
         """Return the node called `name` (empty: the world); raise UnknownNameError when there is none of that kind."""
         uid = self.uid_by_name.get(name or WORLD_NAME)
