@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from typing import Any
 from urllib.parse import urlsplit
 
-from websockets.sync.client import ClientConnection, connect
+from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 
 HEAD = struct.Struct(">IB")
 BEGIN, MESSAGE, END, CANCEL = range(4)
@@ -98,7 +99,7 @@ class Console:
 class Page:
     """All calls of a page, as JSON."""
 
-    def __init__(self, socket: ClientConnection) -> None:
+    def __init__(self, socket: Connection) -> None:
         """Speak through a WebSocket that is open."""
         self.socket = socket
         self._count = 0
