@@ -92,6 +92,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),
     f"{APPS}/bridges/opcua.py": ("virtualrobot_apps", "virtualrobot", "asyncua"),
     # What they say is read from YAML.
+    f"{APPS}/vehicles/vehicle_file.py": ("virtualrobot", "numpy", "yaml"),
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
@@ -169,11 +170,17 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         *("virtualrobot_plugins.closed_form", "virtualrobot_plugins.chain", "virtualrobot_sdk", "numpy", "numba"),
         "eaik",
     ),
+    # Vehicles are files of parameters.
+    f"{PLUGINS}/marine": (*("virtualrobot_plugins.marine", "virtualrobot_sdk", "numpy", "numba", "msgspec", "yaml"),),
     # Settings are described by msgspec's Meta.
     f"{PLUGINS}/mobile": ("virtualrobot_plugins.mobile", "virtualrobot_sdk", "numpy", "msgspec"),
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
     # Models by name are data: tables in YAML.
     f"{PLUGINS}/models": ("virtualrobot_plugins.models", "virtualrobot_sdk", "numpy", "msgspec", "yaml"),
+    # Physics engines see their own library each.
+    f"{PLUGINS}/physics": ("virtualrobot_plugins.physics", "virtualrobot_sdk", "numpy", "msgspec"),
+    f"{PLUGINS}/physics/bullet": ("virtualrobot_plugins.physics", "virtualrobot_sdk", "numpy", "msgspec", "pybullet"),
+    f"{PLUGINS}/physics/mujoco": ("virtualrobot_plugins.physics", "virtualrobot_sdk", "numpy", "msgspec", "mujoco"),
     # embreex casts rays where its library can't be driven.
     f"{PLUGINS}/ray_casters/embreex_scene.py": ("virtualrobot_sdk", "numpy", "embreex"),
     # Bullet is there to compare with; its worker process alone loads it.

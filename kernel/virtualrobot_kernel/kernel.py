@@ -32,6 +32,7 @@ from virtualrobot_kernel.components.importing import Importers
 from virtualrobot_kernel.crafts.crafts import Crafts
 from virtualrobot_kernel.drawing.additions import with_arrows
 from virtualrobot_kernel.drawing.renderer_pool import RendererPool
+from virtualrobot_kernel.drawing.twin_ghosts import twin_ghosts
 from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.drivers.links import Links
 from virtualrobot_kernel.drivers.site import DriverSite
@@ -181,6 +182,7 @@ class Kernel:
             readings=lambda: self._sensors.latest,
             touching=lambda: self._monitor.latest.touching,
             clearances=self._clearances,
+            twins=lambda snapshot: twin_ghosts(snapshot, self._links.measured(snapshot)),
             replay=self.world if isinstance(self.world, PastWorld) else None,
         )
         viewer.start()

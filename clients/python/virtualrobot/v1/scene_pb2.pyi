@@ -17,11 +17,20 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
+class TwinGhostKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    TWIN_GHOST_KIND_UNSPECIFIED: _ClassVar[TwinGhostKind]
+    TWIN_GHOST_KIND_COMMANDED: _ClassVar[TwinGhostKind]
+    TWIN_GHOST_KIND_MEASURED: _ClassVar[TwinGhostKind]
+
 class DenavitHartenbergConvention(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
     DENAVIT_HARTENBERG_CONVENTION_UNSPECIFIED: _ClassVar[DenavitHartenbergConvention]
     DENAVIT_HARTENBERG_CONVENTION_STANDARD: _ClassVar[DenavitHartenbergConvention]
     DENAVIT_HARTENBERG_CONVENTION_MODIFIED: _ClassVar[DenavitHartenbergConvention]
+TWIN_GHOST_KIND_UNSPECIFIED: TwinGhostKind
+TWIN_GHOST_KIND_COMMANDED: TwinGhostKind
+TWIN_GHOST_KIND_MEASURED: TwinGhostKind
 DENAVIT_HARTENBERG_CONVENTION_UNSPECIFIED: DenavitHartenbergConvention
 DENAVIT_HARTENBERG_CONVENTION_STANDARD: DenavitHartenbergConvention
 DENAVIT_HARTENBERG_CONVENTION_MODIFIED: DenavitHartenbergConvention
@@ -55,18 +64,38 @@ class WatchSceneRequest(_message.Message):
     def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
 
 class WatchSceneResponse(_message.Message):
-    __slots__ = ("stamp", "nodes", "removed_uids", "moved_uids", "world_t_node")
+    __slots__ = ("stamp", "nodes", "removed_uids", "moved_uids", "world_t_node", "twin_ghosts")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     NODES_FIELD_NUMBER: _ClassVar[int]
     REMOVED_UIDS_FIELD_NUMBER: _ClassVar[int]
     MOVED_UIDS_FIELD_NUMBER: _ClassVar[int]
     WORLD_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    TWIN_GHOSTS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     nodes: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Node]
     removed_uids: _containers.RepeatedScalarFieldContainer[int]
     moved_uids: _containers.RepeatedScalarFieldContainer[int]
     world_t_node: _geometry_pb2.NumericArray
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., removed_uids: _Optional[_Iterable[int]] = ..., moved_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+    twin_ghosts: TwinGhosts
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., removed_uids: _Optional[_Iterable[int]] = ..., moved_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., twin_ghosts: _Optional[_Union[TwinGhosts, _Mapping]] = ...) -> None: ...
+
+class TwinGhost(_message.Message):
+    __slots__ = ("robot_uid", "kind", "node_uids", "world_t_node")
+    ROBOT_UID_FIELD_NUMBER: _ClassVar[int]
+    KIND_FIELD_NUMBER: _ClassVar[int]
+    NODE_UIDS_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    robot_uid: int
+    kind: TwinGhostKind
+    node_uids: _containers.RepeatedScalarFieldContainer[int]
+    world_t_node: _geometry_pb2.NumericArray
+    def __init__(self, robot_uid: _Optional[int] = ..., kind: _Optional[_Union[TwinGhostKind, str]] = ..., node_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+
+class TwinGhosts(_message.Message):
+    __slots__ = ("ghosts",)
+    GHOSTS_FIELD_NUMBER: _ClassVar[int]
+    ghosts: _containers.RepeatedCompositeFieldContainer[TwinGhost]
+    def __init__(self, ghosts: _Optional[_Iterable[_Union[TwinGhost, _Mapping]]] = ...) -> None: ...
 
 class ApplyRequest(_message.Message):
     __slots__ = ("commands", "expected_structure_revision", "request_id")
