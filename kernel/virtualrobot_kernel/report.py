@@ -9,7 +9,7 @@ import json
 import sqlite3
 import time
 import zipfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -24,9 +24,8 @@ from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.recent_log import HIDDEN, kept_log
 from virtualrobot_kernel.scenes.writing import write_scene
-from virtualrobot_kernel.world.figures import Mesh
+from virtualrobot_kernel.world.figures import meshes_of
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Structure
 
 MOST_BYTES = 100 * 1000 * 1000
 """Greatest size of the journal's entries in a report where nobody says another one."""
@@ -83,7 +82,8 @@ def write_report(target: Path, about: Reported, most_bytes: int = MOST_BYTES) ->
             archive.writestr("scene.yaml", clean(write_scene(about.world, bundled=False)[0]))
             archive.writestr(LOG, clean(about.log()))
             archive.writestr("report.json", clean(json.dumps(_told(about, first, last), indent=2)) + "\n")
-            for sha256 in _assets(about.world.structure):
+            meshes = meshes_of(about.world.structure.figures)
+            for sha256 in dict.fromkeys(sha256 for mesh in meshes for _, sha256 in mesh.all_files):
                 if about.assets.has(sha256):
                     archive.writestr(f"{ASSETS}/{sha256}", about.assets.get(sha256))
     except (OSError, sqlite3.Error) as error:
@@ -114,9 +114,7 @@ def _journal(path: Path, about: Reported, most_bytes: int) -> tuple[int, int]:
         heads = store.checkpoints()
         if store.entry_bytes(0) > most_bytes and heads:
             begin = next((one for one in heads if store.entry_bytes(one.seq) <= most_bytes), heads[-1])
-            while store.forget(begin.seq, begin.tick):
-                pass
-            store.remove_checkpoints([one.id for one in heads if one.seq < begin.seq])
+            store.remove_checkpoints([one.id for one in store.begin_with(begin)])
         numbers = store.forgotten + 1, store.last_seq
     finally:
         store.close()
@@ -141,10 +139,3 @@ def _told(about: Reported, first: int, last: int) -> dict[str, object]:
             for one in about.plugins
         ],
     }
-
-
-def _assets(structure: Structure) -> Iterable[str]:
-    """Return the SHA-256 of each file that the world's meshes are of."""
-    meshes = (figure.geometry for node in structure.nodes.values() for figure in node.figures)
-    found = (mesh for mesh in meshes if isinstance(mesh, Mesh))
-    return dict.fromkeys(sha256 for mesh in found for sha256 in (mesh.sha256, *(file[1] for file in mesh.files)))

@@ -46,6 +46,7 @@ LONG = {
     "calibration.md",
     "cell-io.md",
     "command-line.md",
+    "own-kernel.md",
     "tutorial-driver.md",
     "tracking.md",
     "tutorial-first-cell.md",

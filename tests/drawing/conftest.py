@@ -17,6 +17,7 @@ from virtualrobot_kernel.collision.clearances import measured
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.report import Touch
+from virtualrobot_kernel.drawing.twin_ghosts import twin_ghosts
 from virtualrobot_kernel.drawing.view import Camera, ViewSettings, ViewStore
 from virtualrobot_kernel.drawing.viewer import Viewer
 from virtualrobot_kernel.sensing.reading import Reading
@@ -39,6 +40,7 @@ class Stage:
         self.cell, self.view, self.viewer, self.page = cell, view, viewer, page
         self.readings: dict[int, Reading] = {}
         self.touching: tuple[Touch, ...] = ()
+        self.measured: dict[int, np.ndarray] = {}
 
     def pixels(self) -> np.ndarray:
         """Return the picture as (HEIGHT, WIDTH, 3) 8-bit numbers."""
@@ -77,6 +79,7 @@ def on_stage(view: ViewStore) -> Iterator[Stage]:
         readings=lambda: dict(shown[0].readings) if shown else {},
         touching=lambda: shown[0].touching if shown else (),
         clearances=partial(measured, ScenePool(CollisionShapes(cell.meshes))),
+        twins=lambda snapshot: twin_ghosts(snapshot, dict(shown[0].measured) if shown else {}),
     )
     viewer.start()
     try:
@@ -100,6 +103,7 @@ def stage(open_stage: Stage) -> Stage:
     open_stage.cell.do(ClearWorld())
     open_stage.readings.clear()
     open_stage.touching = ()
+    open_stage.measured.clear()
     settings = ViewSettings()
     open_stage.view.update(
         background=(0.2, 0.4, 0.6),

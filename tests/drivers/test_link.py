@@ -168,6 +168,38 @@ def test_the_twin_is_first_put_to_where_the_robot_stands(bench: Bench) -> None:
     np.testing.assert_allclose(bench.process.stands, 0.2)
 
 
+def test_who_watches_the_scene_is_told_where_twin_and_robot_are_apart(bench: Bench) -> None:
+    """The ghost is where the real robot is, and where motions command it once its readings are the twin's."""
+    bench.connect()
+    changes = bench.alone.scene.WatchScene(scene_pb2.WatchSceneRequest(names=["arm.lbr_iiwa_link_1"]))
+    assert not next(changes).HasField("twin_ghosts")
+    bench.process.stands = np.array([0.5, *np.zeros(6)])
+
+    def told() -> tuple[list[str], list[float], list[float]]:
+        """Return kinds, and by how much the ghost's first link is turned, as far as it was told; then the link's."""
+        message = next(one for one in changes if one.HasField("twin_ghosts"))
+        kinds = [scene_pb2.TwinGhostKind.Name(one.kind).rpartition("_")[2] for one in message.twin_ghosts.ghosts]
+        assert all(len(one.node_uids) == 1 for one in message.twin_ghosts.ghosts)
+        return kinds, [turn_of(one.world_t_node) for one in message.twin_ghosts.ghosts], [bench.joint()]
+
+    assert told() == (["MEASURED"], [pytest.approx(0.5)], [0.0])
+    bench.mode(MONITOR)
+    until(lambda: bench.joint() == 0.5)
+    kinds, turns, _ = told()
+    while kinds != ["COMMANDED"]:  # the reading is the twin's a tick after the mode has changed
+        kinds, turns, _ = told()
+    assert turns == [pytest.approx(0.0)]
+    bench.process.stands = np.zeros(7)
+    assert told()[0] == []
+    changes.cancel()
+
+
+def turn_of(pose: geometry_pb2.NumericArray) -> float:
+    """Return by how much a single pose is turned about z."""
+    *_, z, w = np.frombuffer(pose.data).tolist()
+    return float(2.0 * np.arctan2(z, w))
+
+
 def aspect(refused: Refusal) -> str:
     assert refused.reason == "WRONG_STATE", refused
     return refused.metadata["aspect"]

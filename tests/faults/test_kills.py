@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import os
 import random
+import shutil
 import signal
 import subprocess
 import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from tempfile import mkdtemp
 
 import pytest
 from google.protobuf.struct_pb2 import Struct
@@ -25,21 +27,29 @@ from tests.plugins.install import environment, install
 
 FAILING = ("crashes", "raises_at_work", "returns_nan", "wrong_shape")
 GUARD = 120.0
+WORLDS = 4
+"""Number of worlds that are drawn together: the first one is always the simplest, of kills alone."""
 
 
 class KilledWorld(WorldOfFaults):
-    """World of faults whose kernel is killed: it comes back with all that was answered, and everything stands."""
+    """World of faults whose kernel is killed: it comes back with all that was answered, and everything stands.
 
-    started: Callable[[], KernelProcess]
-    """Starts a kernel on the folder."""
-    kernels: list[KernelProcess]
-    """The kernel that runs, alone in a list, since all worlds share it."""
+    Each has a folder of its own, so that what happens in a world comes from what was drawn for it.
+    """
+
+    started: Callable[[Path], KernelProcess]
+    """Starts a kernel on a folder."""
+    place: Path
+    """Folder in which the worlds have theirs."""
     trigger: Path
     """File that makes components fail while it is there."""
+    kills = worlds = 0
 
     def __init__(self) -> None:
-        """Connect to the kernel that runs."""
-        self.connect = lambda: Stubs(self.kernels[0].channel(APART))
+        """Start a kernel and connect to it."""
+        self.folder = Path(mkdtemp(prefix="cell-", dir=self.place))
+        self.kernel = self.started(self.folder)
+        self.connect = lambda: Stubs(self.kernel.channel(APART))
         super().__init__()
 
     @rule()
@@ -48,10 +58,10 @@ class KilledWorld(WorldOfFaults):
         before, stubs = self._look(), self.watcher.stubs
         moving = {motion.id for motion in running(stubs)}
         kept = self._checkpoints()
-        (kernel,) = self.kernels
-        os.kill(kernel.process.pid, signal.SIGKILL)
-        kernel.process.wait(GUARD)
-        self.kernels[0] = self.started()
+        os.kill(self.kernel.process.pid, signal.SIGKILL)
+        self.kernel.process.wait(GUARD)
+        KilledWorld.kills += 1
+        self.kernel = self.started(self.folder)
         for client in (*self.clients, self.watcher):
             client.vanish()
         self.watcher, self.clients = Client(self.connect), [Client(self.connect) for _ in self.clients]
@@ -95,26 +105,37 @@ class KilledWorld(WorldOfFaults):
             self.trigger.unlink(missing_ok=True)
         assert self._look().content() == before.content(), "an answer or a fault of a component has changed the world"
 
+    def teardown(self) -> None:
+        """Undo all, end the kernel and verify what its folder has recorded."""
+        failed = sys.exception() is not None
+        try:
+            super().teardown()
+        finally:
+            code = self.kernel.end(GUARD)
+        if not failed:  # what fails first is told
+            assert code == 0
+            verify(self.folder)
+            shutil.rmtree(self.folder)
+        KilledWorld.worlds += 1
+
     def _checkpoints(self) -> list[history_pb2.Checkpoint]:
         return list(self.watcher.stubs.history.ListCheckpoints(history_pb2.ListCheckpointsRequest()).checkpoints)
 
 
 @pytest.fixture
 def killed(start_kernel: StartKernel, arm: Path, tmp_path: Path) -> type[KilledWorld]:
-    """Return the machine of a kernel with a folder and with components that fail."""
+    """Return the machine of kernels with a folder and with components that fail."""
     site = environment(install(tmp_path / "site", *FAILING))
-    options = ("--stepped", "--data", str(tmp_path / "cell"), "--files", str(arm.parent))
 
-    def started() -> KernelProcess:
-        return start_kernel(*options, environment=site)
+    def started(folder: Path) -> KernelProcess:
+        return start_kernel("--stepped", "--data", str(folder), "--files", str(arm.parent), environment=site)
 
-    fields = {"started": staticmethod(started), "kernels": [started()], "arm": arm, "trigger": tmp_path / "trigger"}
+    fields = {"started": staticmethod(started), "place": tmp_path, "arm": arm, "trigger": tmp_path / "trigger"}
     return type("World", (KilledWorld,), fields)
 
 
-def verify(machine: type[KilledWorld], folder: Path) -> None:
-    """End the kernel and verify what its folder has recorded."""
-    assert machine.kernels[0].end() == 0
+def verify(folder: Path) -> None:
+    """Fail unless the replay of a folder comes to the same joints in every tick."""
     command = [sys.executable, "-m", "virtualrobot", "replay", str(folder), "--verify"]
     told = subprocess.run(command, capture_output=True, text=True, timeout=20 * GUARD)
     assert told.returncode == 0, told.stdout + told.stderr
@@ -122,10 +143,8 @@ def verify(machine: type[KilledWorld], folder: Path) -> None:
 
 @pytest.mark.hunted
 @pytest.mark.timeout(0)
-def test_a_kernel_that_is_killed_has_lost_nothing(
-    killed: type[KilledWorld], seed: int, hunt_seconds: float, tmp_path: Path
-) -> None:
+def test_a_kernel_that_is_killed_has_lost_nothing(killed: type[KilledWorld], seed: int, hunt_seconds: float) -> None:
     until, rng = time.monotonic() + 0.8 * hunt_seconds, random.Random(seed)
     while time.monotonic() < until:
-        run(killed, rng.randrange(2**32), worlds=1, steps=25, shrink=False)  # each try would start kernels
-    verify(killed, tmp_path / "cell")
+        run(killed, rng.randrange(2**32), worlds=WORLDS, steps=25, shrink=False)  # each try would start kernels
+    print(f"{killed.kills} kills in {killed.worlds} worlds")

@@ -22,6 +22,7 @@ from virtualrobot.files.scene_files import model_request
 from virtualrobot.files.writing import write_file
 from virtualrobot.history.history import History
 from virtualrobot.history.values import Step
+from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases, program_name
 from virtualrobot.motions import motion, plans
 from virtualrobot.motions.motion import Motion, Tracking
@@ -49,6 +50,9 @@ from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2
 from virtualrobot.view.view import View
 
 API_VERSION = "virtualrobot.v1"
+LOCAL = "local"
+"""Address of a kernel that this program starts for itself."""
+
 LONGEST_NAME = 200
 
 
@@ -128,6 +132,7 @@ class Client:
     def __init__(self, channel: Channel, address: str, info: KernelInfo) -> None:
         """Take a channel to a kernel that has answered."""
         self._channel = channel
+        self._own_kernel: KernelProcess | None = None
         self._services = Services(channel, address)
         self.address = address
         self.info = info
@@ -417,8 +422,13 @@ class Client:
         self._services.kernel.Shutdown(kernel_pb2.ShutdownRequest())
 
     def close(self) -> None:
-        """Close the connection; motions that this client watched are cancelled by the kernel after a second."""
+        """Close the connection; motions that this client watched are cancelled by the kernel after a second.
+
+        A kernel of this program's own, of `connect("local")`, ends.
+        """
         self._channel.close()
+        if self._own_kernel is not None:
+            self._own_kernel.close()
 
     def __enter__(self) -> Client:
         """Return itself."""
@@ -447,7 +457,8 @@ def connect(
     """Connect to a kernel and return the client.
 
     Args:
-        address: `host:port`; default: the environment variable VIRTUALROBOT_ADDRESS, or 127.0.0.1:50500.
+        address: `host:port`; `local` starts a kernel, with its viewer, that ends with this client or this program.
+            Default: the environment variable VIRTUALROBOT_ADDRESS, or 127.0.0.1:50500.
         token: the token itself. Where neither it nor `token_file` is given, the environment variable
             VIRTUALROBOT_TOKEN is the token, or else the file that a kernel of this user on this machine wrote has it.
         token_file: the file that holds the token.
@@ -470,10 +481,22 @@ def connect(
         ...     robot = client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
         ...     robot.move_joints([0, 0.5, 0, -1.2, 0, 0.8, 0])
     """
+    address = address or default_address()
+    if address == LOCAL:
+        if token or token_file or root_certificate:
+            raise InvalidArgumentError("a kernel of one's own needs neither token nor certificate; leave them out")
+        own_kernel = KernelProcess()
+        try:
+            client = connect(own_kernel.address, timeout=timeout, name=name, on_progress=on_progress)
+        except BaseException:
+            own_kernel.close()
+            raise
+        client._own_kernel = own_kernel
+        return client
     if token and token_file:
         raise InvalidArgumentError("give token, the token itself, or token_file, the file that holds it, and not both")
     try:
-        host, port = split_address(address or default_address())
+        host, port = split_address(address)
         file = None if token_file is None else Path(token_file)
         token, origin = (checked_token(token, "token"), "the argument") if token else find_token(port, file)
     except ValueError as error:

@@ -6,6 +6,7 @@ import asyncio
 import threading
 from collections.abc import AsyncIterator
 from contextlib import aclosing
+from dataclasses import replace
 
 from virtualrobot.v1 import view_pb2
 
@@ -15,6 +16,7 @@ from virtualrobot_kernel.drawing.film import Film
 from virtualrobot_kernel.drawing.framing import Framing
 from virtualrobot_kernel.drawing.renderer import Renderer, Sight
 from virtualrobot_kernel.drawing.shots import Shot, packed
+from virtualrobot_kernel.drawing.twin_ghosts import as_view_ghosts, twin_ghosts
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.world.state import Snapshot
 
@@ -53,9 +55,10 @@ class CaptureCalls:
                     return
 
     def _sight(self, snapshot: Snapshot) -> Sight:
-        return Sight(
-            snapshot, self._kernel.view.get(), self._kernel.sensors.latest, self._kernel.monitor.latest.touching
-        )
+        settings = self._kernel.view.get()
+        if ghosts := twin_ghosts(snapshot, self._kernel.links.measured(snapshot)):
+            settings = replace(settings, ghosts=(*settings.ghosts, *as_view_ghosts(ghosts)))
+        return Sight(snapshot, settings, self._kernel.sensors.latest, self._kernel.monitor.latest.touching)
 
     async def _taken(self, sight: Sight, shot: Shot, framing: Framing) -> bytes:
         gone = threading.Event()

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.commands import ClearWorld, Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.consistency import MOST_NODES
-from virtualrobot_kernel.world.figures import Figure, Mesh
+from virtualrobot_kernel.world.figures import Figure, meshes_of
 from virtualrobot_kernel.world.state import Snapshot
 
 if TYPE_CHECKING:
@@ -90,11 +90,11 @@ class Limits:
 
     def check_triangles(self, snapshot: Snapshot, commands: Sequence[Command], meshes: MeshLibrary) -> None:
         """Raise KernelError when the meshes of the world and of commands would have too many triangles."""
-        new = {mesh for command in commands for mesh in _meshes(_figures(command))}
+        new = {mesh for command in commands for mesh in meshes_of(_figures(command))}
         if not new:
             return
         if not any(isinstance(command, ClearWorld) for command in commands):
-            new |= {mesh for node in snapshot.structure.nodes.values() for mesh in _meshes(node.figures)}
+            new.update(meshes_of(snapshot.structure.figures))
         triangles = sum({meshes.content(mesh): meshes.triangles(mesh) for mesh in new}.values())
         if triangles > self.triangles:
             raise self.refusal(
@@ -108,10 +108,6 @@ def _figures(command: Command) -> Iterator[Figure]:
         yield from (figure for spec in command.specs for figure in spec.figures)
     elif isinstance(command, UpdateNode):
         yield from command.figures or ()
-
-
-def _meshes(figures: Iterable[Figure]) -> Iterator[Mesh]:
-    yield from (figure.geometry for figure in figures if isinstance(figure.geometry, Mesh))
 
 
 def described() -> list[tuple[str, int, str]]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Sequence
+from collections.abc import AsyncIterator, Mapping, Sequence
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 from virtualrobot.v1 import nodes_pb2, scene_pb2, scene_pb2_grpc
 from virtualrobot_sdk.models import Model
 
@@ -15,6 +16,8 @@ from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.collision.built import Named, built_pairs, mounted_pairs
 from virtualrobot_kernel.collision.readiness import is_to_be_ready, make_ready
+from virtualrobot_kernel.drawing.ghosts import moved_parts
+from virtualrobot_kernel.drawing.twin_ghosts import ghost_poses, twin_ghosts
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.export.model import export_model
 from virtualrobot_kernel.formats.models import ImportedModel
@@ -69,10 +72,16 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         fields = mask_fields(request.read_mask, nodes_pb2.Node)
         wanted = {self._kernel.world.snapshot.structure.node(name).uid for name in request.names}
         before: Snapshot | None = None
+        told = scene_pb2.TwinGhosts()
         async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz):
-            if before is None or not _quiet(before, snapshot):
+            ghosts = _twin_ghosts(snapshot, self._kernel.links.measured(snapshot), wanted)
+            if before is None or ghosts != told or not _quiet(before, snapshot):
                 message = _difference(before, snapshot, wanted, fields)
-                if before is None or message.nodes or message.removed_uids or message.moved_uids:
+                if ghosts != told:
+                    message.twin_ghosts.CopyFrom(ghosts)
+                    told = ghosts
+                changed = message.nodes or message.removed_uids or message.moved_uids
+                if before is None or changed or message.HasField("twin_ghosts"):
                     yield message
             before = snapshot
 
@@ -220,6 +229,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
             await self._kernel.in_worker(limits.check_triangles, self._kernel.world.snapshot, commands, meshes)
         self._kernel.solvers.check_choices(commands)
+        await self._kernel.in_worker(self._kernel.crafts.check, commands)
         check_choices(commands, self._kernel.sensing)
         snapshot = self._kernel.world.snapshot
         if is_to_be_ready(snapshot, commands):
@@ -274,6 +284,27 @@ def _difference(
         moved_uids=[node.uid for node in moved],
         world_t_node=poses_array(after.world_t_node[rows]) if rows else None,
     )
+
+
+def _twin_ghosts(
+    snapshot: Snapshot, measured: Mapping[int, NDArray[np.float64]], wanted: set[int]
+) -> scene_pb2.TwinGhosts:
+    """Return the ghosts of twins, as far as their nodes are wanted."""
+    message, structure = scene_pb2.TwinGhosts(), snapshot.structure
+    ghosts = twin_ghosts(snapshot, measured)
+    if not ghosts:
+        return message
+    world_t_node = ghost_poses(snapshot, ghosts)
+    for ghost in ghosts:
+        uids = dict.fromkeys(uid for uid, _ in moved_parts(snapshot, ghost.robot) if not wanted or uid in wanted)
+        if uids:
+            message.ghosts.add(
+                robot_uid=ghost.robot,
+                kind=scene_pb2.TwinGhostKind.Value(f"TWIN_GHOST_KIND_{ghost.kind.name}"),
+                node_uids=uids,
+                world_t_node=poses_array(world_t_node[[structure.rows[uid] for uid in uids]]),
+            )
+    return message
 
 
 def _chosen(nodes: list[Node], wanted: set[int]) -> list[Node]:

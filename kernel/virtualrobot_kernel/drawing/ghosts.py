@@ -29,22 +29,10 @@ def ghost_figures(snapshot: Snapshot, ghosts: tuple[Ghost, ...]) -> Iterator[tup
     comes once.
     """
     structure = snapshot.structure
-    hidden, states = inherited_visibility(structure, snapshot.state.tool_states)
     for ghost in ghosts:
         if not is_there(structure, ghost):
             continue
-        grippers = structure.grippers_of(ghost.robot)
-        parts = [
-            (structure.rows[node.uid], figure)
-            for node in structure.below(ghost.robot)
-            if not hidden[node.uid]
-            and node.kind not in FOR_PEOPLE
-            and _is_moved(structure, node.uid, ghost.robot, grippers)
-            for figure in node.figures
-            if figure.visual
-            and figure.tool_state in ("", states[node.uid])
-            and not isinstance(figure.geometry, Points | Lines | Frame | Label)
-        ]
+        parts = [(structure.rows[uid], figure) for uid, figure in moved_parts(snapshot, ghost.robot)]
         material = Material((*ghost.color, ghost.opacity))
         places = structure.robots[ghost.robot].q_slice
         q_index = np.arange(places.start, places.stop, dtype=np.int32)
@@ -60,6 +48,20 @@ def ghost_figures(snapshot: Snapshot, ghosts: tuple[Ghost, ...]) -> Iterator[tup
                     continue
                 shown.add(known)
                 yield ghost.robot, replace(figure, node_t_figure=place, material=material, tool_state="")
+
+
+def moved_parts(snapshot: Snapshot, robot: int) -> Iterator[tuple[int, Figure]]:
+    """Yield (uid of the node, figure) of what a robot's joints move and people see: links, tools, what they hold."""
+    structure = snapshot.structure
+    hidden, states = inherited_visibility(structure, snapshot.state.tool_states)
+    grippers = structure.grippers_of(robot)
+    for node in structure.below(robot):
+        if hidden[node.uid] or node.kind in FOR_PEOPLE or not _is_moved(structure, node.uid, robot, grippers):
+            continue
+        for figure in node.figures:
+            is_solid = not isinstance(figure.geometry, Points | Lines | Frame | Label)
+            if figure.visual and is_solid and figure.tool_state in ("", states[node.uid]):
+                yield node.uid, figure
 
 
 def _is_moved(structure: Structure, uid: int, robot: int, grippers: Collection[int]) -> bool:

@@ -26,6 +26,8 @@ from virtualrobot_kernel.drawing.program_panel import ProgramPanel
 from virtualrobot_kernel.drawing.replay_panel import ReplayPanel
 from virtualrobot_kernel.drawing.sensor_overlays import SensorLayer
 from virtualrobot_kernel.drawing.stage import Stage
+from virtualrobot_kernel.drawing.twin_ghosts import TwinGhost
+from virtualrobot_kernel.drawing.twin_layer import TwinLayer
 from virtualrobot_kernel.drawing.view import ViewSettings, ViewStore
 from virtualrobot_kernel.drawing.work_note import WorkNote
 from virtualrobot_kernel.sensing.reading import Reading
@@ -60,6 +62,7 @@ class Viewer:
         readings: Readings = dict,
         touching: Callable[[], Touching] = tuple,
         clearances: Measure = lambda snapshot, wanted: {},
+        twins: Callable[[Snapshot], tuple[TwinGhost, ...]] = lambda snapshot: (),
         replay: PastWorld | None = None,
     ) -> None:
         """Prepare a viewer; `start` opens its port.
@@ -75,6 +78,7 @@ class Viewer:
             readings: gives what sensors have said last.
             touching: gives what the collision monitor has found last.
             clearances: measures least distances, in another thread.
+            twins: gives the ghosts of robots that are commanded or measured elsewhere.
             replay: the world, if it is a replay; then the page has a panel to play it.
         """
         self._snapshot = snapshot
@@ -83,6 +87,7 @@ class Viewer:
         self._readings = readings
         self._touching = touching
         self._meter = ClearanceMeter(clearances)
+        self._twins = twins
         self._replay = replay
         self._host, self._port = host, port
         self._period = 1.0 / rate
@@ -140,6 +145,7 @@ class Viewer:
                 clearances = self._meter.latest(snapshot, settings.clearances)
                 with server.atomic():
                     picture.draw(snapshot, settings, self._readings(), self._touching(), clearances)
+                    picture.twins.draw(snapshot, self._twins(snapshot))
                 if panel is not None:
                     panel.show(snapshot)
                 note.show(server.get_clients(), self._view.under_way.long())
@@ -155,7 +161,11 @@ class Viewer:
 
 
 class Picture:
-    """Picture that one viser server shows. Each drawing changes only what differs from the one before."""
+    """Picture that one viser server shows. Each drawing changes only what differs from the one before.
+
+    Attributes:
+        twins: ghosts of robots that are elsewhere, too.
+    """
 
     def __init__(self, server: viser.ViserServer, meshes: Meshes) -> None:
         """Draw on `server`; `meshes` gives the triangles of a mesh."""
@@ -163,6 +173,7 @@ class Picture:
         self._stage = Stage(server)
         self._batches = BatchLayer(server, self._library)
         self._ghosts = BatchLayer(server, self._library, "ghost")
+        self.twins = TwinLayer(server, self._library)
         self._annotations = AnnotationLayer(server)
         self._boxes = BoxLayer(server, self._library)
         self._measurements = MeasurementLayer(server)

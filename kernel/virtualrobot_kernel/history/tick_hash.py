@@ -23,6 +23,9 @@ LANES = 4
 
 BYTES = 4 + LANES
 
+TICKS_AT_ONCE = 50
+"""Number of ticks that are hashed at once."""
+
 # Odd constants of Steele, Lea and Flood, "Fast splittable pseudorandom number generators" (OOPSLA 2014).
 _GOLDEN, _MIX = np.uint64(0x9E3779B97F4A7C15), np.uint64(0xBF58476D1CE4E5B9)
 
@@ -73,25 +76,6 @@ def _hashes(structure: Structure, states: Sequence[Joints]) -> bytes:
     hashes[:, :4] = (whole >> np.uint64(32)).astype("<u4").view(np.uint8)
     hashes[:, 4:] = (sums * _MIX) >> np.uint64(56)
     return hashes[places].tobytes()
-
-
-class TickHashes:
-    """Hashes of ticks in a row: most ticks of most worlds change no joint, and have the hash of the one before."""
-
-    def __init__(self) -> None:
-        """Begin with no tick."""
-        self._structure: Structure | None = None
-        self._state: State | None = None
-        self._hash = b""
-
-    def of(self, structure: Structure, state: State) -> bytes:
-        """Return the hash of the next tick."""
-        before = self._state
-        moved = before is None or before.q is not state.q or before.v is not state.v
-        if moved or self._structure is not structure:
-            self._hash = tick_hash(structure, state)
-        self._structure, self._state = structure, state
-        return self._hash
 
 
 def differing_robots(structure: Structure, one: bytes, other: bytes) -> list[int]:

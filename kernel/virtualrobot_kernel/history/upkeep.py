@@ -17,7 +17,7 @@ from virtualrobot_kernel.background import let_others_go_on
 from virtualrobot_kernel.history.codec import Codec, Parts
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.store import CheckpointRow, Store
-from virtualrobot_kernel.history.tick_hash import hashes_of
+from virtualrobot_kernel.history.tick_hash import TICKS_AT_ONCE, hashes_of
 from virtualrobot_kernel.history.world_image import image_of
 from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import Structure
@@ -27,9 +27,6 @@ ROUND_SECONDS = 1.0
 
 GATHERED_SECONDS = 0.02
 """Time (s) that entries wait for others where somebody waits for what becomes of them."""
-
-TICKS_AT_ONCE = 50
-"""Number of ticks that are hashed at once."""
 
 MEBIBYTE = 1024 * 1024
 
@@ -211,9 +208,7 @@ class Upkeep:
         begin = self._wanted_begin()
         if begin is None or begin.seq <= self._store.forgotten:
             return
-        while self._store.forget(begin.seq, begin.tick):
-            pass
-        self.remove_checkpoints([one.id for one in self._store.checkpoints() if one.seq < begin.seq and not one.name])
+        self.remove_checkpoints([one.id for one in self._store.begin_with(begin) if not one.name])
 
     def _wanted_begin(self) -> CheckpointRow | None:
         """Return the checkpoint with which the history shall begin; None leaves it as it is."""

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
+from typing import NamedTuple
 
 import numpy as np
 
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history.replay import Cursor, Replay
-from virtualrobot_kernel.history.tick_hash import BYTES, TickHashes, differing_robots
+from virtualrobot_kernel.history.tick_hash import BYTES, TICKS_AT_ONCE, differing_robots, hashes_of
+from virtualrobot_kernel.world.state import State
+from virtualrobot_kernel.world.structure import Structure
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,32 +60,61 @@ def verify(
     """
     cursor = replay.begin()
     cursor.settle()
-    begun = cursor.state.tick
-    same, last = 0, begun
-    hashes_now = TickHashes()
+    begun, same = cursor.state.tick, 0
+    ticks = _ticks(cursor, hashes)
+    while True:
+        block, failed = _block(ticks)
+        found = hashes_of((one.structure, one.state) for one in block)
+        for place, one in enumerate(block):
+            told(one.state.tick)
+            if (hash := found[place * BYTES : (place + 1) * BYTES]) != one.wanted:
+                names = _moving(one, differing_robots(one.structure, one.wanted, hash))
+                without = one.state.tick - begun - 1 - same
+                return Verdict(same, without, one.state.tick, names, one.entry, tuple(replay.warnings.values()))
+            same += 1
+        if failed is not None:  # after the ticks before it: what differs first is told
+            raise failed
+        if not block:
+            return Verdict(same, replay.last_tick - begun - same, warnings=tuple(replay.warnings.values()))
+
+
+class _Tick(NamedTuple):
+    """Tick of a replay, before what was done in it: the hash that it had, the world, and the last entry before it."""
+
+    wanted: bytes
+    structure: Structure
+    state: State
+    entry: int
+
+
+def _ticks(cursor: Cursor, hashes: Iterable[tuple[int, bytes]]) -> Iterator[_Tick]:
+    """Yield the ticks of which there are hashes."""
+    last = cursor.state.tick
     for first, blob in hashes:
-        for place in range(len(blob) // BYTES):
-            tick = first + place
+        for tick, at in enumerate(range(0, len(blob), BYTES), first):
             if tick <= last:
                 continue  # before what is kept, or written twice
             while cursor.state.tick < tick - 1:
                 cursor.step()
             cursor.tick()
-            told(tick)
-            wanted = blob[place * BYTES : (place + 1) * BYTES]
-            found = hashes_now.of(cursor.structure, cursor.state)
-            if wanted != found:
-                return _different(replay, cursor, same, tick - begun - 1 - same, wanted, found)
+            yield _Tick(blob[at : at + BYTES], cursor.structure, cursor.state, cursor.moment.number)
             cursor.settle()
-            same, last = same + 1, tick
-    return Verdict(same, replay.last_tick - begun - same, warnings=tuple(replay.warnings.values()))
+            last = tick
 
 
-def _different(replay: Replay, cursor: Cursor, same: int, without: int, wanted: bytes, found: bytes) -> Verdict:
-    structure, state = cursor.structure, cursor.state
-    uids = differing_robots(structure, wanted, found)
-    # What stands still for certain is none of them, if another one moves.
-    moving = [uid for uid in uids if np.any(state.v[structure.robots[uid].v_slice])]
-    names = tuple(structure.nodes[uid].name for uid in (moving if len(uids) > 1 and moving else uids))
-    warnings = tuple(replay.warnings.values())
-    return Verdict(same, without, cursor.state.tick, names, cursor.moment.number, warnings)
+def _block(ticks: Iterator[_Tick]) -> tuple[list[_Tick], KernelError | None]:
+    """Return the next ticks, whose hashes are made together, and the error that has ended them."""
+    block: list[_Tick] = []
+    try:
+        for one in islice(ticks, TICKS_AT_ONCE):
+            block.append(one)
+    except KernelError as error:
+        return block, error
+    return block, None
+
+
+def _moving(tick: _Tick, uids: Sequence[int]) -> tuple[str, ...]:
+    """Return the names of robots; of several those alone that move: what stands still for certain is none of them."""
+    structure, v = tick.structure, tick.state.v
+    moving = [uid for uid in uids if np.any(v[structure.robots[uid].v_slice])]
+    return tuple(structure.nodes[uid].name for uid in (moving if len(uids) > 1 and moving else uids))

@@ -17,7 +17,7 @@ from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.xml import FileWarning
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
-from virtualrobot_kernel.world.figures import Figure, Mesh
+from virtualrobot_kernel.world.figures import Figure, Mesh, meshes_of
 from virtualrobot_kernel.world.structure import Structure
 
 MOST_NAMED = 10
@@ -36,8 +36,8 @@ def check_assets(structure: Structure, store: AssetStore) -> None:
     """
     gone: dict[str, str] = {}
     for node in structure.nodes.values():
-        for mesh in (figure.geometry for figure in node.figures if isinstance(figure.geometry, Mesh)):
-            for uri, sha256 in ((mesh.uri, mesh.sha256), *mesh.files):
+        for mesh in meshes_of(node.figures):
+            for uri, sha256 in mesh.all_files:
                 try:
                     store.get(sha256)
                 except KernelError as error:
@@ -101,7 +101,7 @@ def _found(meshes: MeshLibrary, figure: Figure, files: Files, referrer: str, war
     mesh = figure.geometry
     if not isinstance(mesh, Mesh):
         return figure
-    held = mesh.sha256 and meshes.store.has(mesh.sha256) and all(meshes.store.has(sha) for _, sha in mesh.files)
+    held = mesh.sha256 and all(meshes.store.has(sha256) for _, sha256 in mesh.all_files)
     if not held:
         found, odd = meshes.find(files, mesh.uri, referrer, mesh.scale, mesh.sha256)
         warnings.extend(warning for warning in odd if warning not in warnings)

@@ -12,7 +12,7 @@ from virtualrobot_kernel.messages.collision_settings import settings_message
 from virtualrobot_kernel.messages.nodes import node_message
 from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.world.collisions import NOTHING_SET
-from virtualrobot_kernel.world.figures import Mesh
+from virtualrobot_kernel.world.figures import Mesh, meshes_of
 from virtualrobot_kernel.world.state import Selection, Snapshot
 from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, Kind, Node, Structure
 
@@ -26,7 +26,7 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
     nodes = list(_in_order(structure))
     places = {node.uid: place for place, node in enumerate(nodes)}
     by_name = {node.name: places[node.uid] for node in nodes}
-    uris, files = bundle(_meshes(structure)) if bundled else ({}, [])
+    uris, files = bundle(meshes_of(structure.figures)) if bundled else ({}, [])
     scene = scene_pb2.SceneFile(schema_version=scene_file.SCHEMA_VERSION)
     for node in nodes:
         if node.kind is Kind.WORLD:
@@ -70,11 +70,6 @@ def _in_order(structure: Structure) -> Iterator[Node]:
         if node.kind is Kind.ROBOT:
             yield from (structure.nodes[uid] for uid in structure.robots[node.uid].links)
         stack.extend(reversed(structure.children.get(node.uid, ())))
-
-
-def _meshes(structure: Structure) -> list[Mesh]:
-    figures = (figure for node in structure.nodes.values() for figure in node.figures)
-    return [figure.geometry for figure in figures if isinstance(figure.geometry, Mesh)]
 
 
 def _robot_state(snapshot: Snapshot, robot: Node) -> robot_pb2.RobotState:

@@ -15,7 +15,7 @@ from virtualrobot_kernel.sensing.elements import Elements
 from virtualrobot_kernel.sensing.textures import levels
 from virtualrobot_kernel.shapes.creases import shaded
 from virtualrobot_kernel.shapes.submesh import Meshes, Submesh
-from virtualrobot_kernel.world.figures import Geometry, Mesh
+from virtualrobot_kernel.world.figures import Geometry, Mesh, meshes_of
 
 log = logging.getLogger(__name__)
 
@@ -124,7 +124,7 @@ class AppearanceLibrary:
 
     def of(self, elements: Elements) -> Appearances:
         """Return what elements look like; a mesh that cannot be read looks grey, as nothing is there to be seen."""
-        surfaces = self._surfaces(frozenset(one.geometry for one in elements.figures if isinstance(one.geometry, Mesh)))
+        surfaces = self._surfaces(frozenset(meshes_of(elements.figures)))
         count = len(elements.figures)
         colors, starts = np.empty((count, 4)), np.empty((count, 4), np.int64)
         for row, figure in enumerate(elements.figures):

@@ -6,6 +6,7 @@ hashes by value, so that a worker builds a native object once for each geometry 
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -80,6 +81,11 @@ class Mesh:
     files: tuple[tuple[str, str], ...] = ()
     collision_hull_vertices: int = 0
 
+    @property
+    def all_files(self) -> tuple[tuple[str, str], ...]:
+        """Return (uri, sha256) of its own file and of those that it names."""
+        return (self.uri, self.sha256), *self.files
+
 
 @dataclass(frozen=True, slots=True)
 class Points:
@@ -134,3 +140,8 @@ class Figure:
     visual: bool = True
     collision: bool = True
     tool_state: str = ""
+
+
+def meshes_of(figures: Iterable[Figure]) -> Iterator[Mesh]:
+    """Yield the geometries of figures that are meshes."""
+    return (figure.geometry for figure in figures if isinstance(figure.geometry, Mesh))

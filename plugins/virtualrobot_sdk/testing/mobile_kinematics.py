@@ -10,6 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from virtualrobot_sdk.answers import pose_distance
+from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.component_contract import ComponentContract
@@ -22,6 +23,12 @@ LONG_WAY = 1500
 """Number of steps made one after the other to see whether the pose stays rigid."""
 RIGID = 1e-9
 """Largest error of the rotation of a pose from orthonormal, at any time (largest entry of R^T R - I)."""
+SHORT = 1e-5
+"""Time (s) of a step in which twists hardly change."""
+NEAR = 1e-3
+"""Largest difference of twists that should be the same, of the larger of 1 and the twist (m/s, rad/s)."""
+MOST_STEERING = 50
+"""Number of steps in which a steering angle must have come to where a twist needs it."""
 SAME = 1e-9
 """Largest difference of poses, and of states of drives, that should be the same (m, rad)."""
 
@@ -109,6 +116,79 @@ def motion(trial: CraftTrial, rng: np.random.Generator) -> Measured:
     return Measured(STEPS, {"m or rad a step": farthest})
 
 
+def twists(trial: CraftTrial, rng: np.random.Generator) -> Measured:
+    """The twist of the base is what a short step makes of it."""
+    worst = 0.0
+    for _ in range(STEPS):
+        pose, states, commands, _ = _random_step(trial, rng)
+        twist = _numbers(trial, "base_twist", (3,), states, commands)
+        moved = np.linalg.solve(pose, _step(trial, pose, states, commands, SHORT)[0])
+        seen = np.array([moved[0, 3], moved[1, 3], np.arctan2(moved[1, 0], moved[0, 0])]) / SHORT
+        off = float(np.abs(seen - twist).max())
+        if off > NEAR * max(1.0, float(np.abs(twist).max())):
+            raise LawBroken(
+                f"drives at {numbers(states)} told {numbers(commands)}: base_twist is {numbers(twist)}, and in "
+                f"{SHORT:g} s it moves at {numbers(seen)} (m/s, m/s, rad/s)"
+            )
+        worst = max(worst, off)
+    return Measured(STEPS, {"m/s or rad/s": worst})
+
+
+def commands(trial: CraftTrial, rng: np.random.Generator) -> Measured:
+    """What drives are told for a twist leads to it, steered as often as it takes; or that twist is refused."""
+    kept = 0
+    for tried in range(STEPS):
+        pose, states, told, seconds = _random_step(trial, rng)
+        own = _numbers(trial, "base_twist", (3,), states, told)
+        twist = own if tried % 2 else rng.uniform(-1.0, 1.0, 3) * rng.integers(0, 2, 3) * max(1e-3, np.abs(own).max())
+        try:
+            for _ in range(MOST_STEERING):
+                told = _numbers(trial, "drive_commands", states.shape, twist, states, seconds)
+                states = _step(trial, pose, states, told, seconds)[1]
+            told = _numbers(trial, "drive_commands", states.shape, twist, states, seconds)
+        except ArgumentError:
+            continue
+        has = _numbers(trial, "base_twist", (3,), states, told)
+        if np.abs(has - twist).max() > NEAR * max(1.0, float(np.abs(twist).max())):
+            raise LawBroken(
+                f"told to move at {numbers(twist)} (m/s, m/s, rad/s), it moves at {numbers(has)}; what it cannot do it "
+                "must refuse by ArgumentError"
+            )
+        kept += 1
+    if kept < STEPS // 4:
+        raise LawBroken(f"of {STEPS} twists, half of which it had, it takes {kept}")
+    return Measured(kept)
+
+
+def passives(trial: CraftTrial, rng: np.random.Generator) -> Measured:
+    """Passive wheels have names of their own, turn alike in two half steps and in one, and rest with the craft."""
+    names = trial.call("passive_names")
+    if not isinstance(names, tuple) or not all(isinstance(name, str) and name for name in names):
+        raise LawBroken(f"passive_names is {names!r}; it must be a tuple of names, which may be empty")
+    taken = (*trial.call("drive_names"), *names)
+    if len(set(taken)) < len(taken):
+        raise LawBroken(f"drives and passive wheels are called {', '.join(taken)}; each needs a name of its own")
+    worst, shape = 0.0, (len(names),)
+    for _ in range(STEPS):
+        pose, states, told, seconds = _random_step(trial, rng)
+        at = _numbers(trial, "passive_states", shape, rng.uniform(-3.0, 3.0, len(names)), states, told, seconds)
+        once = _numbers(trial, "passive_states", shape, at, states, told, seconds)
+        half = _numbers(trial, "passive_states", shape, at, states, told, seconds / 2)
+        there = _step(trial, pose, states, told, seconds / 2)[1]
+        twice = _numbers(trial, "passive_states", shape, half, there, told, seconds / 2)
+        end = _step(trial, pose, states, told, seconds)[1]
+        rests = _numbers(trial, "passive_states", shape, once, end, np.zeros_like(told), seconds)
+        off = float(np.abs(np.concatenate([once - twice, rests - once])).max(initial=0.0))
+        if off > max(SAME, trial.facts.half_steps):
+            raise LawBroken(
+                f"drives at {numbers(states)} told {numbers(told)} turn passive wheels from {numbers(at)} to "
+                f"{numbers(once)} in {seconds:.4g} s, to {numbers(twice)} in two halves of that, and at rest then to "
+                f"{numbers(rests)}"
+            )
+        worst = max(worst, off)
+    return Measured(STEPS, {"rad": worst})
+
+
 def anywhere(trial: CraftTrial, rng: np.random.Generator) -> Measured:
     """A craft that is shifted or turned about the vertical moves alike."""
     worst = np.zeros(2)
@@ -168,7 +248,13 @@ def determinism(trial: CraftTrial, rng: np.random.Generator) -> Measured:
 
 
 LAWS: Mapping[str, Law] = MappingProxyType(
-    {law.__name__: law for law in (drives, half_steps, rest, motion, anywhere, long_way, refusals, determinism)}
+    {
+        law.__name__: law
+        for law in (
+            *(drives, half_steps, rest, motion, twists, commands, passives, anywhere),
+            *(long_way, refusals, determinism),
+        )
+    }
 )
 """Laws of all mobile kinematics, by name, in the order in which they are tried."""
 
@@ -202,6 +288,14 @@ def _step(trial: CraftTrial, pose: Floats, states: Floats, commands: Floats, sec
             f"{said} ends at a pose that is not rigid: R^T R is off by {off:.3g}, row 4 {numbers(after[3])}"
         )
     return after, drives_after
+
+
+def _numbers(trial: CraftTrial, method: str, shape: tuple[int, ...], *arguments: object) -> Floats:
+    """Return finite numbers of a shape that a call answers."""
+    found = checked(trial.call(method, *arguments), method, np.float64, shape)
+    if not np.isfinite(found).all():
+        raise LawBroken(f"{method} returned {numbers(found)}; all must be finite")
+    return found
 
 
 def _random_step(trial: CraftTrial, rng: np.random.Generator) -> tuple[Floats, Floats, Floats, float]:
@@ -240,6 +334,10 @@ def _nonsense(
     yield "step", (pose[:3], states, commands, seconds), "a pose of shape (3, 4)"
     yield "step", (pose @ np.diag([2.0, 2.0, 2.0, 1.0]), states, commands, seconds), "a pose twice as large"
     yield "step", (pose @ np.diag([1.0, 1.0, -1.0, 1.0]), states, commands, seconds), "a reflected pose"
+    twist = np.array([0.1, 0.0, 0.0])
+    yield "base_twist", (states, commands[:-1]), "too few commands"
+    yield "drive_commands", (twist[:2], states, seconds), "a twist of two numbers"
+    yield "drive_commands", (np.array([np.nan, 0.0, 0.0]), states, seconds), "a twist with NaN"
     for wrong_time in (0.0, -seconds):
         yield "step", (pose, states, commands, wrong_time), f"a time of {wrong_time:g} s"
 

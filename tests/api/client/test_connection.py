@@ -171,3 +171,18 @@ def test_a_closed_client_says_so(guarded: KernelProcess) -> None:
         client.clock.read()
     with pytest.raises(virtualrobot.ClientClosedError):
         next(client.clock.watch())
+
+
+@pytest.mark.long
+def test_a_kernel_of_ones_own_ends_with_its_client(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("VIRTUALROBOT_ADDRESS", "local")
+    with virtualrobot.connect() as client:
+        address = client.address
+        assert not list(client.robots())
+    with pytest.raises(virtualrobot.KernelGoneError):
+        virtualrobot.connect(address, timeout=1.0)
+
+
+def test_a_kernel_of_ones_own_takes_no_token() -> None:
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="needs neither token nor certificate"):
+        virtualrobot.connect("local", "secret")

@@ -16,6 +16,7 @@ class DifferentialDrive:
     """Moves on exact arcs (Siegwart and Nourbakhsh, Introduction to Autonomous Mobile Robots, 3.2)."""
 
     drive_names = ("left_wheel", "right_wheel")
+    passive_names = ()
 
     def step(
         self, world_t_base: Floats, drive_states: Floats, commands: Floats, seconds: float, /
@@ -24,6 +25,26 @@ class DifferentialDrive:
         left, right = WHEEL_RADIUS * commands * seconds
         way, turn = (left + right) / 2.0, (right - left) / TRACK
         return self.moved(world_t_base, way, turn), drive_states + commands * seconds
+
+    def passive_states(
+        self, passive_states: Floats, drive_states: Floats, commands: Floats, seconds: float, /
+    ) -> Floats:
+        return passive_states.copy()
+
+    def base_twist(self, drive_states: Floats, commands: Floats, /) -> Floats:
+        self.check(np.eye(4), drive_states, commands, 1.0)
+        left, right = WHEEL_RADIUS * commands
+        return np.array([(left + right) / 2.0, 0.0, (right - left) / TRACK])
+
+    def drive_commands(self, twist: Floats, drive_states: Floats, seconds: float, /) -> Floats:
+        self.check_twist(twist)
+        vx, _, omega = twist
+        return np.array([vx - omega * TRACK / 2.0, vx + omega * TRACK / 2.0]) / WHEEL_RADIUS
+
+    def check_twist(self, twist: Floats) -> None:
+        """Refuse what is none, and what its wheels cannot do."""
+        if twist.shape != (3,) or not np.isfinite(twist).all() or twist[1]:
+            raise ArgumentError(f"the twist is {twist.tolist()}; it must be three finite numbers, the second one 0")
 
     def moved(self, pose: Floats, way: float, turn: float) -> Floats:
         """Return the pose after an arc of this length (m) and angle (rad)."""
@@ -98,6 +119,32 @@ class Inertia(DifferentialDrive):
     def moved(self, pose: Floats, way: float, turn: float) -> Floats:
         self.turn = 0.5 * self.turn + 0.5 * turn
         return super().moved(pose, way, self.turn)
+
+
+class Skates(DifferentialDrive):
+    """Wrong: says nothing of a twist to the side, and doesn't make it."""
+
+    def check_twist(self, twist: Floats) -> None:
+        pass
+
+
+class Degrees(DifferentialDrive):
+    """Wrong: tells its turning in degrees."""
+
+    def base_twist(self, drive_states: Floats, commands: Floats, /) -> Floats:
+        vx, vy, omega = super().base_twist(drive_states, commands)
+        return np.array([vx, vy, np.degrees(omega)])
+
+
+class Flutters(DifferentialDrive):
+    """Wrong: its passive wheel turns by itself."""
+
+    passive_names = ("caster",)
+
+    def passive_states(
+        self, passive_states: Floats, drive_states: Floats, commands: Floats, seconds: float, /
+    ) -> Floats:
+        return passive_states + 0.1 * seconds
 
 
 class Unchecked(DifferentialDrive):

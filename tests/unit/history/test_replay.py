@@ -114,21 +114,43 @@ def test_what_was_is_verified(rng: np.random.Generator, draws: Draws) -> None:
     assert (missing.tick, missing.ticks + missing.without_hash) == (None, len(run.ticks))
 
 
-def test_the_first_difference_is_named(rng: np.random.Generator, draws: Draws) -> None:
-    """Whichever bit of whichever tick it is: of a hash that was written, or of joints as they were."""
-    run = random_run(rng, 60)
-    store = stored(run)
+def check_planted(rng: np.random.Generator, count: int) -> None:
+    """Fail unless each of so many differences is named: whichever bit of whichever joint in whichever tick it is."""
+    run = random_run(rng, 20)
+    store, recorded = stored(run), b"".join(tick_hash(*one) for one in run.ticks)
     moved = [at for at, (structure, _) in enumerate(run.ticks) if structure.robots]
-    for _ in range(draws(50)):
+    for _ in range(count):
         at = int(rng.choice(moved))
         structure, state = run.ticks[at]
-        hashes = bytearray(b"".join(tick_hash(*one) for one in run.ticks))
-        q = state.q.copy()
-        q.view(np.uint64)[rng.integers(len(q))] ^= np.uint64(1) << np.uint64(rng.integers(64))
-        hashes[at * BYTES : (at + 1) * BYTES] = tick_hash(structure, replace(state, q=q))
+        joints = {"q": state.q.copy(), "v": state.v.copy()}
+        flipped = joints[rng.choice([*joints])]
+        flipped.view(np.uint64)[rng.integers(len(flipped))] ^= np.uint64(1) << np.uint64(rng.integers(64))
+        hashes = bytearray(recorded)
+        hashes[at * BYTES : (at + 1) * BYTES] = tick_hash(structure, replace(state, **joints))
         verdict = verify(replay_of(run, store), [(1, bytes(hashes))])
         assert (verdict.tick, verdict.ticks, verdict.robots) == (at + 1, at, ("arm",))
         assert f"tick {at + 1} differs, by 'arm', after entry {verdict.entry}" in str(verdict)
+
+
+def test_the_first_difference_is_named(rng: np.random.Generator) -> None:
+    check_planted(rng, 20)
+
+
+@pytest.mark.long
+def test_a_thousand_differences_are_named(rng: np.random.Generator) -> None:
+    check_planted(rng, 1000)
+
+
+def test_a_difference_is_named_though_what_comes_after_it_is_damaged(rng: np.random.Generator) -> None:
+    run = random_run(rng, 20)
+    store, hashes = stored(run), b"".join(tick_hash(*one) for one in run.ticks)
+    store._writer.execute("UPDATE entries SET crc = crc + 1 WHERE seq = 6")
+    with pytest.raises(KernelError, match="the entry 6 has a wrong checksum"):
+        verify(replay_of(run, store), [(1, hashes)])
+    tick = run.entries[4].tick  # after it the next entry is read
+    planted = bytearray(hashes)
+    planted[(tick - 1) * BYTES] ^= 1
+    assert verify(replay_of(run, store), [(1, bytes(planted))]).tick == tick
 
 
 def test_robots_are_told_apart(rng: np.random.Generator, draws: Draws) -> None:

@@ -43,12 +43,15 @@ class SceneChange:
         nodes: nodes that are new or changed.
         removed: the names of nodes that are gone.
         poses: `world_t_node`, 4x4, of the nodes that moved, by name.
+        ghosts: `world_t_node`, 4x4, by name, of what robots move that are elsewhere, too: where motions command them,
+            if their joints are measured, or where their real ones are; None where that is as before.
     """
 
     stamp: Stamp
     nodes: tuple[NodeInfo, ...]
     removed: tuple[str, ...]
     poses: dict[str, Matrix]
+    ghosts: dict[str, Matrix] | None = None
 
 
 class LoadOptions(TypedDict, total=False):
@@ -154,7 +157,17 @@ class Scene(Editor[Node]):
                 rows = poses_from_rows(array_of(response.world_t_node)) if response.moved_uids else np.empty((0, 4, 4))
                 moved = zip(response.moved_uids, rows, strict=True)
                 poses = {name_of[uid]: world_t_node for uid, world_t_node in moved}
-                yield SceneChange(stamp_of(response.stamp), tuple(map(NodeInfo.of, response.nodes)), removed, poses)
+                ghosts = None
+                if response.HasField("twin_ghosts"):
+                    ghosts = {
+                        name_of[uid]: world_t_node
+                        for ghost in response.twin_ghosts.ghosts
+                        for uid, world_t_node in zip(
+                            ghost.node_uids, poses_from_rows(array_of(ghost.world_t_node)), strict=True
+                        )
+                    }
+                nodes = tuple(map(NodeInfo.of, response.nodes))
+                yield SceneChange(stamp_of(response.stamp), nodes, removed, poses, ghosts)
 
     # Changing; the other changes are those of Editor.
 

@@ -17,11 +17,20 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
+class TwinGhostKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    TWIN_GHOST_KIND_UNSPECIFIED: _ClassVar[TwinGhostKind]
+    TWIN_GHOST_KIND_COMMANDED: _ClassVar[TwinGhostKind]
+    TWIN_GHOST_KIND_MEASURED: _ClassVar[TwinGhostKind]
+
 class DenavitHartenbergConvention(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
     DENAVIT_HARTENBERG_CONVENTION_UNSPECIFIED: _ClassVar[DenavitHartenbergConvention]
     DENAVIT_HARTENBERG_CONVENTION_STANDARD: _ClassVar[DenavitHartenbergConvention]
     DENAVIT_HARTENBERG_CONVENTION_MODIFIED: _ClassVar[DenavitHartenbergConvention]
+TWIN_GHOST_KIND_UNSPECIFIED: TwinGhostKind
+TWIN_GHOST_KIND_COMMANDED: TwinGhostKind
+TWIN_GHOST_KIND_MEASURED: TwinGhostKind
 DENAVIT_HARTENBERG_CONVENTION_UNSPECIFIED: DenavitHartenbergConvention
 DENAVIT_HARTENBERG_CONVENTION_STANDARD: DenavitHartenbergConvention
 DENAVIT_HARTENBERG_CONVENTION_MODIFIED: DenavitHartenbergConvention
@@ -55,18 +64,38 @@ class WatchSceneRequest(_message.Message):
     def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
 
 class WatchSceneResponse(_message.Message):
-    __slots__ = ("stamp", "nodes", "removed_uids", "moved_uids", "world_t_node")
+    __slots__ = ("stamp", "nodes", "removed_uids", "moved_uids", "world_t_node", "twin_ghosts")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     NODES_FIELD_NUMBER: _ClassVar[int]
     REMOVED_UIDS_FIELD_NUMBER: _ClassVar[int]
     MOVED_UIDS_FIELD_NUMBER: _ClassVar[int]
     WORLD_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    TWIN_GHOSTS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     nodes: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Node]
     removed_uids: _containers.RepeatedScalarFieldContainer[int]
     moved_uids: _containers.RepeatedScalarFieldContainer[int]
     world_t_node: _geometry_pb2.NumericArray
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., removed_uids: _Optional[_Iterable[int]] = ..., moved_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+    twin_ghosts: TwinGhosts
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., removed_uids: _Optional[_Iterable[int]] = ..., moved_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., twin_ghosts: _Optional[_Union[TwinGhosts, _Mapping]] = ...) -> None: ...
+
+class TwinGhost(_message.Message):
+    __slots__ = ("robot_uid", "kind", "node_uids", "world_t_node")
+    ROBOT_UID_FIELD_NUMBER: _ClassVar[int]
+    KIND_FIELD_NUMBER: _ClassVar[int]
+    NODE_UIDS_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    robot_uid: int
+    kind: TwinGhostKind
+    node_uids: _containers.RepeatedScalarFieldContainer[int]
+    world_t_node: _geometry_pb2.NumericArray
+    def __init__(self, robot_uid: _Optional[int] = ..., kind: _Optional[_Union[TwinGhostKind, str]] = ..., node_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+
+class TwinGhosts(_message.Message):
+    __slots__ = ("ghosts",)
+    GHOSTS_FIELD_NUMBER: _ClassVar[int]
+    ghosts: _containers.RepeatedCompositeFieldContainer[TwinGhost]
+    def __init__(self, ghosts: _Optional[_Iterable[_Union[TwinGhost, _Mapping]]] = ...) -> None: ...
 
 class ApplyRequest(_message.Message):
     __slots__ = ("commands", "expected_structure_revision", "request_id")
@@ -99,7 +128,7 @@ class CreatedNode(_message.Message):
     def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ...) -> None: ...
 
 class Command(_message.Message):
-    __slots__ = ("create_node", "update_node", "remove_node", "attach_node", "pick_part", "place_part", "set_joint_positions", "select_tool", "set_tool_state", "create_signal", "remove_signal", "set_signal", "set_speed_factor", "set_collision_settings", "set_allowed_pairs", "set_kinematics", "start_sensors", "stop_sensors", "set_groups", "set_postures", "mount_tool", "unmount_tool", "set_tcp_speed_limit")
+    __slots__ = ("create_node", "update_node", "remove_node", "attach_node", "pick_part", "place_part", "set_joint_positions", "select_tool", "set_tool_state", "create_signal", "remove_signal", "set_signal", "set_speed_factor", "set_collision_settings", "set_allowed_pairs", "set_kinematics", "start_sensors", "stop_sensors", "set_groups", "set_postures", "mount_tool", "unmount_tool", "set_tcp_speed_limit", "set_craft")
     CREATE_NODE_FIELD_NUMBER: _ClassVar[int]
     UPDATE_NODE_FIELD_NUMBER: _ClassVar[int]
     REMOVE_NODE_FIELD_NUMBER: _ClassVar[int]
@@ -123,6 +152,7 @@ class Command(_message.Message):
     MOUNT_TOOL_FIELD_NUMBER: _ClassVar[int]
     UNMOUNT_TOOL_FIELD_NUMBER: _ClassVar[int]
     SET_TCP_SPEED_LIMIT_FIELD_NUMBER: _ClassVar[int]
+    SET_CRAFT_FIELD_NUMBER: _ClassVar[int]
     create_node: CreateNode
     update_node: UpdateNode
     remove_node: RemoveNode
@@ -146,7 +176,16 @@ class Command(_message.Message):
     mount_tool: MountTool
     unmount_tool: UnmountTool
     set_tcp_speed_limit: SetTcpSpeedLimit
-    def __init__(self, create_node: _Optional[_Union[CreateNode, _Mapping]] = ..., update_node: _Optional[_Union[UpdateNode, _Mapping]] = ..., remove_node: _Optional[_Union[RemoveNode, _Mapping]] = ..., attach_node: _Optional[_Union[AttachNode, _Mapping]] = ..., pick_part: _Optional[_Union[PickPart, _Mapping]] = ..., place_part: _Optional[_Union[PlacePart, _Mapping]] = ..., set_joint_positions: _Optional[_Union[SetJointPositions, _Mapping]] = ..., select_tool: _Optional[_Union[SelectTool, _Mapping]] = ..., set_tool_state: _Optional[_Union[SetToolState, _Mapping]] = ..., create_signal: _Optional[_Union[CreateSignal, _Mapping]] = ..., remove_signal: _Optional[_Union[RemoveSignal, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignal, _Mapping]] = ..., set_speed_factor: _Optional[_Union[SetSpeedFactor, _Mapping]] = ..., set_collision_settings: _Optional[_Union[_collision_pb2.SetCollisionSettings, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_kinematics: _Optional[_Union[_robot_pb2.KinematicsChoice, _Mapping]] = ..., start_sensors: _Optional[_Union[_sensor_pb2.StartSensors, _Mapping]] = ..., stop_sensors: _Optional[_Union[_sensor_pb2.StopSensors, _Mapping]] = ..., set_groups: _Optional[_Union[SetGroups, _Mapping]] = ..., set_postures: _Optional[_Union[SetPostures, _Mapping]] = ..., mount_tool: _Optional[_Union[MountTool, _Mapping]] = ..., unmount_tool: _Optional[_Union[UnmountTool, _Mapping]] = ..., set_tcp_speed_limit: _Optional[_Union[SetTcpSpeedLimit, _Mapping]] = ...) -> None: ...
+    set_craft: SetCraft
+    def __init__(self, create_node: _Optional[_Union[CreateNode, _Mapping]] = ..., update_node: _Optional[_Union[UpdateNode, _Mapping]] = ..., remove_node: _Optional[_Union[RemoveNode, _Mapping]] = ..., attach_node: _Optional[_Union[AttachNode, _Mapping]] = ..., pick_part: _Optional[_Union[PickPart, _Mapping]] = ..., place_part: _Optional[_Union[PlacePart, _Mapping]] = ..., set_joint_positions: _Optional[_Union[SetJointPositions, _Mapping]] = ..., select_tool: _Optional[_Union[SelectTool, _Mapping]] = ..., set_tool_state: _Optional[_Union[SetToolState, _Mapping]] = ..., create_signal: _Optional[_Union[CreateSignal, _Mapping]] = ..., remove_signal: _Optional[_Union[RemoveSignal, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignal, _Mapping]] = ..., set_speed_factor: _Optional[_Union[SetSpeedFactor, _Mapping]] = ..., set_collision_settings: _Optional[_Union[_collision_pb2.SetCollisionSettings, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_kinematics: _Optional[_Union[_robot_pb2.KinematicsChoice, _Mapping]] = ..., start_sensors: _Optional[_Union[_sensor_pb2.StartSensors, _Mapping]] = ..., stop_sensors: _Optional[_Union[_sensor_pb2.StopSensors, _Mapping]] = ..., set_groups: _Optional[_Union[SetGroups, _Mapping]] = ..., set_postures: _Optional[_Union[SetPostures, _Mapping]] = ..., mount_tool: _Optional[_Union[MountTool, _Mapping]] = ..., unmount_tool: _Optional[_Union[UnmountTool, _Mapping]] = ..., set_tcp_speed_limit: _Optional[_Union[SetTcpSpeedLimit, _Mapping]] = ..., set_craft: _Optional[_Union[SetCraft, _Mapping]] = ...) -> None: ...
+
+class SetCraft(_message.Message):
+    __slots__ = ("robot", "craft")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    CRAFT_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    craft: _nodes_pb2.Craft
+    def __init__(self, robot: _Optional[str] = ..., craft: _Optional[_Union[_nodes_pb2.Craft, _Mapping]] = ...) -> None: ...
 
 class CreateNode(_message.Message):
     __slots__ = ("node",)
