@@ -42,6 +42,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
+    "crafts": ("components", "world"),
     "drivers": ("components", "inputs", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
@@ -49,6 +50,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         *(
             "collision",
             "components",
+            "crafts",
             "drawing",
             "drivers",
             "formats",
@@ -127,6 +129,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # Plugins are found by entry point; no room imports one.
     f"{KERNEL}/components": room("components", "virtualrobot_sdk"),
     f"{KERNEL}/planning": room("planning", "virtualrobot_sdk"),
+    f"{KERNEL}/crafts": room("crafts", "virtualrobot_sdk"),
     f"{KERNEL}/shapes": room("shapes", "virtualrobot_sdk.rays"),
     f"{KERNEL}/shapes/textures.py": room("shapes", "PIL"),
     f"{KERNEL}/messages": room("messages", *CONTRACT, "virtualrobot_sdk.denavit_hartenberg"),
