@@ -82,7 +82,7 @@ GROUPS = (
         services=("RobotService", "MotionService", "PathService", "CalibrationService"),
         batch=(
             *("PickPart", "PlacePart", "SetJointPositions", "SelectTool", "SetToolState", "SetSpeedFactor"),
-            *("KinematicsChoice", "MountTool", "UnmountTool", "SetTcpSpeedLimit"),
+            *("KinematicsChoice", "MountTool", "UnmountTool", "SetTcpSpeedLimit", "SetCraft"),
         ),
         python={
             "client.robots": "robots.robots:Robots",

@@ -421,6 +421,45 @@ class Editor(ABC, Generic[Created]):
         )
         self._submit(scene_pb2.Command(set_kinematics=command))
 
+    def set_craft(
+        self,
+        robot: str,
+        kinematics: str,
+        settings: Mapping[str, object] | None = None,
+        drives: Mapping[str, str | tuple[str, float]] | None = None,
+        *,
+        base_joint: str | None = None,
+        center: tuple[float, float] = (0.0, 0.0),
+        heading: float = 0.0,
+    ) -> None:
+        """Make a robot a craft: from now on its drives move its base.
+
+        Args:
+            robot: the robot; its base is planar or floating.
+            kinematics: the component, such as `differential`.
+            settings: of the component.
+            drives: the joint of each drive or passive wheel, or (joint, ratio) with joint = ratio * drive; what is not
+                named is the joint of the same name.
+            base_joint: by which the base moves; None means the first planar or floating joint.
+            center: where the component has the origin of the base, in the frame of the link that this joint moves (m).
+            heading: how far forward is turned to the left of that link's x axis (rad).
+        """
+        named = {drive: (of, 1.0) if isinstance(of, str) else of for drive, of in (drives or {}).items()}
+        craft = nodes_pb2.Craft(
+            kinematics=kinematics,
+            settings=settings_message(settings or {}),
+            drives=[nodes_pb2.CraftDrive(drive=drive, joint=of, ratio=by) for drive, (of, by) in named.items()],
+            base_joint=base_joint,
+            center_x_meters=center[0],
+            center_y_meters=center[1],
+            heading_radians=heading,
+        )
+        self._submit(scene_pb2.Command(set_craft=scene_pb2.SetCraft(robot=robot, craft=craft)))
+
+    def remove_craft(self, robot: str) -> None:
+        """Make a robot no craft any more: its base is moved as other joints are."""
+        self._submit(scene_pb2.Command(set_craft=scene_pb2.SetCraft(robot=robot)))
+
     def set_collisions(self, mode: str | None = None, **options: Unpack[CollisionOptions]) -> None:
         """Change what is done about collisions, as `client.collisions.set` does."""
         self._submit(collision_command(mode, options))
