@@ -159,13 +159,13 @@ def vessel(structure: Structure, node: Node, craft: Craft, component: ComponentH
     joint, base_q, base_v = base_joint(structure, node)
     if joint.type is not JointType.FLOATING:
         raise KernelError(
-            f"the base joint {joint.name!r} of {node.name!r} is {joint.type.name.lower()}; {craft.kinematics!r} moves a "
-            "floating one",
+            f"the base joint {joint.name!r} of {node.name!r} is {joint.type.name.lower()}; {craft.kinematics!r} moves "
+            "a floating one",
             robot=node.name,
             joint=joint.name,
         )
     robot = structure.robots[node.uid]
-    link = next(uid for uid in robot.links if structure.nodes[uid].joint is joint)
+    link = next(uid for uid in robot.links if getattr(structure.nodes[uid].data, "joint", None) is joint)
     center = np.eye(4)
     center[:3, :3] = rotation_matrix(np.array([0.0, 0.0, craft.heading]))
     center[:2, 3] = craft.center_x, craft.center_y
