@@ -67,7 +67,7 @@ GROUPS = (
         },
         functions=("connect",),
         client=("close", "lease", "leases", "report", "services", "shutdown"),
-        commands=("serve", "shell", "report", "lease", "leases", "token", "clock", "step", "state"),
+        commands=("serve", "console", "shell", "report", "repair", "lease", "leases", "token", "clock", "step", "state"),
     ),
     Group(
         "Files: robots, environments, scenes",
