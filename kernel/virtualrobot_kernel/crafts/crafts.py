@@ -16,6 +16,7 @@ from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.crafts.craft import CraftAtWork, Moved, at_work
+from virtualrobot_kernel.crafts.vessel import Vessel, vessel
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.commands import (
     Command,
@@ -47,7 +48,7 @@ class Crafts:
         self._world, self._catalog = world, catalog
         self._structure: Structure | None = None
         self._supervises = False
-        self._at_work: dict[int, CraftAtWork] = {}
+        self._at_work: dict[int, CraftAtWork | Vessel] = {}
         self._faults: dict[int, tuple[Craft, str]] = {}
         self._made: dict[int, tuple[Craft, ComponentHandle]] = {}
         self._asked: dict[int, tuple[int, bytes]] = {}
@@ -59,7 +60,7 @@ class Crafts:
         for _, component in self._made.values():
             component.close()
 
-    def of(self, uid: int) -> CraftAtWork:
+    def of(self, uid: int) -> CraftAtWork | Vessel:
         """Return a craft at work by its robot (uid), for its names, twists and commands.
 
         Raises KernelError for a robot that is none, and PLUGIN_FAILED where its component has failed.
@@ -122,12 +123,12 @@ class Crafts:
         for uid, craft in self._at_work.items():
             if uid in self._faults or uid in now.state.commanded:
                 continue
-            key = (now.state.tick, self._key(craft, now, later))
+            key = (now.state.tick, craft.key(now, later))
             asked = self._asked.get(uid)
             if asked == key:
                 continue
             try:
-                moved = craft.moved(now.state.q, later.state.q, later.state.v, now.tick_seconds)
+                moved = craft.moved(now, later)
             except KernelError as error:
                 self._fail(craft, error)
                 why = Cancellation(EndCause.FAILED, str(error))
@@ -135,7 +136,7 @@ class Crafts:
                 found.append(craft.at_rest(now.state.q))
                 continue
             said = asked is not None and asked[0] == now.state.tick
-            if moved is None and (said or now.state.v[list(craft.base_rates)].any()):
+            if moved is None and (said or craft.is_moving(now)):
                 moved = craft.at_rest(now.state.q)
             if moved is not None:
                 self._asked[uid] = key
@@ -146,12 +147,7 @@ class Crafts:
         """Return nothing: crafts move with ticks."""
         return ()
 
-    def _key(self, craft: CraftAtWork, now: Snapshot, later: Snapshot) -> bytes:
-        q, v = now.state.q, later.state.v
-        parts = (later.state.q[craft.drives.q], v[craft.drives.v], q[craft.drives.q], q[list(craft.base_coordinates)])
-        return b"".join(part.tobytes() for part in parts)
-
-    def _fail(self, craft: CraftAtWork, error: KernelError) -> None:
+    def _fail(self, craft: CraftAtWork | Vessel, error: KernelError) -> None:
         log.error("the craft %r stops: %s", craft.node.name, error)
         self._faults[craft.node.uid] = craft.craft, str(error)
 
@@ -189,7 +185,8 @@ class Crafts:
         try:
             component = kept[1] if kept else self._started(craft)
             self._made[node.uid] = craft, component
-            self._at_work[node.uid] = at_work(structure, node, craft, component)
+            is_vessel = component.offer.about.kind is ComponentKind.VEHICLE_DYNAMICS
+            self._at_work[node.uid] = (vessel if is_vessel else at_work)(structure, node, craft, component)
             if fault is not None and fault[0] is craft:
                 self._faults[node.uid] = fault
         except KernelError as error:
@@ -197,8 +194,9 @@ class Crafts:
             self._faults[node.uid] = craft, str(error)
 
     def _started(self, craft: Craft) -> ComponentHandle:
-        offer = self._catalog.find(ComponentKind.MOBILE_KINEMATICS, craft.kinematics)
-        return start(offer, craft.settings)
+        is_vessel = craft.kinematics in self._catalog.offers(ComponentKind.VEHICLE_DYNAMICS)
+        kind = ComponentKind.VEHICLE_DYNAMICS if is_vessel else ComponentKind.MOBILE_KINEMATICS
+        return start(self._catalog.find(kind, craft.kinematics), craft.settings)
 
 
 def _command(found: Sequence[Moved]) -> SetDynamics:
