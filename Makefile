@@ -92,6 +92,7 @@ image: node_modules/.package-lock.json
 stubs: $(VENV)/bin/python
 	@$(BIN)/python tools/generate_stubs.py
 	@$(BIN)/python tools/generate_reference.py
+	@$(BIN)/python tools/generate_functions.py
 
 constraints: $(VENV)/bin/python
 	@$(BIN)/python tools/pin_versions.py

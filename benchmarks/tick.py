@@ -52,6 +52,13 @@ def nobody(snapshot: Snapshot, arm: Arm) -> Kinematics:
 
 def world_of(arms: int, speed_factor: float = 0.01) -> World:
     """Return a world in which every axis of this many arms moves, slowly if not said otherwise."""
+    world = world_at_rest(arms)
+    go(world, arms, 1.5, speed_factor)
+    return world
+
+
+def world_at_rest(arms: int) -> World:
+    """Return a world of this many arms, whose time goes on by steps."""
     store = AssetStore()
     library = MeshLibrary(store)
     files = Files(store, {}, Resolver())
@@ -61,11 +68,14 @@ def world_of(arms: int, speed_factor: float = 0.01) -> World:
         model = import_model(IIWA, files, library, name=f"arm{place}")
         assert isinstance(model, ImportedModel)
         world.submit([CreateNodes(model.nodes)]).result()
-    goal = {f"lbr_iiwa_joint_{joint}": 1.5 for joint in range(1, 8)}
-    for place in range(arms):
-        wish = MotionSpec((PointToPoint(f"arm{place}", goal, speed_factor),))
-        world.submit([plan_motion(world.snapshot, wish, nobody).command]).result()
     return world
+
+
+def go(world: World, arms: int, position: float, speed_factor: float) -> None:
+    """Let every axis of all arms begin to move to a position (rad)."""
+    goal = {f"lbr_iiwa_joint_{joint}": position for joint in range(1, 8)}
+    wishes = [MotionSpec((PointToPoint(f"arm{place}", goal, speed_factor),)) for place in range(arms)]
+    world.submit([plan_motion(world.snapshot, wish, nobody).command for wish in wishes]).result()
 
 
 def tick_milliseconds(arms: int) -> float:

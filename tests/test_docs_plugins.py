@@ -20,10 +20,12 @@ from virtualrobot_sdk import (
     kinematics,
     mobile,
     models,
+    physics,
     rays,
     registration,
     selfcheck,
     testing,
+    vehicles,
 )
 from virtualrobot_sdk.drivers import driver
 from virtualrobot_sdk.hookspecs import HOOKS, MODELS_HOOK
@@ -37,6 +39,8 @@ SDK = Path(inspect.getfile(registration)).parent
 INTERFACES = (
     kinematics.Kinematics,
     mobile.MobileKinematics,
+    physics.PhysicsEngine,
+    vehicles.VehicleDynamics,
     rays.RayCaster,
     rays.SensorModel,
     drivers.Driver,
@@ -119,7 +123,9 @@ def test_every_protocol_of_the_sdk_is_among_them() -> None:
 
 
 @pytest.mark.parametrize(
-    "module", [driver, importers, kinematics, mobile, models, rays], ids=lambda module: module.__name__
+    "module",
+    [driver, importers, kinematics, mobile, models, physics, rays, vehicles],
+    ids=lambda module: module.__name__,
 )
 def test_every_field_of_a_value_is_told(module: ModuleType) -> None:
     for name, fields in values(module).items():
@@ -141,7 +147,14 @@ def test_times_and_sizes_are_those_of_the_code() -> None:
 
 
 def test_names_of_enumerations_are_told() -> None:
-    for enumeration in (drivers.Pace, drivers.Mode, drivers.Safety, kinematics.InverseStatus, registration.Isolation):
+    for enumeration in (
+        drivers.Pace,
+        drivers.Mode,
+        drivers.Safety,
+        vehicles.DriveQuantity,
+        kinematics.InverseStatus,
+        registration.Isolation,
+    ):
         assert enumeration.__name__ in TEXT
         assert [one.name for one in enumeration if f"`{one.name}`" not in TEXT.replace("Isolation.", "")] == []
     assert list(rows(section("Refusals and faults"))) == [

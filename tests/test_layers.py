@@ -42,6 +42,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
+    "crafts": ("components", "world"),
     "drivers": ("components", "inputs", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
@@ -49,6 +50,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         *(
             "collision",
             "components",
+            "crafts",
             "drawing",
             "drivers",
             "formats",
@@ -89,7 +91,12 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/bridges/modbus.py": ("virtualrobot_apps", "virtualrobot", "pymodbus"),
     f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),
     f"{APPS}/bridges/opcua.py": ("virtualrobot_apps", "virtualrobot", "asyncua"),
+    # The console passes calls of any method on, in bytes: it speaks gRPC and the contract itself, and serves HTTP.
+    f"{APPS}/console": ("virtualrobot_apps.console", "virtualrobot", "google", "grpc"),
+    f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),
+    f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot", "uvicorn"),
     # What they say is read from YAML.
+    f"{APPS}/vehicles/vehicle_file.py": ("virtualrobot", "numpy", "yaml"),
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
@@ -126,6 +133,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # Plugins are found by entry point; no room imports one.
     f"{KERNEL}/components": room("components", "virtualrobot_sdk"),
     f"{KERNEL}/planning": room("planning", "virtualrobot_sdk"),
+    f"{KERNEL}/crafts": room("crafts", "virtualrobot_sdk"),
     f"{KERNEL}/shapes": room("shapes", "virtualrobot_sdk.rays"),
     f"{KERNEL}/shapes/textures.py": room("shapes", "PIL"),
     f"{KERNEL}/messages": room("messages", *CONTRACT, "virtualrobot_sdk.denavit_hartenberg"),
@@ -166,11 +174,17 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         *("virtualrobot_plugins.closed_form", "virtualrobot_plugins.chain", "virtualrobot_sdk", "numpy", "numba"),
         "eaik",
     ),
+    # Vehicles are files of parameters.
+    f"{PLUGINS}/marine": (*("virtualrobot_plugins.marine", "virtualrobot_sdk", "numpy", "numba", "msgspec", "yaml"),),
     # Settings are described by msgspec's Meta.
     f"{PLUGINS}/mobile": ("virtualrobot_plugins.mobile", "virtualrobot_sdk", "numpy", "msgspec"),
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
     # Models by name are data: tables in YAML.
     f"{PLUGINS}/models": ("virtualrobot_plugins.models", "virtualrobot_sdk", "numpy", "msgspec", "yaml"),
+    # Physics engines see their own library each.
+    f"{PLUGINS}/physics": ("virtualrobot_plugins.physics", "virtualrobot_sdk", "numpy", "msgspec"),
+    f"{PLUGINS}/physics/bullet": ("virtualrobot_plugins.physics", "virtualrobot_sdk", "numpy", "msgspec", "pybullet"),
+    f"{PLUGINS}/physics/mujoco": ("virtualrobot_plugins.physics", "virtualrobot_sdk", "numpy", "msgspec", "mujoco"),
     # embreex casts rays where its library can't be driven.
     f"{PLUGINS}/ray_casters/embreex_scene.py": ("virtualrobot_sdk", "numpy", "embreex"),
     # Bullet is there to compare with; its worker process alone loads it.

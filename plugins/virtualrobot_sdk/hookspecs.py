@@ -35,6 +35,7 @@ hookimpl = pluggy.HookimplMarker(PROJECT)
 COMPONENT_DEADLINE_SECONDS = 1.0
 IMPORTER_DEADLINE_SECONDS = 60.0
 DRIVER_DEADLINE_SECONDS = 10.0
+PHYSICS_DEADLINE_SECONDS = 10.0
 
 
 class Register(Protocol):
@@ -112,6 +113,16 @@ def virtualrobot_register_mobile_kinematics(register: Register) -> None:
 
 
 @hookspec
+def virtualrobot_register_physics_engines(register: Register) -> None:
+    """Register physics engines: `factory()` or `factory(settings)` returns a `physics.PhysicsEngine`."""
+
+
+@hookspec
+def virtualrobot_register_vehicle_dynamics(register: Register) -> None:
+    """Register dynamics of vehicles: `factory()` or `factory(settings)` returns a `vehicles.VehicleDynamics`."""
+
+
+@hookspec
 def virtualrobot_register_ray_casters(register: Register) -> None:
     """Register ray casters: `factory()` or `factory(settings)` returns a `rays.RayCaster`."""
 
@@ -160,6 +171,10 @@ HOOKS = {
     ),
     ComponentKind.MOBILE_KINEMATICS: KindOfHook(
         virtualrobot_register_mobile_kinematics.__name__, COMPONENT_DEADLINE_SECONDS
+    ),
+    ComponentKind.PHYSICS_ENGINE: KindOfHook(virtualrobot_register_physics_engines.__name__, PHYSICS_DEADLINE_SECONDS),
+    ComponentKind.VEHICLE_DYNAMICS: KindOfHook(
+        virtualrobot_register_vehicle_dynamics.__name__, COMPONENT_DEADLINE_SECONDS
     ),
     ComponentKind.RAY_CASTER: KindOfHook(virtualrobot_register_ray_casters.__name__, COMPONENT_DEADLINE_SECONDS),
     ComponentKind.SENSOR_MODEL: KindOfHook(virtualrobot_register_sensor_models.__name__, COMPONENT_DEADLINE_SECONDS),

@@ -13,10 +13,12 @@ class ComponentKind(Enum):
 
     KINEMATICS = "kinematics"
     MOBILE_KINEMATICS = "mobile_kinematics"
+    PHYSICS_ENGINE = "physics_engine"
     RAY_CASTER = "ray_caster"
     SENSOR_MODEL = "sensor_model"
     ROBOT_DRIVER = "robot_driver"
     IMPORTER = "importer"
+    VEHICLE_DYNAMICS = "vehicle_dynamics"
 
 
 class Isolation(Enum):

@@ -138,6 +138,7 @@ def test_a_starved_program_is_paused_cancelled_and_left(stepped: Stubs) -> None:
     until(stepped, id, CANCELLED)
 
 
+@pytest.mark.long
 def test_appends_at_any_moment_keep_limits_and_jump_nowhere(
     stepped: Stubs, rng: np.random.Generator, draws: Draws
 ) -> None:

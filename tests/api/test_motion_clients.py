@@ -89,6 +89,7 @@ def test_a_motion_that_nobody_ever_watched_stops_too(stubs: Stubs) -> None:
     assert seen(stubs, ask.id, SUCCEEDED, ABORTED).phase == ABORTED, "STOP is the default"
 
 
+@pytest.mark.long
 def test_who_comes_back_within_the_grace_keeps_the_motion(stubs: Stubs) -> None:
     load(stubs, IIWA, "arm")
     ask = start(stubs, joints("arm", 0.05, lbr_iiwa_joint_1=2.0), leave=STOP)

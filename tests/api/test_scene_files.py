@@ -120,6 +120,7 @@ def test_save_and_load_give_the_same_world(stepped: Stubs, rng: np.random.Genera
     assert stepped.scene.SaveScene(SAVE()).text == saved.text, "the text is the same to the last letter"
 
 
+@pytest.mark.long
 def test_a_bundle_travels_to_a_kernel_that_knows_nothing(
     stepped: Stubs, start_kernel: StartKernel, tmp_path: Path, rng: np.random.Generator
 ) -> None:

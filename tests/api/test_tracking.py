@@ -110,6 +110,7 @@ def test_a_part_is_picked_from_the_running_belt(cell: Stubs) -> None:
     assert path[-1, 2] == pytest.approx(SURFACE + 0.05 + 0.1, abs=1e-5)
 
 
+@pytest.mark.long
 def test_a_program_that_goes_along_picks_by_itself(cell: Stubs) -> None:
     apply(cell, create(box("part", x=0.4, z=0.05, parent="conveyor.belt")))
     run_belt(cell)  # 0.2 m/s

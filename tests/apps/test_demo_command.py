@@ -78,6 +78,7 @@ def test_it_runs_to_its_end() -> None:
     assert re.fullmatch(r"total +36 in [\d.]+ s of simulation time", total), output
 
 
+@pytest.mark.long
 @pytest.mark.skipif(not Path("/proc/self/task").exists(), reason="reads child processes from /proc")
 @pytest.mark.parametrize("sign", every_fifth([signal.SIGINT, signal.SIGTERM]))
 def test_an_interrupt_ends_it_and_its_kernel(sign: signal.Signals) -> None:

@@ -25,6 +25,7 @@ def client() -> Iterator[virtualrobot.Client]:
         yield client
 
 
+@pytest.mark.long
 def test_a_yellow_valve_wheel_is_found_and_its_place_too(
     client: virtualrobot.Client, tmp_path: Path, rng: np.random.Generator
 ) -> None:

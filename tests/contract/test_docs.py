@@ -9,9 +9,11 @@ import pytest
 from virtualrobot_sdk.testing.component_contract import ComponentContract
 from virtualrobot_sdk.testing.importers import ImporterContract
 from virtualrobot_sdk.testing.mobile_kinematics import MobileKinematicsContract
+from virtualrobot_sdk.testing.physics_engines import PhysicsEngineContract
 from virtualrobot_sdk.testing.ray_casters import RayCasterContract
 from virtualrobot_sdk.testing.robot_drivers import RobotDriverContract
 from virtualrobot_sdk.testing.sensor_models import SensorModelContract
+from virtualrobot_sdk.testing.vehicle_dynamics import VehicleDynamicsContract
 
 TEXT = (Path(__file__).resolve().parents[2] / "docs" / "plugins.md").read_text("utf-8")
 
@@ -23,6 +25,8 @@ TEXT = (Path(__file__).resolve().parents[2] / "docs" / "plugins.md").read_text("
         ("sensor models", SensorModelContract),
         ("robot drivers", RobotDriverContract),
         ("mobile kinematics", MobileKinematicsContract),
+        ("physics engines", PhysicsEngineContract),
+        ("vehicle dynamics", VehicleDynamicsContract),
         ("importers", ImporterContract),
     ],
 )

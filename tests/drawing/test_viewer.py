@@ -139,6 +139,7 @@ def test_without_a_browser_nothing_is_drawn_and_closing_ends_the_thread(capsys: 
     assert capsys.readouterr().out == ""  # programs print their own address
 
 
+@pytest.mark.long
 def test_the_scene_is_framed_until_somebody_moves_the_camera(stage: Stage) -> None:
     stage.cell.add("far", PURPLE, pose=at(30.0, -20.0, 5.0))
     stage.wait(lambda: in_the_middle(stage))
@@ -216,6 +217,7 @@ def test_what_the_kernel_is_busy_with_is_a_note_on_the_page_until_it_is_done() -
     assert view.under_way.long() == ()
 
 
+@pytest.mark.long
 def test_an_error_is_told_once_and_drawing_goes_on(stage: Stage, caplog: pytest.LogCaptureFixture) -> None:
     stage.view.update(camera=Camera((0.0, -4.0, 0.0), (0.0, 0.0, 0.0)))
     stage.cell.add("box", PURPLE)

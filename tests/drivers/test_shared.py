@@ -130,3 +130,6 @@ class TestARing:
         assert one is not None
         for name in Report.__dataclass_fields__:
             assert np.array_equal(getattr(one, name), getattr(said, name)), name
+        assert ring.reported() is one
+        host.report(said)
+        assert ring.reported() is not one

@@ -47,7 +47,8 @@ class Component:
     """Component of a plugin.
 
     Attributes:
-        kind: `kinematics`, `importer`, `mobile_kinematics`, `ray_caster`, `sensor_model` or `robot_driver`.
+        kind: `kinematics`, `importer`, `mobile_kinematics`, `physics_engine`, `ray_caster`, `sensor_model`,
+            `robot_driver` or `vehicle_dynamics`.
         name: unique among the components of its kind.
         description: one line about it.
         isolation: `in_process` (the kernel's own) or `process` (one of its own, with a deadline for each call).

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
+from math import isfinite
 from threading import Lock
 
 import numpy as np
-from numpy.typing import NDArray
 from virtualrobot_sdk.drivers import About, DriverFault, Safety
 from virtualrobot_sdk.drivers import Mode as ControllerMode
 from virtualrobot_sdk.drivers.shared import Report, State, TickRing
 
 from virtualrobot_kernel.drivers.far_side import Process
-from virtualrobot_kernel.drivers.twin import Asked, Floats, Twin, columns
-from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.drivers.twin import Asked, Columns, Floats, Twin, columns
+from virtualrobot_kernel.world.state import Signal, Snapshot
 from virtualrobot_kernel.world.structure import Structure
 
 SILENT_CYCLES = 3
@@ -27,8 +28,11 @@ LOOK_SECONDS = 0.02
 WORDS_SECONDS = 0.02
 """Time (s) that the words of a fault are waited for before the twin is stopped: the robot brakes already."""
 
-STOPPED = frozenset({Safety.PROTECTIVE_STOP, Safety.SAFEGUARD_STOP, Safety.EMERGENCY_STOP, Safety.FAULT})
+STOPPED = (Safety.PROTECTIVE_STOP, Safety.SAFEGUARD_STOP, Safety.EMERGENCY_STOP, Safety.FAULT)
 """Verdicts with which the controller has stopped the robot."""
+
+DEAF = (ControllerMode.OFF, ControllerMode.HAND_GUIDED, ControllerMode.LOCAL)
+"""Modes in which a controller does not follow."""
 
 
 class LinkMode(Enum):
@@ -39,7 +43,7 @@ class LinkMode(Enum):
     EXECUTE = "execute"
 
 
-PLAYED = frozenset({State.BEGINNING, State.ACTIVE, State.STOPPING})
+PLAYED = (State.BEGINNING, State.ACTIVE, State.STOPPING)
 """States in which the robot does, or is about to do, what its twin does: the twin may not be put elsewhere."""
 
 
@@ -73,7 +77,9 @@ class Link:
     told: Words | None = None
     """Words of the host, once they were asked for after it met a fault."""
     settling: Lock = field(default_factory=Lock)
-    _places: tuple[Structure, NDArray[np.intp], NDArray[np.intp]] | None = None
+    inputs_known: tuple[int, Mapping[str, Signal] | None] = (-1, None)
+    """Digital inputs, and the signals of the world that agree with them."""
+    _places: tuple[Structure, Columns, Columns] | None = None
     _cycles: int = -1
     _silence: float = 0.0
     _asked_ns: int = 0
@@ -89,8 +95,13 @@ class Link:
         """True while the host has met a fault whose words are not here yet."""
         return self._error_ns > 0 and self.state is not State.ERROR
 
-    def places(self, structure: Structure) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-        """Return where its joints are in q and v, (k,) each; they are looked up once for each structure."""
+    @property
+    def lead_ns(self) -> int:
+        """How much later than its twin the robot does things, ns."""
+        return round(self.asked.lead * 1e9)
+
+    def places(self, structure: Structure) -> tuple[Columns, Columns]:
+        """Return where its joints are in q and v; they are looked up once for each structure."""
         if self._places is None or self._places[0] is not structure:
             self._places = (structure, *columns(structure, self.twin))
         return self._places[1], self._places[2]
@@ -101,7 +112,7 @@ class Link:
         `brake` (m, nq): the coordinates of the world, a tick apart, if all brakes from there; None where nobody knows.
         """
         at_q, at_v = self.places(now.structure)
-        rows = None if brake is None else np.ascontiguousarray(brake[:, at_q])
+        rows = None if brake is None else brake[:, at_q]
         state = now.state
         return self.ring.put(state.tick, play_ns, state.q[at_q], state.v[at_v], self.outputs, rows)
 
@@ -165,11 +176,14 @@ class Link:
 
     def _astray(self, report: Report) -> Words | None:
         """Return why a robot that is played is not where it should be."""
-        if report.mode in (ControllerMode.OFF, ControllerMode.HAND_GUIDED, ControllerMode.LOCAL):
+        if report.mode in DEAF:
             return Words(f"the controller does not follow any more: it is {report.mode.value}")
-        if not np.isfinite(report.q).all():
+        if not isfinite(report.q.dot(report.q)):
             return Words(f"the controller says that its joints are at {report.q.tolist()}")
         error = report.error
+        if error.dot(error) <= self.asked.following_warning**2:  # so is each of them
+            self.follows_badly = False
+            return None
         worst = int(np.abs(error).argmax())
         self.follows_badly = bool(abs(error[worst]) > self.asked.following_warning)
         if abs(error[worst]) > self.asked.following_limit:

@@ -58,6 +58,9 @@ NOTE_SECONDS = 1.0
 CHECK = "guarded tick by tick, with all brakes"
 """Check by which ticks that are played were known to be good."""
 
+UNWATCHED = (State.ERROR, State.CONNECTING, State.DISCONNECTED)
+"""States in which a link has no fault that is new."""
+
 log = logging.getLogger(__name__)
 
 
@@ -285,19 +288,21 @@ class Links:
 
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
         """Stop the twins of robots that do not follow any more, and of all others that move with them."""
-        now_ns = time.monotonic_ns()
-        links, cell = self._links, self._cell
-        played = [link for link in links.values() if link.is_played]
-        if not played or cell is None:
-            for link in links.values():
-                self._look_at(link, now_ns)
+        now_ns, cell = time.monotonic_ns(), self._cell
+        if cell is None:
             return ()
+        played: list[Link] = []
         failed: list[tuple[Link, Words]] = []
-        for link in links.values():
-            words = self._look_at(link, now_ns)
-            if words is not None and link in played:
-                failed.append((link, words))
-        if not failed and any(link.awaits_words for link in played):
+        awaits, stopped = False, cell.stop_ns != NEVER
+        for link in self._links.values():
+            is_played = link.is_played
+            words = self._look_at(link, now_ns, stopped)
+            if is_played:
+                played.append(link)
+                awaits = awaits or link.awaits_words
+                if words is not None:
+                    failed.append((link, words))
+        if not played or (awaits and not failed):
             return ()
         if failed:
             name = _name(now, failed[0][0])
@@ -335,12 +340,12 @@ class Links:
         """Want nothing."""
         return ()
 
-    def _look_at(self, link: Link, now_ns: int) -> Words | None:
+    def _look_at(self, link: Link, now_ns: int, stopped: bool) -> Words | None:
         """Return the new fault of a link, which is in ERROR from then on."""
-        if link.state in (State.ERROR, State.CONNECTING, State.DISCONNECTED):
+        if link.state in UNWATCHED:
             return None
         awaited = link.awaits_words
-        words = link.fault(now_ns, self._is_stopped)
+        words = link.fault(now_ns, stopped)
         if link.awaits_words and not awaited and not self._closed:
             self._workers.submit(self._ask_words, link)
         if words is None:
@@ -361,7 +366,7 @@ class Links:
             self._later(link)
         return _stop(free, now, EndCause.LEASE_EXPIRED, "nobody has leased the robot any more") if free else ()
 
-    def _ticked(self, now: Snapshot) -> None:
+    def ticked(self, now: Snapshot) -> None:
         """Write a tick into the rings, and take what was measured for the next one."""
         cell, links = self._cell, self._links
         if cell is None:
@@ -370,7 +375,7 @@ class Links:
         if played:
             brake = self._brake(now)
             due = self._world.due_nanoseconds
-            kept = [link.write(now, due + round(link.asked.lead * 1e9), brake) for link in played]
+            kept = [link.write(now, due + link.lead_ns, brake) for link in played]
             cell.complete(now.state.tick, all(kept))
         signals_changed = now.state.signals is not self._signals
         self._signals = now.state.signals
@@ -393,8 +398,12 @@ class Links:
         report = link.report
         if report is None or link.twin.uid not in now.structure.robots:
             return
-        if link.about.inputs and (changed := inputs_changed(now, link.twin.uid, link.about.inputs, report.inputs)):
-            self._world.submit(changed, self._author(now, link))
+        bits, signals = link.inputs_known
+        if link.about.inputs and (report.inputs != bits or now.state.signals is not signals):
+            if changed := inputs_changed(now, link.twin.uid, link.about.inputs, report.inputs):
+                self._world.submit(changed, self._author(now, link))
+            else:
+                link.inputs_known = report.inputs, now.state.signals
         if link.mode is not LinkMode.MONITOR or link.state is not State.INACTIVE:
             return
         at_q, at_v = link.places(now.structure)
@@ -628,7 +637,7 @@ class Links:
             if self._cell is None:
                 self._cell = self._site.cell()
                 self._world.supervise(self)
-                self._end_listening = self._world.listen_ticks(self._ticked)
+                self._end_listening = self._world.listen_ticks(self.ticked)
 
     def _forget(self, link: Link) -> None:
         """End a driver and forget its link."""

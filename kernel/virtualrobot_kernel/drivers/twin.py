@@ -13,6 +13,8 @@ from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.world.structure import Joint, Structure
 
 Floats = NDArray[np.float64]
+Columns = slice | NDArray[np.intp]
+"""Index of some columns of an array."""
 
 AT_REST = 1e-3
 """Distance (rad, m) of each joint within which robot and twin stand at the same place."""
@@ -129,7 +131,13 @@ def twin_of(structure: Structure, robot: str, joints: Sequence[ControllerJoint])
     )
 
 
-def columns(structure: Structure, twin: Twin) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return where the twin's joints are in the world's q and in its v, (k,) each."""
+def columns(structure: Structure, twin: Twin) -> tuple[Columns, Columns]:
+    """Return where the twin's k joints are in the world's q and in its v."""
     found = [structure.robots[twin.uid].coordinates[name] for name in twin.names]
-    return np.array([one.q for one in found], np.intp), np.array([one.v for one in found], np.intp)
+    return _columns([one.q for one in found]), _columns([one.v for one in found])
+
+
+def _columns(places: list[int]) -> Columns:
+    """Return places as an index, a slice where they follow each other: that copies nothing."""
+    first, count = places[0], len(places)
+    return slice(first, first + count) if places == list(range(first, first + count)) else np.array(places, np.intp)

@@ -40,6 +40,7 @@ from virtualrobot_kernel.world.commands import (
     StopMotions,
     StopRobots,
 )
+from virtualrobot_kernel.world.crafts import refuse_base
 from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, State
 
@@ -123,6 +124,7 @@ def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
     structure, state, program = change.structure, change.state, command.program
     joints = tuple((structure.robot(robot)[0].uid, joint) for robot, joint in command.joints)
     own = len(motion.joints)
+    refuse_base(structure, joints[own:])
     for (robot, name), *ends in zip(command.joints, program.lowest.tolist(), program.highest.tolist(), strict=True):
         # Limits may have changed since the motion was planned.
         joint = single_joint(structure, structure.robot(robot)[0], name)[0]

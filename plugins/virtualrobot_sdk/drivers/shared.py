@@ -2,13 +2,16 @@
 
 Both are files that are mapped, so that they are the same on every system, and a stop needs nothing but a file. Words
 are 64 bits wide and aligned: a processor writes each as a whole. Everything else has a sequence number that is odd
-while it is written, and a checksum.
+while it is written, then a checksum of all that follows.
+
+The kernel writes each tick for each robot: what it does here is counted in microseconds (`benchmarks/driver_ticks.py`).
 """
 
 from __future__ import annotations
 
 import mmap
 import os
+import struct
 import tempfile
 import time
 import zlib
@@ -35,15 +38,18 @@ BRAKE_ROWS = 512
 CELL, RING = "cell", "ring-{}"
 """Names of the files in a kernel's folder."""
 
-_MAGIC, _VERSION = 0x56_52_44, 1
+_MAGIC, _VERSION = 0x56_52_44, 2
 _CELL_WORDS = 512
-_HEADER_WORDS, _REPORT_WORDS = 16, 16
-_SLOT_WORDS = 6
-_ALL_BITS = 2**64 - 1
+_HEADER_WORDS = 16
+_CHECKED = 2
+"""Words before those that are in the checksum: the sequence number and the checksum."""
+_TICK = struct.Struct("@2qQq")
+"""Tick, time to play it, outputs, rows of its brake; q, v and the brake follow."""
+_REPORT = struct.Struct("@9qQq2d")
+"""Numbers of a report, in the order of its fields; q, v and error follow."""
+_SLOT_WORDS, _REPORT_WORDS = _CHECKED + _TICK.size // 8, _CHECKED + _REPORT.size // 8
 _READS = 8
 """Number of times that a reader tries again when it meets a writer."""
-
-MODES, SAFETIES = tuple(Mode), tuple(Safety)
 
 
 class State(IntEnum):
@@ -59,6 +65,9 @@ class State(IntEnum):
     STOPPING = 5
     """The robot comes to rest, by its brake."""
     ERROR = 6
+
+
+STATES, MODES, SAFETIES = tuple(State), tuple(Mode), tuple(Safety)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -81,9 +90,9 @@ class Record:
     brake: Floats | None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(slots=True, eq=False)  # not frozen, which would take the kernel's ticks a microsecond more each
 class Report:
-    """Report of a host in one cycle.
+    """Report of a host in one cycle; nobody changes one.
 
     Attributes:
         ns: when (CLOCK_MONOTONIC).
@@ -149,18 +158,20 @@ class _Mapped:
             self._map = mmap.mmap(number, words * 8)
         finally:
             os.close(number)
-        self._words: NDArray[np.int64] = np.frombuffer(self._map, np.int64)
+        self._bytes = memoryview(self._map)
+        self._words = self._bytes.cast("q")
         self._floats: Floats = np.frombuffer(self._map, np.float64)
         if create:
             self._words[1] = words
             self._words[0] = _MAGIC << 8 | _VERSION
-        elif int(self._words[0]) != _MAGIC << 8 | _VERSION:
-            raise ValueError(f"{path} is of another version, {int(self._words[0]):x}")
+        elif self._words[0] != _MAGIC << 8 | _VERSION:
+            raise ValueError(f"{path} is of another version, {self._words[0]:x}")
 
     def close(self) -> None:
         """Let the file go; nothing else may be asked for after that."""
         # Views of the map keep it open until they are gone.
-        self._words = np.empty(0, np.int64)
+        self._words.release()
+        self._bytes.release()
         self._floats = np.empty(0)
         try:
             self._map.close()
@@ -194,12 +205,12 @@ class CellBlock(_Mapped):
     @property
     def newest(self) -> int:
         """Newest tick that all rings have; -1 without one."""
-        return int(self._words[self._NEWEST])
+        return self._words[self._NEWEST]
 
     @property
     def newest_braked(self) -> int:
         """Newest tick that all rings have with a brake; -1 without one."""
-        return int(self._words[self._BRAKED])
+        return self._words[self._BRAKED]
 
     def stop(self, at_ns: int | None = None) -> None:
         """Have all robots brake from a time on (ns, CLOCK_MONOTONIC; None: now); a stop that was asked for stays."""
@@ -209,18 +220,18 @@ class CellBlock(_Mapped):
     @property
     def stop_ns(self) -> int:
         """Time (ns) from which the robots brake; NEVER while nobody has stopped them."""
-        return int(self._words[self._STOP])
+        return self._words[self._STOP]
 
     def commit(self, tick: int) -> int:
         """Have all robots go on by the brake of this tick, where none has another one yet; return that which counts."""
         if self._words[self._COMMITTED] < 0:
             self._words[self._COMMITTED] = tick
-        return int(self._words[self._COMMITTED])
+        return self._words[self._COMMITTED]
 
     @property
     def committed(self) -> int:
         """Tick whose brake the robots go on by; -1 while they play ticks."""
-        return int(self._words[self._COMMITTED])
+        return self._words[self._COMMITTED]
 
     def release(self) -> None:
         """End a stop, and forget all ticks; for the kernel alone, while no robot is played."""
@@ -236,11 +247,10 @@ class TickRing(_Mapped):
         """Make or use the ring; see `create` and `attach`."""
         self.joints = joints
         self._slot = _SLOT_WORDS + joints * (2 + BRAKE_ROWS)
-        self._report_at = _HEADER_WORDS
         self._ring_at = _HEADER_WORDS + _REPORT_WORDS + 3 * joints
         super().__init__(path, self._ring_at + SLOTS * self._slot, create=create)
-        self._bytes = memoryview(self._map)
         self._reports = 0
+        self._last: tuple[int, Report | None] = (0, None)
         if create:
             self._words[2] = -1
 
@@ -254,30 +264,25 @@ class TickRing(_Mapped):
         """Use the ring of another process; raises OSError without one, ValueError where it is another one."""
         return cls(path, joints, create=False)
 
-    def close(self) -> None:
-        """Let the file go."""
-        self._bytes.release()
-        super().close()
-
     def clear(self) -> None:
         """Forget all ticks; for the kernel, while the robot isn't played."""
-        self._words[self._ring_at :: self._slot] = 0
+        for slot in range(SLOTS):
+            self._words[self._ring_at + slot * self._slot] = 0
         self._words[2] = -1
 
     def put(self, tick: int, play_ns: int, q: Floats, v: Floats, outputs: int = 0, brake: Floats | None = None) -> bool:
         """Write a tick; return whether its brake is in it, which is not so for one of more than `BRAKE_ROWS` rows."""
-        at, count = self._ring_at + tick % SLOTS * self._slot, 2 * self.joints
+        at, k = self._ring_at + tick % SLOTS * self._slot, self.joints
         words, floats, body = self._words, self._floats, at + _SLOT_WORDS
-        words[at] = 2 * tick + 1
-        floats[body : body + self.joints] = q
-        floats[body + self.joints : body + count] = v
         rows = 0 if brake is None or len(brake) > BRAKE_ROWS else len(brake)
-        if rows and brake is not None:
-            end = count + rows * self.joints
-            floats[body + count : body + end] = brake.reshape(-1)
-            count = end
-        words[at + 1], words[at + 2], words[at + 3], words[at + 4] = tick, play_ns, _signed(outputs), rows
-        words[at + 5] = zlib.crc32(self._bytes[8 * body : 8 * (body + count)], _seed(tick, play_ns, outputs, rows))
+        end = body + (2 + rows) * k
+        words[at] = 2 * tick + 1
+        _TICK.pack_into(self._bytes, 8 * (at + _CHECKED), tick, play_ns, outputs, rows)
+        floats[body : body + k] = q
+        floats[body + k : body + 2 * k] = v
+        if rows:
+            floats[body + 2 * k : end].reshape(rows, k)[:] = brake
+        words[at + 1] = zlib.crc32(self._bytes[8 * (at + _CHECKED) : 8 * end])
         words[at] = 2 * tick + 2
         words[2] = tick
         return rows > 0
@@ -285,68 +290,64 @@ class TickRing(_Mapped):
     @property
     def newest(self) -> int:
         """Newest tick that was written; -1 without one."""
-        return int(self._words[2])
+        return self._words[2]
 
     def get(self, tick: int) -> Record | None:
         """Return a tick; None where it isn't there, or not any more, or is being written or damaged."""
-        at = self._ring_at + tick % SLOTS * self._slot
-        head = self._words[at : at + _SLOT_WORDS].tolist()
-        sequence, own, play_ns, outputs, rows, crc = head
-        outputs &= _ALL_BITS
-        if sequence != 2 * tick + 2 or own != tick or not 0 <= rows <= BRAKE_ROWS:
+        at, words = self._ring_at + tick % SLOTS * self._slot, self._words
+        sequence, crc, rows = words[at], words[at + 1], words[at + _SLOT_WORDS - 1]
+        if sequence != 2 * tick + 2 or not 0 <= rows <= BRAKE_ROWS:
             return None
-        body = at + _SLOT_WORDS
-        values = self._floats[body : body + self.joints * (2 + rows)].copy()
-        if self._words[at] != sequence or zlib.crc32(values.tobytes(), _seed(tick, play_ns, outputs, rows)) != crc:
+        content = bytes(self._bytes[8 * (at + _CHECKED) : 8 * (at + _SLOT_WORDS + (2 + rows) * self.joints)])
+        if words[at] != sequence or zlib.crc32(content) != crc:
             return None
-        table = values.reshape(2 + rows, self.joints)
+        own, play_ns, outputs, _ = _TICK.unpack_from(content)
+        if own != tick:
+            return None
+        table = np.ndarray((2 + rows, self.joints), np.float64, content, _TICK.size)
         return Record(tick, play_ns, table[0], table[1], outputs, table[2:] if rows else None)
 
     def report(self, said: Report) -> None:
         """Write what the host reports; for the host alone."""
-        at, k = self._report_at, self.joints
-        words, floats = self._words, self._floats
+        at, k = _HEADER_WORDS, self.joints
+        words, floats, body = self._words, self._floats, at + _REPORT_WORDS
         self._reports += 2
         words[at] = self._reports - 1
-        words[at + 1 : at + 13] = (
+        _REPORT.pack_into(
+            self._bytes,
+            8 * (at + _CHECKED),
             *(said.ns, said.state, said.cycles, said.skipped, said.lateness_ns, said.tick, said.on_brake),
-            *(MODES.index(said.mode), SAFETIES.index(said.safety), _signed(said.inputs), said.words, 0),
+            *(MODES.index(said.mode), SAFETIES.index(said.safety), said.inputs, said.words),
+            *(said.rate, said.speed_scaling),
         )
-        floats[at + 13], floats[at + 14] = said.rate, said.speed_scaling
-        body = at + _REPORT_WORDS
         floats[body : body + k] = said.q
         floats[body + k : body + 2 * k] = said.v
         floats[body + 2 * k : body + 3 * k] = said.error
-        words[at + 12] = zlib.crc32(self._bytes[8 * body : 8 * (body + 3 * k)], self._reports & 0xFFFFFFFF)
+        words[at + 1] = zlib.crc32(self._bytes[8 * (at + _CHECKED) : 8 * (body + 3 * k)])
         words[at] = self._reports
 
     def reported(self) -> Report | None:
-        """Return what the host reported last; None before it has, and where it died as it wrote."""
-        at, k = self._report_at, self.joints
+        """Return what the host reported last; None before it has, and where it died as it wrote.
+
+        While it reports nothing new, this is the same object again.
+        """
+        at, words = _HEADER_WORDS, self._words
         for _ in range(_READS):
-            head = self._words[at : at + 13].tolist()
-            rate, scaling = self._floats[at + 13 : at + 15].tolist()
-            values = self._floats[at + _REPORT_WORDS : at + _REPORT_WORDS + 3 * k].copy()
-            if head[0] == 0:
-                return None
-            if head[0] & 1 or self._words[at] != head[0]:
+            sequence, crc = words[at], words[at + 1]
+            number, last = self._last
+            if sequence == number:
+                return last
+            content = bytes(self._bytes[8 * (at + _CHECKED) : 8 * self._ring_at])
+            if sequence & 1 or words[at] != sequence or zlib.crc32(content) != crc:
                 continue
-            if zlib.crc32(values.tobytes(), head[0] & 0xFFFFFFFF) != head[12]:
-                continue
-            _, ns, state, cycles, skipped, lateness, tick, on_brake, mode, safety, inputs, words, _ = head
-            q, v, error = values.reshape(3, k)
-            return Report(
-                *(ns, State(state), cycles, skipped, lateness, tick, bool(on_brake)),
-                *(MODES[mode], SAFETIES[safety], inputs & _ALL_BITS, words, rate, scaling, q, v, error),
+            ns, state, cycles, skipped, lateness, tick, on_brake, mode, safety, inputs, said, rate, scaling = (
+                _REPORT.unpack_from(content)
             )
+            values = np.ndarray((3, self.joints), np.float64, content, _REPORT.size)
+            report = Report(
+                *(ns, STATES[state], cycles, skipped, lateness, tick, bool(on_brake)),
+                *(MODES[mode], SAFETIES[safety], inputs, said, rate, scaling, values[0], values[1], values[2]),
+            )
+            self._last = (sequence, report)
+            return report
         return None
-
-
-def _signed(bits: int) -> int:
-    """Return 64 bits as a number of a word, which has a sign."""
-    return bits - (1 << 64) if bits >> 63 else bits
-
-
-def _seed(*numbers: int) -> int:
-    """Return a checksum to begin with: that of some numbers."""
-    return zlib.crc32(b"".join((number & _ALL_BITS).to_bytes(8, "little") for number in numbers))

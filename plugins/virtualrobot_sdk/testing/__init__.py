@@ -14,17 +14,21 @@ if TYPE_CHECKING:
     from virtualrobot_sdk.testing.contract import KinematicsContract
     from virtualrobot_sdk.testing.importers import ImporterContract
     from virtualrobot_sdk.testing.mobile_kinematics import MobileKinematicsContract
+    from virtualrobot_sdk.testing.physics_engines import PhysicsEngineContract
     from virtualrobot_sdk.testing.ray_casters import RayCasterContract
     from virtualrobot_sdk.testing.robot_drivers import RobotDriverContract
     from virtualrobot_sdk.testing.sensor_models import SensorModelContract
+    from virtualrobot_sdk.testing.vehicle_dynamics import VehicleDynamicsContract
 
 __all__ = [
     "ImporterContract",
     "KinematicsContract",
     "MobileKinematicsContract",
+    "PhysicsEngineContract",
     "RayCasterContract",
     "RobotDriverContract",
     "SensorModelContract",
+    "VehicleDynamicsContract",
     "chain_of",
     "kit_chains",
 ]
@@ -33,9 +37,11 @@ _MODULES = {
     "ImporterContract": "importers",
     "KinematicsContract": "contract",
     "MobileKinematicsContract": "mobile_kinematics",
+    "PhysicsEngineContract": "physics_engines",
     "RayCasterContract": "ray_casters",
     "RobotDriverContract": "robot_drivers",
     "SensorModelContract": "sensor_models",
+    "VehicleDynamicsContract": "vehicle_dynamics",
 }
 
 

@@ -37,6 +37,7 @@ def cell(client: Client) -> Client:
     return client
 
 
+@pytest.mark.long
 def test_a_robot_that_stands_on_a_table_is_not_red(cell: Client) -> None:
     assert told(cell) == [STANDS]
     assert not cell.collisions.check()

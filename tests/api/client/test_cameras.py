@@ -114,6 +114,7 @@ def test_cameras_and_lights_are_saved_and_loaded(scene: virtualrobot.Client, tmp
     np.testing.assert_array_equal(before.depth, read(scene, "depth", name="wide").depth)
 
 
+@pytest.mark.long
 def test_large_pictures_travel_and_too_large_ones_are_refused(scene: virtualrobot.Client) -> None:
     scene.scene.add_camera("large", virtualrobot.camera(2400, 1600), pose=virtualrobot.looking_at([0, 0, 0], [1, 0, 0]))
     seen = read(scene, "depth", "color", name="large")  # 27 MB

@@ -97,6 +97,7 @@ def test_setpoints_lead_a_base(client: Client, agv: Robot, craft: Robot) -> None
         craft.stream(joints=["base/qx"])
 
 
+@pytest.mark.long
 def test_a_base_on_the_command_line(agv: Robot, craft: Robot, run: Run) -> None:
     run("move", "agv", "--joints", "base/x=0.2,base/theta=90", "--degrees")
     np.testing.assert_allclose(agv.positions[:3], [0.2, 0.0, np.pi / 2.0])

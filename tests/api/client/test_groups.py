@@ -92,6 +92,7 @@ def test_two_arms_move_in_one_motion_and_in_two(client: Client, pandas: Robot) -
         np.testing.assert_allclose(arm.positions, POSTURE, atol=1e-9)
 
 
+@pytest.mark.long
 def test_a_program_of_both_arms_rounds_the_corners_of_each(client: Client, pandas: Robot) -> None:
     left, right = pandas.group("left"), pandas.group("right")
     program, before = client.program(), right.positions

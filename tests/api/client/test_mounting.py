@@ -10,6 +10,7 @@ import virtualrobot
 from virtualrobot import Client, Robot
 
 from tests.api.client.conftest import Run
+from tests.tiers import every_fifth
 from tests.unit.formats.models import MODELS
 
 READY = [0.0, -1.2, 1.6, -1.9, -1.5, 0.3]
@@ -39,7 +40,7 @@ def gap(client: Client, gripper: str, model: str) -> float:
     return float(np.linalg.norm(between)) - less
 
 
-@pytest.mark.parametrize("model", GRIPPERS)
+@pytest.mark.parametrize("model", every_fifth(GRIPPERS))
 def test_each_gripper_is_a_tool_in_one_call(client: Client, arm: Robot, model: str, rng: np.random.Generator) -> None:
     pose = virtualrobot.pose(z=0.01, yaw=0.5)
     tool = arm.mount(f"model://{model}", name="hand", pose=pose)

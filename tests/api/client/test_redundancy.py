@@ -89,6 +89,7 @@ def least_on_the_way(client: Client, iiwa: Robot, move: Move) -> float:
     return min(client.collisions.distance("iiwa", to=["ball"], configurations=one).distance for one in at)
 
 
+@pytest.mark.long
 def test_an_arm_stays_away_from_a_ball(client: Client, iiwa: Robot) -> None:
     """At a pose, along a line, an arc and a spline: the least distance is greater with the wish than without."""
     start = [0.0, 0.5, 0.0, -1.5, 0.0, 1.1416, 0.0]

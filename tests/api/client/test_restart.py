@@ -10,6 +10,7 @@ from tests.api.asking import IIWA, PANDA
 from tests.kernels import StartKernel
 
 
+@pytest.mark.long
 def test_a_client_goes_on_with_a_kernel_that_was_started_again(start_kernel: StartKernel) -> None:
     first = start_kernel()
     with virtualrobot.connect(first.address) as client:

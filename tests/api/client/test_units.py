@@ -34,6 +34,7 @@ def test_angles_in_degrees(iiwa: Robot, run: Run) -> None:
     assert np.allclose(iiwa.positions, 0.0)
 
 
+@pytest.mark.long
 def test_a_joint_without_limits_turns_as_far_as_anybody_means(client: Client) -> None:
     """Two turns at once, from wherever it is; a jog goes on."""
     wheel = client.load_denavit_hartenberg([(0.0, 0.0, 0.1, 0.0)], convention="standard", name="wheel")

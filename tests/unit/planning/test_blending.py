@@ -256,6 +256,7 @@ def test_a_gentle_corner_of_lines_is_passed_at_speed(rng: np.random.Generator, d
     assert np.median(speeds) > 0.095
 
 
+@pytest.mark.long
 def test_two_robots_in_step_stay_in_the_smallest_of_their_zones(rng: np.random.Generator) -> None:
     for _ in range(100):
         snapshot = cell_of(rng, "puma560", "panda")

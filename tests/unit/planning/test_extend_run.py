@@ -11,7 +11,7 @@ from virtualrobot_kernel.planning.program import MoveStep, Zone
 from virtualrobot_kernel.planning.steps import plan_steps
 from virtualrobot_kernel.world.state import Snapshot
 
-from tests.tiers import Draws
+from tests.tiers import Draws, every_fifth
 from tests.unit.planning.runs import KINDS, cell_of, random_move, random_steps, solver
 from tests.unit.planning.test_blending import check_law
 
@@ -43,7 +43,7 @@ def check_extension(snapshot: Snapshot, before: PlannedRun, found: Extension, no
     assert all(np.diff([time for time, _ in found.run.steps]) > 0.0)
 
 
-@pytest.mark.parametrize("last", KINDS)
+@pytest.mark.parametrize("last", every_fifth(KINDS))
 def test_a_run_that_goes_is_the_same_until_the_cut_and_keeps_all_limits(
     rng: np.random.Generator, draws: Draws, last: str
 ) -> None:
@@ -64,6 +64,7 @@ def test_a_run_that_goes_is_the_same_until_the_cut_and_keeps_all_limits(
     assert joined
 
 
+@pytest.mark.long
 def test_a_run_that_is_extended_early_is_that_of_all_steps_at_once(rng: np.random.Generator, draws: Draws) -> None:
     equal = 0
     for _ in range(draws(20)):

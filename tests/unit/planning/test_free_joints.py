@@ -168,6 +168,7 @@ def test_free_motion_goes_downhill_and_the_tool_stays(rng: np.random.Generator) 
         assert 0.0 < np.linalg.norm(free) <= np.linalg.norm(rate)
 
 
+@pytest.mark.long
 def test_a_line_that_would_meet_a_limit_is_led_away_from_it(solvers: Solvers) -> None:
     """The iiwa's elbow, near its limit, swings aside while the tool goes its way."""
     gone = {"plain": 0, "wished": 0}

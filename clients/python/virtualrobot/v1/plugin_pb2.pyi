@@ -24,6 +24,8 @@ class ComponentKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     COMPONENT_KIND_RAY_CASTER: _ClassVar[ComponentKind]
     COMPONENT_KIND_SENSOR_MODEL: _ClassVar[ComponentKind]
     COMPONENT_KIND_ROBOT_DRIVER: _ClassVar[ComponentKind]
+    COMPONENT_KIND_PHYSICS_ENGINE: _ClassVar[ComponentKind]
+    COMPONENT_KIND_VEHICLE_DYNAMICS: _ClassVar[ComponentKind]
 
 class Isolation(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -40,6 +42,8 @@ COMPONENT_KIND_MOBILE_KINEMATICS: ComponentKind
 COMPONENT_KIND_RAY_CASTER: ComponentKind
 COMPONENT_KIND_SENSOR_MODEL: ComponentKind
 COMPONENT_KIND_ROBOT_DRIVER: ComponentKind
+COMPONENT_KIND_PHYSICS_ENGINE: ComponentKind
+COMPONENT_KIND_VEHICLE_DYNAMICS: ComponentKind
 ISOLATION_UNSPECIFIED: Isolation
 ISOLATION_IN_PROCESS: Isolation
 ISOLATION_PROCESS: Isolation

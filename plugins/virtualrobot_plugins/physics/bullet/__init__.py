@@ -1,0 +1,1 @@
+"""The component `bullet`: physics by PyBullet."""

@@ -1,0 +1,212 @@
+"""Bodies as those of PyBullet: each tree is one of its multibodies, whose links come depth first."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from virtualrobot_sdk.kinematics import Floats
+from virtualrobot_sdk.physics import WORLD, Body, BodyJoint, BodyShape, PhysicsModel, ShapeKind
+from virtualrobot_sdk.poses import quaternion
+
+Quaternion = tuple[float, float, float, float]
+
+BOUNCES_FROM = 0.02
+"""Least speed of an impact that sends something back (m/s)."""
+TOUCHES_FROM = 1e-4
+"""Distance from which on two bodies touch (m): from farther away, Bullet would slow what is about to bounce."""
+FASTEST = 1000.0
+"""Largest velocity of a joint (rad/s, m/s); Bullet's own choice would be 100."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Tree:
+    """One of Bullet's bodies: the rows of ours, the base first, WORLD for a base that is none of ours."""
+
+    body: int
+    rows: tuple[int, ...]
+    center: Floats
+    """(3,) center of mass of the base in its frame (m)."""
+    axes: Quaternion
+    """Rotation of the base's inertial frame in its own."""
+
+    @property
+    def inverse_axes(self) -> Quaternion:
+        """Return the inverse of that rotation."""
+        x, y, z, w = self.axes
+        return -x, -y, -z, w
+
+
+def build(bullet: Any, client: int, model: PhysicsModel, iterations: int) -> list[Tree]:  # noqa: ANN401
+    """Return the trees of a model, made in a client that has nothing else."""
+    bullet.resetSimulation(physicsClientId=client)
+    bullet.setGravity(*model.gravity, physicsClientId=client)
+    bullet.setTimeStep(model.seconds, physicsClientId=client)
+    bullet.setPhysicsEngineParameter(
+        numSolverIterations=iterations,
+        deterministicOverlappingPairs=1,
+        enableConeFriction=1,
+        restitutionVelocityThreshold=BOUNCES_FROM,
+        contactBreakingThreshold=TOUCHES_FROM,
+        physicsClientId=client,
+    )
+    children: dict[int, list[int]] = {}
+    for row, body in enumerate(model.bodies):
+        children.setdefault(body.parent, []).append(row)
+    trees = []
+    for row in children.get(WORLD, ()):
+        rows = tuple(_depth_first(row, children))
+        if model.bodies[row].joint in (BodyJoint.REVOLUTE, BodyJoint.PRISMATIC):
+            # What hangs on the world by a joint needs a base that stands there.
+            rows = (WORLD, *rows)
+        trees.append(_made(bullet, client, model, rows))
+    return trees
+
+
+def _depth_first(row: int, children: dict[int, list[int]]) -> Iterator[int]:
+    yield row
+    for child in children.get(row, ()):
+        yield from _depth_first(child, children)
+
+
+def _made(bullet: Any, client: int, model: PhysicsModel, rows: tuple[int, ...]) -> Tree:  # noqa: ANN401
+    bodies = [model.bodies[row] if row != WORLD else _NOTHING for row in rows]
+    base, links = bodies[0], bodies[1:]
+    kinds = {
+        BodyJoint.REVOLUTE: bullet.JOINT_REVOLUTE,
+        BodyJoint.PRISMATIC: bullet.JOINT_PRISMATIC,
+        BodyJoint.FIXED: bullet.JOINT_FIXED,
+    }
+    moves = base.joint is BodyJoint.FREE and not base.driven
+    axes, _ = _principal(base) if moves else (_UNTURNED, None)
+    center = np.array(base.center_of_mass if moves else (0.0, 0.0, 0.0), float)
+    of_links: dict[str, Any] = {}
+    if links:
+        of_links = {
+            "linkMasses": [link.mass for link in links],
+            "linkCollisionShapeIndices": [_shapes(bullet, client, link) for link in links],
+            "linkVisualShapeIndices": [-1] * len(links),
+            "linkPositions": [link.parent_t_body[:3, 3].tolist() for link in links],
+            "linkOrientations": [quaternion(link.parent_t_body[:3, :3]) for link in links],
+            "linkInertialFramePositions": [link.center_of_mass for link in links],
+            "linkInertialFrameOrientations": [_principal(link)[0] for link in links],
+            "linkParentIndices": [rows.index(link.parent) for link in links],
+            "linkJointTypes": [kinds[link.joint] for link in links],
+            "linkJointAxis": [link.axis for link in links],
+        }
+    body = bullet.createMultiBody(
+        baseMass=base.mass if moves else 0.0,
+        baseCollisionShapeIndex=_shapes(bullet, client, base),
+        baseInertialFramePosition=center.tolist(),
+        baseInertialFrameOrientation=axes,
+        physicsClientId=client,
+        **of_links,
+    )
+    if body < 0:
+        raise RuntimeError(f"Bullet does not take {base.name!r} and what hangs on it")
+    if base.joint is not BodyJoint.FREE:
+        position, turn = base.parent_t_body[:3, 3].tolist(), quaternion(base.parent_t_body[:3, :3])
+        bullet.resetBasePositionAndOrientation(body, position, turn, physicsClientId=client)
+    for index, one in enumerate(bodies, start=-1):
+        _set_dynamics(bullet, client, body, index, one, has_inertia=index >= 0 or moves)
+    return Tree(body, rows, center, axes)
+
+
+def _set_dynamics(bullet: Any, client: int, body: int, link: int, one: Body, *, has_inertia: bool) -> None:  # noqa: ANN401
+    """Say what Bullet would choose itself: damping, friction, inertia, limits.
+
+    A call for inertia that says anything else besides would overwrite the inertia of the base.
+    """
+    surface = one.surface
+    friction = math.sqrt(surface.friction)
+    bullet.changeDynamics(
+        body,
+        link,
+        # Two that touch are multiplied; rolling and spinning are each multiplied by the other's sliding, and added.
+        lateralFriction=friction,
+        rollingFriction=surface.rolling / (2.0 * friction) if friction else 0.0,
+        spinningFriction=surface.spinning / (2.0 * friction) if friction else 0.0,
+        restitution=math.sqrt(surface.restitution),
+        jointDamping=0.0,
+        physicsClientId=client,
+    )
+    bullet.changeDynamics(
+        body, link, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST, physicsClientId=client
+    )
+    if surface.stiffness:
+        bullet.changeDynamics(
+            body,
+            link,
+            contactStiffness=surface.stiffness,
+            contactDamping=surface.damping,
+            physicsClientId=client,
+        )
+    if has_inertia and one.mass:
+        bullet.changeDynamics(body, link, localInertiaDiagonal=_principal(one)[1], physicsClientId=client)
+    if one.joint in (BodyJoint.REVOLUTE, BodyJoint.PRISMATIC):
+        if math.isfinite(one.lower) or math.isfinite(one.upper):
+            lower, upper = max(one.lower, -_FAR), min(one.upper, _FAR)
+            bullet.changeDynamics(body, link, jointLowerLimit=lower, jointUpperLimit=upper, physicsClientId=client)
+
+
+def _principal(body: Body) -> tuple[Quaternion, tuple[float, float, float]]:
+    """Return the rotation of a body's principal axes in its own, and its moments about them (kg m^2)."""
+    inertia = np.asarray(body.inertia, float)
+    if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-15):
+        moments, axes = np.diag(inertia), np.eye(3)
+    else:
+        moments, axes = np.linalg.eigh(inertia)
+        if np.linalg.det(axes) < 0.0:
+            axes[:, 0] *= -1.0
+    x, y, z = (float(moment) for moment in moments)
+    return quaternion(axes), (x, y, z)
+
+
+def _shapes(bullet: Any, client: int, body: Body) -> int:  # noqa: ANN401
+    """Return a new collision shape of all of a body's, or -1."""
+    if not body.shapes:
+        return -1
+    kinds = {
+        ShapeKind.BOX: bullet.GEOM_BOX,
+        ShapeKind.SPHERE: bullet.GEOM_SPHERE,
+        ShapeKind.CYLINDER: bullet.GEOM_CYLINDER,
+        ShapeKind.CAPSULE: bullet.GEOM_CAPSULE,
+        ShapeKind.HULL: bullet.GEOM_MESH,
+    }
+    if len(body.shapes) == 1:
+        (shape,) = body.shapes
+        sizes: dict[str, Any] = {"halfExtents": shape.size} if shape.kind is ShapeKind.BOX else {}
+        if shape.kind is ShapeKind.HULL:
+            sizes = {"vertices": np.asarray(shape.vertices).tolist()}
+        elif shape.kind is not ShapeKind.BOX:
+            sizes = {"radius": shape.size[0], "height": _length(shape)}
+        return bullet.createCollisionShape(
+            kinds[shape.kind],
+            collisionFramePosition=shape.body_t_shape[:3, 3].tolist(),
+            collisionFrameOrientation=quaternion(shape.body_t_shape[:3, :3]),
+            physicsClientId=client,
+            **sizes,
+        )
+    return bullet.createCollisionShapeArray(
+        shapeTypes=[kinds[shape.kind] for shape in body.shapes],
+        radii=[shape.size[0] if shape.size else 1.0 for shape in body.shapes],
+        halfExtents=[shape.size if len(shape.size) == 3 else (1.0, 1.0, 1.0) for shape in body.shapes],
+        lengths=[_length(shape) for shape in body.shapes],
+        vertices=[np.asarray(s.vertices).tolist() if s.vertices is not None else [] for s in body.shapes],
+        collisionFramePositions=[shape.body_t_shape[:3, 3].tolist() for shape in body.shapes],
+        collisionFrameOrientations=[quaternion(shape.body_t_shape[:3, :3]) for shape in body.shapes],
+        physicsClientId=client,
+    )
+
+
+def _length(shape: BodyShape) -> float:
+    return 2.0 * shape.size[1] if len(shape.size) == 2 else 1.0
+
+
+_NOTHING = Body("")
+_UNTURNED: Quaternion = (0.0, 0.0, 0.0, 1.0)
+_FAR = 1e10
+"""A limit that Bullet takes for none."""
