@@ -99,7 +99,7 @@ class Link:
 
     @property
     def lead_ns(self) -> int:
-        """How much later than its twin the robot does things, ns."""
+        """Time (ns) by which the robot is later than its twin."""
         return round(self.asked.lead * 1e9)
 
     def places(self, structure: Structure) -> tuple[Columns, Columns]:
