@@ -26,7 +26,7 @@ from virtualrobot_kernel.drivers.signals import bits_of, commands_for, inputs_ch
 from virtualrobot_kernel.drivers.twin import AT_REST, Asked, Floats, twin_of
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.inputs.mailbox import Mailbox
-from virtualrobot_kernel.world.braking import braking, going
+from virtualrobot_kernel.world.braking import braking_of, going
 from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.commands import Command, SetJointPositions, SetMeasuredJoints, StopRobots
@@ -372,7 +372,7 @@ class Links:
             return
         played = [link for link in links.values() if link.is_played or link.mode is LinkMode.EXECUTE]
         if played:
-            brake = self._brake(now)
+            brake = self._brake(now, {link.twin.uid for link in played})
             due = self._world.due_nanoseconds
             kept = [link.write(now, due + link.lead_ns, brake) for link in played]
             cell.complete(now.state.tick, all(kept))
@@ -386,11 +386,9 @@ class Links:
         for link in played:
             self._watch(now, link)
 
-    def _brake(self, now: Snapshot) -> Floats | None:
-        """Return the coordinates of the world (m, nq), a tick apart, if all braked now; None: it takes too long."""
-        if not now.state.motions:
-            return now.state.q[None]
-        way = braking(now.structure, now.state, now.tick_seconds, self._forward)
+    def _brake(self, now: Snapshot, robots: set[int]) -> Floats | None:
+        """Return the coordinates (m, nq) of some robots, a tick apart, if all braked now; None: it takes too long."""
+        way = braking_of(robots, now.structure, now.state, now.tick_seconds, self._forward)
         return way.positions if way.ends else None
 
     def _read(self, now: Snapshot, link: Link) -> None:
