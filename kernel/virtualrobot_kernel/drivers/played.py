@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import pairwise
 
-from virtualrobot_kernel.motion.program_run import ProgramRun
+from virtualrobot_kernel.world.apply_motions import is_known
 from virtualrobot_kernel.world.commands import PlayedTicks
 from virtualrobot_kernel.world.state import Motion, State
 
@@ -43,7 +43,7 @@ class Played:
         self._motions = state.motions
         own = [motion for motion in state.motions if self._robot in motion.robots]
         # One that was open once stays guarded when it is closed: what was appended has not been checked before.
-        self._guarded = frozenset(motion.id for motion in own if motion.id in self._guarded or not _is_checked(motion))
+        self._guarded = frozenset(motion.id for motion in own if motion.id in self._guarded or not is_known(motion))
         check = STOOD if not own else GUARDED if self._guarded else WHOLE
         if check != self._checks[-1][1]:
             # A motion that has ended has made this tick yet.
@@ -62,9 +62,3 @@ class Played:
         del self._checks[: max(0, over)]
         self._told = max(self._told, last)
         return found
-
-
-def _is_checked(motion: Motion) -> bool:
-    """Return whether all that a motion does was known as it started, when it is checked where a robot plays it."""
-    run = motion.running
-    return isinstance(run, ProgramRun) and not (run.program.open or motion.nodes or motion.searcher)
