@@ -348,7 +348,8 @@ class TickRing(_Mapped):
             values = np.ndarray((3, self.joints), np.float64, content, _REPORT.size)
             report = Report(
                 *(ns, STATES[state], cycles, skipped, lateness, tick, bool(on_brake)),
-                *(MODES[mode], SAFETIES[safety], inputs, said, rate, scaling, *values, bool(faulty)),
+                *(MODES[mode], SAFETIES[safety], inputs, said, rate, scaling, values[0], values[1], values[2]),
+                is_faulty=bool(faulty),
             )
             self._last = (sequence, report)
             return report
