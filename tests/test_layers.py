@@ -91,6 +91,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/bridges/modbus.py": ("virtualrobot_apps", "virtualrobot", "pymodbus"),
     f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),
     f"{APPS}/bridges/opcua.py": ("virtualrobot_apps", "virtualrobot", "asyncua"),
+    # The console passes calls of any method on, in bytes: it speaks gRPC and the contract itself, and serves HTTP.
+    f"{APPS}/console": ("virtualrobot_apps.console", "virtualrobot", "google", "grpc"),
+    f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),
+    f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot", "uvicorn"),
     # What they say is read from YAML.
     f"{APPS}/vehicles/vehicle_file.py": ("virtualrobot", "numpy", "yaml"),
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),

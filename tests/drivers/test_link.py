@@ -13,7 +13,16 @@ from unittest import mock
 import grpc
 import numpy as np
 import pytest
-from virtualrobot.v1 import collision_pb2, driver_pb2, geometry_pb2, history_pb2, kernel_pb2, motion_pb2, scene_pb2
+from virtualrobot.v1 import (
+    collision_pb2,
+    driver_pb2,
+    geometry_pb2,
+    history_pb2,
+    kernel_pb2,
+    motion_pb2,
+    scene_pb2,
+    signal_pb2,
+)
 from virtualrobot_kernel.drivers import link
 from virtualrobot_kernel.kernel import Kernel
 from virtualrobot_kernel.world.commands import PlayedTicks
@@ -421,6 +430,27 @@ def test_controllers_inputs_and_outputs_are_signals(bench: Bench) -> None:
     command.value.boolean = True
     bench.holder.apply(scene_pb2.Command(set_signal=command))
     until(lambda: bool(bench.process.outputs) and bench.process.outputs[-1] == 2)
+
+
+def test_signals_of_a_controller_go_with_it_and_no_others(bench: Bench) -> None:
+    """Those that were there before stay, and so do all while a connection is in ERROR and is made anew."""
+    own = signal_pb2.Signal(name="arm.di0", direction=signal_pb2.SIGNAL_DIRECTION_INPUT, owner="arm")
+    own.value.boolean = False
+    bench.holder.apply(scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=own)))
+    bench.connect()
+
+    def there() -> set[str]:
+        return {name for name in bench.kernel.world.snapshot.state.signals if name.startswith("arm.")}
+
+    connected = there()
+    assert {"arm.di1", "arm.do0", "arm.do1"} < connected
+    bench.process.fail(DriverFault("the cable is out"))
+    until(lambda: bench.status.state == ERROR)
+    assert there() == connected
+    bench.connect()
+    assert there() == connected
+    bench.call("DisconnectDriver", robot="arm")
+    assert there() == {"arm.di0"}
 
 
 @pytest.mark.long

@@ -56,7 +56,7 @@ async def stream_setpoints(
         raise KernelError("the first message of the stream must say in `target` what is moved", field="target")
     snapshot = kernel.world.snapshot
     uid = snapshot.structure.robot(first.target.robot)[0].uid
-    craft = kernel.crafts.of(uid) if follows_twists(first.target) else None
+    craft = kernel.crafts.driven(uid) if follows_twists(first.target) else None
     command = followed(snapshot, first.target, craft)
     names = TWIST if craft is not None else command.joint_names
     values = setpoint(first, names) if first.values else None

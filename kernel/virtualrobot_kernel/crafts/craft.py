@@ -15,6 +15,7 @@ from virtualrobot_sdk.errors import ComponentFault, FaultKind
 from virtualrobot_kernel.components.running import ComponentHandle
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.crafts import base_joint
+from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Craft, JointType, Node, Structure
 
 Floats = NDArray[np.float64]
@@ -80,11 +81,22 @@ class CraftAtWork:
         """Return where its drives are (m,), of all coordinates (nq,) or of rows of them (n, nq)."""
         return q[..., self.drives.q] / self.drives.ratio
 
-    def moved(self, now: Floats, later: Floats, later_v: Floats, seconds: float) -> Moved | None:
-        """Return where the craft is once its drives have gone from `now` to `later` (nq,); None where they stand.
+    def key(self, now: Snapshot, later: Snapshot) -> bytes:
+        """Return what the result of `moved` depends on, as bytes."""
+        q, v = now.state.q, later.state.v
+        parts = (later.state.q[self.drives.q], v[self.drives.v], q[self.drives.q], q[list(self.base_coordinates)])
+        return b"".join(part.tobytes() for part in parts)
 
-        `later_v` (nv,) are velocities at the end. Raises KernelError with what the component does wrong.
+    def is_moving(self, now: Snapshot) -> bool:
+        """Return whether its base has a velocity."""
+        return bool(now.state.v[list(self.base_rates)].any())
+
+    def moved(self, before: Snapshot, after: Snapshot) -> Moved | None:
+        """Return where the craft is once its drives have gone on from one snapshot to the next; None where they stand.
+
+        Raises KernelError with what the component does wrong.
         """
+        now, later, later_v, seconds = before.state.q, after.state.q, after.state.v, before.tick_seconds
         states, end = self.states(now), self.states(later)
         commands, rates = (end - states) / seconds, later_v[self.drives.v] / self.drives.ratio
         if not commands.any() and not rates.any():

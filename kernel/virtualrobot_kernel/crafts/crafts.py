@@ -18,6 +18,7 @@ from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.crafts.craft import CraftAtWork, Moved, at_work
+from virtualrobot_kernel.crafts.vessel import Vessel, vessel
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
@@ -61,7 +62,7 @@ class Crafts:
         self._world, self._catalog = world, catalog
         self._structure: Structure | None = None
         self._supervises = False
-        self._at_work: dict[int, CraftAtWork] = {}
+        self._at_work: dict[int, CraftAtWork | Vessel] = {}
         self._faults: dict[int, tuple[Craft, str]] = {}
         self._made: dict[int, tuple[Craft, ComponentHandle]] = {}
         self._asked: dict[int, tuple[int, bytes]] = {}
@@ -74,7 +75,7 @@ class Crafts:
         for _, component in self._made.values():
             component.close()
 
-    def of(self, uid: int) -> CraftAtWork:
+    def of(self, uid: int) -> CraftAtWork | Vessel:
         """Return a craft at work by its robot (uid), for its names, twists and commands.
 
         Raises KernelError for a robot that is none, and PLUGIN_FAILED where its component has failed.
@@ -93,6 +94,17 @@ class Crafts:
                 f"{node.name!r} is no craft; make it one with set_craft", reason=Reason.WRONG_STATE, robot=node.name
             )
         return craft
+
+    def driven(self, uid: int) -> CraftAtWork:
+        """Return a craft at work that drives by twists; raise KernelError as `of` does, and for a vessel."""
+        craft = self.of(uid)
+        if isinstance(craft, CraftAtWork):
+            return craft
+        raise KernelError(
+            f"{craft.node.name!r} is pushed by its thrusters and has no twist at once; give setpoints to these",
+            reason=Reason.WRONG_STATE,
+            robot=craft.node.name,
+        )
 
     def fault_of(self, uid: int) -> str:
         """Return why a craft stands, in words; empty where it may move."""
@@ -117,17 +129,17 @@ class Crafts:
                     uid = structure.uid_by_name.get(one.robot) if isinstance(one, SetCraft) else None
                     if uid is not None and isinstance(known := structure.nodes[uid].data, RobotData):
                         node = replace(structure.nodes[uid], data=replace(known, craft=craft))
-                        at_work(structure, node, craft, component)
+                        _at_work(structure, node, craft, component)
                 finally:
                     component.close()
 
     def follow(self, motion: str, uid: int, twist: Floats) -> tuple[float, ...]:
         """Return the setpoint of a motion of a craft's drives for a twist (3,), and steer on to it from now on.
 
-        A twist that is as old as the motion's timeout is followed no more. Raises as `of` and `CraftAtWork.commands`.
+        A twist that is as old as the motion's timeout is followed no more. Raises as `driven` and `commands` of it do.
         """
         now = self._world.snapshot
-        values = self.of(uid).commands(twist, now.state.q, now.tick_seconds)
+        values = self.driven(uid).commands(twist, now.state.q, now.tick_seconds)
         self._twists[motion] = _Twist(uid, twist, now.state.tick)
         return tuple(values.tolist())
 
@@ -159,12 +171,12 @@ class Crafts:
         for uid, craft in self._at_work.items():
             if uid in self._faults or uid in now.state.commanded:
                 continue
-            key = (now.state.tick, self._key(craft, now, later))
+            key = (now.state.tick, craft.key(now, later))
             asked = self._asked.get(uid)
             if asked == key:
                 continue
             try:
-                moved = craft.moved(now.state.q, later.state.q, later.state.v, now.tick_seconds)
+                moved = craft.moved(now, later)
             except KernelError as error:
                 self._fail(craft, error)
                 why = Cancellation(EndCause.FAILED, str(error))
@@ -172,7 +184,7 @@ class Crafts:
                 found.append(craft.at_rest(now.state.q))
                 continue
             said = asked is not None and asked[0] == now.state.tick
-            if moved is None and (said or now.state.v[list(craft.base_rates)].any()):
+            if moved is None and (said or craft.is_moving(now)):
                 moved = craft.at_rest(now.state.q)
             if moved is not None:
                 self._asked[uid] = key
@@ -189,7 +201,7 @@ class Crafts:
         motions = {motion.id: motion.running for motion in now.state.motions}
         for id, (uid, twist, tick) in list(self._twists.items()):
             run, craft = motions.get(id), self._at_work.get(uid)
-            if not isinstance(run, SetpointMotion) or craft is None or uid in self._faults:
+            if not isinstance(run, SetpointMotion) or not isinstance(craft, CraftAtWork) or uid in self._faults:
                 self._twists.pop(id, None)
                 continue
             if run.closed or run.phase is not Phase.RUNNING:
@@ -208,12 +220,7 @@ class Crafts:
                 commands.append(SetSetpoint(id, values))
         return commands
 
-    def _key(self, craft: CraftAtWork, now: Snapshot, later: Snapshot) -> bytes:
-        q, v = now.state.q, later.state.v
-        parts = (later.state.q[craft.drives.q], v[craft.drives.v], q[craft.drives.q], q[list(craft.base_coordinates)])
-        return b"".join(part.tobytes() for part in parts)
-
-    def _fail(self, craft: CraftAtWork, error: KernelError) -> None:
+    def _fail(self, craft: CraftAtWork | Vessel, error: KernelError) -> None:
         log.error("the craft %r stops: %s", craft.node.name, error)
         self._faults[craft.node.uid] = craft.craft, str(error)
 
@@ -251,7 +258,7 @@ class Crafts:
         try:
             component = kept[1] if kept else self._started(craft)
             self._made[node.uid] = craft, component
-            self._at_work[node.uid] = at_work(structure, node, craft, component)
+            self._at_work[node.uid] = _at_work(structure, node, craft, component)
             if fault is not None and fault[0] is craft:
                 self._faults[node.uid] = fault
         except KernelError as error:
@@ -259,8 +266,14 @@ class Crafts:
             self._faults[node.uid] = craft, str(error)
 
     def _started(self, craft: Craft) -> ComponentHandle:
-        offer = self._catalog.find(ComponentKind.MOBILE_KINEMATICS, craft.kinematics)
-        return start(offer, craft.settings)
+        is_vessel = craft.kinematics in self._catalog.offers(ComponentKind.VEHICLE_DYNAMICS)
+        kind = ComponentKind.VEHICLE_DYNAMICS if is_vessel else ComponentKind.MOBILE_KINEMATICS
+        return start(self._catalog.find(kind, craft.kinematics), craft.settings)
+
+
+def _at_work(structure: Structure, node: Node, craft: Craft, component: ComponentHandle) -> CraftAtWork | Vessel:
+    is_vessel = component.offer.about.kind is ComponentKind.VEHICLE_DYNAMICS
+    return (vessel if is_vessel else at_work)(structure, node, craft, component)
 
 
 def _command(found: Sequence[Moved]) -> SetDynamics:

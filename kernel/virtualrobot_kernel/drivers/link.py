@@ -65,6 +65,8 @@ class Link:
     process: Process
     ring: TickRing
     about: About
+    signals: tuple[str, ...] = ()
+    """Signals of the controller that were made for this link, and go with it."""
     mode: LinkMode = LinkMode.SIMULATED
     state: State = State.INACTIVE
     words: Words = field(default_factory=Words)
@@ -97,7 +99,7 @@ class Link:
 
     @property
     def lead_ns(self) -> int:
-        """How much later than its twin the robot does things, ns."""
+        """Time (ns) by which the robot is later than its twin."""
         return round(self.asked.lead * 1e9)
 
     def places(self, structure: Structure) -> tuple[Columns, Columns]:
@@ -140,7 +142,7 @@ class Link:
         report = self.report = self.newest()
         if (fault := self._met(report, now_ns)) is not None:
             return fault
-        if report is not None and report.state is State.ERROR:
+        if report is not None and has_fault(report):
             return None  # its words are on their way
         # Only time in which the world goes on counts: a kernel that was late has not looked.
         since, self._asked_ns = min(now_ns - self._asked_ns, LOOK_SECONDS * 1e9), now_ns
@@ -165,7 +167,7 @@ class Link:
             return words_of(fault)
         if report is None:
             return None
-        if report.state is State.ERROR:
+        if has_fault(report):
             self._error_ns = self._error_ns or now_ns
             if self.told is None and now_ns - self._error_ns < WORDS_SECONDS * 1e9:
                 return None
@@ -192,6 +194,11 @@ class Link:
                 f"{self.asked.following_limit:g} is allowed"
             )
         return None
+
+
+def has_fault(report: Report) -> bool:
+    """Return whether a host has met a fault, though it may still brake."""
+    return report.state is State.ERROR or report.is_faulty
 
 
 def words_of(fault: DriverFault) -> Words:
