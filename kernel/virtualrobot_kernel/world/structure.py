@@ -191,6 +191,15 @@ class CraftDrive:
 
 
 @dataclass(frozen=True, slots=True)
+class Water:
+    """Water about a craft: velocity along the world's axes (m/s), density (kg/m^3), height of its surface (m)."""
+
+    current: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    density: float = 1000.0
+    surface_height: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Craft:
     """Craft: the component `kinematics` moves the base of a robot by its drives.
 
@@ -205,6 +214,7 @@ class Craft:
     center_x: float = 0.0
     center_y: float = 0.0
     heading: float = 0.0
+    water: Water | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -140,7 +140,7 @@ class Robot(_message.Message):
     def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., groups: _Optional[_Iterable[_Union[JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[LinkPair, _Mapping]]] = ..., actuators: _Optional[_Iterable[_Union[Actuator, _Mapping]]] = ..., craft: _Optional[_Union[Craft, _Mapping]] = ...) -> None: ...
 
 class Craft(_message.Message):
-    __slots__ = ("kinematics", "settings", "drives", "base_joint", "center_x_meters", "center_y_meters", "heading_radians")
+    __slots__ = ("kinematics", "settings", "drives", "base_joint", "center_x_meters", "center_y_meters", "heading_radians", "water")
     KINEMATICS_FIELD_NUMBER: _ClassVar[int]
     SETTINGS_FIELD_NUMBER: _ClassVar[int]
     DRIVES_FIELD_NUMBER: _ClassVar[int]
@@ -148,6 +148,7 @@ class Craft(_message.Message):
     CENTER_X_METERS_FIELD_NUMBER: _ClassVar[int]
     CENTER_Y_METERS_FIELD_NUMBER: _ClassVar[int]
     HEADING_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    WATER_FIELD_NUMBER: _ClassVar[int]
     kinematics: str
     settings: _struct_pb2.Struct
     drives: _containers.RepeatedCompositeFieldContainer[CraftDrive]
@@ -155,7 +156,18 @@ class Craft(_message.Message):
     center_x_meters: float
     center_y_meters: float
     heading_radians: float
-    def __init__(self, kinematics: _Optional[str] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., drives: _Optional[_Iterable[_Union[CraftDrive, _Mapping]]] = ..., base_joint: _Optional[str] = ..., center_x_meters: _Optional[float] = ..., center_y_meters: _Optional[float] = ..., heading_radians: _Optional[float] = ...) -> None: ...
+    water: Water
+    def __init__(self, kinematics: _Optional[str] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., drives: _Optional[_Iterable[_Union[CraftDrive, _Mapping]]] = ..., base_joint: _Optional[str] = ..., center_x_meters: _Optional[float] = ..., center_y_meters: _Optional[float] = ..., heading_radians: _Optional[float] = ..., water: _Optional[_Union[Water, _Mapping]] = ...) -> None: ...
+
+class Water(_message.Message):
+    __slots__ = ("current", "density", "surface_height_meters")
+    CURRENT_FIELD_NUMBER: _ClassVar[int]
+    DENSITY_FIELD_NUMBER: _ClassVar[int]
+    SURFACE_HEIGHT_METERS_FIELD_NUMBER: _ClassVar[int]
+    current: _geometry_pb2.Vector3
+    density: float
+    surface_height_meters: float
+    def __init__(self, current: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., density: _Optional[float] = ..., surface_height_meters: _Optional[float] = ...) -> None: ...
 
 class CraftDrive(_message.Message):
     __slots__ = ("drive", "joint", "ratio")
