@@ -72,7 +72,7 @@ class Parts:
     def __init__(self) -> None:
         """Begin with nothing written."""
         # The objects are kept, since an identity is given anew when its object is gone.
-        self.written: dict[int, tuple[object, bytes, frozenset[bytes]]] = {}
+        self.written: dict[int, tuple[object, Ext, frozenset[bytes]]] = {}
 
 
 @dataclass(slots=True, eq=False)
@@ -90,8 +90,8 @@ class _Writer:
 class _PartWriter:
     """Parts of a document and of its parts: those of before, those used, and those written anew."""
 
-    known: Mapping[int, tuple[object, bytes, frozenset[bytes]]]
-    used: dict[int, tuple[object, bytes, frozenset[bytes]]] = dataclasses.field(default_factory=dict)
+    known: Mapping[int, tuple[object, Ext, frozenset[bytes]]]
+    used: dict[int, tuple[object, Ext, frozenset[bytes]]] = dataclasses.field(default_factory=dict)
     fresh: dict[bytes, bytes] = dataclasses.field(default_factory=dict)
 
 
@@ -369,7 +369,7 @@ class Codec:
         if (reference := writer.places.get(id(value))) is not None:
             return reference
         if form.part and writer.parts is not None:
-            reference = Ext(PART, self._part(value, writer, writer.parts))
+            reference = self._part(value, writer, writer.parts)
         else:
             written = self._encode_fields(value, writer)
             number = len(writer.shared)
@@ -378,16 +378,17 @@ class Codec:
         writer.places[id(value)] = reference
         return reference
 
-    def _part(self, value: object, writer: _Writer, parts: _PartWriter) -> bytes:
-        """Return the digest of a part, which is written if it wasn't yet."""
-        known = parts.used.get(id(value)) or parts.known.get(id(value))
+    def _part(self, value: object, writer: _Writer, parts: _PartWriter) -> Ext:
+        """Return the reference to a part, which is written if it wasn't yet."""
+        place = id(value)
+        known = parts.known.get(place) or parts.used.get(place)
         if known is None:
             data, inner = self._document(value, parts, is_part=True)
             digest = blake2b(data, digest_size=16).digest()
             parts.fresh[digest] = data
-            known = (value, digest, inner | {digest})
-        parts.used[id(value)] = known
-        writer.digests |= known[2]
+            known = (value, Ext(PART, digest), inner | {digest})
+        parts.used[place] = known
+        writer.digests.update(known[2])
         return known[1]
 
     def _encode_any(self, value: object, writer: _Writer) -> object:
