@@ -266,6 +266,11 @@ def stops(cell: Cell, load: str) -> Row:
     return row(what, ours, 1e3 / RATE + way, "a cycle and the way", "ms", 1.0, note)
 
 
+def unmeasured(why: str) -> Row:
+    """Return the row of what could not be measured."""
+    return Row(name=why, ours=None, peer=None, peer_name="", unit="", ratio=None, budget=None)
+
+
 def run() -> list[Row]:
     """Return all rows."""
     realtime.calm()
@@ -275,5 +280,5 @@ def run() -> list[Row]:
         try:
             rows += [*jitter(cell, "under load"), stops(cell, "under load")]
         except Ended as error:
-            rows.append(row(f"under load nothing was measured: {error}", 1.0, 0.0, "", "", None))
+            rows.append(unmeasured(f"under load, not measured: {error}"))
     return rows
