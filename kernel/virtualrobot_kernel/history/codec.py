@@ -361,6 +361,11 @@ class Codec:
         ]
 
     def _encode_record(self, value: object, writer: _Writer) -> object:
+        parts = writer.parts
+        if parts is not None and (known := parts.known.get(id(value))) is not None:  # most of a world that was written
+            parts.used[id(value)] = known
+            writer.digests.update(known[2])
+            return known[1]
         form = self._forms.get(type(value))
         if form is None:
             raise TypeError(f"nothing says how {_path(type(value))} is written")
@@ -368,8 +373,8 @@ class Codec:
             return self._encode_fields(value, writer)
         if (reference := writer.places.get(id(value))) is not None:
             return reference
-        if form.part and writer.parts is not None:
-            reference = self._part(value, writer, writer.parts)
+        if form.part and parts is not None:
+            reference = self._part(value, writer, parts)
         else:
             written = self._encode_fields(value, writer)
             number = len(writer.shared)
@@ -380,14 +385,13 @@ class Codec:
 
     def _part(self, value: object, writer: _Writer, parts: _PartWriter) -> Ext:
         """Return the reference to a part, which is written if it wasn't yet."""
-        place = id(value)
-        known = parts.known.get(place) or parts.used.get(place)
+        known = parts.used.get(id(value))
         if known is None:
             data, inner = self._document(value, parts, is_part=True)
             digest = blake2b(data, digest_size=16).digest()
             parts.fresh[digest] = data
             known = (value, Ext(PART, digest), inner | {digest})
-        parts.used[place] = known
+            parts.used[id(value)] = known
         writer.digests.update(known[2])
         return known[1]
 
