@@ -29,6 +29,7 @@ from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
+from virtualrobot_kernel.crafts.crafts import Crafts
 from virtualrobot_kernel.drawing.additions import with_arrows
 from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.twin_ghosts import twin_ghosts
@@ -136,7 +137,8 @@ class Kernel:
                 raise error.at("the replay can't be shown (`--verify` needs no meshes)") from error
         else:
             self._history = self._recorded(clock)
-        self._guard = CollisionGuard(self._sensing.solids, self.world)
+        self._crafts = Crafts(self.world, catalog)
+        self._guard = CollisionGuard(self._sensing.solids, self.world, self._crafts.carry)
         self._leases = LeaseTable()
         site = DriverSite(catalog)
         self._links = Links(self.world, self._mailbox, world_poses, site, self._leases.has_leased)
@@ -210,6 +212,7 @@ class Kernel:
             log.warning("%s: %s", path, warning)
         self._view.tell(warnings)
         self._solvers.check_choices(commands)
+        self._crafts.check(commands)
         check_choices(commands, self._sensing)
         limits = self._settings.limits
         limits.check_triangles(self.world.snapshot, commands, self._meshes)
@@ -254,6 +257,7 @@ class Kernel:
         self._renderers.close()
         self._limiter.close()
         self._solvers.close()
+        self._crafts.close()
         self._importers.close()
         self._casters.close()
         close_all()  # those that are being made or looked at, too: the process waits for its threads
@@ -277,6 +281,7 @@ class Kernel:
             processes=self._processes,
             monitor=self._monitor,
             guard=self._guard,
+            crafts=self._crafts,
             renderers=self._renderers,
             steps=self._history.steps,
             checkpoints=self._history.checkpoints,

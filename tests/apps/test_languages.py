@@ -25,8 +25,8 @@ measured: 0.91 m
 touching: part and post
 refused: UNKNOWN_NAME, nearest is lbr_iiwa_joint_4
 """
-"""What the program prints. By hand: the eye is at 1.5 m above the table, the part is 0.1 m high, its middle at 0.05 m is
-lifted by 0.2 m; the other numbers are those of the Python program, which the other languages have to meet."""
+"""What the program prints. By hand: the eye is at 1.5 m above the table, the part is 0.1 m high, its middle at 0.05 m
+is lifted by 0.2 m; the other numbers are those of the Python program, which the other languages have to meet."""
 
 pytestmark = pytest.mark.long
 

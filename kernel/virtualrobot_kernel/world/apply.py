@@ -19,6 +19,7 @@ from virtualrobot_kernel.world import (
     apply_signals,
     apply_tools,
     commands,
+    crafts,
     dynamics,
     measured,
 )
@@ -36,6 +37,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.PlacePart: apply_robots.place_part,
     commands.SetJointPositions: apply_robots.set_joint_positions,
     commands.SetKinematics: apply_robots.set_kinematics,
+    commands.SetCraft: crafts.set_craft,
     commands.RunSensors: apply_sensors.run_sensors,
     commands.SetRangeComponents: apply_sensors.set_range_components,
     commands.SetAllowedPairs: apply_collisions.set_allowed_pairs,

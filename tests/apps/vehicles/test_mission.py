@@ -88,7 +88,7 @@ def test_a_vehicle_follows_a_path_against_a_current() -> None:
     mission = Mission([Follow(Path.through(SQUARE), 0.4), Hold(5.0)])
     log, done = sail(mission, Gains(), 120.0)
     assert done
-    off = np.array([error for _, _, error in log])
+    off = np.array([error for _, _, error in log if not math.isnan(error)])
     assert np.sqrt(np.mean(off**2)) < 0.06
     assert off.max() < 0.2
     assert np.linalg.norm(log[-1][1] - SQUARE[-1]) < 0.15

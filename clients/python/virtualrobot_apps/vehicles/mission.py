@@ -8,6 +8,7 @@ steps:
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 
@@ -76,12 +77,12 @@ class Mission:
         self._place: Floats | None = None
         self._until = 0.0
         self._heading: float | None = None
-        self.cross_track = 0.0
-        """Distance from the path (m) at the last position; 0 where a step has none."""
+        self.cross_track = math.nan
+        """Distance from the path (m) at the last position; NaN where a step has none."""
 
     def wanted(self, now: float, position: Floats, heading: float) -> Wanted | None:
         """Return what is wanted at a time (s), a position (3,) and a heading (rad); None once the mission is done."""
-        self.cross_track = 0.0
+        self.cross_track = math.nan
         self._heading = heading if self._heading is None else self._heading
         while self._steps:
             wanted = self._of_step(self._steps[0], now, position)
