@@ -14,6 +14,7 @@ from virtualrobot_sdk.drivers import Mode as ControllerMode
 from virtualrobot_sdk.drivers.shared import Report, State, TickRing
 
 from virtualrobot_kernel.drivers.far_side import Process
+from virtualrobot_kernel.drivers.played import Played
 from virtualrobot_kernel.drivers.twin import Asked, Columns, Floats, Twin, columns
 from virtualrobot_kernel.world.state import Signal, Snapshot
 from virtualrobot_kernel.world.structure import Structure
@@ -71,8 +72,8 @@ class Link:
     state: State = State.INACTIVE
     words: Words = field(default_factory=Words)
     outputs: int = 0
-    first_tick: int = 0
-    noted_tick: int = 0
+    played: Played | None = None
+    """Record of what went out since the robot was let follow last; None before."""
     follows_badly: bool = False
     report: Report | None = None
     is_silent: bool = False
@@ -121,7 +122,7 @@ class Link:
     def begin_anew(self, tick: int) -> None:
         """Forget what was played before."""
         self.forget_faults()
-        self.first_tick = self.noted_tick = tick
+        self.played = Played(self.twin.uid, tick)
         self.follows_badly = False
         self.ring.clear()
 

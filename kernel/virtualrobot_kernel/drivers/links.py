@@ -29,7 +29,7 @@ from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.world.braking import braking_of, going
 from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.clock import Mode
-from virtualrobot_kernel.world.commands import Command, PlayedTicks, SetJointPositions, SetMeasuredJoints, StopRobots
+from virtualrobot_kernel.world.commands import Command, SetJointPositions, SetMeasuredJoints, StopRobots
 from virtualrobot_kernel.world.past_world import PastWorld, is_past
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, Snapshot
 from virtualrobot_kernel.world.store import World
@@ -52,9 +52,6 @@ LOOK_SECONDS = 0.01
 
 NOTE_SECONDS = 1.0
 """Period (s) of simulation time at which the journal is told what was played."""
-
-CHECK = "guarded tick by tick, with all brakes"
-"""Check by which ticks that are played were known to be good."""
 
 UNWATCHED = (State.ERROR, State.CONNECTING, State.DISCONNECTED)
 """States in which a link has no fault that is new."""
@@ -386,8 +383,8 @@ class Links:
                 link.outputs = bits_of(now, link.twin.uid, link.about.outputs)
             if link.mode is LinkMode.MONITOR or link.about.inputs:
                 self._read(now, link)
-            if link.state is State.ACTIVE:
-                self._note(now, link)
+        for link in played:
+            self._watch(now, link)
 
     def _brake(self, now: Snapshot, robots: set[int]) -> Floats | None:
         """Return the coordinates (m, nq) of some robots, a tick apart, if all braked now; None: it takes too long."""
@@ -423,14 +420,20 @@ class Links:
         with suppress(KernelError):  # too many others wait: the next tick has a newer one
             self._mailbox.put(link.twin.uid, TickInput(command, self._author(now, link), refused_input, permit))
 
-    def _note(self, now: Snapshot, link: Link, last: bool = False) -> None:
-        """Tell the journal what was played since it was told last."""
-        report = link.newest() if last else link.report
-        if report is None or report.tick <= link.noted_tick:
+    def _watch(self, now: Snapshot, link: Link) -> None:
+        """Keep what a robot plays, and tell the journal now and then."""
+        if (played := link.played) is None:
             return
-        if last or (report.tick - link.noted_tick) * now.tick_seconds >= NOTE_SECONDS:
-            first, link.noted_tick = link.noted_tick, report.tick
-            self._world.submit([PlayedTicks(link.twin.uid, first + 1, report.tick, CHECK)], self._author(now, link))
+        played.twin_at(now.state)
+        if link.report is not None and link.is_played:
+            played.reached(link.report.tick)
+        if link.state is State.ACTIVE and played.waiting * now.tick_seconds >= NOTE_SECONDS:
+            self._note(now, link)
+
+    def _note(self, now: Snapshot, link: Link) -> None:
+        """Tell the journal what was played since it was told last."""
+        if link.played is not None and (ranges := link.played.take()):
+            self._world.submit(ranges, self._author(now, link))
 
     def _author(self, now: Snapshot, link: Link) -> str:
         return f"driver {link.asked.component} of {_name(now, link)}"
@@ -557,7 +560,9 @@ class Links:
             until = time.monotonic() + REST_SECONDS
             while not self._closed and time.monotonic() < until and not self._rests(link):
                 time.sleep(LOOK_SECONDS)
-            self._note(self._world.snapshot, link, last=True)
+            if link.played is not None and (last := link.newest()) is not None:
+                link.played.reached(last.tick)
+            self._note(self._world.snapshot, link)
             if link.state is State.ERROR and link.is_silent:
                 try:
                     link.process.words()  # where it has died, its fault says how

@@ -116,6 +116,12 @@ def open_program(motion: Motion) -> ProgramRun:
     )
 
 
+def is_known(motion: Motion) -> bool:
+    """Return whether all that a motion may do yet is known now: no setpoints, no steps that are planned or come later."""
+    run = motion.running
+    return isinstance(run, ProgramRun) and not (run.program.open or motion.nodes or motion.searcher)
+
+
 def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
     """Return a motion with the joints and all else of a plan; refuse one that was made for another world.
 

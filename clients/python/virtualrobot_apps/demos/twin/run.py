@@ -36,8 +36,8 @@ LAYERS = 3
 PATIENCE = 120.0
 """Longest time (s) of an order."""
 
-TRIES = 50
-"""Number of times that robots go on which had to brake, since the computer was too late."""
+TRIES = 200
+"""Number of times that robots go on which had to brake, since the computer was too late; a busy one needs many."""
 
 
 @dataclass(slots=True, eq=False)
@@ -161,14 +161,23 @@ def meet_carton(client: Client, tallies: Mapping[str, Tally], left: Callable[[],
     robot, *others = tallies
     print(f"a carton is put in the way of {robot}", flush=True)
     cell.put_carton(client)
-    execute(client, tallies)
-    stood = client.drivers[robot].positions
     programs = left()
-    try:
-        programs[robot].start()
-    except CollisionError as error:
-        tallies[robot].refused += 1
-        print(f"{robot} refuses: {error}", flush=True)
+    for _ in range(TRIES):
+        execute(client, tallies)
+        stood = client.drivers[robot].positions
+        try:
+            motion = programs[robot].start(wait=False)
+        except CollisionError as error:
+            tallies[robot].refused += 1
+            print(f"{robot} refuses: {error}", flush=True)
+            break
+        except WrongStateError:
+            continue  # a robot stopped just now
+        motion.cancel("its robot had stopped just before, so that the twin was alone")
+        with suppress(MotionEndedError):
+            motion.wait(timeout=PATIENCE)
+    else:
+        raise VirtualRobotError(f"{robot} was to refuse an order that would collide with a carton, and did not")
     order(client, tallies, {one: programs[one] for one in others})
     moved = np.abs(client.drivers[robot].positions - stood).max()
     print(f"{robot} stood still: it moved by {1e3 * moved:.2f} mrad", flush=True)
