@@ -247,7 +247,8 @@ class Host:
         seconds = max((now - self._due) * 1e-9, 0.0) + 1.0 / self._about.rate
         self._v = v if v is not None else (q - self._q) / seconds if self._reading is not None else np.zeros_like(q)
         self._q, self._reading = q, reading
-        self._error = q - self._sent[1] if self._sent is not None else np.zeros_like(q)
+        played = self._jobs.nearest(q) if self._jobs is not None else self._sent[1] if self._sent is not None else q
+        self._error = q - played
         if self.state in (State.ACTIVE, State.STOPPING):
             if reading.safety not in OK:
                 raise DriverFault(reading.text or f"the controller's safety system says {reading.safety.value}")
