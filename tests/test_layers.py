@@ -43,6 +43,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
     "drivers": ("components", "inputs", "world"),
+    "physics": ("collision", "components", "shapes", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
@@ -57,6 +58,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
             "messages",
             "motion",
             "paths",
+            "physics",
             "planning",
         ),
         *("scenes", "sensing", "world"),
@@ -142,6 +144,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/paths/search.py": room("paths", "ompl"),
     f"{KERNEL}/sensing": room("sensing", "virtualrobot_sdk"),
     f"{KERNEL}/drivers": room("drivers", "virtualrobot_sdk"),
+    f"{KERNEL}/physics": room("physics", "virtualrobot_sdk"),
     # The browser by viser, whose server is that of websockets; files of pictures, and the letters in them, by Pillow.
     f"{KERNEL}/drawing": room("drawing", "virtualrobot_sdk", "viser", "websockets", "PIL"),
     f"{KERNEL}/api": room(

@@ -230,6 +230,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
             await self._kernel.in_worker(limits.check_triangles, self._kernel.world.snapshot, commands, meshes)
         self._kernel.solvers.check_choices(commands)
         check_choices(commands, self._kernel.sensing)
+        self._kernel.forces.check(commands)
         snapshot = self._kernel.world.snapshot
         if is_to_be_ready(snapshot, commands):
             await self._kernel.in_worker(make_ready, self._kernel.collisions.shapes, snapshot, commands)

@@ -21,6 +21,7 @@ from virtualrobot_kernel.world import (
     commands,
     dynamics,
     measured,
+    physics,
 )
 from virtualrobot_kernel.world.change import Change, Forward, frozen
 from virtualrobot_kernel.world.state import State
@@ -60,6 +61,8 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.EndSetpoints: apply_setpoints.end_setpoints,
     commands.SetMeasuredJoints: measured.set_measured_joints,
     commands.SetDynamics: dynamics.set_dynamics,
+    commands.SetParts: physics.set_parts,
+    commands.SetPhysics: physics.set_physics,
     commands.PauseMotion: apply_motions.pause_motion,
     commands.ResumeMotion: apply_motions.resume_motion,
     commands.CancelMotion: apply_motions.cancel_motion,
