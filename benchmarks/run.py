@@ -23,7 +23,8 @@ SUITES = (
     *("rpc", "tick", "setpoints", "kinematics", "closed_form", "arm_angle", "dynamics", "planning", "paths"),
     *("components", "loading", "rays", "scans", "cameras", "collision"),
     *("collision_batch", "collision_motions", "collision_monitor", "collision_guard", "viewer", "startup", "shell"),
-    *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io", "driver_ticks", "driver_ur"),
+    *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io"),
+    *("driver_ticks", "drivers", "driver_ur"),
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),

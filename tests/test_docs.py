@@ -237,7 +237,7 @@ def test_command_line_tells_each_option(name: str) -> None:
         options -= {"-h", "--help"}
     elif name == "grade":
         options = long_options(grade)
-    elif name == "new":
+    elif name in ("new", "repair"):
         options = long_options(command)
     else:
         assert long_options(command) >= TARGET

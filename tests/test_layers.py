@@ -42,6 +42,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
+    "crafts": ("components", "world"),
     "drivers": ("components", "inputs", "world"),
     "physics": ("collision", "components", "shapes", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
@@ -50,6 +51,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
         *(
             "collision",
             "components",
+            "crafts",
             "drawing",
             "drivers",
             "formats",
@@ -91,7 +93,12 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/bridges/modbus.py": ("virtualrobot_apps", "virtualrobot", "pymodbus"),
     f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),
     f"{APPS}/bridges/opcua.py": ("virtualrobot_apps", "virtualrobot", "asyncua"),
+    # The console passes calls of any method on, in bytes: it speaks gRPC and the contract itself, and serves HTTP.
+    f"{APPS}/console": ("virtualrobot_apps.console", "virtualrobot", "google", "grpc"),
+    f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),
+    f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot", "uvicorn"),
     # What they say is read from YAML.
+    f"{APPS}/vehicles/vehicle_file.py": ("virtualrobot", "numpy", "yaml"),
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
@@ -128,6 +135,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # Plugins are found by entry point; no room imports one.
     f"{KERNEL}/components": room("components", "virtualrobot_sdk"),
     f"{KERNEL}/planning": room("planning", "virtualrobot_sdk"),
+    f"{KERNEL}/crafts": room("crafts", "virtualrobot_sdk"),
     f"{KERNEL}/shapes": room("shapes", "virtualrobot_sdk.rays"),
     f"{KERNEL}/shapes/textures.py": room("shapes", "PIL"),
     f"{KERNEL}/messages": room("messages", *CONTRACT, "virtualrobot_sdk.denavit_hartenberg"),

@@ -67,7 +67,19 @@ GROUPS = (
         },
         functions=("connect",),
         client=("close", "lease", "leases", "report", "services", "shutdown"),
-        commands=("serve", "shell", "report", "lease", "leases", "token", "clock", "step", "state"),
+        commands=(
+            "serve",
+            "console",
+            "shell",
+            "report",
+            "repair",
+            "lease",
+            "leases",
+            "token",
+            "clock",
+            "step",
+            "state",
+        ),
     ),
     Group(
         "Files: robots, environments, scenes",
@@ -82,7 +94,7 @@ GROUPS = (
         services=("RobotService", "MotionService", "PathService", "CalibrationService"),
         batch=(
             *("PickPart", "PlacePart", "SetJointPositions", "SelectTool", "SetToolState", "SetSpeedFactor"),
-            *("KinematicsChoice", "MountTool", "UnmountTool", "SetTcpSpeedLimit"),
+            *("KinematicsChoice", "MountTool", "UnmountTool", "SetTcpSpeedLimit", "SetCraft"),
         ),
         python={
             "client.robots": "robots.robots:Robots",

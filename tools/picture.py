@@ -15,6 +15,7 @@ import virtualrobot
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.view.pictures import Picture
 from virtualrobot_apps.demos.palletizing import palletize
+from virtualrobot_apps.demos.twin import run
 
 SIZE = 1280, 800
 
@@ -24,7 +25,9 @@ SIZE = 1280, 800
 @click.option("--box", default=11, show_default=True, help="The demo when the iiwa carries this box to its pallet.")
 @click.option("--speed", default=3.0, show_default=True, help="Of the work before, against the wall clock.")
 def main(folder: Path, box: int, speed: float) -> None:
-    """Write cell.png, the demo when the iiwa carries a box over its pallet, capture.png and collision.png to FOLDER."""
+    """Write cell.png, the demo when the iiwa carries a box over its pallet, and three other pictures to FOLDER."""
+    with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
+        _followed(client, kernel.address).save(folder / "twin.png")
     with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
         _collided(client).save(folder / "collision.png")
     with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
@@ -42,8 +45,21 @@ def main(folder: Path, box: int, speed: float) -> None:
                 break
         watcher.clock.set_stepped()  # and nobody steps: the world stands still
         watcher.view.capture(size=SIZE).save(folder / "cell.png")
-    for name in ("collision", "capture", "cell"):
+    for name in ("collision", "capture", "cell", "twin"):
         click.echo(f"{folder / name}.png: {(folder / f'{name}.png').stat().st_size // 1024} kB")
+
+
+def _followed(client: virtualrobot.Client, address: str) -> Picture:
+    """Return the demo with emulated controllers when both carry a box, their ghosts behind them."""
+    work = threading.Thread(target=run.main, args=(client,), kwargs={"headless": True})
+    work.start()
+    with virtualrobot.connect(address) as watcher:
+        for change in watcher.scene.watch():
+            if change.ghosts and {"ur-box-1", "abb-box-1"} <= change.ghosts.keys():
+                break
+        picture = watcher.view.capture(size=SIZE)
+    work.join()
+    return picture
 
 
 def _annotated(client: virtualrobot.Client) -> Picture:

@@ -29,6 +29,7 @@ from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
+from virtualrobot_kernel.crafts.crafts import Crafts
 from virtualrobot_kernel.drawing.additions import with_arrows
 from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.twin_ghosts import twin_ghosts
@@ -137,7 +138,8 @@ class Kernel:
                 raise error.at("the replay can't be shown (`--verify` needs no meshes)") from error
         else:
             self._history = self._recorded(clock)
-        self._guard = CollisionGuard(self._sensing.solids, self.world)
+        self._crafts = Crafts(self.world, catalog)
+        self._guard = CollisionGuard(self._sensing.solids, self.world, self._crafts.carry)
         self._forces = Forces(self.world, catalog, load)
         self._leases = LeaseTable()
         site = DriverSite(catalog)
@@ -212,6 +214,7 @@ class Kernel:
             log.warning("%s: %s", path, warning)
         self._view.tell(warnings)
         self._solvers.check_choices(commands)
+        self._crafts.check(commands)
         check_choices(commands, self._sensing)
         self._forces.check(commands)
         limits = self._settings.limits
@@ -258,6 +261,7 @@ class Kernel:
         self._renderers.close()
         self._limiter.close()
         self._solvers.close()
+        self._crafts.close()
         self._importers.close()
         self._casters.close()
         close_all()  # those that are being made or looked at, too: the process waits for its threads
@@ -282,6 +286,7 @@ class Kernel:
             monitor=self._monitor,
             guard=self._guard,
             forces=self._forces,
+            crafts=self._crafts,
             renderers=self._renderers,
             steps=self._history.steps,
             checkpoints=self._history.checkpoints,

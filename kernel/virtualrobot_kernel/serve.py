@@ -63,6 +63,15 @@ def report(path: Path, target: Path) -> None:
     report_of_folder(path, target)
 
 
+def repair(path: Path) -> str:
+    """Repair a project folder and return what came of it; raise KernelError when it can't be."""
+    from virtualrobot_kernel.history.repair import repair as repaired
+    from virtualrobot_kernel.planning.robots import world_poses
+
+    done = repaired(path, world_poses)
+    return f"{path} is sound" if done is None else str(done)
+
+
 def _told(name: str, options: argparse.Namespace, run: Callable[[argparse.Namespace], int]) -> int:
     """Return the exit code of a program; what it refuses is one line."""
     logging.basicConfig(

@@ -224,6 +224,45 @@ def killed_again_and_again(
 
 
 @pytest.mark.long
+def test_a_killed_kernel_whose_database_cannot_be_opened_goes_on_once_it_is_repaired(
+    tmp_path: Path, start_kernel: StartKernel
+) -> None:
+    """With what was in the database, beside it (-wal) and in the tail: nothing of it is lost."""
+    folder = tmp_path / "cell"
+    kernel = start_kernel("--stepped", "--data", str(folder))
+    load(kernel.stubs(), IIWA, "arm")
+    assert kernel.end() == 0
+    kernel = start_kernel("--stepped", "--data", str(folder))
+    stubs = kernel.stubs()
+    apply(stubs, signal_created("count"), create(box("cube")))
+    start(stubs, joints("arm", **READY))
+    for count in range(50):
+        set_signals(stubs, {"count": count})
+        stamp = step(stubs, 1).stamp
+    was = np.array(state(stubs, "arm").positions)
+    kill(kernel)
+    for name, head in (("journal.db", 4096), ("journal.db-wal", 32)):
+        data = (folder / name).read_bytes()
+        (folder / name).write_bytes(bytes(head) + data[head:])
+    left = [path for name in ("journal.db", "journal.db-wal", "tail.?") for path in folder.glob(name)]
+    spoiled = {path.name: path.read_bytes() for path in left}
+    assert "virtualrobot repair" in refused("--data", str(folder))
+    command = [sys.executable, "-m", "virtualrobot", "repair", str(folder)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=GUARD, check=False)
+    assert done.returncode == 0, done.stderr
+    assert "0 entries, 0 ticks and 0 checkpoints are lost" in done.stdout
+    assert {name: (folder / "damaged" / name).read_bytes() for name in spoiled} == spoiled
+
+    again = start_kernel("--stepped", "--data", str(folder)).stubs()
+    arm, now = arm_and_stamp(again)
+    assert now.tick == stamp.tick
+    assert np.array_equal(arm.positions, was)
+    assert signals(again) == {"count": 49} and "cube" in names(again)
+    told = subprocess.run(command, capture_output=True, text=True, timeout=GUARD, check=False)
+    assert told.returncode == 1 and "another kernel uses the folder" in told.stderr
+
+
+@pytest.mark.long
 def test_ten_kills_under_load_lose_nothing(tmp_path: Path, start_kernel: StartKernel, rng: np.random.Generator) -> None:
     assert killed_again_and_again(tmp_path, start_kernel, rng, time.monotonic() + 3600.0, 10) > 100
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Iterator
 from typing import Any
 
@@ -15,6 +16,7 @@ from virtualrobot_sdk.drivers import DriverFault, Mode, Pace, Reading, Safety
 
 from tests.drivers.peers import ADDRESS, Peer, connected, free_port
 from tests.tiers import Draws
+from tests.waiting import until
 
 egm_pb2: Any = messages  # which are made at run time
 HOME = [0.0, -30.0, 30.0, 0.0, 45.0, 10.0]
@@ -140,6 +142,22 @@ def test_each_packet_is_answered_by_what_is_sent(running: Setup, rng: np.random.
     running.read()
     (asked,) = running.robot.asked()
     np.testing.assert_array_equal(asked.planned.joints.joints, wanted)
+
+
+def test_who_connects_again_is_not_taken_for_late(running: Setup) -> None:
+    """A controller that has not noticed drops what has a lower number than the answer before."""
+    running.read()
+    running.driver.send(np.array(HOME), np.zeros(6), 0)
+    (before,) = running.robot.asked()
+    running.driver.close()
+    sent = time.monotonic()
+    until(lambda: time.monotonic() > sent + 0.05)  # as long as the packets before would have taken
+    running.driver = AbbEgm(running.settings)
+    connected(running.driver, running.robot.cycle)
+    running.robot.asked()
+    running.read()
+    (after,) = running.robot.asked()
+    assert 0 < (after.header.seqno - before.header.seqno) % 2**32 < 2**31
 
 
 def test_external_axes_are_answered_apart(setup: Setup) -> None:

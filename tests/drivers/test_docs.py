@@ -5,9 +5,13 @@ from __future__ import annotations
 import dataclasses
 import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
 from virtualrobot_plugins import drivers
+from virtualrobot_plugins.drivers.loopback.settings import What
+
+from tests.drivers.test_faults import FAULTS, HARMLESS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -36,3 +40,21 @@ def test_a_page_tells_each_setting(name: str) -> None:
     told = (DOCS / "drivers" / f"{name}.md").read_text("utf-8")
     rows = {word for row in re.findall(r"^\|([^|]*)\|", told, re.MULTILINE) for word in re.findall(r"`(\w+)`", row)}
     assert [field.name for field in dataclasses.fields(registered()[name]) if field.name not in rows] == []
+
+
+def test_the_matrix_of_faults_is_what_was_tried() -> None:
+    """Each fault that is caused has its row and its words, and each row a test that there is."""
+    told = (DOCS / "drivers.md").read_text("utf-8").partition("### Matrix")[2].partition("\n## ")[0]
+    rows = [[cell.strip() for cell in line[1:-1].split("|")] for line in told.splitlines() if line.startswith("| ")][1:]
+    words = {row[0].strip("`"): row[3].strip('"') for row in rows if re.fullmatch("`[a-z_]+`", row[0])}
+    assert words == {fault.split()[0]: said for fault, said in FAULTS.items()}
+    borne = next(row[0] for row in rows if row[4].endswith("test_what_is_borne_costs_nobody_anything`"))
+    assert re.findall(r"`(\w+)`", borne) == [fault.split()[0] for fault in HARMLESS]
+    named = [re.fullmatch(r"`(\w+\.py)::(\w+)`", row[4]) for row in rows if row[4] != "the same"]
+    for test in named:
+        assert test is not None
+        assert f"def {test[2]}(" in (Path(__file__).parent / test[1]).read_text("utf-8"), test[0]
+
+
+def test_each_fault_on_demand_has_been_tried() -> None:
+    assert {fault.split()[0] for fault in (*FAULTS, *HARMLESS)} == set(get_args(What))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 from typing import Any
 from unittest import mock
@@ -13,15 +13,27 @@ from unittest import mock
 import grpc
 import numpy as np
 import pytest
-from virtualrobot.v1 import collision_pb2, driver_pb2, geometry_pb2, history_pb2, kernel_pb2, motion_pb2, scene_pb2
+from virtualrobot.v1 import (
+    collision_pb2,
+    driver_pb2,
+    geometry_pb2,
+    history_pb2,
+    kernel_pb2,
+    motion_pb2,
+    scene_pb2,
+    signal_pb2,
+)
 from virtualrobot_kernel.drivers import link
+from virtualrobot_kernel.drivers.played import GUARDED, STOOD, WHOLE, Played
 from virtualrobot_kernel.kernel import Kernel
+from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.world.commands import PlayedTicks
 from virtualrobot_sdk.drivers import DriverFault, Mode, Safety
 from virtualrobot_sdk.drivers.shared import State
 
 from tests.api.asking import IIWA, Refusal, apply, box, create, joints, load, refusal
 from tests.api.leasing import Holder
+from tests.api.streaming import Sender
 from tests.drivers.sham_site import ShamProcess, ShamSite
 from tests.inside import kernel_inside
 from tests.kernels import Stubs
@@ -423,8 +435,29 @@ def test_controllers_inputs_and_outputs_are_signals(bench: Bench) -> None:
     until(lambda: bool(bench.process.outputs) and bench.process.outputs[-1] == 2)
 
 
+def test_signals_of_a_controller_go_with_it_and_no_others(bench: Bench) -> None:
+    """Those that were there before stay, and so do all while a connection is in ERROR and is made anew."""
+    own = signal_pb2.Signal(name="arm.di0", direction=signal_pb2.SIGNAL_DIRECTION_INPUT, owner="arm")
+    own.value.boolean = False
+    bench.holder.apply(scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=own)))
+    bench.connect()
+
+    def there() -> set[str]:
+        return {name for name in bench.kernel.world.snapshot.state.signals if name.startswith("arm.")}
+
+    connected = there()
+    assert {"arm.di1", "arm.do0", "arm.do1"} < connected
+    bench.process.fail(DriverFault("the cable is out"))
+    until(lambda: bench.status.state == ERROR)
+    assert there() == connected
+    bench.connect()
+    assert there() == connected
+    bench.call("DisconnectDriver", robot="arm")
+    assert there() == {"arm.di0"}
+
+
 @pytest.mark.long
-def test_what_was_played_stands_in_the_journal(bench: Bench) -> None:
+def test_what_was_played_stands_in_the_journal_with_its_check(bench: Bench) -> None:
     noted: list[PlayedTicks] = []
     submit = bench.kernel.world.submit
 
@@ -432,13 +465,48 @@ def test_what_was_played_stands_in_the_journal(bench: Bench) -> None:
         noted.extend(one for one in commands if isinstance(one, PlayedTicks))
         return submit(commands, *args, **named)
 
+    def checks() -> list[str]:
+        return [check for check, _ in groupby(one.check for one in noted)]
+
     with mock.patch.object(bench.kernel.world, "submit", told):
         bench.connect()
         bench.mode(EXECUTE)
-        until(lambda: len(noted) >= 2)
+        until(lambda: checks() == [STOOD])
+        bench.await_end(bench.move(1.0, **{FIRST: 0.1}))
+        until(lambda: checks() == [STOOD, WHOLE, STOOD])
+        stream = Sender(bench.holder.stubs, metadata=bench.holder.metadata)
+        stream.give(0.1)
+        stream.end()
+        stream.rest()
+        until(lambda: checks() == [STOOD, WHOLE, STOOD, GUARDED, STOOD])
         bench.mode(SIMULATED)
     assert all(one.last + 1 == later.first for one, later in pairwise(noted))
     assert all((one.last - one.first) * 0.004 < 2.0 for one in noted)
+
+
+def test_ranges_that_were_played_are_those_of_the_twins_ticks() -> None:
+    """The robot is a lead later; what an open program does stays guarded, though it is closed."""
+    played, still = Played(7, 100), mock.Mock(motions=())
+    run = mock.Mock(spec=ProgramRun, program=mock.Mock(open=False))
+    whole = mock.Mock(id="one", robots=(7,), running=run, nodes=frozenset(), searcher=0)
+    open_run = mock.Mock(spec=ProgramRun, program=mock.Mock(open=True))
+    first, later = (mock.Mock(id="two", robots=(7,), running=r, nodes=frozenset(), searcher=0) for r in (open_run, run))
+    other = mock.Mock(id="three", robots=(8,), running=mock.Mock(), nodes=frozenset(), searcher=0)
+    for tick, motions in ((101, ()), (105, (whole,)), (110, (other,)), (115, (first,)), (118, (later, other))):
+        still.tick, still.motions = tick, motions
+        played.twin_at(still)
+    assert played.take() == []
+    played.reached(107.6)
+    played.reached(-1)
+    assert played.waiting == 7
+    assert played.take() == [PlayedTicks(7, 101, 104, STOOD), PlayedTicks(7, 105, 107, WHOLE)]
+    played.reached(120)
+    assert played.take() == [
+        PlayedTicks(7, 108, 110, WHOLE),
+        PlayedTicks(7, 111, 114, STOOD),
+        PlayedTicks(7, 115, 120, GUARDED),
+    ]
+    assert played.take() == []
 
 
 def test_bad_connections_are_refused_by_name(bench: Bench) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import socket
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, TypeVar
 
 import grpc
 import numpy as np
@@ -22,6 +22,8 @@ SIMULATED = driver_pb2.DRIVER_MODE_SIMULATED
 ACTIVE, INACTIVE = driver_pb2.DRIVER_STATE_ACTIVE, driver_pb2.DRIVER_STATE_INACTIVE
 ERROR = driver_pb2.DRIVER_STATE_ERROR
 FIRST = "lbr_iiwa_joint_1"
+
+Result = TypeVar("Result")
 
 
 class Cell:
@@ -43,13 +45,20 @@ class Cell:
         request = getattr(driver_pb2, f"{name}Request")(**fields)
         return getattr(self.holder.stubs.driver, name)(request, metadata=self.holder.metadata)
 
-    def connect(self, robot: str = "arm", lead: float = 0.4, **settings: Any) -> driver_pb2.DriverStatus:  # noqa: ANN401 any setting
+    def connect(
+        self,
+        robot: str = "arm",
+        lead: float = 0.4,
+        following_limit: float = 0.3,
+        following_warning: float = 0.2,
+        **settings: Any,  # noqa: ANN401 any setting
+    ) -> driver_pb2.DriverStatus:
         """Connect a computed controller that is asked for faults at a port."""
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
             free.bind(("127.0.0.1", 0))
             self.ports[robot] = free.getsockname()[1]
         request = driver_pb2.ConnectDriverRequest(robot=robot, component="loopback", lead_seconds=lead)
-        request.following_limit, request.following_warning = 0.3, 0.2
+        request.following_limit, request.following_warning = following_limit, following_warning
         request.settings.update({"joints": 7, "control_port": self.ports[robot], **settings})
         return self.holder.stubs.driver.ConnectDriver(request, metadata=self.holder.metadata).driver
 
@@ -94,8 +103,8 @@ class Cell:
         return self.motion(id)
 
 
-def patiently(cell: Cell, scenario: Callable[[], None]) -> None:
-    """Try a scenario, and again where the machine was so busy that the kernel was later than the lead."""
+def patiently(cell: Cell, scenario: Callable[[], Result]) -> Result:
+    """Return what a scenario returns; try it again where a busy machine made the kernel later than the lead."""
     for _ in range(20):
         try:
             return scenario()

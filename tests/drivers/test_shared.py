@@ -123,7 +123,7 @@ class TestARing:
         q, v = rng.normal(size=K), rng.normal(size=K)
         said = Report(
             *(77, State.ACTIVE, 9, 3, 1000, 42, True, Mode.RUNNING, Safety.REDUCED, 2**64 - 1, 2, 0.5, 0.7),
-            *(q, v, q + 1.0),
+            *(q, v, q + 1.0, True),
         )
         host.report(said)
         one = ring.reported()

@@ -31,8 +31,10 @@ from virtualrobot_kernel.world.structure import NodeSpec
 from virtualrobot_plugins.importers.dxf.importer import DxfImporter, DxfSettings
 from virtualrobot_plugins.importers.ply import OffImporter, PlyImporter
 from virtualrobot_plugins.importers.sdf.importer import SdfImporter
+from virtualrobot_plugins.importers.step import StepImporter, StepSettings
 from virtualrobot_plugins.importers.threemf import ThreeMfImporter
 from virtualrobot_plugins.importers.vrml.importer import VrmlImporter
+from virtualrobot_plugins.importers.xacro import Xacro, XacroSettings
 from virtualrobot_sdk.errors import ArgumentError, FilesNeeded
 from virtualrobot_sdk.importers import Importer
 
@@ -56,6 +58,8 @@ class Reader:
 
     read: Callable[[bytes], object]
     seeds: Callable[[], list[bytes]]
+    cost: int = 1
+    """Cost of a file, of that of others: where each starts a process, fewer are read."""
 
 
 def refused(read: Callable[[bytes], object], data: bytes) -> bool:
@@ -280,6 +284,31 @@ def _off_and_ply(ending: str) -> list[bytes]:
     return [one if isinstance(one := box.export(file_type=ending), bytes) else str(one).encode()]
 
 
+def _xacro() -> list[bytes]:
+    """Return robots with macros, arguments and conditions; powers may take a day, which a kernel's deadline ends."""
+    return [
+        *(one for one in _elements("robot") if b"xacro" in one and b"**" not in one),
+        XACRO,
+        XACRO.replace(b"</robot>", INCLUDE),
+    ]
+
+
+INCLUDE = b'<xacro:include filename="more.xacro" ns="n"/></robot>'
+XACRO = b"""<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
+<xacro:arg name="prefix" default="a"/><xacro:property name="size" value="0.5"/>
+<xacro:property name="sizes" value="${dict(x=1, y=[1, 2])}"/>
+<xacro:macro name="limb" params="name parent:=^|base size:=${size*2} *origin **more">
+<link name="${name}"><visual><geometry><box size="${size} ${sizes['x']} ${sizes['y'][0]}"/></geometry></visual></link>
+<joint name="${name}_joint" type="revolute"><parent link="${parent}"/><child link="${name}"/>
+<xacro:insert_block name="origin"/><xacro:insert_block name="more"/>
+<limit lower="${-pi/2}" upper="${radians(90)}" velocity="1" effort="1"/></joint></xacro:macro>
+<link name="base"/>
+<xacro:limb name="$(arg prefix)_one"><origin xyz="0 0 ${sin(0.5)}"/><more><axis xyz="0 0 1"/></more></xacro:limb>
+<xacro:if value="${size > 0.1}"><link name="b"/>
+<joint name="f" type="fixed"><parent link="base"/><child link="b"/></joint></xacro:if>
+<xacro:unless value="false"><material name="m"><color rgba="1 0 0 1"/></material></xacro:unless></robot>
+"""
+
 SCENE = b"""schema_version: 1
 speed_factor: 0.5
 nodes:
@@ -375,5 +404,9 @@ READERS: Mapping[str, Reader] = {
         lambda: [*_on_disk("*.wrl", root=FOREIGN), *_texts(r"#VRML V2.0 utf8.*?(?=\"\"\"|```)")],
     ),
     "threemf": _foreign_reader(ThreeMfImporter(), "m.3mf", lambda: _on_disk("*.3mf", root=FOREIGN)),
+    "step": Reader(
+        partial(_foreign, StepImporter(StepSettings()), "m.step"), lambda: _on_disk("*.step", root=FOREIGN), cost=50
+    ),
+    "xacro": _foreign_reader(Xacro(XacroSettings({})), "r.xacro", _xacro),
 }
-"""Readers by the name of their format. STEP and xacro are read by libraries in processes with deadlines."""
+"""Readers by the name of their format. In a kernel each importer has a process of its own, with a deadline."""

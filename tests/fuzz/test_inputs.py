@@ -29,7 +29,7 @@ def test_what_has_broken_a_reader_is_refused(path: Path) -> None:
 def test_a_damaged_file_is_read_or_refused_in_words(name: str, seed: int, draws: Draws) -> None:
     rng, reader = random.Random(seed), READERS[name]
     seeds = reader.seeds()
-    for _ in range(draws(100)):
+    for _ in range(max(1, draws(100) // reader.cost)):
         data = mutated(rng.choice(seeds), rng)
         try:
             refused(reader.read, data)

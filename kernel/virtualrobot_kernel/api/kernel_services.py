@@ -23,6 +23,7 @@ from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
+from virtualrobot_kernel.crafts.crafts import Crafts
 from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.drivers.links import Links
@@ -70,6 +71,7 @@ class KernelServices:
     monitor: Monitor
     guard: CollisionGuard
     forces: Forces
+    crafts: Crafts
     renderers: RendererPool
     steps: Steps
     checkpoints: Checkpoints

@@ -229,6 +229,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
             await self._kernel.in_worker(limits.check_triangles, self._kernel.world.snapshot, commands, meshes)
         self._kernel.solvers.check_choices(commands)
+        await self._kernel.in_worker(self._kernel.crafts.check, commands)
         check_choices(commands, self._kernel.sensing)
         self._kernel.forces.check(commands)
         snapshot = self._kernel.world.snapshot

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.brake_check import APART, contact_on, distance, pictured
@@ -37,6 +38,13 @@ ROUNDING = 1e-9
 """Times (s) and distances (m) that differ by no more than this are the same."""
 
 log = logging.getLogger(__name__)
+
+
+Floats = NDArray[np.float64]
+
+
+def _nothing_carried(now: Snapshot, positions: Floats) -> None:
+    """Leave all bases where they are."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +78,14 @@ class CollisionGuard:
 
     author = "collision guard"
 
-    def __init__(self, shapes: CollisionShapes, world: World) -> None:
-        """Guard from now on what the world says is to be guarded."""
+    def __init__(
+        self, shapes: CollisionShapes, world: World, carried: Callable[[Snapshot, Floats], None] = _nothing_carried
+    ) -> None:
+        """Guard from now on what the world says is to be guarded.
+
+        `carried` puts into the coordinates of a brake (m, nq), a row for each tick, where drives take bases.
+        """
+        self._carried = carried
         self._scene = CollisionScene(shapes)
         self._verified = VerifiedPaths(self._scene)
         self._world = world
@@ -182,6 +196,7 @@ class CollisionGuard:
         if not way.ends:
             robots = frozenset(uid for motion in motions for uid in motion.robots)
             return _Threat(robots, "it takes too long to brake for it to be known whether it touches anything")
+        self._carried(now, way.positions)
         if later is not None:
             way = way.after(now.state)
         unverified.add_reached(way.reached)

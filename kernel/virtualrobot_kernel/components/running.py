@@ -203,7 +203,11 @@ class _InProcess:
         self._component = self._contained(lambda: one.factory(*given))
 
     def call(self, method: str, *arguments: object) -> Any:  # noqa: ANN401
-        return self._contained(lambda: getattr(self._component, method)(*arguments))
+        def asked() -> Any:  # noqa: ANN401
+            value = getattr(self._component, method)
+            return value(*arguments) if callable(value) else value
+
+        return self._contained(asked)
 
     def close(self) -> None:
         pass

@@ -9,10 +9,27 @@ import numpy as np
 
 from virtualrobot_kernel.drawing.view import Ghost
 from virtualrobot_kernel.planning.robots import standing_at
-from virtualrobot_kernel.world.figures import Figure, Frame, Label, Lines, Material, Points
+from virtualrobot_kernel.world.figures import (
+    Box,
+    Capsule,
+    Cone,
+    Cylinder,
+    Figure,
+    Frame,
+    Geometry,
+    Label,
+    Lines,
+    Material,
+    Mesh,
+    Points,
+    Sphere,
+)
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import FOR_PEOPLE, Kind, Structure
 from virtualrobot_kernel.world.visibility import inherited_visibility
+
+SLIM = 0.985
+"""Size of ghosts beside that of robots."""
 
 
 def is_there(structure: Structure, ghost: Ghost) -> bool:
@@ -61,7 +78,21 @@ def moved_parts(snapshot: Snapshot, robot: int) -> Iterator[tuple[int, Figure]]:
         for figure in node.figures:
             is_solid = not isinstance(figure.geometry, Points | Lines | Frame | Label)
             if figure.visual and is_solid and figure.tool_state in ("", states[node.uid]):
-                yield node.uid, figure
+                yield node.uid, replace(figure, geometry=slimmer(figure.geometry))
+
+
+def slimmer(geometry: Geometry) -> Geometry:
+    """Return a solid geometry a little smaller, so that where ghost and robot are at one place the robot is seen."""
+    match geometry:
+        case Box(size):
+            return Box((SLIM * size[0], SLIM * size[1], SLIM * size[2]))
+        case Mesh(scale=scale):
+            return replace(geometry, scale=(SLIM * scale[0], SLIM * scale[1], SLIM * scale[2]))
+        case Sphere(radius):
+            return Sphere(SLIM * radius)
+        case Cylinder() | Cone() | Capsule():
+            return replace(geometry, radius=SLIM * geometry.radius, length=SLIM * geometry.length)
+    return geometry
 
 
 def _is_moved(structure: Structure, uid: int, robot: int, grippers: Collection[int]) -> bool:

@@ -19,7 +19,7 @@ from virtualrobot_kernel.world.state import Snapshot
 APART = 2e-3
 """Distance (rad, m) of a joint from which on a ghost is seen; nearer it would be one with the robot."""
 
-MEASURED_COLOR: Color = (0.95, 0.50, 0.05)
+MEASURED_COLOR: Color = (0.10, 0.70, 0.35)
 
 
 class GhostKind(Enum):

@@ -14,6 +14,7 @@ from virtualrobot_sdk.drivers import Mode as ControllerMode
 from virtualrobot_sdk.drivers.shared import Report, State, TickRing
 
 from virtualrobot_kernel.drivers.far_side import Process
+from virtualrobot_kernel.drivers.played import Played
 from virtualrobot_kernel.drivers.twin import Asked, Columns, Floats, Twin, columns
 from virtualrobot_kernel.world.state import Signal, Snapshot
 from virtualrobot_kernel.world.structure import Structure
@@ -65,12 +66,14 @@ class Link:
     process: Process
     ring: TickRing
     about: About
+    signals: tuple[str, ...] = ()
+    """Signals of the controller that were made for this link, and go with it."""
     mode: LinkMode = LinkMode.SIMULATED
     state: State = State.INACTIVE
     words: Words = field(default_factory=Words)
     outputs: int = 0
-    first_tick: int = 0
-    noted_tick: int = 0
+    played: Played | None = None
+    """Record of what went out since the robot was let follow last; None before."""
     follows_badly: bool = False
     report: Report | None = None
     is_silent: bool = False
@@ -97,7 +100,7 @@ class Link:
 
     @property
     def lead_ns(self) -> int:
-        """How much later than its twin the robot does things, ns."""
+        """Time (ns) by which the robot is later than its twin."""
         return round(self.asked.lead * 1e9)
 
     def places(self, structure: Structure) -> tuple[Columns, Columns]:
@@ -119,7 +122,7 @@ class Link:
     def begin_anew(self, tick: int) -> None:
         """Forget what was played before."""
         self.forget_faults()
-        self.first_tick = self.noted_tick = tick
+        self.played = Played(self.twin.uid, tick)
         self.follows_badly = False
         self.ring.clear()
 
@@ -140,7 +143,7 @@ class Link:
         report = self.report = self.newest()
         if (fault := self._met(report, now_ns)) is not None:
             return fault
-        if report is not None and report.state is State.ERROR:
+        if report is not None and has_fault(report):
             return None  # its words are on their way
         # Only time in which the world goes on counts: a kernel that was late has not looked.
         since, self._asked_ns = min(now_ns - self._asked_ns, LOOK_SECONDS * 1e9), now_ns
@@ -165,7 +168,7 @@ class Link:
             return words_of(fault)
         if report is None:
             return None
-        if report.state is State.ERROR:
+        if has_fault(report):
             self._error_ns = self._error_ns or now_ns
             if self.told is None and now_ns - self._error_ns < WORDS_SECONDS * 1e9:
                 return None
@@ -192,6 +195,11 @@ class Link:
                 f"{self.asked.following_limit:g} is allowed"
             )
         return None
+
+
+def has_fault(report: Report) -> bool:
+    """Return whether a host has met a fault, though it may still brake."""
+    return report.state is State.ERROR or report.is_faulty
 
 
 def words_of(fault: DriverFault) -> Words:

@@ -16,19 +16,20 @@ from contextlib import suppress
 import numpy as np
 from virtualrobot_sdk.drivers import DriverFault, Pace
 from virtualrobot_sdk.drivers import Mode as ControllerMode
+from virtualrobot_sdk.drivers.host import REST_SPEED
 from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Report, State, TickRing
 
 from virtualrobot_kernel.drivers.admission import check, is_guarded
 from virtualrobot_kernel.drivers.far_side import Site
 from virtualrobot_kernel.drivers.link import STOPPED, Link, LinkMode, Status, Words, words_of
-from virtualrobot_kernel.drivers.signals import bits_of, commands_for, inputs_changed
+from virtualrobot_kernel.drivers.signals import bits_of, commands_for, inputs_changed, removals
 from virtualrobot_kernel.drivers.twin import AT_REST, Asked, Floats, twin_of
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.inputs.mailbox import Mailbox
-from virtualrobot_kernel.world.braking import braking, going
+from virtualrobot_kernel.world.braking import braking_of, going
 from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.clock import Mode
-from virtualrobot_kernel.world.commands import Command, PlayedTicks, SetJointPositions, SetMeasuredJoints, StopRobots
+from virtualrobot_kernel.world.commands import Command, SetJointPositions, SetMeasuredJoints, StopRobots
 from virtualrobot_kernel.world.past_world import PastWorld, is_past
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, Snapshot
 from virtualrobot_kernel.world.store import World
@@ -46,17 +47,11 @@ READING_SECONDS = 10.0
 FAULT_SECONDS = 0.05
 """Time (s) for which it is waited whether a cell that was stopped by nobody known was stopped by a host's fault."""
 
-REST_SPEED = 0.05
-"""Measured speed (rad/s, m/s) of each joint below which a robot is at rest: what is measured is never quite still."""
-
 LOOK_SECONDS = 0.01
 """Period (s) at which it is looked whether a robot is at rest."""
 
 NOTE_SECONDS = 1.0
 """Period (s) of simulation time at which the journal is told what was played."""
-
-CHECK = "guarded tick by tick, with all brakes"
-"""Check by which ticks that are played were known to be good."""
 
 UNWATCHED = (State.ERROR, State.CONNECTING, State.DISCONNECTED)
 """States in which a link has no fault that is new."""
@@ -154,7 +149,9 @@ class Links:
                     robot=robot,
                     component=link.asked.component,
                 )
+            signals: tuple[str, ...] = ()
             if link is not None:
+                signals = link.signals
                 self._forget(link)
             self._open()
             process, ring = self._site.connection(twin, asked, round(snapshot.tick_seconds * 1e9))
@@ -176,14 +173,15 @@ class Links:
                         field="without_watchdog",
                         robot=robot,
                     )
-                self._create_signals(robot, about.inputs, about.outputs)
+                signals += self._create_signals(robot, about.inputs, about.outputs)
             except BaseException as error:
                 process.close()
                 ring.close()
+                self._remove_signals(twin.uid, signals)
                 self._rest_if_none()
                 raise told(error, robot) from error
             with self._changing:
-                self._links = {**self._links, twin.uid: Link(twin, asked, process, ring, about)}
+                self._links = {**self._links, twin.uid: Link(twin, asked, process, ring, about, signals)}
             return self.status(robot)
 
     def disconnect(self, robot: str) -> Status:
@@ -193,6 +191,7 @@ class Links:
             self._leave(status.link, "its driver is disconnected")
             last = self.status(robot)
             self._forget(status.link)
+            self._remove_signals(status.link.twin.uid, status.link.signals)
             status.link.state, status.link.mode = State.DISCONNECTED, LinkMode.SIMULATED
             return last
 
@@ -373,7 +372,7 @@ class Links:
             return
         played = [link for link in links.values() if link.is_played or link.mode is LinkMode.EXECUTE]
         if played:
-            brake = self._brake(now)
+            brake = self._brake(now, {link.twin.uid for link in played})
             due = self._world.due_nanoseconds
             kept = [link.write(now, due + link.lead_ns, brake) for link in played]
             cell.complete(now.state.tick, all(kept))
@@ -384,14 +383,12 @@ class Links:
                 link.outputs = bits_of(now, link.twin.uid, link.about.outputs)
             if link.mode is LinkMode.MONITOR or link.about.inputs:
                 self._read(now, link)
-            if link.state is State.ACTIVE:
-                self._note(now, link)
+        for link in played:
+            self._watch(now, link)
 
-    def _brake(self, now: Snapshot) -> Floats | None:
-        """Return the coordinates of the world (m, nq), a tick apart, if all braked now; None: it takes too long."""
-        if not now.state.motions:
-            return now.state.q[None]
-        way = braking(now.structure, now.state, now.tick_seconds, self._forward)
+    def _brake(self, now: Snapshot, robots: set[int]) -> Floats | None:
+        """Return the coordinates (m, nq) of some robots, a tick apart, if all braked now; None: it takes too long."""
+        way = braking_of(robots, now.structure, now.state, now.tick_seconds, self._forward)
         return way.positions if way.ends else None
 
     def _read(self, now: Snapshot, link: Link) -> None:
@@ -423,14 +420,20 @@ class Links:
         with suppress(KernelError):  # too many others wait: the next tick has a newer one
             self._mailbox.put(link.twin.uid, TickInput(command, self._author(now, link), refused_input, permit))
 
-    def _note(self, now: Snapshot, link: Link, last: bool = False) -> None:
-        """Tell the journal what was played since it was told last."""
-        report = link.newest() if last else link.report
-        if report is None or report.tick <= link.noted_tick:
+    def _watch(self, now: Snapshot, link: Link) -> None:
+        """Keep what a robot plays, and tell the journal now and then."""
+        if (played := link.played) is None:
             return
-        if last or (report.tick - link.noted_tick) * now.tick_seconds >= NOTE_SECONDS:
-            first, link.noted_tick = link.noted_tick, report.tick
-            self._world.submit([PlayedTicks(link.twin.uid, first + 1, report.tick, CHECK)], self._author(now, link))
+        played.twin_at(now.state)
+        if link.report is not None and link.is_played:
+            played.reached(link.report.tick)
+        if link.state is State.ACTIVE and played.waiting * now.tick_seconds >= NOTE_SECONDS:
+            self._note(now, link)
+
+    def _note(self, now: Snapshot, link: Link) -> None:
+        """Tell the journal what was played since it was told last."""
+        if link.played is not None and (ranges := link.played.take()):
+            self._world.submit(ranges, self._author(now, link))
 
     def _author(self, now: Snapshot, link: Link) -> str:
         return f"driver {link.asked.component} of {_name(now, link)}"
@@ -557,7 +560,9 @@ class Links:
             until = time.monotonic() + REST_SECONDS
             while not self._closed and time.monotonic() < until and not self._rests(link):
                 time.sleep(LOOK_SECONDS)
-            self._note(self._world.snapshot, link, last=True)
+            if link.played is not None and (last := link.newest()) is not None:
+                link.played.reached(last.tick)
+            self._note(self._world.snapshot, link)
             if link.state is State.ERROR and link.is_silent:
                 try:
                     link.process.words()  # where it has died, its fault says how
@@ -625,9 +630,19 @@ class Links:
         with suppress(KernelError, TimeoutError):  # the world has ended
             self._world.between_ticks().result(REST_SECONDS)
 
-    def _create_signals(self, robot: str, inputs: int, outputs: int) -> None:
+    def _create_signals(self, robot: str, inputs: int, outputs: int) -> tuple[str, ...]:
+        """Make the signals of a controller that are not there yet; return their names."""
         if commands := commands_for(self._world.snapshot, robot, inputs, outputs):
             self._world.submit(commands, f"driver of {robot}").result()
+        return tuple(command.signal.name for command in commands)
+
+    def _remove_signals(self, uid: int, names: Sequence[str]) -> None:
+        """Take away signals that were made for a controller which is gone."""
+        try:
+            if commands := removals(self._world.snapshot, uid, names):
+                self._world.submit(commands, "drivers").result()
+        except KernelError as error:  # a program that names one has just begun
+            log.warning("signals of a driver that is gone stay: %s", error)
 
     def _open(self) -> None:
         """Have a cell, and the world supervised and listened to from now on."""

@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.world.commands import Command, CreateSignal, SetSignal
+from virtualrobot_kernel.world.commands import Command, CreateSignal, RemoveSignal, SetSignal
 from virtualrobot_kernel.world.state import Signal, SignalDirection, Snapshot
 
 MOST = 64
 """Greatest number of each."""
 
 
-def commands_for(snapshot: Snapshot, robot: str, inputs: int, outputs: int) -> list[Command]:
+def commands_for(snapshot: Snapshot, robot: str, inputs: int, outputs: int) -> list[CreateSignal]:
     """Return what makes the signals of a controller that are not there yet.
 
     Raises KernelError (NAME_TAKEN) for a signal of another kind that has such a name.
@@ -26,7 +26,7 @@ def commands_for(snapshot: Snapshot, robot: str, inputs: int, outputs: int) -> l
         )
         for place in range(count)
     ]
-    missing: list[Command] = []
+    missing: list[CreateSignal] = []
     for signal in wanted:
         there = snapshot.state.signals.get(signal.name)
         if there is None:
@@ -38,6 +38,14 @@ def commands_for(snapshot: Snapshot, robot: str, inputs: int, outputs: int) -> l
                 name=signal.name,
             )
     return missing
+
+
+def removals(snapshot: Snapshot, uid: int, names: Sequence[str]) -> list[Command]:
+    """Return what takes away those signals that are still a robot's (a uid), but for what running programs name."""
+    state = snapshot.state
+    named = {name for motion in state.motions for name in motion.signals}
+    found = ((name, state.signals.get(name)) for name in names if name not in named)
+    return [RemoveSignal(name) for name, signal in found if signal is not None and signal.owner == uid]
 
 
 def bits_of(snapshot: Snapshot, uid: int, outputs: int) -> int:

@@ -28,7 +28,7 @@ from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.state import Motion, State
-from virtualrobot_kernel.world.structure import Node, PartData
+from virtualrobot_kernel.world.structure import Craft, Node, PartData, RobotData
 
 RUNNING = (PlanExecution, ProgramRun, SetpointMotion, TrackingMotion)
 """Kinds of running motions."""
@@ -41,10 +41,12 @@ PARTS = (Node, Motion, Plan, Program)
 TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 """Name in documents of a class, where that isn't its own: two have the same name, or it was renamed."""
 
-VERSIONS: Mapping[type, int] = {PartData: 2, State: 4}
+VERSIONS: Mapping[type, int] = {State: 4, RobotData: 2, Craft: 2, PartData: 2}
 """Version of each class whose fields aren't those of its first one."""
 
 MIGRATIONS: Mapping[tuple[str, int], Migration] = {
+    ("Craft", 1): lambda fields: [*fields, None],  # water
+    ("RobotData", 1): lambda fields: [*fields, None],  # craft
     ("State", 1): lambda fields: [*fields, {}],  # tcp_speed_limits
     ("State", 2): lambda fields: [*fields, None],  # dynamics
     ("State", 3): lambda fields: [*fields, None, None, {}],  # physics, moved_parts, twists

@@ -81,7 +81,7 @@ class Folder:
         self.path = path
         self._lock = -1
         self._make()
-        self._take()
+        self._lock = take_folder(path)
         try:
             self.is_new = not (path / PROJECT).exists()
             if self.is_new:
@@ -120,31 +120,7 @@ class Folder:
                 f"cannot make the folder {self.path}: there is no {self.path.parent}", path=self.path
             ) from error
         except OSError as error:
-            raise self._unwritable(error) from error
-
-    def _take(self) -> None:
-        """Lock the folder, and write down by whom."""
-        try:
-            self._lock = os.open(self.path / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
-            if not try_lock(self._lock):
-                os.lseek(self._lock, 0, os.SEEK_SET)
-                holder = os.read(self._lock, 32).decode("ascii", "replace").strip() or "unknown"
-                self.close()
-                raise KernelError(
-                    f"another kernel uses the folder {self.path}, the process {holder}; end it, or take another folder",
-                    reason=Reason.WRONG_STATE,
-                    path=self.path,
-                    pid=holder,
-                )
-            os.ftruncate(self._lock, 0)
-            os.lseek(self._lock, 0, os.SEEK_SET)
-            os.write(self._lock, f"{os.getpid()}\n".encode())
-        except OSError as error:
-            self.close()
-            raise self._unwritable(error) from error
-
-    def _unwritable(self, error: OSError) -> KernelError:
-        return KernelError(f"cannot write in the folder {self.path}: {error.strerror or error}", path=self.path)
+            raise _unwritable(self.path, error) from error
 
     def _check_empty(self) -> None:
         others = sorted(one.name for one in self.path.iterdir() if one.name not in (LOCK, f"{PROJECT}.new"))
@@ -165,7 +141,40 @@ class Folder:
         try:
             write_whole(self.path / PROJECT, project_text(project).encode(), sync=True)
         except OSError as error:
-            raise self._unwritable(error) from error
+            raise _unwritable(self.path, error) from error
+
+
+def take_folder(path: Path) -> int:
+    """Lock a folder, and write down by whom; return the descriptor that holds the lock until it is closed.
+
+    Raises KernelError when another process has it, or it can't be written.
+    """
+    lock = -1
+    try:
+        lock = os.open(path / LOCK, os.O_RDWR | os.O_CREAT, 0o600)
+        if not try_lock(lock):
+            os.lseek(lock, 0, os.SEEK_SET)
+            holder = os.read(lock, 32).decode("ascii", "replace").strip() or "unknown"
+            raise KernelError(
+                f"another kernel uses the folder {path}, the process {holder}; end it, or take another folder",
+                reason=Reason.WRONG_STATE,
+                path=path,
+                pid=holder,
+            )
+        os.ftruncate(lock, 0)
+        os.lseek(lock, 0, os.SEEK_SET)
+        os.write(lock, f"{os.getpid()}\n".encode())
+        return lock
+    except BaseException as error:
+        if lock >= 0:
+            os.close(lock)
+        if isinstance(error, OSError):
+            raise _unwritable(path, error) from error
+        raise
+
+
+def _unwritable(path: Path, error: OSError) -> KernelError:
+    return KernelError(f"cannot write in the folder {path}: {error.strerror or error}", path=path)
 
 
 def project_text(project: Project) -> str:

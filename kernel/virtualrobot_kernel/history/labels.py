@@ -131,6 +131,11 @@ def _solved(command: commands.SetKinematics, done: Done) -> Iterable[Phrase]:
     yield Phrase("set the kinematics of", repr(command.robot), f"{group} to {command.kinematics or 'automatic'!r}")
 
 
+def _made_craft(command: commands.SetCraft, done: Done) -> Iterable[Phrase]:
+    to = f" a craft ({command.craft.kinematics})" if command.craft else " no craft"
+    yield Phrase("made", repr(command.robot), to)
+
+
 def _ran(command: commands.RunSensors, done: Done) -> Iterable[Phrase]:
     verb = "started" if command.running else "stopped"
     yield from (Phrase(verb, repr(name)) for name in command.sensors)
@@ -295,6 +300,7 @@ LABELS: dict[type, Callable[[Any, Done], Iterable[Phrase]]] = {
     commands.PlacePart: _placed,
     commands.SetJointPositions: _put,
     commands.SetKinematics: _solved,
+    commands.SetCraft: _made_craft,
     commands.RunSensors: _ran,
     commands.SetRangeComponents: _cast,
     commands.SetAllowedPairs: _allowed,

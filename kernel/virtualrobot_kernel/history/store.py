@@ -10,11 +10,14 @@ import struct
 import threading
 import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError, Reason
+from virtualrobot_kernel.history.pages import FRAME_BYTES, HEAD, PAGE_BYTES, wal_frames
 
 FORMAT = 1
 """Number of the tables' form, the database's `user_version`."""
@@ -24,8 +27,6 @@ ROWS_AT_ONCE = 500
 
 QUICK_CHECK_BYTES = 256 * 1024 * 1024
 """Greatest size of a database that is looked through as a whole when it is opened."""
-
-PAGE_BYTES = 4096
 
 LEAST_PACKED = 500
 """Number of bytes from which they are made smaller."""
@@ -37,6 +38,9 @@ _FORGET_STEPS = (
     "DELETE FROM steps WHERE number <= ? AND (kind NOT IN ('edit', 'undo', 'redo') OR number < ifnull((SELECT number "
     "FROM steps WHERE kind IN ('edit', 'undo', 'redo') ORDER BY number DESC LIMIT 1 OFFSET ?), 0))"
 )
+
+USER_VERSION = 60
+"""Place of the number of its form in a database's head."""
 
 MOST_FRAMES = 4096
 """Number of pages beside the database from which the writer waits until they are brought into it."""
@@ -64,6 +68,7 @@ _ENTRY = "seq, tick, time, author, commands, crc"
 _STEP = "number, first, tick, time, author, kind, label, names, undoes, difference, touched, crc"
 _WRITE_ENTRY = f"INSERT INTO entries ({_ENTRY}) VALUES (?,?,?,?,?,?)"
 _WRITE_STEP = f"INSERT OR REPLACE INTO steps ({_STEP}) VALUES (?,?,?,?,?,?,?,?,?,?,?,?)"
+_HASHES = "first_tick, last_tick, hashes, crc"
 _HEAD = "id, seq, tick, name, author, time, nodes"
 _CHECKPOINT = f"{_HEAD}, body, parts, crc"
 
@@ -196,9 +201,13 @@ class Store:
         self._closed = False
         name = ":memory:" if path is None else str(path)
         last_commit = _last_commit(Path(f"{path}-wal")) if path else 0
+        if path is not None:
+            self._check_head(path, last_commit)
         try:
             self._writer = connect(name)
             self._writing = threading.RLock()
+            if path is not None and last_commit:
+                self._check_beside(path)
             self._prepare(path is not None, last_commit)
             self._reader, self._reading = self._writer, self._writing
             self._tidier, self._tidying = None, threading.Lock()
@@ -209,6 +218,27 @@ class Store:
         except sqlite3.DatabaseError as error:
             raise self.damaged(str(error)) from error
 
+    def _check_head(self, path: Path, last_commit: int) -> None:
+        """Raise KernelError for a file that SQLite would not take for a database: it would delete what is beside it."""
+        head = b""
+        if path.exists():
+            with open(path, "rb") as file:
+                head = file.read(len(HEAD))
+        if head != HEAD and (head or last_commit):
+            raise self.damaged("it does not begin as a database does")
+
+    def _check_beside(self, path: Path) -> None:
+        """Raise KernelError when all is in the write-ahead log and that can't be read; SQLite would delete it."""
+        wal = Path(f"{path}-wal")
+        with open(path, "rb") as file:
+            file.seek(USER_VERSION)
+            is_bare = file.read(4) == bytes(4)
+        kept = wal.read_bytes() if is_bare else b""
+        if is_bare and self._writer.execute("PRAGMA user_version").fetchone() == (0,):
+            self._writer.close()
+            wal.write_bytes(kept)
+            raise self.damaged(f"what {wal} holds can't be read")
+
     def _prepare(self, is_file: bool, last_commit: int) -> None:
         run = self._writer.execute
         (found,) = run("PRAGMA user_version").fetchone()
@@ -218,8 +248,6 @@ class Store:
                 reason=Reason.WRONG_STATE,
                 file=self.path,
             )
-        if found == 0 and last_commit:
-            raise self.damaged(f"what {self.path}-wal holds can't be read")
         if found == 0:
             run(f"PRAGMA page_size={PAGE_BYTES}")
             run("PRAGMA auto_vacuum=INCREMENTAL")
@@ -257,7 +285,9 @@ class Store:
     def damaged(self, what: str) -> MalformedFileError:
         """Return the error that says what is wrong with the database."""
         return MalformedFileError(
-            f"{self.path or 'the journal'} is damaged: {what}; put a copy of the folder back", file=self.path or ""
+            f"{self.path or 'the journal'} is damaged: {what}; put a copy of the folder back, or "
+            "have what can be read kept: virtualrobot repair FOLDER",
+            file=self.path or "",
         )
 
     def close(self) -> None:
@@ -400,6 +430,60 @@ class Store:
             (free,) = self._reader.execute("PRAGMA freelist_count").fetchone()
         return (pages - free) * PAGE_BYTES
 
+    # What is saved from a damaged one.
+
+    def adopt(self, found: Iterable[tuple[Any, ...]]) -> None:
+        """Take rows of another store, whichever table they are of, that have the right checksum; leave out all else.
+
+        Of two that have one place the later one counts.
+        """
+        tables = {
+            6: ("entries", self._checked),
+            12: ("steps", self._checked_step),
+            10: ("checkpoints", self._checked_checkpoint),
+            4: ("hashes", self._checked_hashes),
+            3: ("parts", self._checked_part),
+        }
+        found = iter(found)
+        while some := list(islice(found, ROWS_AT_ONCE)):
+            with self._writing, self._transaction():
+                for one in some:
+                    if len(one) in tables:
+                        table, check = tables[len(one)]
+                        with suppress(KernelError, *UNSOUND):
+                            check(one)
+                            marks = ",".join("?" * len(one))
+                            self._writer.execute(f"INSERT OR REPLACE INTO {table} VALUES ({marks})", one)
+
+    def runs(self) -> list[tuple[int, int]]:
+        """Return (number of the first, of the last) entry of each row of entries without a gap, in their order."""
+        sql = "SELECT seq FROM entries AS here WHERE NOT EXISTS (SELECT 1 FROM entries WHERE seq = here.seq {} 1)"
+        first, last = (self._all(f"{sql.format(side)} ORDER BY seq") for side in "-+")
+        return [(a, b) for (a,), (b,) in zip(first, last, strict=True)]
+
+    def keep_only(self, after: int, last: int, last_tick: int) -> None:
+        """Delete entries but those after a number, up to and with a last one, and what came after that one.
+
+        Steps and named checkpoints from before stay; hashes stay that go no further than to `last_tick`.
+        """
+        with self._writing, self._transaction():
+            run = self._writer.execute
+            run("DELETE FROM entries WHERE seq <= ? OR seq > ?", (after, last))
+            run("INSERT OR REPLACE INTO about VALUES ('forgotten', ?)", (after,))
+            run("DELETE FROM steps WHERE number > ?", (last,))
+            # A step that was drawn out later has the same first entry, and its row has been deleted.
+            later = "SELECT 1 FROM steps AS later WHERE later.first = steps.first AND later.number > steps.number"
+            run(f"DELETE FROM steps WHERE EXISTS ({later})")
+            run("DELETE FROM hashes WHERE last_tick > ?", (last_tick,))
+            run("DELETE FROM checkpoints WHERE seq < ? AND name = ''", (after,))
+            unused = {key for (key,) in run("SELECT hash FROM parts").fetchall()}
+            for (blob,) in run("SELECT parts FROM checkpoints").fetchall():
+                unused.difference_update(_split(blob))
+            self._writer.executemany("DELETE FROM parts WHERE hash = ?", [(key,) for key in unused])
+            for number, touched in run("SELECT number, touched FROM steps").fetchall():
+                rows = [(uid, number) for uid in _uids(touched)]
+                self._writer.executemany("INSERT OR IGNORE INTO touched VALUES (?,?)", rows)
+
     # What is read, by any thread.
 
     @property
@@ -475,16 +559,7 @@ class Store:
         found = self._all(f"SELECT {_CHECKPOINT} FROM checkpoints WHERE id = ?", id)
         if not found:
             return None
-        number, seq, tick, name, author, time, nodes, body, parts, crc = found[0]
-        try:
-            split = tuple(_split(parts))
-            row = CheckpointRow(number, seq, tick, name, author, time, nodes, _unpacked(body), split)
-            sound = crc == self._checkpoint(row, pack=False)[-1]
-        except UNSOUND:
-            sound = False
-        if not sound:
-            raise self.damaged(f"the checkpoint {id} has a wrong checksum")
-        return row
+        return self._checked_checkpoint(found[0])
 
     def parts(self, keys: Sequence[bytes]) -> list[bytes]:
         """Return the bodies of parts by their hashes; raise KernelError when one is missing or damaged."""
@@ -493,15 +568,7 @@ class Store:
             row = self._all("SELECT body, crc FROM parts WHERE hash = ?", key)
             if not row:
                 raise self.damaged(f"the part {key.hex()} is missing")
-            stored, crc = row[0]
-            try:
-                body = _unpacked(stored)
-                sound = crc == self._crc(len(body), key, body)
-            except UNSOUND:
-                body, sound = b"", False
-            if not sound:
-                raise self.damaged(f"the part {key.hex()} has a wrong checksum")
-            found.append(body)
+            found.append(self._checked_part((key, *row[0])))
         return found
 
     def hashes(self, since: int = 0) -> Iterator[tuple[int, bytes]]:
@@ -513,17 +580,9 @@ class Store:
         begun = self._all("SELECT max(first_tick) FROM hashes WHERE first_tick <= ?", since)[0][0]
         at = since if begun is None else begun
         while found := self._all(
-            "SELECT first_tick, hashes, crc FROM hashes WHERE first_tick >= ? ORDER BY first_tick LIMIT 100", at
+            f"SELECT {_HASHES} FROM hashes WHERE first_tick >= ? ORDER BY first_tick LIMIT 100", at
         ):
-            for first, stored, crc in found:
-                try:
-                    data = _unpacked(stored)
-                    sound = crc == self._crc(first, data)
-                except UNSOUND:
-                    data, sound = b"", False
-                if not sound:
-                    raise self.damaged(f"the hashes from tick {first} on have a wrong checksum")
-                yield first, data
+            yield from ((one[0], self._checked_hashes(one)) for one in found)
             at = found[-1][0] + 1
 
     def entry_bytes(self, since: int) -> int:
@@ -601,6 +660,40 @@ class Store:
         if not sound:
             raise self.damaged(f"the step {one[0]} has a wrong checksum")
         return row
+
+    def _checked_checkpoint(self, one: Sequence[Any]) -> CheckpointRow:
+        number, seq, tick, name, author, time, nodes, body, parts, crc = one
+        try:
+            split = tuple(_split(parts))
+            row = CheckpointRow(number, seq, tick, name, author, time, nodes, _unpacked(body), split)
+            sound = crc == self._checkpoint(row, pack=False)[-1]
+        except UNSOUND:
+            sound = False
+        if not sound:
+            raise self.damaged(f"the checkpoint {one[0]} has a wrong checksum")
+        return row
+
+    def _checked_part(self, one: Sequence[Any]) -> bytes:
+        key, stored, crc = one
+        try:
+            body = _unpacked(stored)
+            sound = crc == self._crc(len(body), key, body)
+        except UNSOUND:
+            sound = False
+        if not sound:
+            raise self.damaged(f"the part {bytes(key).hex()} has a wrong checksum")
+        return body
+
+    def _checked_hashes(self, one: Sequence[Any]) -> bytes:
+        first, _, stored, crc = one
+        try:
+            data = _unpacked(stored)
+            sound = crc == self._crc(first, data)
+        except UNSOUND:
+            sound = False
+        if not sound:
+            raise self.damaged(f"the hashes from tick {first} on have a wrong checksum")
+        return data
 
     def _entry(self, row: Row) -> tuple[Any, ...]:
         return row.seq, row.tick, row.time, row.author, _packed(row.commands), self._entry_crc(row)
@@ -682,26 +775,7 @@ def _split(parts: bytes) -> Iterator[bytes]:
     return (parts[at : at + PART_HASH_BYTES] for at in range(0, len(parts), PART_HASH_BYTES))
 
 
-def _last_commit(path: Path) -> int:
-    """Return the number of the last page in a write-ahead log that ends a transaction of its present run; 0: none.
-
-    Pages of earlier runs have other salts (https://www.sqlite.org/fileformat2.html#walformat). A page whose salts
-    differ by a few bits is a damaged one of this run.
-    """
-    try:
-        file = open(path, "rb")
-    except FileNotFoundError:
-        return 0
-    with file:
-        head = file.read(32)
-        if len(head) < 32:
-            return 0
-        salts = int.from_bytes(head[16:24], "big")
-        number, last = 0, 0
-        while len(frame := file.read(24)) == 24:
-            number += 1
-            near = (int.from_bytes(frame[8:16], "big") ^ salts).bit_count() <= 2
-            if near and frame[4:8] != bytes(4):
-                last = number
-            file.seek(PAGE_BYTES, 1)
-    return last
+def _last_commit(wal: Path) -> int:
+    """Return the number of the last page in a write-ahead log that ends a transaction of its present run; 0: none."""
+    ends = (frame.place for frame in wal_frames(wal)[0] if frame.is_end)
+    return max((1 + place // FRAME_BYTES for place in ends), default=0)

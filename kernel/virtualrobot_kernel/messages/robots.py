@@ -5,10 +5,10 @@ from __future__ import annotations
 from virtualrobot.v1 import nodes_pb2
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.codecs import BY_NAME, FINITE, Pair, distinct, named
+from virtualrobot_kernel.messages.codecs import BY_NAME, FINITE, POSITIVE, OrDefault, Pair, distinct, named
 from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.world.groups import Group
-from virtualrobot_kernel.world.structure import Actuator, JointGroup, LinkPair, RobotData
+from virtualrobot_kernel.world.structure import Actuator, Craft, CraftDrive, JointGroup, LinkPair, RobotData, Water
 
 
 def _check_actuator(actuator: Actuator, what: str) -> None:
@@ -30,6 +30,10 @@ GROUPS = distinct(Table(JointGroup, nodes_pb2.JointGroup))
 ACTUATORS = distinct(
     Table(Actuator, nodes_pb2.Actuator, terms=TERMS, lower=FINITE, upper=FINITE, check=_check_actuator)
 )
+WATER = Table(Water, nodes_pb2.Water, density=OrDefault(POSITIVE))
+CRAFT = Table(
+    Craft, nodes_pb2.Craft, drives=Table(CraftDrive, nodes_pb2.CraftDrive, ratio=OrDefault(FINITE)), water=WATER
+)
 ROBOT = Table(
     RobotData,
     nodes_pb2.Robot,
@@ -37,6 +41,7 @@ ROBOT = Table(
     groups=GROUPS,
     allowed_collisions=Table(LinkPair, nodes_pb2.LinkPair),
     actuators=ACTUATORS,
+    craft=CRAFT,
     without=("joint_names",),
 )
 

@@ -204,6 +204,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.PlacePart: _placed,
     commands.SetJointPositions: _robot,
     commands.SetKinematics: _robot,
+    commands.SetCraft: _robot,
     commands.RunSensors: _nothing,
     commands.SetRangeComponents: _nothing,
     commands.SetAllowedPairs: _pairs,

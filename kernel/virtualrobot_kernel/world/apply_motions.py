@@ -40,6 +40,7 @@ from virtualrobot_kernel.world.commands import (
     StopMotions,
     StopRobots,
 )
+from virtualrobot_kernel.world.crafts import refuse_base
 from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, State
 
@@ -115,6 +116,12 @@ def open_program(motion: Motion) -> ProgramRun:
     )
 
 
+def is_known(motion: Motion) -> bool:
+    """Return whether all that a motion may do yet is known now: no setpoints, no steps that are planned or come later."""
+    run = motion.running
+    return isinstance(run, ProgramRun) and not (run.program.open or motion.nodes or motion.searcher)
+
+
 def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
     """Return a motion with the joints and all else of a plan; refuse one that was made for another world.
 
@@ -123,6 +130,7 @@ def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
     structure, state, program = change.structure, change.state, command.program
     joints = tuple((structure.robot(robot)[0].uid, joint) for robot, joint in command.joints)
     own = len(motion.joints)
+    refuse_base(structure, joints[own:])
     for (robot, name), *ends in zip(command.joints, program.lowest.tolist(), program.highest.tolist(), strict=True):
         # Limits may have changed since the motion was planned.
         joint = single_joint(structure, structure.robot(robot)[0], name)[0]

@@ -15,6 +15,7 @@ from virtualrobot_kernel.world.actuators import actuators_of
 from virtualrobot_kernel.world.apply_motions import replaced, running_motion
 from virtualrobot_kernel.world.change import Change, Forward, joint_limits, joint_places, refuse_while_moving
 from virtualrobot_kernel.world.commands import EndSetpoints, SetSetpoint, StartSetpointMotion
+from virtualrobot_kernel.world.crafts import refuse_base
 from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.state import Motion
 from virtualrobot_kernel.world.structure import Node, Structure
@@ -30,6 +31,7 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
         raise KernelError(f"setpoints of {node.name!r} need joints, each once, not {list(names)}", robot=node.name)
     limits, couplings = _limits(structure, node, names)
     joints = tuple((node.uid, name) for name in names)
+    refuse_base(structure, joints)
     refuse_while_moving(change, node, set(joints))
     refuse_limited(structure, state, [node.uid])
     q_index, v_index, rated = joint_places(structure, joints)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Set
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -105,6 +105,21 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
             tools.append((len(rows), now.tool_states))
         rows.append(now.q)
     return BrakePath(state.tick, np.array(rows), tuple(tools), not now.motions, {})
+
+
+def braking_of(
+    robots: Set[int], structure: Structure, state: State, tick_seconds: float, forward: Forward
+) -> BrakePath:
+    """Return the way of some robots (uids) when all that moves begins to brake now; of others it tells nothing.
+
+    Motions that move none of them are left out with what they cost, unless one goes along with a joint that they move.
+    """
+    motions = tuple(motion for motion in state.motions if not robots.isdisjoint(motion.robots))
+    if not motions:
+        return BrakePath(state.tick, state.q[None], ((0, state.tool_states),), True, {})
+    if len(motions) < len(state.motions) and all(motion.tracked_joint is None for motion in motions):
+        state = replace(state, motions=motions)
+    return braking(structure, state, tick_seconds, forward)
 
 
 def _alone(motion: Motion) -> bool:

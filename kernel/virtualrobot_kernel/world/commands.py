@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
 from virtualrobot_kernel.world.records import Values
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, State
-from virtualrobot_kernel.world.structure import JointGroup, Node, NodeData, NodeSpec
+from virtualrobot_kernel.world.structure import Craft, JointGroup, Node, NodeData, NodeSpec
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,6 +100,14 @@ class SetKinematics:
     kinematics: str
     settings: Mapping[str, Any]
     group: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class SetCraft:
+    """Command to make a robot a craft, another one, or (None) no craft any more."""
+
+    robot: str
+    craft: Craft | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -478,6 +486,7 @@ Command = (
     | PlacePart
     | SetJointPositions
     | SetKinematics
+    | SetCraft
     | RunSensors
     | SetRangeComponents
     | SetAllowedPairs

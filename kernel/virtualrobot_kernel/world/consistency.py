@@ -16,6 +16,7 @@ from virtualrobot_kernel.world.change import (
     refuse_while_moving,
     single_joint,
 )
+from virtualrobot_kernel.world.crafts import check_craft
 from virtualrobot_kernel.world.figures import Figure
 from virtualrobot_kernel.world.groups import Group, chain_links
 from virtualrobot_kernel.world.structure import Kind, Node, NodeData, RobotData, Structure, TargetData, ToolData
@@ -46,6 +47,7 @@ def check_names(structure: Structure, node: Node) -> None:
             _check_posture(structure, node, posture, f"the posture {name!r} of {node.name!r}")
         _check_groups(structure, node, node.data)
         _check_actuators(structure, node, node.data)
+        check_craft(structure, node)
     if isinstance(node.data, TargetData):
         check_target(structure, node)
     if isinstance(node.data, ToolData):

@@ -183,10 +183,11 @@ class World:
         """
         return self._tick_listeners.add(ticked)
 
-    def supervise(self, supervisor: Supervisor) -> None:
-        """Have a supervisor asked from now on; each tick of a Step is published then."""
+    def supervise(self, supervisor: Supervisor, first: bool = False) -> None:
+        """Have a supervisor asked from now on, before all others or after; each tick of a Step is published then."""
         with self._supervising:
-            self._supervisors = (*self._supervisors, supervisor)
+            others = self._supervisors
+            self._supervisors = (supervisor, *others) if first else (*others, supervisor)
 
     def unsupervise(self, supervisor: Supervisor) -> None:
         """Ask a supervisor no more."""

@@ -52,6 +52,12 @@ LATEST_NS = 20_000_000
 STALE_NS = 1_000_000_000
 """Time (ns) for which the newest tick may be over when a robot begins; one that is older is of another time."""
 
+REST_SPEED = 0.05
+"""Measured speed (rad/s, m/s) of each joint below which a robot is at rest: what is measured is never quite still."""
+
+REST_NS = 1_000_000_000
+"""Longest time (ns) that a robot is given to be at rest after its last setpoint."""
+
 OK = (Safety.NORMAL, Safety.REDUCED)
 
 
@@ -111,6 +117,7 @@ class Host:
         self._over = False
         self._words = Words()
         self._refused = ""
+        self._rest_ns = 0
         self.state = State.DISCONNECTED
         self._about = About(len(side.joints), 100.0)
         self._mapping: Mapping | None = None
@@ -186,7 +193,7 @@ class Host:
             return True
         if self._over:
             self._cell.stop()
-        return self._player is not None and self._player.state in (Play.RESTS, Play.WAITING)
+        return self._player is not None and self._player.state is Play.WAITING
 
     def _cycle(self) -> None:
         """Read; play and send what is due; report."""
@@ -316,12 +323,18 @@ class Host:
                 # Its controller goes on by itself, whatever the play clock does.
                 raise DriverFault(STOPPED_ON_ITS_WAY.format(why))
             self.state = State.STOPPING
-            self._tell(f"{why}: the robot brakes on its path" if starved else why)
+            self._tell(self._refused or (f"{why}: the robot brakes on its path" if starved else why))
         if player.state is Play.RESTS and self._refused:
             raise DriverFault(self._refused)
-        if player.state is Play.RESTS and self.state is State.STOPPING:
+        if player.state is Play.RESTS and self.state is State.STOPPING and self._stands():
             self._driver.end()
             self._let_go(State.INACTIVE)
+
+    def _stands(self) -> bool:
+        """Return whether the robot has come to rest, too, after its setpoints: a real one lags, and must get there."""
+        self._rest_ns = self._rest_ns or self._due
+        still = self._due > self._rest_ns and float(np.abs(self._v).max()) <= REST_SPEED
+        return still or self._due - self._rest_ns > REST_NS
 
     def _fail(self, error: BaseException) -> None:
         """Come to ERROR: stop the cell, let the controller stop, and keep the words."""
@@ -361,6 +374,7 @@ class Host:
                 q=self._q,
                 v=self._v,
                 error=self._error,
+                is_faulty=bool(self._refused) and self.state is not State.ERROR,
             )
         )
 
@@ -369,7 +383,7 @@ class Host:
     def _connect(self) -> About | Words:
         if self.state not in (State.DISCONNECTED, State.ERROR):
             raise ArgumentError(f"the driver is connected already, it is {self.state.name}")
-        self.state, self._reading = State.CONNECTING, None
+        self.state, self._reading, self._refused = State.CONNECTING, None, ""
         self._say(time.monotonic_ns())
         try:
             about = self._driver.connect()
@@ -427,14 +441,14 @@ class Host:
         self._player = Player(self._ring, self._cell, self._side.tick_ns)
         if self._about.pace is Pace.JOBS:
             self._jobs = Jobs(self._driver, self._mapping, self._side, held)
-        self._sent, self._begun_ns, self._due, self._refused = (now, held), now, now, ""
+        self._sent, self._begun_ns, self._due, self._refused, self._rest_ns = (now, held), now, now, "", 0
         self.state = State.BEGINNING
         return Words()
 
     def _end(self) -> Words:
         if self.state in (State.INACTIVE, State.DISCONNECTED, State.ERROR):
             return Words()
-        if np.abs(self._v).max(initial=0.0) > 0.05:
+        if np.abs(self._v).max(initial=0.0) > REST_SPEED:
             return self._tell("the robot moves; stop its twin first")
         try:
             self._driver.end()

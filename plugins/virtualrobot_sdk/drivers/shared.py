@@ -45,8 +45,8 @@ _CHECKED = 2
 """Words before those that are in the checksum: the sequence number and the checksum."""
 _TICK = struct.Struct("@2qQq")
 """Tick, time to play it, outputs, rows of its brake; q, v and the brake follow."""
-_REPORT = struct.Struct("@9qQq2d")
-"""Numbers of a report, in the order of its fields; q, v and error follow."""
+_REPORT = struct.Struct("@9qQ2q2d")
+"""Numbers of a report; q, v and error follow."""
 _SLOT_WORDS, _REPORT_WORDS = _CHECKED + _TICK.size // 8, _CHECKED + _REPORT.size // 8
 _READS = 8
 """Number of times that a reader tries again when it meets a writer."""
@@ -109,6 +109,7 @@ class Report:
         speed_scaling: share of the speed that it was told at which the controller goes.
         q, v: (k,) measured, rad and m, per s.
         error: (k,) measured minus what was played, rad and m; 0 where nothing is played.
+        is_faulty: whether a fault was met and told while the robot still brakes; it ends in ERROR.
     """
 
     ns: int
@@ -127,6 +128,7 @@ class Report:
     q: Floats
     v: Floats
     error: Floats
+    is_faulty: bool = False
 
 
 def make_folder() -> Path:
@@ -317,7 +319,7 @@ class TickRing(_Mapped):
             self._bytes,
             8 * (at + _CHECKED),
             *(said.ns, said.state, said.cycles, said.skipped, said.lateness_ns, said.tick, said.on_brake),
-            *(MODES.index(said.mode), SAFETIES.index(said.safety), said.inputs, said.words),
+            *(MODES.index(said.mode), SAFETIES.index(said.safety), said.inputs, said.words, said.is_faulty),
             *(said.rate, said.speed_scaling),
         )
         floats[body : body + k] = said.q
@@ -340,13 +342,13 @@ class TickRing(_Mapped):
             content = bytes(self._bytes[8 * (at + _CHECKED) : 8 * self._ring_at])
             if sequence & 1 or words[at] != sequence or zlib.crc32(content) != crc:
                 continue
-            ns, state, cycles, skipped, lateness, tick, on_brake, mode, safety, inputs, said, rate, scaling = (
+            ns, state, cycles, skipped, lateness, tick, on_brake, mode, safety, inputs, said, faulty, rate, scaling = (
                 _REPORT.unpack_from(content)
             )
             values = np.ndarray((3, self.joints), np.float64, content, _REPORT.size)
             report = Report(
                 *(ns, STATES[state], cycles, skipped, lateness, tick, bool(on_brake)),
-                *(MODES[mode], SAFETIES[safety], inputs, said, rate, scaling, values[0], values[1], values[2]),
+                *(MODES[mode], SAFETIES[safety], inputs, said, rate, scaling, *values, bool(faulty)),
             )
             self._last = (sequence, report)
             return report

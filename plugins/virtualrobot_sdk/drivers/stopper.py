@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import secrets
+import shutil
 import socket
 import subprocess
 import sys
@@ -72,8 +73,7 @@ class Stopper:
 def main() -> None:
     """Stop the cell of the command line's file for each datagram with the key, which standard input begins with."""
     cell, key = CellBlock.attach(Path(sys.argv[1])), sys.stdin.buffer.readline().strip()
-    # Nothing more comes: the pipe ends as the kernel does, and a dead kernel is the robots' brake anyway.
-    threading.Thread(target=lambda: (sys.stdin.buffer.read(), os._exit(0)), daemon=True).start()
+    threading.Thread(target=_end_with_kernel, args=(cell.path.parent,), daemon=True).start()
     realtime.calm()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as listening:
         listening.bind((_HOST, 0))
@@ -84,3 +84,13 @@ def main() -> None:
             if secrets.compare_digest(content.strip(), key):
                 cell.stop()
                 listening.sendto(ANSWER, sender)
+
+
+def _end_with_kernel(folder: Path) -> None:
+    """End this process as the kernel's does, and take away the files of one that was killed.
+
+    Hosts have them mapped and brake on; a kernel that is gone stops its robots by that.
+    """
+    sys.stdin.buffer.read()
+    shutil.rmtree(folder, ignore_errors=True)
+    os._exit(0)

@@ -59,7 +59,7 @@ VehicleTrial = Trial[VehicleFacts]
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Step:
-    """What a step begins with."""
+    """Arguments of a step."""
 
     pose: Floats
     twist: Floats

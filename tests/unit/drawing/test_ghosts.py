@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import numpy as np
-from virtualrobot_kernel.drawing.ghosts import ghost_figures
+from virtualrobot_kernel.drawing.ghosts import SLIM, ghost_figures, slimmer
 from virtualrobot_kernel.drawing.view import Ghost
 from virtualrobot_kernel.world.commands import SetJointPositions
-from virtualrobot_kernel.world.figures import Box, Figure, Sphere
+from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Figure, Mesh, Sphere
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind, LinkData
 
 from tests.drawing.cell import Cell, at
@@ -62,3 +62,20 @@ def test_a_ghost_of_a_robot_with_other_joints_is_passed_over() -> None:
     slide(cell, "slide")
     assert not list(ghost_figures(cell.snapshot, (Ghost("g", cell.uid("slide"), ((0.0,),)),)))
     assert not list(ghost_figures(cell.snapshot, (Ghost("g", 999, ((0.0, 0.0),)),)))
+
+
+def test_where_ghost_and_robot_are_at_one_place_the_robot_is_outside() -> None:
+    """Faces at one place would be drawn as speckles of both."""
+    solids = Box((1, 2, 3)), Sphere(1), Cylinder(1, 2), Cone(1, 2), Capsule(1, 2), Mesh("m.stl", "0" * 64, (1, 2, 3))
+    for solid in solids:
+        thin = slimmer(solid)
+        assert type(thin) is type(solid) and thin != solid
+        sizes = [
+            [
+                float(value)
+                for name in ("size", "radius", "length", "scale")
+                for value in np.ravel(getattr(one, name, ()))
+            ]
+            for one in (thin, solid)
+        ]
+        np.testing.assert_allclose(sizes[0], SLIM * np.array(sizes[1]))

@@ -193,6 +193,24 @@ def test_a_newer_form_is_refused(tmp_path: Path) -> None:
         Store(tmp_path / "j.db", SEED)
 
 
+def test_a_log_that_cannot_be_read_stays_as_it_is(tmp_path: Path, rng: np.random.Generator) -> None:
+    """SQLite alone would delete it, and take an empty database, or one that is none, for all there was."""
+    store = Store(tmp_path / "j.db", SEED)
+    filled(store, rng)
+    for name in ("j.db", "j.db-wal"):
+        shutil.copy(tmp_path / name, tmp_path / f"copy-{name}")
+    store.close()
+    for name, head, said in (("j.db-wal", 32, "holds can't be read"), ("j.db", 16, "does not begin as a database")):
+        for file in ("j.db", "j.db-wal"):
+            shutil.copy(tmp_path / f"copy-{file}", tmp_path / file)
+        data = (tmp_path / name).read_bytes()
+        (tmp_path / name).write_bytes(bytes(head) + data[head:])
+        left = [(tmp_path / file).read_bytes() for file in ("j.db", "j.db-wal")]
+        with pytest.raises(MalformedFileError, match=f"is damaged: .*{said}"):
+            Store(tmp_path / "j.db", SEED)
+        assert [(tmp_path / file).read_bytes() for file in ("j.db", "j.db-wal")] == left
+
+
 @pytest.mark.parametrize("where", ["j.db", pytest.param("j.db-wal", marks=pytest.mark.long)])
 def test_a_flipped_bit_is_told_or_does_no_harm(
     tmp_path: Path, rng: np.random.Generator, draws: Draws, where: str

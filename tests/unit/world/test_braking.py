@@ -13,7 +13,7 @@ from virtualrobot_kernel.planning.plan_motion import plan_motion
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.program import DwellStep, MotionSpec, MoveStep, SetSignalStep, Zone
 from virtualrobot_kernel.planning.robots import world_poses
-from virtualrobot_kernel.world.braking import braking, going
+from virtualrobot_kernel.world.braking import braking, braking_of, going
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import (
     Command,
@@ -118,6 +118,32 @@ def test_the_way_with_the_tick_before() -> None:
     assert whole.tools == way.tools
     other = way.after(replace(change.state, tool_states={**change.state.tool_states}))
     assert [row for row, _ in other.tools] == [0, 1]
+
+
+def test_the_way_of_some_robots_is_theirs_in_the_way_of_all() -> None:
+    change = ticked(after(cell(), *point_to_point(cell(), np.random.default_rng(1))), 40)
+    arm, belt_there = (change.structure.robots[change.structure.node(name).uid].q_slice for name in ("arm", "belt"))
+    uid = change.structure.node("arm").uid
+    whole = braking(change.structure, change.state, TICK, world_poses)
+    own = braking_of({uid}, change.structure, change.state, TICK, world_poses)
+    count = len(own.positions)
+    assert own.ends and (own.positions[:, arm] == whole.positions[:count, arm]).all()
+    assert (whole.positions[count:, arm] == own.positions[-1, arm]).all()
+    assert np.ptp(whole.positions[:, belt_there]) > 0.0 == np.ptp(own.positions[:, belt_there])
+    nobody = braking_of({0}, change.structure, change.state, TICK, world_poses)
+    assert nobody.ends and (nobody.positions == change.state.q).all() and len(nobody.positions) == 1
+
+
+def test_the_way_of_a_robot_that_goes_along_with_a_joint_is_that_of_all() -> None:
+    change = ticked(after(cell(), *point_to_point(cell(), np.random.default_rng(1))), 40)
+    uid, belt_uid = (change.structure.node(name).uid for name in ("arm", "belt"))
+    motions = (replace(change.state.motions[0], tracked_joint=(belt_uid, "slide")), change.state.motions[1])
+    state = replace(change.state, motions=motions)
+    assert motions[0].robots == (uid,)
+    whole = braking(change.structure, state, TICK, world_poses)
+    own = braking_of({uid}, change.structure, state, TICK, world_poses)
+    assert np.array_equal(own.positions, whole.positions)
+    assert np.ptp(own.positions[:, change.structure.robots[belt_uid].q_slice]) > 0.0
 
 
 def test_who_goes_and_who_brakes_already() -> None:

@@ -267,6 +267,20 @@ def open_channel(
     Raises:
         InvalidArgumentError: when the certificate cannot be read or is none.
     """
+    options, credentials = way_to(host, root_certificate)
+    if credentials is None:
+        channel = grpc.insecure_channel(address, options)
+    else:
+        channel = grpc.secure_channel(address, credentials, options)
+    return Channel(channel, address, token, timeout_seconds, name)
+
+
+def way_to(host: str, root_certificate: Path | None) -> tuple[list[tuple[str, int]], grpc.ChannelCredentials | None]:
+    """Return the options of a channel to a kernel at `host`, and its credentials; None: in the clear.
+
+    Raises:
+        InvalidArgumentError: when the certificate cannot be read or is none.
+    """
     options = [
         ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
         ("grpc.max_send_message_length", MAX_MESSAGE_BYTES),
@@ -283,11 +297,9 @@ def open_channel(
         # A proxy set for the web must not stand between programs on one machine.
         options.append(("grpc.enable_http_proxy", 0))
     if local and root_certificate is None:
-        channel = grpc.insecure_channel(address, options)
-    else:
-        pem = None if root_certificate is None else _certificate(root_certificate)
-        channel = grpc.secure_channel(address, grpc.ssl_channel_credentials(pem), options)
-    return Channel(channel, address, token, timeout_seconds, name)
+        return options, None
+    pem = None if root_certificate is None else _certificate(root_certificate)
+    return options, grpc.ssl_channel_credentials(pem)
 
 
 def translated(error: grpc.RpcError, address: str) -> VirtualRobotError:

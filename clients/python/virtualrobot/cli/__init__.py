@@ -68,6 +68,7 @@ _COMMANDS = {
     "rays": ("virtualrobot.cli.rays", "Compare ray casters, or cast a ray."),
     "sensor": ("virtualrobot.cli.sensor", "Show, start, stop, read and watch sensors."),
     "report": ("virtualrobot.cli.report", "Write what a report of a fault needs to a zip archive."),
+    "repair": ("virtualrobot.cli.repair", "Keep what can be read of a project folder that is damaged."),
     "grade": ("virtualrobot.cli.serve", "Test components of plugins."),
 }
 

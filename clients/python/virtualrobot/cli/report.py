@@ -7,7 +7,7 @@ from pathlib import Path
 import click
 
 from virtualrobot.cli.options import Target, target_options
-from virtualrobot.cli.serve import kernel_entry_point
+from virtualrobot.cli.serve import kernel_program
 
 
 @click.command()
@@ -24,12 +24,7 @@ def report(target: Target, archive: Path, data: Path | None) -> None:
     It has no token. Look into it before you give it away: it has all that the cell is made of.
     """
     if data is not None:
-        try:
-            kernel_entry_point("report").load()(data, archive)
-        except Exception as error:
-            if not hasattr(error, "reason"):
-                raise
-            raise click.ClickException(str(error)) from error
+        kernel_program("report")(data, archive)
     else:
         with target.connect() as client:
             client.report(archive)

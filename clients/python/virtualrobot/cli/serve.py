@@ -5,9 +5,10 @@ The client library does not know them otherwise.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from importlib.metadata import EntryPoint, entry_points
+from typing import Any
 
 import click
 
@@ -53,6 +54,21 @@ def _told_how_to_install(raised: bool) -> Iterator[None]:
         if raised:
             raise
         raise click.ClickException(f"the kernel is not installed here ({error.name} is missing); {_INSTALL}") from error
+
+
+def kernel_program(name: str) -> Callable[..., Any]:
+    """Return a function of the kernel, whose refusals are readable errors; raise one when it is not installed."""
+    function = kernel_entry_point(name).load()
+
+    def told(*arguments: object) -> object:
+        try:
+            return function(*arguments)
+        except Exception as error:
+            if not hasattr(error, "reason"):
+                raise
+            raise click.ClickException(str(error)) from error
+
+    return told
 
 
 def kernel_entry_point(name: str) -> EntryPoint:

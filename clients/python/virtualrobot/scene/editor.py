@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Generic, TypedDict, TypeVar, Unpack
 
 from google.protobuf.field_mask_pb2 import FieldMask
@@ -32,7 +32,7 @@ from virtualrobot.sensors.cameras import CameraSettings, LightSettings
 from virtualrobot.sensors.contact_sensors import ContactSensorSettings
 from virtualrobot.sensors.motion_sensors import MotionSensorSettings
 from virtualrobot.sensors.range_sensors import RangeSensorSettings
-from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2, sensing_pb2, sensor_pb2, signal_pb2
+from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2, scene_pb2, sensing_pb2, sensor_pb2, signal_pb2
 
 _DIRECTIONS = {
     "input": signal_pb2.SIGNAL_DIRECTION_INPUT,
@@ -423,6 +423,55 @@ class Editor(ABC, Generic[Created]):
             robot=robot, kinematics=kinematics, settings=settings_message(settings or {})
         )
         self._submit(scene_pb2.Command(set_kinematics=command))
+
+    def set_craft(
+        self,
+        robot: str,
+        kinematics: str,
+        settings: Mapping[str, object] | None = None,
+        drives: Mapping[str, str | tuple[str, float]] | None = None,
+        *,
+        base_joint: str | None = None,
+        center: tuple[float, float] = (0.0, 0.0),
+        heading: float = 0.0,
+        current: Sequence[float] = (0.0, 0.0, 0.0),
+        density: float | None = None,
+        surface: float = 0.0,
+    ) -> None:
+        """Make a robot a craft: from now on its drives move its base.
+
+        Args:
+            robot: the robot; its base is planar or floating.
+            kinematics: the component, such as `differential`, or `fossen` for a vehicle under water.
+            settings: of the component.
+            drives: the joint of each drive or passive wheel, or (joint, ratio) with joint = ratio * drive; what is not
+                named is the joint of the same name.
+            base_joint: by which the base moves; None means the first planar or floating joint.
+            center: where the component has the origin of the base, in the frame of the link that this joint moves (m).
+            heading: how far forward is turned to the left of that link's x axis (rad).
+            current: velocity of the water about a vehicle in it, along the world's axes (m/s).
+            density: of that water (kg/m^3); None means fresh water, 1000.
+            surface: height of that water's surface (m).
+        """
+        x, y, z = current
+        named = {drive: (of, 1.0) if isinstance(of, str) else of for drive, of in (drives or {}).items()}
+        craft = nodes_pb2.Craft(
+            kinematics=kinematics,
+            settings=settings_message(settings or {}),
+            drives=[nodes_pb2.CraftDrive(drive=drive, joint=of, ratio=by) for drive, (of, by) in named.items()],
+            base_joint=base_joint,
+            center_x_meters=center[0],
+            center_y_meters=center[1],
+            heading_radians=heading,
+            water=nodes_pb2.Water(
+                current=geometry_pb2.Vector3(x=x, y=y, z=z), density=density or 0.0, surface_height_meters=surface
+            ),
+        )
+        self._submit(scene_pb2.Command(set_craft=scene_pb2.SetCraft(robot=robot, craft=craft)))
+
+    def remove_craft(self, robot: str) -> None:
+        """Make a robot no craft any more: its base is moved as other joints are."""
+        self._submit(scene_pb2.Command(set_craft=scene_pb2.SetCraft(robot=robot)))
 
     def set_collisions(self, mode: str | None = None, **options: Unpack[CollisionOptions]) -> None:
         """Change what is done about collisions, as `client.collisions.set` does."""

@@ -118,7 +118,7 @@ class Part(_message.Message):
     def __init__(self, mass_kilograms: _Optional[float] = ..., inertial: _Optional[_Union[Inertial, _Mapping]] = ..., dynamic: bool = ...) -> None: ...
 
 class Robot(_message.Message):
-    __slots__ = ("joint_names", "flange", "kinematics", "postures", "source", "kinematics_settings", "groups", "allowed_collisions", "actuators")
+    __slots__ = ("joint_names", "flange", "kinematics", "postures", "source", "kinematics_settings", "groups", "allowed_collisions", "actuators", "craft")
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     FLANGE_FIELD_NUMBER: _ClassVar[int]
     KINEMATICS_FIELD_NUMBER: _ClassVar[int]
@@ -128,6 +128,7 @@ class Robot(_message.Message):
     GROUPS_FIELD_NUMBER: _ClassVar[int]
     ALLOWED_COLLISIONS_FIELD_NUMBER: _ClassVar[int]
     ACTUATORS_FIELD_NUMBER: _ClassVar[int]
+    CRAFT_FIELD_NUMBER: _ClassVar[int]
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     flange: str
     kinematics: str
@@ -137,7 +138,48 @@ class Robot(_message.Message):
     groups: _containers.RepeatedCompositeFieldContainer[JointGroup]
     allowed_collisions: _containers.RepeatedCompositeFieldContainer[LinkPair]
     actuators: _containers.RepeatedCompositeFieldContainer[Actuator]
-    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., groups: _Optional[_Iterable[_Union[JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[LinkPair, _Mapping]]] = ..., actuators: _Optional[_Iterable[_Union[Actuator, _Mapping]]] = ...) -> None: ...
+    craft: Craft
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., groups: _Optional[_Iterable[_Union[JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[LinkPair, _Mapping]]] = ..., actuators: _Optional[_Iterable[_Union[Actuator, _Mapping]]] = ..., craft: _Optional[_Union[Craft, _Mapping]] = ...) -> None: ...
+
+class Craft(_message.Message):
+    __slots__ = ("kinematics", "settings", "drives", "base_joint", "center_x_meters", "center_y_meters", "heading_radians", "water")
+    KINEMATICS_FIELD_NUMBER: _ClassVar[int]
+    SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    DRIVES_FIELD_NUMBER: _ClassVar[int]
+    BASE_JOINT_FIELD_NUMBER: _ClassVar[int]
+    CENTER_X_METERS_FIELD_NUMBER: _ClassVar[int]
+    CENTER_Y_METERS_FIELD_NUMBER: _ClassVar[int]
+    HEADING_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    WATER_FIELD_NUMBER: _ClassVar[int]
+    kinematics: str
+    settings: _struct_pb2.Struct
+    drives: _containers.RepeatedCompositeFieldContainer[CraftDrive]
+    base_joint: str
+    center_x_meters: float
+    center_y_meters: float
+    heading_radians: float
+    water: Water
+    def __init__(self, kinematics: _Optional[str] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., drives: _Optional[_Iterable[_Union[CraftDrive, _Mapping]]] = ..., base_joint: _Optional[str] = ..., center_x_meters: _Optional[float] = ..., center_y_meters: _Optional[float] = ..., heading_radians: _Optional[float] = ..., water: _Optional[_Union[Water, _Mapping]] = ...) -> None: ...
+
+class Water(_message.Message):
+    __slots__ = ("current", "density", "surface_height_meters")
+    CURRENT_FIELD_NUMBER: _ClassVar[int]
+    DENSITY_FIELD_NUMBER: _ClassVar[int]
+    SURFACE_HEIGHT_METERS_FIELD_NUMBER: _ClassVar[int]
+    current: _geometry_pb2.Vector3
+    density: float
+    surface_height_meters: float
+    def __init__(self, current: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., density: _Optional[float] = ..., surface_height_meters: _Optional[float] = ...) -> None: ...
+
+class CraftDrive(_message.Message):
+    __slots__ = ("drive", "joint", "ratio")
+    DRIVE_FIELD_NUMBER: _ClassVar[int]
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    RATIO_FIELD_NUMBER: _ClassVar[int]
+    drive: str
+    joint: str
+    ratio: float
+    def __init__(self, drive: _Optional[str] = ..., joint: _Optional[str] = ..., ratio: _Optional[float] = ...) -> None: ...
 
 class Actuator(_message.Message):
     __slots__ = ("name", "terms", "offset", "lower", "upper")

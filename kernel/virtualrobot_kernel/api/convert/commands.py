@@ -12,7 +12,7 @@ from virtualrobot_kernel.messages.collision_settings import pairs_command, setti
 from virtualrobot_kernel.messages.figures import check_lengths
 from virtualrobot_kernel.messages.nodes import figures, node_data, node_spec, runs
 from virtualrobot_kernel.messages.physics import physics_command
-from virtualrobot_kernel.messages.robots import GROUPS, POSTURES
+from virtualrobot_kernel.messages.robots import CRAFT, GROUPS, POSTURES
 from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.messages.signals import created_signal, value_of
 from virtualrobot_kernel.messages.structs import settings
@@ -126,6 +126,9 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     "set_physics": physics_command,
     "set_allowed_pairs": pairs_command,
     "set_kinematics": kinematics_command,
+    "set_craft": lambda message: commands.SetCraft(
+        message.robot, CRAFT.read(message.craft, "craft") if message.HasField("craft") else None
+    ),
     "start_sensors": lambda message: commands.RunSensors(tuple(message.sensors), True),
     "stop_sensors": lambda message: commands.RunSensors(tuple(message.sensors), False),
     "set_tcp_speed_limit": lambda message: commands.SetTcpSpeedLimit(

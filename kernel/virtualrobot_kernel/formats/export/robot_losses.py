@@ -77,6 +77,7 @@ def _settings(robot: Node) -> list[str]:
         "actuators": bool(data.actuators),
         "pairs of links that may touch": bool(data.allowed_collisions),
         "the kinematics component": data.kinematics != AUTOMATIC_KINEMATICS or bool(data.kinematics_settings),
+        "what makes it a craft": data.craft is not None,
     }
     return [name for name, given in settings.items() if given]
 

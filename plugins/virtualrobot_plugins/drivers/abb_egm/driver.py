@@ -89,7 +89,8 @@ class AbbEgm(DatagramDriver):
         self._socket = Datagrams(settings.address, settings.port, settings.controller)
         self._newest, self._held = FromRobot(), np.zeros(0)
         self._begun = self._anew = self._digital = False
-        self._sent = 0
+        # More milliseconds go by than packets: a controller that hasn't noticed the end of a session drops nothing.
+        self._sent = time.monotonic_ns() // 1_000_000 & 0xFFFFFFFF
         try:
             said = self._receive(BEGIN_SECONDS)
         except DriverFault as fault:

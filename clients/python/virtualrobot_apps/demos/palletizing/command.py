@@ -8,8 +8,11 @@ import click
 from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
+from virtualrobot_apps.demos.twin.command import twin
+from virtualrobot_apps.vehicles.command import auv
 
-@click.command(short_help="Watch two robots palletize.")
+
+@click.group(short_help="Watch two robots palletize.", invoke_without_command=True)
 @click.option("--loop", is_flag=True, help="Begin again when both pallets are full.")
 @click.option("--headless", is_flag=True, help="Open no viewer.")
 @click.option("--speed", type=FiniteRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock.")
@@ -27,11 +30,23 @@ from virtualrobot.cli.own_kernel import in_kernel
     help="Keep the cell in a folder, and go on there the next time.",
 )
 @target_options
-def demo(target: Target, loop: bool, headless: bool, speed: float | None, film: Path | None, data: Path | None) -> None:
+@click.pass_context
+def demo(
+    context: click.Context,
+    target: Target,
+    loop: bool,
+    headless: bool,
+    speed: float | None,
+    film: Path | None,
+    data: Path | None,
+) -> None:
     """Watch an iiwa and a Panda palletize the boxes of a conveyor.
 
     Starts a kernel of its own and ends it; with --address the demo replaces the world of a kernel that runs already.
     """
+    if context.invoked_subcommand is not None:
+        context.obj = target
+        return
     from virtualrobot_apps.demos.palletizing import palletize as app
     from virtualrobot_apps.demos.palletizing import resuming
 
@@ -41,3 +56,7 @@ def demo(target: Target, loop: bool, headless: bool, speed: float | None, film: 
     with in_kernel(target, headless, speed, *options) as client:
         begun = None if data is None else resuming.begun(client)
         app.main(client, loop=loop, headless=headless, film=film, begun=begun)
+
+
+demo.add_command(twin)
+demo.add_command(auv)

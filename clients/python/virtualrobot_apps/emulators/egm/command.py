@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import threading
 from contextlib import ExitStack, suppress
 
@@ -40,6 +41,7 @@ class Place(click.ParamType):
 @click.option("--timeout", type=FiniteRange(0.01, 60.0), default=1.0, help="Stop after s without an answer [1].")
 @click.option("--at", type=Numbers(), help="Without ROBOT: where the arm's joints stand, in rad [six zeros].")
 @degrees_option
+@click.option("--until-input-ends", is_flag=True, help="End with the standard input: with the program that started it.")
 @target_options
 def egm(
     target: Target,
@@ -49,6 +51,7 @@ def egm(
     timeout: float,
     at: tuple[float, ...] | None,
     degrees: bool,
+    until_input_ends: bool,
 ) -> None:
     """Emulate an ABB controller with Externally Guided Motion, which moves ROBOT, until Ctrl-C.
 
@@ -77,5 +80,14 @@ def egm(
             raise click.ClickException(f"{to[0]}:{to[1]} cannot be spoken to: {error}") from error
         stack.callback(controller.close)
         click.echo(f"EGM speaks to {to[0]}:{to[1]}, {rate:g} times a second; Ctrl-C ends it")
+        over = threading.Event()
+        if until_input_ends:
+            threading.Thread(target=_await_end, args=(over,), daemon=True).start()
         with suppress(KeyboardInterrupt):
-            cyclic.run(controller.cycle, controller.period, threading.Event())
+            cyclic.run(controller.cycle, controller.period, over)
+
+
+def _await_end(over: threading.Event) -> None:
+    for _ in sys.stdin:
+        pass
+    over.set()

@@ -1,0 +1,54 @@
+"""`virtualrobot console`: the cell in a browser, and the contract for whoever speaks HTTP."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import click
+from virtualrobot.cli.options import Target, target_options
+from virtualrobot.session import DEFAULT_HOST, find_token, is_loopback, split_address
+
+DEFAULT_PORT = 8090
+
+
+@click.command(short_help="Serve the console, and the contract to browsers, curl and MATLAB.")
+@click.option("--listen", "host", default=DEFAULT_HOST, metavar="ADDRESS", help="Where it listens [127.0.0.1].")
+@click.option("--port", type=click.IntRange(0, 65535), default=DEFAULT_PORT, help="0 takes any free one [8090].")
+@click.option("--host-name", "names", multiple=True, metavar="NAME", help="A name that browsers may call it by.")
+@click.option("--origin", "origins", multiple=True, metavar="URL", help="Let pages of this origin call.")
+@click.option("--tls-certificate", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="A PEM file.")
+@click.option("--tls-key", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Its key, a PEM file.")
+@target_options
+def console(
+    target: Target,
+    host: str,
+    port: int,
+    names: tuple[str, ...],
+    origins: tuple[str, ...],
+    tls_certificate: Path | None,
+    tls_key: Path | None,
+) -> None:
+    """Serve the console of a kernel until Ctrl-C, and print a link to it.
+
+    The same port has all calls of the contract as Connect, gRPC-Web and JSON: docs/web.md.
+    """
+    if (tls_certificate is None) != (tls_key is None):
+        raise click.UsageError("--tls-certificate and --tls-key go together")
+    if not is_loopback(host) and tls_certificate is None:
+        raise click.UsageError(f"{host} is reachable from other machines: give --tls-certificate and --tls-key")
+    for origin in origins:
+        if not origin.startswith(("http://", "https://")) or origin.count("/") != 2:
+            raise click.UsageError(f"{origin!r} is no origin, such as https://panel.example or http://localhost:5173")
+    if find_spec("uvicorn") is None or find_spec("websockets") is None:
+        raise click.UsageError("the console needs uvicorn and websockets: pip install 'virtualrobot[console]'")
+
+    from virtualrobot_apps.console.serving import Kernel, Place, run
+
+    with target.connect("console") as client:
+        address, most = client.address, client.info.limits["message_bytes"]
+    token, _ = find_token(split_address(address)[1], target.token_file)
+    if not token and not is_loopback(host):
+        raise click.UsageError("a kernel without token isn't served to other machines: start it with one")
+    kernel = Kernel(address, token, target.certificate, most)
+    run(kernel, Place(host, port, names, origins, tls_certificate, tls_key), click.echo)

@@ -1,0 +1,148 @@
+"""The console's server as an ASGI application: its page, links, the contract over HTTP, and the calls of pages."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import AsyncIterator, Callable
+from contextlib import aclosing
+from importlib import resources
+from urllib.parse import parse_qs
+
+from virtualrobot_apps.console.contract import methods
+from virtualrobot_apps.console.door import Door
+from virtualrobot_apps.console.http_calls import PREFIX, Caller, Event, HttpCalls, Receive, Send, refuse
+from virtualrobot_apps.console.page_calls import PageCalls
+from virtualrobot_apps.console.refusal import Refusal
+from virtualrobot_apps.console.upstream import Upstream
+from virtualrobot_apps.console.wires import Limit
+
+PAGE = {
+    "/": ("index.html", "text/html; charset=utf-8"),
+    "/page.js": ("page.js", "text/javascript; charset=utf-8"),
+    "/calls.js": ("calls.js", "text/javascript; charset=utf-8"),
+    "/page.css": ("page.css", "text/css; charset=utf-8"),
+}
+"""Files of the page by path, and their types."""
+
+_GET_INFO = "/virtualrobot.v1.KernelService/GetInfo"
+_POLICY = "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+_OF_PAGES = [
+    (b"content-security-policy", _POLICY.encode()),
+    # The address has the key of a link.
+    (b"referrer-policy", b"no-referrer"),
+    (b"x-content-type-options", b"nosniff"),
+    (b"cache-control", b"no-cache"),
+]
+_ALLOWED_HEADERS = ", ".join(
+    (
+        *("authorization", "client-name", "connect-protocol-version", "connect-timeout-ms", "content-type"),
+        *("grpc-timeout", "virtualrobot-lease", "x-grpc-web", "x-user-agent"),
+    )
+)
+_EXPOSED_HEADERS = "grpc-message, grpc-status, grpc-status-details-bin"
+
+
+class Server:
+    """The application; `link_used` is called when a browser has come in by a link."""
+
+    def __init__(
+        self, upstream: Upstream, door: Door, limit: Limit, link_used: Callable[[], None] = lambda: None
+    ) -> None:
+        """Serve one kernel through one door."""
+        self._upstream, self._door, self._limit = upstream, door, limit
+        self._calls = HttpCalls(upstream, limit)
+        self._link_used = link_used
+        folder = resources.files("virtualrobot_apps.console") / "page"
+        self._files = {path: ((folder / name).read_bytes(), kind) for path, (name, kind) in PAGE.items()}
+
+    async def __call__(self, scope: Event, receive: Receive, send: Send) -> None:
+        """Answer a request, or all calls of a page."""
+        headers: dict[str, str] = {}
+        for name, value in scope["headers"]:
+            name, value = name.decode("latin-1").lower(), value.decode("latin-1")
+            headers[name] = f"{headers[name]}, {value}" if name in headers else value
+        place = (scope.get("client") or ("unknown",))[0]
+        caller = Caller(headers, self._door.token(headers), place)
+        fault = self._door.fault(headers)
+        if scope["type"] == "websocket":
+            if fault or scope["path"] != "/calls":
+                await receive()
+                await send({"type": "websocket.close", "code": 1008, "reason": fault or "calls go to /calls"})
+                return
+            await PageCalls(self._upstream, self._limit, caller, receive, send).run()
+        elif fault:
+            await refuse(send, Refusal("permission_denied", fault))
+        else:
+            await self._http(scope, caller, receive, self._crossing(headers, send))
+
+    def _crossing(self, headers: dict[str, str], send: Send) -> Send:
+        """Return how answers are sent, so that pages of an allowed origin may read them."""
+        origin = headers.get("origin", "")
+        if not origin or not self._door.is_allowed(origin):
+            return send
+        more = {
+            "access-control-allow-origin": origin,
+            "access-control-allow-headers": _ALLOWED_HEADERS,
+            "access-control-allow-methods": "POST",
+            "access-control-expose-headers": _EXPOSED_HEADERS,
+            "access-control-max-age": "7200",
+            "vary": "origin",
+        }
+        encoded = [(name.encode(), value.encode("latin-1")) for name, value in more.items()]
+
+        async def sent(event: Event) -> None:
+            if event["type"] == "http.response.start":
+                event["headers"] = [*event["headers"], *encoded]
+            await send(event)
+
+        return sent
+
+    async def _http(self, scope: Event, caller: Caller, receive: Receive, send: Send) -> None:
+        path, verb = scope["path"], scope["method"]
+        if verb == "OPTIONS":
+            await _respond(send, 204, b"", [])
+        elif path.startswith(PREFIX):
+            await self._calls.serve(path, verb, caller, receive, send)
+        elif path == "/link" and verb == "POST":
+            await self._link(scope["scheme"], caller, send)
+        elif verb not in ("GET", "HEAD") or path not in self._files:
+            await refuse(send, Refusal("not_found", f"there is no {path}; methods are POST to {PREFIX}SERVICE/METHOD"))
+        elif path == "/" and (key := parse_qs(scope["query_string"].decode("latin-1")).get("key")):
+            await self._enter(key[0], send)
+        else:
+            data, kind = self._files[path]
+            await _respond(send, 200, data, [(b"content-type", kind.encode()), *_OF_PAGES])
+
+    async def _link(self, scheme: str, caller: Caller, send: Send) -> None:
+        """Answer with a link for one more browser, which is good for what the caller's token is good for."""
+        metadata = caller.metadata()
+        try:
+            async with aclosing(self._upstream.call(methods()[_GET_INFO], _empty(), metadata, 10.0)) as answers:
+                async for _ in answers:
+                    pass
+        except Refusal as refusal:
+            await refuse(send, refusal)
+            return
+        token = dict(metadata).get("authorization", "").removeprefix("Bearer ")
+        url = f"{scheme}://{caller.headers['host']}/?key={self._door.new_link(token)}"
+        await _respond(send, 200, json.dumps({"url": url}).encode(), [(b"content-type", b"application/json")])
+
+    async def _enter(self, key: str, send: Send) -> None:
+        cookie = self._door.enter(key)
+        if cookie is None:
+            said = b"This link has been used, or is none. The console tells the next one where it was started.\n"
+            await _respond(send, 403, said, [(b"content-type", b"text/plain; charset=utf-8"), *_OF_PAGES])
+            return
+        # The browser forgets the key, and a page that is loaded again does not ask with it.
+        await _respond(send, 303, b"", [(b"location", b"/"), (b"set-cookie", cookie.encode()), *_OF_PAGES])
+        self._link_used()
+
+
+async def _empty() -> AsyncIterator[bytes]:
+    yield b""
+
+
+async def _respond(send: Send, status: int, data: bytes, headers: list[tuple[bytes, bytes]]) -> None:
+    length = (b"content-length", str(len(data)).encode())
+    await send({"type": "http.response.start", "status": status, "headers": [*headers, length]})
+    await send({"type": "http.response.body", "body": data})

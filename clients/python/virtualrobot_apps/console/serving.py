@@ -1,0 +1,106 @@
+"""The console's server as it runs: sockets, certificates, and the link that is told."""
+
+from __future__ import annotations
+
+import asyncio
+import socket
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import uvicorn
+from virtualrobot.errors import InvalidArgumentError
+
+from virtualrobot_apps.console.door import Door
+from virtualrobot_apps.console.server import Server
+from virtualrobot_apps.console.upstream import Upstream
+from virtualrobot_apps.console.wires import Limit
+
+_FRAME_BYTES = 1024
+"""Bytes that a frame of a WebSocket may have besides its message."""
+
+
+@dataclass(frozen=True, slots=True)
+class Kernel:
+    """The kernel that is served.
+
+    token: what pages that come in by the printed link may do is what this token may.
+    message_bytes: the greatest message that it takes.
+    """
+
+    address: str
+    token: str
+    certificate: Path | None
+    message_bytes: int
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Address of the console, its names and its certificate, and the origins of pages that may call."""
+
+    host: str
+    port: int
+    names: Sequence[str]
+    origins: Sequence[str]
+    tls_certificate: Path | None
+    tls_key: Path | None
+
+
+def run(kernel: Kernel, place: Place, say: Callable[[str], None]) -> None:
+    """Serve until Ctrl-C; `say` is told the link, and the next one when it has been used.
+
+    Raises:
+        InvalidArgumentError: when nothing can listen there, or the certificate doesn't fit.
+    """
+    try:
+        family = socket.AF_INET6 if ":" in place.host else socket.AF_INET
+        listening = socket.create_server((place.host, place.port), family=family)
+    except OSError as error:
+        said = f"the console can't listen at {place.host}, port {place.port}: {error.strerror or error}"
+        raise InvalidArgumentError(f"{said}; --port takes another one, 0 any free one") from None
+    with listening:
+        asyncio.run(_serve(kernel, place, listening, say))
+
+
+async def _serve(kernel: Kernel, place: Place, listening: socket.socket, say: Callable[[str], None]) -> None:
+    port = listening.getsockname()[1]
+    door = Door([place.host, *place.names], place.origins, port, place.tls_certificate is not None)
+    scheme = "http" if place.tls_certificate is None else "https"
+    name = next(iter(place.names), socket.gethostname() if place.host in ("0.0.0.0", "::") else place.host)
+    base = f"{scheme}://{f'[{name}]' if ':' in name else name}:{port}"
+
+    def tell(words: str) -> None:
+        say(f"{words} {base}/?key={door.new_link(kernel.token)}")
+
+    upstream = Upstream(kernel.address, kernel.certificate)
+    server = Server(upstream, door, Limit(kernel.message_bytes), lambda: tell("a link for another browser:"))
+    config = uvicorn.Config(
+        server,  # pyright: ignore[reportArgumentType] its own types for the same events
+        interface="asgi3",
+        lifespan="off",
+        http="h11",
+        ws="websockets-sansio",
+        # Larger ones are refused by name, so that they must come in.
+        ws_max_size=2 * kernel.message_bytes + _FRAME_BYTES,
+        # It would hold back small answers.
+        ws_per_message_deflate=False,
+        # What a request says of proxies before it is believed by nobody.
+        proxy_headers=False,
+        server_header=False,
+        log_config=None,
+        log_level="critical",
+        access_log=False,
+        timeout_graceful_shutdown=1,
+        ssl_certfile=place.tls_certificate,
+        ssl_keyfile=place.tls_key,
+    )
+    try:
+        config.load()
+    except OSError as error:
+        raise InvalidArgumentError(f"--tls-certificate and --tls-key are no certificate and its key: {error}") from None
+    tell("console at")
+    say(f"the link is good once; programs call {base}/virtualrobot.v1.SERVICE/METHOD")
+    try:
+        await uvicorn.Server(config).serve([listening])
+    finally:
+        await upstream.close()

@@ -1,0 +1,1 @@
+"""Twins in the palletizing cell, and two emulated controllers that follow them. `virtualrobot demo twin` runs it."""

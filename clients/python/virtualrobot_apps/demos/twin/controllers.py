@@ -1,0 +1,114 @@
+"""The emulated controllers of the demo, each in a process of its own that ends with this one."""
+
+from __future__ import annotations
+
+import os
+import socket
+import subprocess
+import sys
+import threading
+from collections.abc import Iterable, Sequence
+
+from virtualrobot.errors import DriverFaultError
+
+RATE = 125
+"""Cycles a second of both controllers: fewer than an e-Series has, which a laptop keeps beside all else."""
+
+UR_PORTS = (29999, 30001, 30002, 30003, 30004)
+UR_HOSTS = tuple(f"127.0.0.{number}" for number in range(1, 100))
+"""Addresses of this machine, one for each emulated controller; macOS has the first alone."""
+
+
+class Controller:
+    """Process of `virtualrobot emulate`, which runs from the start of a block to its end."""
+
+    def __init__(self, options: Sequence[str], ready: str) -> None:
+        """Start it, and wait until it says `ready`; raises DriverFaultError with its words where it ends before."""
+        command = [sys.executable, "-m", "virtualrobot", "emulate", *options, "--until-input-ends"]
+        self._process = subprocess.Popen(
+            command,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            encoding="utf-8",
+            # Ctrl-C reaches the demo alone, which ends its controllers once the robots are at rest.
+            process_group=None if os.name == "nt" else 0,
+            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
+        )
+        assert self._process.stdout is not None
+        said = ""
+        for line in self._process.stdout:
+            said = line.strip()
+            if ready in said:
+                break
+        else:
+            self.close()
+            raise DriverFaultError(f"the emulated controller ends at once: {said}", "DRIVER_FAULT")
+        threading.Thread(target=self._forget, name="words of a controller", daemon=True).start()
+
+    @property
+    def pid(self) -> int:
+        """Number of its process."""
+        return self._process.pid
+
+    def close(self) -> None:
+        """End it; one that doesn't end in time is killed."""
+        assert self._process.stdin is not None
+        self._process.stdin.close()
+        try:
+            self._process.wait(10.0)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+
+    def __enter__(self) -> Controller:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """End it."""
+        self.close()
+
+    def _forget(self) -> None:
+        assert self._process.stdout is not None
+        with self._process.stdout as lines:
+            for _ in lines:
+                pass
+
+
+def universal_robots(hosts: Iterable[str] = UR_HOSTS) -> tuple[Controller, str]:
+    """Return an emulated controller of Universal Robots and its address: the first that is free."""
+    why = "no address of this machine has the ports 29999 to 30004 free"
+    for host in hosts:
+        if not all(_is_free(host, port) for port in UR_PORTS):
+            continue
+        try:
+            return Controller(["ur", "--model", "ur5e", "--host", host, "--rate", str(RATE)], "listens at"), host
+        except DriverFaultError as error:  # somebody else was faster
+            why = str(error)
+    raise DriverFaultError(why, "DRIVER_FAULT")
+
+
+def guided_by(port: int, stands: Sequence[float]) -> Controller:
+    """Return an emulated ABB controller that speaks EGM to a port of this machine; its joints stand so, rad."""
+    at = ",".join(f"{value:g}" for value in stands)
+    return Controller(["egm", "--to", f"127.0.0.1:{port}", "--at", at, "--rate", str(RATE)], "speaks to")
+
+
+def free_port() -> int:
+    """Return a port for datagrams that nobody has."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as found:
+        found.bind(("127.0.0.1", 0))
+        return found.getsockname()[1]
+
+
+def _is_free(host: str, port: int) -> bool:
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as asked:
+        if os.name != "nt":
+            asked.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            asked.bind((host, port))
+        except OSError:
+            return False
+    return True

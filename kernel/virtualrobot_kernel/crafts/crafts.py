@@ -1,0 +1,211 @@
+"""All crafts of a world: a supervisor that moves their bases as their drives go, once a tick.
+
+What it finds enters the world as one `SetDynamics`, so that a replay needs no component. A component that raises, hangs
+or returns nonsense stops its own craft, with its name; all else goes on.
+"""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+from virtualrobot_sdk.registration import ComponentKind
+
+from virtualrobot_kernel.components.catalog import Catalog
+from virtualrobot_kernel.components.running import ComponentHandle, start
+from virtualrobot_kernel.crafts.craft import CraftAtWork, Moved, at_work
+from virtualrobot_kernel.crafts.vessel import Vessel, vessel
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.commands import (
+    Command,
+    CreateNodes,
+    SetCraft,
+    SetDynamics,
+    StartMotion,
+    StartSetpointMotion,
+    StopRobots,
+    UpdateNode,
+)
+from virtualrobot_kernel.world.crafts import crafts
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
+from virtualrobot_kernel.world.store import World
+from virtualrobot_kernel.world.structure import Craft, Node, NodeSpec, RobotData, Structure
+
+log = logging.getLogger(__name__)
+
+Floats = NDArray[np.float64]
+
+
+class Crafts:
+    """A supervisor of a world; asked by the world thread alone, but for `check`, `fault_of` and `of`."""
+
+    author = "crafts"
+
+    def __init__(self, world: World, catalog: Catalog) -> None:
+        """Move from now on the crafts that the world has."""
+        self._world, self._catalog = world, catalog
+        self._structure: Structure | None = None
+        self._supervises = False
+        self._at_work: dict[int, CraftAtWork | Vessel] = {}
+        self._faults: dict[int, tuple[Craft, str]] = {}
+        self._made: dict[int, tuple[Craft, ComponentHandle]] = {}
+        self._asked: dict[int, tuple[int, bytes]] = {}
+        world.listen(self._published)
+        self._published()
+
+    def close(self) -> None:
+        """End the components."""
+        for _, component in self._made.values():
+            component.close()
+
+    def of(self, uid: int) -> CraftAtWork | Vessel:
+        """Return a craft at work by its robot (uid), for its names, twists and commands.
+
+        Raises KernelError for a robot that is none, and PLUGIN_FAILED where its component has failed.
+        """
+        structure = self._world.snapshot.structure
+        node = structure.nodes[uid]
+        if fault := self.fault_of(uid):
+            raise KernelError(
+                f"the craft {node.name!r} stands: {fault}; choose another component with set_craft, or the same anew",
+                reason=Reason.PLUGIN_FAILED,
+                robot=node.name,
+            )
+        craft = self._at_work.get(uid)
+        if craft is None:
+            raise KernelError(
+                f"{node.name!r} is no craft; make it one with set_craft", reason=Reason.WRONG_STATE, robot=node.name
+            )
+        return craft
+
+    def fault_of(self, uid: int) -> str:
+        """Return why a craft stands, in words; empty where it may move."""
+        fault = self._faults.get(uid)
+        return fault[1] if fault else ""
+
+    def check(self, commands: Iterable[Command]) -> None:
+        """Raise KernelError for a command that makes a craft by no component, or by settings that it refuses."""
+        for command in commands:
+            for one in command.specs if isinstance(command, CreateNodes) else [command]:
+                if isinstance(one, SetCraft):
+                    craft = one.craft
+                else:
+                    data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
+                    craft = data.craft if isinstance(data, RobotData) else None
+                if craft is not None:
+                    self._started(craft).close()
+
+    def carry(self, now: Snapshot, positions: Floats) -> None:
+        """Put into the coordinates of a brake (n, nq), a row for each tick, where drives take the bases of crafts."""
+        for uid, craft in self._at_work.items():
+            if uid not in self._faults:
+                try:
+                    craft.carry(positions, now.tick_seconds)
+                except KernelError as error:
+                    self._fail(craft, error)
+
+    def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
+        """Raise KernelError (PLUGIN_FAILED) for a motion that a craft should make whose component has failed."""
+        if not self._faults:
+            return
+        for command in batch:
+            names = [command.robot] if isinstance(command, StartSetpointMotion) else []
+            names += [robot for robot, _ in command.joints] if isinstance(command, StartMotion) else []
+            for uid in {after.structure.robot(name)[0].uid for name in names} & self._faults.keys():
+                self.of(uid)
+
+    def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
+        """Return where crafts are at the end of the tick, unless that was said already."""
+        found: list[Moved] = []
+        stopped: list[Command] = []
+        for uid, craft in self._at_work.items():
+            if uid in self._faults or uid in now.state.commanded:
+                continue
+            key = (now.state.tick, craft.key(now, later))
+            asked = self._asked.get(uid)
+            if asked == key:
+                continue
+            try:
+                moved = craft.moved(now, later)
+            except KernelError as error:
+                self._fail(craft, error)
+                why = Cancellation(EndCause.FAILED, str(error))
+                stopped.append(StopRobots((uid,), why))
+                found.append(craft.at_rest(now.state.q))
+                continue
+            said = asked is not None and asked[0] == now.state.tick
+            if moved is None and (said or craft.is_moving(now)):
+                moved = craft.at_rest(now.state.q)
+            if moved is not None:
+                self._asked[uid] = key
+                found.append(moved)
+        return [*stopped, _command(found)] if found else ()
+
+    def after_change(self, now: Snapshot) -> Sequence[Command]:
+        """Return nothing: crafts move with ticks."""
+        return ()
+
+    def _fail(self, craft: CraftAtWork | Vessel, error: KernelError) -> None:
+        log.error("the craft %r stops: %s", craft.node.name, error)
+        self._faults[craft.node.uid] = craft.craft, str(error)
+
+    def _published(self) -> None:
+        """Know the crafts of a new structure; told in the world thread of all that is published."""
+        structure = self._world.snapshot.structure
+        if structure is self._structure:
+            return
+        self._structure = structure
+        made, self._made, self._at_work, self._asked = self._made, {}, {}, {}
+        faults, self._faults = self._faults, {}
+        for node, _, craft in crafts(structure):
+            self._begin(structure, node, craft, made.pop(node.uid, None), faults.get(node.uid))
+        for _, component in made.values():
+            component.close()
+        if bool(self._at_work or self._faults) != self._supervises:
+            self._supervises = not self._supervises
+            if self._supervises:
+                self._world.supervise(self, first=True)
+            else:
+                self._world.unsupervise(self)
+
+    def _begin(
+        self,
+        structure: Structure,
+        node: Node,
+        craft: Craft,
+        kept: tuple[Craft, ComponentHandle] | None,
+        fault: tuple[Craft, str] | None,
+    ) -> None:
+        """Take up a craft, with the component that it had where that is the same choice."""
+        if kept is not None and kept[0] is not craft:
+            kept[1].close()
+            kept = None
+        try:
+            component = kept[1] if kept else self._started(craft)
+            self._made[node.uid] = craft, component
+            is_vessel = component.offer.about.kind is ComponentKind.VEHICLE_DYNAMICS
+            self._at_work[node.uid] = (vessel if is_vessel else at_work)(structure, node, craft, component)
+            if fault is not None and fault[0] is craft:
+                self._faults[node.uid] = fault
+        except KernelError as error:
+            log.error("the craft %r stands: %s", node.name, error)
+            self._faults[node.uid] = craft, str(error)
+
+    def _started(self, craft: Craft) -> ComponentHandle:
+        is_vessel = craft.kinematics in self._catalog.offers(ComponentKind.VEHICLE_DYNAMICS)
+        kind = ComponentKind.VEHICLE_DYNAMICS if is_vessel else ComponentKind.MOBILE_KINEMATICS
+        return start(self._catalog.find(kind, craft.kinematics), craft.settings)
+
+
+def _command(found: Sequence[Moved]) -> SetDynamics:
+    q = {place: value for one in found for place, value in one.q.items()}
+    v = {place: value for one in found for place, value in one.v.items()}
+    q_index, v_index = (np.array(sorted(values), np.int32) for values in (q, v))
+    return SetDynamics(
+        q_index,
+        np.array([q[place] for place in q_index.tolist()]),
+        v_index,
+        np.array([v[place] for place in v_index.tolist()]),
+    )

@@ -1,0 +1,208 @@
+"""A craft under water at work: its component gives velocities with inertia, so that it moves though no drive does.
+
+A drive's state, the speed of a propeller or the angle of a fin, is the velocity or the position of its joint. What the
+drive is told is what a running motion has for that joint; without one a propeller is told to stand, a fin to stay.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+from virtualrobot_sdk.errors import ComponentFault, FaultKind
+from virtualrobot_sdk.poses import from_quaternion, inverse, quaternion, rotation_matrix
+from virtualrobot_sdk.vehicles import DriveQuantity, Surroundings, VehicleDrive
+
+from virtualrobot_kernel.components.running import ComponentHandle
+from virtualrobot_kernel.crafts.craft import RIGID, Moved
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.crafts import base_joint
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Craft, JointType, Node, Structure, Water
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Vessel:
+    """Craft under water of a structure; make it by `vessel`."""
+
+    node: Node
+    craft: Craft
+    component: ComponentHandle
+    link: int
+    """Link that the base joint moves (uid)."""
+    base_q: int
+    base_v: int
+    base_t_center: Floats
+    names: tuple[str, ...]
+    """(m,) names of the drives."""
+    drive_q: NDArray[np.int32]
+    drive_v: NDArray[np.int32]
+    ratio: Floats
+    is_speed: NDArray[np.bool_]
+    lowest: Floats
+    highest: Floats
+    surroundings: Surroundings
+
+    def key(self, now: Snapshot, later: Snapshot) -> bytes:
+        """Return what the result of `moved` depends on, as bytes."""
+        q, v = now.state.q, now.state.v
+        base = q[self.base_q : self.base_q + 7], v[self.base_v : self.base_v + 6], q[self.drive_q], v[self.drive_v]
+        return b"".join(part.tobytes() for part in (*base, self._told(now, later)))
+
+    def moved(self, now: Snapshot, later: Snapshot) -> Moved | None:
+        """Return where it is at the end of the tick; None where it stands still.
+
+        Raises KernelError with what the component does wrong.
+        """
+        q, v, seconds = now.state.q, now.state.v, now.tick_seconds
+        at, rate = self.base_q, self.base_v
+        joint_t_link = np.eye(4)
+        joint_t_link[:3, :3] = from_quaternion(q[at + 3 : at + 7] / np.linalg.norm(q[at + 3 : at + 7]))
+        joint_t_link[:3, 3] = q[at : at + 3]
+        world_t_link = now.world_t(self.link)
+        # Where the joint is: it may hang on anything.
+        world_t_joint = world_t_link @ inverse(joint_t_link)
+        turn, arm = self.base_t_center[:3, :3], self.base_t_center[:3, 3]
+        linear = joint_t_link[:3, :3].T @ v[rate : rate + 3]
+        angular = v[rate + 3 : rate + 6]
+        twist = np.concatenate([turn.T @ (linear + np.cross(angular, arm)), turn.T @ angular])
+        states = np.where(self.is_speed, v[self.drive_v], q[self.drive_q]) / self.ratio
+        pose, after, reached = self._stepped(
+            world_t_joint @ joint_t_link @ self.base_t_center, twist, states, self._told(now, later), seconds
+        )
+        there = inverse(world_t_joint) @ pose @ inverse(self.base_t_center)
+        turning = turn @ after[3:]
+        velocity = there[:3, :3] @ (turn @ after[:3] - np.cross(turning, arm))
+        turned = np.array(quaternion(there[:3, :3]))
+        # A quaternion and its negative are one rotation: that is taken which is near the last one.
+        if turned @ q[at + 3 : at + 7] < 0.0:
+            turned = -turned
+        ways = np.where(self.is_speed, seconds * 0.5 * (states + reached), reached - states) * self.ratio
+        speeds = np.where(self.is_speed, reached * self.ratio, ways / seconds)
+        all_q = dict(zip(range(at, at + 7), [*there[:3, 3].tolist(), *turned.tolist()], strict=True))
+        all_q |= dict(zip(self.drive_q.tolist(), (q[self.drive_q] + ways).tolist(), strict=True))
+        all_v = dict(zip(range(rate, rate + 6), [*velocity.tolist(), *turning.tolist()], strict=True))
+        all_v |= dict(zip(self.drive_v.tolist(), speeds.tolist(), strict=True))
+        if all(q[place] == value for place, value in all_q.items()) and not any(all_v.values()):
+            return None
+        return Moved(all_q, all_v)
+
+    def is_moving(self, now: Snapshot) -> bool:
+        """Return whether its base has a velocity."""
+        return bool(now.state.v[self.base_v : self.base_v + 6].any())
+
+    def at_rest(self, q: Floats) -> Moved:
+        """Return it where it is, standing."""
+        places = [*range(self.base_q, self.base_q + 7), *self.drive_q.tolist()]
+        rates = [*range(self.base_v, self.base_v + 6), *self.drive_v.tolist()]
+        return Moved({at: float(q[at]) for at in places}, dict.fromkeys(rates, 0.0))
+
+    def carry(self, positions: Floats, seconds: float) -> None:
+        """Put nothing into rows of coordinates: a brake of its drives does not stop it."""
+
+    def twist(self, states: Floats, rates: Floats) -> NoReturn:
+        """Raise KernelError: a twist comes of its forces."""
+        raise self._needs_drives()
+
+    def commands(self, twist: Floats, states: Floats, seconds: float) -> NoReturn:
+        """Raise KernelError: no commands give a twist at once."""
+        raise self._needs_drives()
+
+    def states(self, q: Floats) -> Floats:
+        """Return where its drives are (m,), of all coordinates (nq,)."""
+        return q[..., self.drive_q] / self.ratio
+
+    def _needs_drives(self) -> KernelError:
+        names = ", ".join(self.names)
+        return KernelError(
+            f"{self.node.name!r} has inertia, so that no twist is its at once; give its drives setpoints: {names}",
+            reason=Reason.WRONG_STATE,
+            robot=self.node.name,
+        )
+
+    def _told(self, now: Snapshot, later: Snapshot) -> Floats:
+        """Return what motions tell its drives in this tick (m,)."""
+        q, v = now.state.q.copy(), np.zeros_like(now.state.v)
+        for motion in later.state.motions:
+            if any(robot == self.node.uid for robot, _ in motion.joints):
+                position, velocity, _ = motion.running.sample()
+                q[motion.q_index], v[motion.v_index] = position, velocity[motion.rated]
+        told = np.where(self.is_speed, v[self.drive_v], q[self.drive_q]) / self.ratio
+        return np.clip(told, self.lowest, self.highest)
+
+    def _stepped(
+        self, pose: Floats, twist: Floats, states: Floats, commands: Floats, seconds: float
+    ) -> tuple[Floats, Floats, Floats]:
+        answer = self.component.call("step", pose, twist, states, commands, seconds, self.surroundings)
+        if not isinstance(answer, tuple) or len(answer) != 3:
+            raise self._nonsense(f"step returned {type(answer).__name__}; it must be pose, twist and states of drives")
+        for value, shape in zip(answer, ((4, 4), (6,), states.shape), strict=True):
+            if not isinstance(value, np.ndarray) or value.dtype != np.float64 or value.shape != shape:
+                raise self._nonsense(f"step returned {type(value).__name__}; it must be a float64 array {shape}")
+            if not np.isfinite(value).all():
+                raise self._nonsense(f"step returned {value.tolist()}; all must be finite")
+        after = answer[0]
+        if np.abs(after[:3, :3].T @ after[:3, :3] - np.eye(3)).max() > RIGID:
+            raise self._nonsense(f"step returned a pose that is not rigid: {after.tolist()}")
+        return answer
+
+    def _nonsense(self, said: str) -> KernelError:
+        return self.component.failed(ComponentFault(FaultKind.NONSENSE, said))
+
+
+def vessel(structure: Structure, node: Node, craft: Craft, component: ComponentHandle) -> Vessel:
+    """Return a craft under water; raise KernelError for a base that doesn't float, and a drive that no joint is."""
+    joint, base_q, base_v = base_joint(structure, node)
+    if joint.type is not JointType.FLOATING:
+        raise KernelError(
+            f"the base joint {joint.name!r} of {node.name!r} is {joint.type.name.lower()}; {craft.kinematics!r} moves "
+            "a floating one",
+            robot=node.name,
+            joint=joint.name,
+        )
+    robot = structure.robots[node.uid]
+    link = next(uid for uid in robot.links if getattr(structure.nodes[uid].data, "joint", None) is joint)
+    center = np.eye(4)
+    center[:3, :3] = rotation_matrix(np.array([0.0, 0.0, craft.heading]))
+    center[:2, 3] = craft.center_x, craft.center_y
+    drives: tuple[VehicleDrive, ...] = component.call("drives")
+    own = {one.drive: (one.joint, one.ratio) for one in craft.drives}
+    names = [drive.name for drive in drives]
+    if unknown := [name for name in own if name not in names]:
+        raise KernelError(
+            f"the component {craft.kinematics!r} has no drive {unknown[0]!r}; its drives are {', '.join(names)}",
+            robot=node.name,
+            drive=unknown[0],
+        )
+    found = [own.get(name, (name, 1.0)) for name in names]
+    for name, (of, _) in zip(names, found, strict=True):
+        if of not in robot.coordinates:
+            raise KernelError(
+                f"the component {craft.kinematics!r} has the drive {name!r}, and {node.name!r} no such joint; say in "
+                f"`drives` which joint it is; joints are {', '.join(robot.coordinates)}",
+                robot=node.name,
+                drive=name,
+            )
+    places = [robot.coordinates[of] for of, _ in found]
+    water = craft.water or Water()
+    return Vessel(
+        node=node,
+        craft=craft,
+        component=component,
+        link=link,
+        base_q=base_q,
+        base_v=base_v,
+        base_t_center=center,
+        names=tuple(names),
+        drive_q=np.array([one.q for one in places], np.int32),
+        drive_v=np.array([one.v for one in places], np.int32),
+        ratio=np.array([ratio for _, ratio in found]),
+        is_speed=np.array([drive.quantity is DriveQuantity.SPEED for drive in drives]),
+        lowest=np.array([drive.lowest for drive in drives]),
+        highest=np.array([drive.highest for drive in drives]),
+        surroundings=Surroundings(water.current, water.density, water.surface_height),
+    )

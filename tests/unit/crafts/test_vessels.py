@@ -1,0 +1,168 @@
+"""Crafts under water in a world: a component moves them, water carries them, and a replay needs neither."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
+from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.world.commands import CancelMotion, CreateNodes, SetCraft, SetSetpoint, StartSetpointMotion
+from virtualrobot_kernel.world.journal import replay
+from virtualrobot_kernel.world.structure import (
+    Craft,
+    CraftDrive,
+    Joint,
+    JointLimits,
+    JointType,
+    Kind,
+    LinkData,
+    NodeSpec,
+    RobotData,
+    Water,
+)
+from virtualrobot_plugins.marine.component import FossenDynamics, FossenSettings
+from virtualrobot_sdk.vehicles import Surroundings
+
+from tests.unit.crafts.rover import Yard, yard
+from tests.unit.journals import entries_of
+from tests.unit.world.builders import TICK, empty, link, shifted
+
+QUICK = JointLimits(velocity=400.0, acceleration=4e6, jerk=4e9)
+REMUS = Craft(
+    "fossen",
+    {"vehicle": "remus100"},
+    (CraftDrive("propeller", "screw", -2.0),),
+    water=Water(density=1026.0, surface_height=50.0),
+)
+START = shifted(x=1.0, y=2.0, z=3.0)
+
+
+def torpedo(craft: Craft | None = REMUS, base: JointType = JointType.FLOATING) -> CreateNodes:
+    """Return a REMUS 100 at (1, 2, 3), turned to the left, whose screw turns twice as fast, the other way."""
+    turned = START.copy()
+    turned[:2, :2] = [[0.0, -1.0], [1.0, 0.0]]
+    hull = NodeSpec("rover.hull", Kind.LINK, "rover", data=LinkData(Joint("base", base, (0.0, 0.0, 1.0))))
+    fin = JointLimits(-0.2618, 0.2618, 5.0, 5e4, 5e7)
+    drives = (
+        link("rover.screw", "rover.hull", Joint("screw", JointType.CONTINUOUS, limits=QUICK), shifted(x=-0.8)),
+        link("rover.rudder", "rover.hull", Joint("rudder", JointType.REVOLUTE, limits=fin), shifted(x=-0.7)),
+        link("rover.plane", "rover.hull", Joint("stern_plane", JointType.REVOLUTE, limits=fin), shifted(x=-0.7)),
+    )
+    return CreateNodes((NodeSpec("rover", Kind.ROBOT, "world", turned, data=RobotData(craft=craft)), hull, *drives))
+
+
+@pytest.fixture
+def sea() -> Iterator[Yard]:
+    with yard(torpedo()) as made:
+        yield made
+
+
+def hull(sea: Yard) -> np.ndarray:
+    snapshot = sea.world.snapshot
+    return snapshot.world_t(snapshot.structure.node("rover.hull").uid)
+
+
+def steer(sea: Yard, angle: float) -> None:
+    """Have the rudder follow an angle (rad)."""
+    (id,) = sea.do(StartSetpointMotion("rover", ("rudder",), SetpointMode.POSITION, 60.0))
+    sea.do(SetSetpoint(str(id), (angle,)))
+
+
+def test_it_goes_where_its_component_says(sea: Yard) -> None:
+    """Bit for bit but for rounding it is the component on its own, told the same speeds."""
+    sea.drive(-200.0, joints=("screw",))
+    steer(sea, 0.1)
+    sea.step(2000)
+    own = FossenDynamics(FossenSettings("remus100"))
+    pose = START.copy()
+    pose[:2, :2] = [[0.0, -1.0], [1.0, 0.0]]
+    at = pose, np.zeros(6), np.zeros(3)
+    for _ in range(2000):
+        at = own.step(*at, np.array([100.0, 0.1, 0.0]), TICK, Surroundings(density=1026.0, surface=50.0))
+    found = hull(sea)
+    # The joints need some ticks to their speeds, which the propeller's lag of a second hides.
+    np.testing.assert_allclose(found, at[0], atol=2e-2)
+    assert found[1, 3] - 2.0 > 5.0
+    v = sea.world.snapshot.state.v
+    assert v[6] == pytest.approx(-200.0, rel=1e-3)
+    assert sea.world.snapshot.state.q[8] == pytest.approx(0.1, abs=1e-6)
+
+
+@pytest.mark.long
+def test_the_screw_lags_behind_what_it_is_told_and_runs_out(sea: Yard) -> None:
+    id = sea.drive(-200.0, joints=("screw",))
+    sea.step(250)
+    turning = sea.world.snapshot.state.v[6]
+    assert -200.0 * (1.0 - math.exp(-1.0)) == pytest.approx(turning, rel=0.02)
+    sea.do(CancelMotion(id))
+    sea.step(250)
+    assert 0.2 * turning > sea.world.snapshot.state.v[6] > 0.5 * turning
+    assert sea.base[1] > 2.1
+
+
+def test_a_current_carries_it(sea: Yard) -> None:
+    sea.choose(replace(REMUS, water=Water((0.0, 0.5, 0.0), 1026.0, 50.0)))
+    sea.step(1000)
+    before = sea.base
+    sea.step(250)
+    way = sea.base - before
+    assert 0.05 < way[1] < 0.5
+    assert abs(way[0]) < 1e-6
+
+
+def test_a_replay_needs_no_component(sea: Yard) -> None:
+    sea.drive(-150.0, joints=("screw",))
+    steer(sea, 0.1)
+    last = sea.step(400)
+    begin = empty()
+    again = replay(begin.structure, begin.state, entries_of(sea.world), last.state.tick, TICK, world_poses)
+    np.testing.assert_array_equal(again.state.q, last.state.q)
+    np.testing.assert_array_equal(again.state.v, last.state.v)
+
+
+@pytest.mark.long
+def test_quaternions_stay_of_length_1_on_a_long_way(sea: Yard) -> None:
+    sea.drive(-300.0, joints=("screw",))
+    steer(sea, 0.2)
+    q = sea.step(1000).state.q[3:7]
+    assert np.linalg.norm(q) == pytest.approx(1.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("craft", "base", "said"),
+    [
+        (REMUS, JointType.PLANAR, "the base joint 'base' of 'rover' is planar; 'fossen' moves a floating one"),
+        (replace(REMUS, drives=()), JointType.FLOATING, "has the drive 'propeller', and 'rover' no such joint"),
+        (
+            replace(REMUS, drives=(*REMUS.drives, CraftDrive("sail", "rudder"))),
+            JointType.FLOATING,
+            "has no drive 'sail'; its drives are propeller, rudder, stern_plane",
+        ),
+    ],
+)
+def test_a_craft_that_fits_not_stands_and_says_why(craft: Craft, base: JointType, said: str) -> None:
+    with yard(torpedo(craft, base)) as made:
+        uid = made.world.snapshot.structure.node("rover").uid
+        with pytest.raises(KernelError, match=said):
+            made.crafts.of(uid)
+
+
+def test_a_vehicle_that_is_none_is_refused(sea: Yard) -> None:
+    with pytest.raises(KernelError, match="no vehicle 'nautilus'"):
+        sea.crafts.check([SetCraft("rover", Craft("fossen", {"vehicle": "nautilus"}))])
+
+
+@pytest.mark.long
+def test_setpoints_of_drives_are_followed_and_twists_refused(sea: Yard) -> None:
+    id = sea.drive(0.0, joints=("screw",))
+    sea.do(SetSetpoint(id, (-50.0,)))
+    sea.step(500)
+    assert hull(sea)[1, 3] > 2.0
+    uid = sea.world.snapshot.structure.node("rover").uid
+    with pytest.raises(KernelError, match="'rover' has inertia, so that no twist is its at once; give its drives"):
+        sea.crafts.of(uid).commands(np.zeros(3), np.zeros(3), 0.004)
