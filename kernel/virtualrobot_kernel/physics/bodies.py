@@ -11,8 +11,7 @@ from virtualrobot_sdk.physics_checks import check_inertia
 from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.physics.solids import Spread, evenly, shape_of, spread_of
-from virtualrobot_kernel.shapes.submesh import Meshes
+from virtualrobot_kernel.physics.solids import Hulls, Spread, evenly, shape_of, spread_of
 from virtualrobot_kernel.world.figures import Material
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node, PartData, Structure
@@ -56,7 +55,7 @@ def is_dynamic(node: Node) -> bool:
     return isinstance(node.data, PartData) and node.data.dynamic
 
 
-def scene_of(snapshot: Snapshot, meshes: Meshes, substep_seconds: float) -> Scene:
+def scene_of(snapshot: Snapshot, hull: Hulls, substep_seconds: float) -> Scene:
     """Return the bodies of a world: what stands, what joints move, and the parts that forces move.
 
     Raises KernelError, by the name of the node, for a part that no rigid body can be, and for a mesh without volume.
@@ -72,28 +71,28 @@ def scene_of(snapshot: Snapshot, meshes: Meshes, substep_seconds: float) -> Scen
         node = structure.nodes[rows[row]]
         mover = mover_of[node.uid]
         pose = snapshot.world_t_node[row]
-        made = [*_surfaced(node, meshes)]
+        made = [*_surfaced(node, hull)]
         if mover == node.uid:
             # The first of its materials is the body's own; others hang on it.
             own = replace(made.pop(0) if made else Body(node.name), joint=BodyJoint.FREE, driven=node.is_moved)
             (driven if node.is_moved else free).append(row)
             place_of[mover] = len(bodies)
-            bodies.append(own if node.is_moved else _weighed(node, meshes, own))
+            bodies.append(own if node.is_moved else _weighed(node, hull, own))
         parent, at = WORLD, pose
         if mover:
             parent, at = place_of[mover], inverse(snapshot.world_t(mover)) @ pose
             if mover != node.uid and is_dynamic(node) and not structure.nodes[mover].is_moved:
-                made.append(_weighed(node, meshes, Body(node.name)))
+                made.append(_weighed(node, hull, Body(node.name)))
         bodies += [replace(body, parent=parent, parent_t_body=at) for body in made]
     model = PhysicsModel(tuple(bodies), snapshot.state.physics_settings.gravity, substep_seconds)
     uids = tuple(rows[row] for row in free)
     return Scene(model, tuple(free), uids, tuple(driven))
 
 
-def _weighed(node: Node, meshes: Meshes, body: Body) -> Body:
+def _weighed(node: Node, hull: Hulls, body: Body) -> Body:
     """Return a body with the mass of its part; raise KernelError, by its name, where no rigid body has it."""
     assert isinstance(node.data, PartData)
-    spread = _spread(node, node.data, meshes)
+    spread = _spread(node, node.data, hull)
     try:
         check_inertia(node.name, spread.mass, spread.inertia)
     except ArgumentError as error:
@@ -102,26 +101,26 @@ def _weighed(node: Node, meshes: Meshes, body: Body) -> Body:
     return replace(body, mass=spread.mass, center_of_mass=(x, y, z), inertia=spread.inertia)
 
 
-def _spread(node: Node, data: PartData, meshes: Meshes) -> Spread:
+def _spread(node: Node, data: PartData, hull: Hulls) -> Spread:
     if not data.mass > 0.0:
         raise KernelError(
             f"the part {node.name!r} has no mass; what moves by forces needs mass_kilograms above 0", node=node.name
         )
     if data.inertial is not None and any((*data.inertial.diagonal, *data.inertial.products)):
         return spread_of(data.inertial)
-    shapes = [shape for one in node.figures if one.collision and (shape := shape_of(one, meshes, node.name))]
+    shapes = [shape for one in node.figures if one.collision and (shape := shape_of(one, hull, node.name))]
     spread = evenly(data.mass, shapes, node.name)
     if data.inertial is None:
         return spread
     return Spread(data.mass, spread_of(data.inertial).center, spread.inertia)
 
 
-def _surfaced(node: Node, meshes: Meshes) -> Iterator[Body]:
+def _surfaced(node: Node, hull: Hulls) -> Iterator[Body]:
     """Yield a body without mass for each material of the figures of a node that are touched."""
     groups: dict[Material, list[BodyShape]] = {}
     for figure in node.figures:
         # A tool that looks otherwise in each state is touched as it looks in all of them.
-        if figure.collision and not figure.tool_state and (shape := shape_of(figure, meshes, node.name)) is not None:
+        if figure.collision and not figure.tool_state and (shape := shape_of(figure, hull, node.name)) is not None:
             groups.setdefault(figure.material or _PLAIN, []).append(shape)
     for material, shapes in groups.items():
         yield Body(node.name, shapes=tuple(shapes), surface=Surface(material.friction))

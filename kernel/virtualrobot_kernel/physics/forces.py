@@ -16,6 +16,7 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.physics.bodies import Scene, is_dynamic, movers, scene_of
+from virtualrobot_kernel.physics.solids import hulls
 from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.commands import Command, SetParts, SetPhysics
 from virtualrobot_kernel.world.state import PhysicsSettings, Snapshot, unchanged
@@ -79,7 +80,7 @@ class Forces:
         self._touching: tuple[Scene, TouchingBodies] | None = None
         self._world = world
         self._catalog = catalog
-        self._meshes = meshes
+        self._hulls = hulls(meshes)
         self._engine: ComponentHandle | None = None
         self._made_of: PhysicsSettings | None = None
         self._running: _Running | None = None
@@ -108,7 +109,7 @@ class Forces:
     def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
         """Raise KernelError, by the name of the node, for bodies that cannot move by forces."""
         if before.structure is not after.structure and any(map(is_dynamic, after.structure.nodes.values())):
-            scene_of(after, self._meshes, 1.0)
+            scene_of(after, self._hulls, 1.0)
 
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
         """Return where forces move parts in this tick; nothing where all rest."""
@@ -151,6 +152,7 @@ class Forces:
             self._is_asked = needed
             if not needed:
                 self.close()
+                self.fault = ""
             (self._world.supervise if needed else self._world.unsupervise)(self)
 
     def _moved(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
@@ -191,7 +193,7 @@ class Forces:
                     running.poses, running.twists = state.parent_t_node, twists
                     running.slow_ticks[:], running.stands = 0, False
                 return running
-        scene = scene_of(now, self._meshes, now.tick_seconds / state.physics_settings.substeps)
+        scene = scene_of(now, self._hulls, now.tick_seconds / state.physics_settings.substeps)
         twists = _known({**self._carried, **state.twists}, scene.free_uids)
         engine.call("load", scene.model, *_state_of(now, scene, twists))
         count = len(scene.free)

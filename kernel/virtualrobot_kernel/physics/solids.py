@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,8 @@ Floats = NDArray[np.float64]
 
 MOST_CORNERS = 64
 """Greatest number of the corners of a hull: engines look at each of them."""
+MOST_HULLS = 4096
+"""Greatest number of meshes whose hulls are kept."""
 SEGMENTS = 32
 """Corners around the base of a cone."""
 
@@ -33,7 +36,22 @@ class Spread:
     inertia: Floats
 
 
-def shape_of(figure: Figure, meshes: Meshes, node: str) -> BodyShape | None:
+Hulls = Callable[[Mesh], Floats]
+"""Gives the corners (n, 3) of the convex hull of a mesh; none where it has no volume."""
+
+
+def hulls(meshes: Meshes) -> Hulls:
+    """Return what gives hulls of meshes, each made once; `meshes` gives their triangles."""
+
+    @lru_cache(maxsize=MOST_HULLS)
+    def hull(mesh: Mesh) -> Floats:
+        corners, faces, _ = hull_of(stacked(meshes(mesh))[0].astype(float), MOST_CORNERS)
+        return corners if len(faces) else corners[:0]
+
+    return hull
+
+
+def shape_of(figure: Figure, hull: Hulls, node: str) -> BodyShape | None:
     """Return the shape of a figure in its node's frame, of meshes and cones their convex hull; None for what is thin.
 
     Raises KernelError for a mesh whose hull has no volume, by the name of its `node`.
@@ -55,9 +73,8 @@ def shape_of(figure: Figure, meshes: Meshes, node: str) -> BodyShape | None:
             base = np.stack([geometry.radius * np.cos(turns), geometry.radius * np.sin(turns), low], axis=1)
             return BodyShape(ShapeKind.HULL, (), pose, np.vstack([base, (0.0, 0.0, geometry.length / 2.0)]))
         case Mesh():
-            points = stacked(meshes(geometry))[0].astype(float)
-            corners, faces, _ = hull_of(points, MOST_CORNERS)
-            if not len(faces):
+            corners = hull(geometry)
+            if not len(corners):
                 raise KernelError(
                     f"the mesh {geometry.uri!r} of {node!r} has no volume; what is touched by forces needs one",
                     node=node,

@@ -48,9 +48,9 @@ def pusher(cell: Client, tmp_path: Path) -> virtualrobot.Robot:
     return cell.load_robot(file, name="pusher", pose=virtualrobot.pose(0.0, 0.0, 0.12))
 
 
-def put(client: Client, name: str, *position: float, **options: object) -> None:
+def put(client: Client, name: str, *position: float) -> None:
     figure = virtualrobot.box(0.1, 0.1, 0.1)
-    client.scene.add_part(name, figure, pose=virtualrobot.pose(*position), mass=1.0, dynamic=True, **options)
+    client.scene.add_part(name, figure, pose=virtualrobot.pose(*position), mass=1.0, dynamic=True)
 
 
 def place(client: Client, name: str) -> np.ndarray:
@@ -79,6 +79,7 @@ def test_a_stack_rests_and_carries_its_weight(cell: Client) -> None:
     assert felt == pytest.approx(4.0 * GRAVITY, rel=0.02)
 
 
+@pytest.mark.long
 def test_a_box_slides_down_a_slope(cell: Client) -> None:
     angle = np.radians(30.0)
     tilted = virtualrobot.pose(5.0, 0.0, 2.0, 0.0, angle, 0.0)
@@ -125,6 +126,7 @@ def test_what_is_held_goes_along_and_goes_on_when_it_is_let_go(cell: Client, pus
     cell.clock.run(motion)
 
 
+@pytest.mark.long
 def test_a_box_that_is_put_elsewhere_falls_from_there(cell: Client) -> None:
     put(cell, "box", 0.0, 0.0, 0.05)
     cell.clock.step(200)
@@ -134,6 +136,7 @@ def test_a_box_that_is_put_elsewhere_falls_from_there(cell: Client) -> None:
     assert place(cell, "box") == pytest.approx([1.0, 0.0, 1.0 - GRAVITY * 0.2**2 / 2.0], abs=3e-3)
 
 
+@pytest.mark.long
 def test_what_rests_wakes_when_its_support_goes(cell: Client) -> None:
     cell.scene.add_object("shelf", virtualrobot.box(0.5, 0.5, 0.1), pose=virtualrobot.pose(0.0, 0.0, 0.95))
     put(cell, "box", 0.0, 0.0, 1.05)
@@ -145,6 +148,7 @@ def test_what_rests_wakes_when_its_support_goes(cell: Client) -> None:
     assert place(cell, "box")[2] < 0.9
 
 
+@pytest.mark.long
 def test_engines_are_swapped_while_it_runs(cell: Client) -> None:
     put(cell, "box", 0.0, 0.0, 2.0)
     cell.clock.step(25)
@@ -160,6 +164,7 @@ def test_engines_are_swapped_while_it_runs(cell: Client) -> None:
     assert place(cell, "box")[2] == height
 
 
+@pytest.mark.long
 def test_parts_are_let_fall_and_held_by_a_switch(cell: Client) -> None:
     figure = virtualrobot.box(0.1, 0.1, 0.1)
     cell.scene.add_part("box", figure, pose=virtualrobot.pose(0.0, 0.0, 1.0), mass=2.0)
@@ -191,6 +196,7 @@ def test_what_cannot_move_by_forces_is_named(cell: Client) -> None:
     assert [node.name for node in cell.scene.nodes() if node.kind == "part"] == ["good"]
 
 
+@pytest.mark.long
 def test_an_engine_that_dies_is_named_and_everything_else_goes_on(cell: Client, pusher: virtualrobot.Robot) -> None:
     put(cell, "box", 0.0, 2.0, 3.0)
     cell.physics.set("bullet")
@@ -211,6 +217,7 @@ def test_an_engine_that_dies_is_named_and_everything_else_goes_on(cell: Client, 
     assert cell.physics.status.fault == ""
 
 
+@pytest.mark.long
 def test_a_scene_file_keeps_it(cell: Client, tmp_path: Path) -> None:
     put(cell, "box", 0.0, 0.0, 1.0)
     cell.physics.set(engine_settings={"cone": "pyramidal"}, gravity=(0.0, 0.0, -1.62), substeps=2)
@@ -227,6 +234,7 @@ def test_a_scene_file_keeps_it(cell: Client, tmp_path: Path) -> None:
     assert place(cell, "box")[2] == pytest.approx(height - 1.62 * 0.2**2 / 2.0, abs=1e-3)
 
 
+@pytest.mark.long
 def test_undo_and_checkpoints_reach_the_engine(cell: Client) -> None:
     put(cell, "box", 0.0, 0.0, 0.05)
     cell.clock.step(250)
@@ -239,6 +247,7 @@ def test_undo_and_checkpoints_reach_the_engine(cell: Client) -> None:
     assert place(cell, "box") == pytest.approx([0.0, 0.0, 0.05], abs=1e-3)
 
 
+@pytest.mark.long
 def test_commands_show_and_set_it(cell: Client, stepped_kernel: KernelProcess) -> None:
     put(cell, "box", 0.0, 0.0, 0.05)
     told = CliRunner().invoke(physics, ["use", "mujoco", "--gravity", "0,0,-5", "--address", stepped_kernel.address])
