@@ -42,7 +42,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
-    "crafts": ("components", "world"),
+    "crafts": ("components", "motion", "world"),
     "drivers": ("components", "inputs", "world"),
     "physics": ("collision", "components", "shapes", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),

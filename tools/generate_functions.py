@@ -115,8 +115,8 @@ GROUPS = (
             *("stop", "targets"),
         ),
         commands=(
-            *("move", "plan", "check", "path", "jog", "teach", "run", "stop", "pause", "resume", "speed", "grasp"),
-            *("release", "tool", "mount", "unmount", "kinematics"),
+            *("move", "plan", "check", "path", "jog", "drive", "teach", "run", "stop", "pause", "resume", "speed"),
+            *("grasp", "release", "tool", "mount", "unmount", "kinematics"),
         ),
     ),
     Group(

@@ -41,6 +41,25 @@ class ModelTool:
 
 
 @dataclass(frozen=True, slots=True)
+class ModelCraft:
+    """Craft that a robot is once it stands on a planar or floating base.
+
+    Attributes:
+        kinematics: the component of mobile kinematics.
+        settings: of the component, plain values.
+        drives: joint and ratio of each drive and passive wheel, joint = ratio * drive.
+        center: where the component has the origin of the base, in the frame of the robot's root link (m).
+        heading: how far forward is turned to the left of that link's x axis (rad).
+    """
+
+    kinematics: Annotated[str, msgspec.Meta(min_length=1)]
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    drives: Mapping[str, tuple[str, float]] = field(default_factory=dict)
+    center: tuple[float, float] = (0.0, 0.0)
+    heading: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
 class Model:
     """Model that is known by name.
 
@@ -52,6 +71,7 @@ class Model:
         srdf: an SRDF file, named like `uri`, with postures, groups and all pairs of links that may touch.
         touching: pairs of links that may touch besides those that the file says, each with the reason.
         tool: of a gripper whose file tells none, the tool that it is; None without.
+        craft: of a vehicle, how its drives move it; None without.
         maker: of the real one; empty where the model stands for no product.
         kind: the kind of machine.
         axes: number of joints of the arm; of what has no arm, of joints that can be moved by themselves.
@@ -70,6 +90,7 @@ class Model:
     srdf: str = ""
     touching: tuple[tuple[str, str, str], ...] = ()
     tool: ModelTool | None = None
+    craft: ModelCraft | None = None
     maker: str = ""
     kind: Kind = "arm"
     axes: Annotated[int, msgspec.Meta(ge=0)] = 0

@@ -169,3 +169,19 @@ def test_who_has_the_key_stops_the_cell_past_the_kernel(cell: Cell) -> None:
     assert cell.alone.driver.GetDrivers(asked).cell.stopped
     cell.holder.stubs.driver.ReleaseCell(driver_pb2.ReleaseCellRequest(), metadata=cell.holder.metadata)
     assert not cell.alone.driver.GetDrivers(asked).cell.stopped
+
+
+@pytest.mark.long
+def test_a_robot_that_plans_by_itself_is_watched_by_its_way(cell: Cell) -> None:
+    """As it begins its goal is ten times as far as it may be from where it should be."""
+
+    def scenario() -> None:
+        cell.connect(pace="JOBS", following_limit=0.1, following_warning=0.05)
+        cell.mode(EXECUTE)
+        cell.await_end(cell.holder.start(joints("arm", 1.0, **{FIRST: 1.0})))
+        until(lambda: cell.status().state != ACTIVE or abs(cell.status().positions[0] - 1.0) < 1e-3)
+        status = cell.status()
+        assert status.state == ACTIVE, status.text
+        cell.mode(SIMULATED)
+
+    patiently(cell, scenario)

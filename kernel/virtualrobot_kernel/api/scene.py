@@ -35,7 +35,10 @@ from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
 
-MODEL = Table(Model, scene_pb2.KnownModel, without=("scene", "srdf", "touching", "tool", "settings", "installed"))
+OWN = ("scene", "srdf", "touching", "tool", "craft", "settings", "installed")
+"""Fields of a model and of its message that are the kernel's matter."""
+
+MODEL = Table(Model, scene_pb2.KnownModel, without=OWN)
 
 MOST_COMMANDS = 20_000
 """Greatest number of commands of a batch: they are applied between two ticks."""

@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, AsyncIterator, Coroutine
+from collections.abc import AsyncGenerator, AsyncIterator, Callable, Coroutine
 from concurrent.futures import Future
 from contextlib import suppress
+from functools import partial
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.author import author
-from virtualrobot_kernel.api.convert.setpoints import followed, progress, setpoint
+from virtualrobot_kernel.api.convert.setpoints import followed, follows_twists, progress, setpoint
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import CARRIED
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way
@@ -22,6 +25,9 @@ from virtualrobot_kernel.world.commands import CancelMotion, EndSetpoints, SetSe
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 from virtualrobot_kernel.world.store import Applied, Permit
 from virtualrobot_kernel.world.tick_inputs import TickInput
+
+TWIST = ("vx", "vy", "omega")
+"""Names of the values of a twist."""
 
 MAX_RATE_HERTZ = 60.0
 """Greatest rate (Hz) of a stream's reports on its motion, while time follows the wall clock."""
@@ -48,22 +54,26 @@ async def stream_setpoints(
     first = await anext(aiter(requests), None)
     if first is None or not first.HasField("target"):
         raise KernelError("the first message of the stream must say in `target` what is moved", field="target")
-    command = followed(kernel.world.snapshot, first.target)
-    values = setpoint(first, command.joint_names) if first.values else None
+    snapshot = kernel.world.snapshot
+    uid = snapshot.structure.robot(first.target.robot)[0].uid
+    craft = kernel.crafts.driven(uid) if follows_twists(first.target) else None
+    command = followed(snapshot, first.target, craft)
+    names = TWIST if craft is not None else command.joint_names
+    values = setpoint(first, names) if first.values else None
     await make_way(kernel, lambda snapshot: _needed(snapshot, command), first.target.busy_policy, context)
     writer, tokens = author(context), CARRIED.get()
     # A client that vanishes here leaves a motion that is stopped by its own timeout.
     applied = await asyncio.wrap_future(kernel.submit([command], context))
     id, snapshot = str(applied.created[0]), applied.snapshot
     robots = find_motion(snapshot, id).robots
-    feed = _Feed(kernel, id, command.joint_names, writer, kernel.permit())
+    feed = _Feed(kernel, id, names, writer, kernel.permit(), partial(kernel.crafts.follow, id, uid) if craft else None)
     working = {
         asyncio.create_task(_or_stop(kernel, id, work)) for work in (feed.read(values, requests), feed.refusal())
     }
     try:
         while True:
             motion = find_motion(snapshot, id)
-            yield progress(snapshot, motion, feed.given)
+            yield progress(snapshot, motion, feed.given, craft if uid in snapshot.structure.robots else None)
             if motion.running.ended:
                 break
             snapshot = await _later(feed.news(snapshot), working)
@@ -82,9 +92,16 @@ class _Feed:
     """Feed of setpoints from a client to the world's mailbox, where the newest one waits for the next tick."""
 
     def __init__(
-        self, kernel: KernelServices, id: str, joint_names: tuple[str, ...], writer: str, permit: Permit
+        self,
+        kernel: KernelServices,
+        id: str,
+        joint_names: tuple[str, ...],
+        writer: str,
+        permit: Permit,
+        follow: Callable[[NDArray[np.float64]], tuple[float, ...]] | None,
     ) -> None:
-        """Feed a motion with what `writer` sends."""
+        """Feed a motion with what `writer` sends; `follow` makes setpoints of joints of twists."""
+        self._follow = follow
         self.given = 0
         """Number of setpoints given to the motion, those that were replaced by newer ones included."""
         self._kernel = kernel
@@ -118,6 +135,8 @@ class _Feed:
         if motion is None:
             return  # it has ended
         assert isinstance(motion.running, SetpointMotion)
+        if self._follow is not None:
+            values = self._follow(np.array(values))
         motion.running.set(values)
         self._put(SetSetpoint(self._id, values))
         self.given += 1

@@ -28,10 +28,21 @@ MOST_STEPS = 24
 """Greatest number of steps in which a brake is followed: arcs between them are as good as exact."""
 
 
+STEERING_SECONDS = 0.5
+"""Time (s) in which a component is asked to steer, to learn how far it has to."""
+
+LONG_SECONDS = 1e3
+"""Time (s) in which any steering angle comes to anywhere."""
+
+APPROACH_SECONDS = 0.1
+"""Time constant (s) with which a steering angle comes to its end."""
+
+
 class _Turning(NamedTuple):
-    """Drives or passive wheels: their names, places in q and v, and joint = ratio * drive."""
+    """Drives or passive wheels: their names, joints, places in q and v, and joint = ratio * drive."""
 
     names: tuple[str, ...]
+    joints: tuple[str, ...]
     q: Integers
     v: Integers
     ratio: Floats
@@ -57,6 +68,7 @@ class CraftAtWork:
     base_t_center: Floats
     drives: _Turning
     passive: _Turning
+    accelerations: Floats
 
     @property
     def base_coordinates(self) -> range:
@@ -116,9 +128,43 @@ class CraftAtWork:
         """Return the twist (3,) of the component's base, its drives told `rates`."""
         return self._numbers("base_twist", (3,), states, rates)
 
-    def commands(self, twist: Floats, states: Floats, seconds: float) -> Floats:
-        """Return the speeds of its joints (m,) for a twist (3,); raise KernelError for one that it cannot have."""
-        return self._numbers("drive_commands", states.shape, twist, states, seconds) * self.drives.ratio
+    def commands(self, twist: Floats, q: Floats, seconds: float) -> Floats:
+        """Return the speeds of its joints (m,) for a twist (3,), of all coordinates (nq,).
+
+        A steering angle comes to where the twist needs it as fast as its joint brakes. Raises KernelError for a twist
+        that the craft never has.
+        """
+        states = self.states(q)
+        at_once, within = (
+            self._numbers("drive_commands", states.shape, twist, states, time) for time in (seconds, STEERING_SECONDS)
+        )
+        off = np.where(at_once != within, within * STEERING_SECONDS, 0.0)
+        slower = np.minimum(np.sqrt(self.accelerations * np.abs(off)), np.abs(off) / APPROACH_SECONDS)
+        steered = np.sign(off) * np.minimum(np.abs(at_once), slower)
+        return np.where(off != 0.0, steered, at_once) * self.drives.ratio
+
+    def way(self, q: Floats, parts: Floats) -> Floats:
+        """Return where its joints are (2 n, m) on a way of parts (n, 3), from coordinates q (nq,) on.
+
+        Each part is a shift (m) and a turn (rad) of the component's base; two rows: steered, and gone. Raises
+        KernelError for a part that the craft never goes.
+        """
+        states, rows = self.states(q), []
+        for part in parts:
+            slowly, soon = (
+                self._numbers("drive_commands", states.shape, part, states, time) for time in (LONG_SECONDS, 1.0)
+            )
+            steers = slowly != soon
+            states = states + np.where(steers, slowly * LONG_SECONDS, 0.0)
+            rows.append(states)
+            states = states + np.where(steers, 0.0, slowly)
+            rows.append(states)
+        return np.array(rows).reshape(-1, len(states)) * self.drives.ratio
+
+    def place(self, q: Floats) -> Floats:
+        """Return x, y (m) and heading (rad) of the base in the frame of its joint."""
+        pose = self._pose(q)
+        return np.array([pose[0, 3], pose[1, 3], math.atan2(pose[1, 0], pose[0, 0])])
 
     def carry(self, positions: Floats, seconds: float) -> None:
         """Put into rows of coordinates (n, nq), `seconds` apart, where the drives take the base."""
@@ -230,6 +276,7 @@ def at_work(structure: Structure, node: Node, craft: Craft, component: Component
         places = [coordinates[of] for of, _ in kept.values()]
         return _Turning(
             tuple(kept),
+            tuple(of for of, _ in kept.values()),
             np.array([one.q for one in places], np.int32),
             np.array([one.v for one in places], np.int32),
             np.array([ratio for _, ratio in kept.values()]),
@@ -243,6 +290,8 @@ def at_work(structure: Structure, node: Node, craft: Craft, component: Component
             robot=node.name,
             drive=unknown[0],
         )
+    driving = turning(drives, True)
+    limits = np.array([coordinates[own.get(name, (name, 1.0))[0]].joint.limits.acceleration for name in driving.names])
     return CraftAtWork(
         node=node,
         craft=craft,
@@ -251,8 +300,9 @@ def at_work(structure: Structure, node: Node, craft: Craft, component: Component
         base_q=base_q,
         base_v=base_v,
         base_t_center=center,
-        drives=turning(drives, True),
+        drives=driving,
         passive=turning(passive, False),
+        accelerations=limits / np.abs(driving.ratio),
     )
 
 

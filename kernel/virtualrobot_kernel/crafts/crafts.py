@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +20,15 @@ from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.crafts.craft import CraftAtWork, Moved, at_work
 from virtualrobot_kernel.crafts.vessel import Vessel, vessel
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.running_motion import Phase
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.world.commands import (
+    CancelMotion,
     Command,
     CreateNodes,
     SetCraft,
     SetDynamics,
+    SetSetpoint,
     StartMotion,
     StartSetpointMotion,
     StopRobots,
@@ -36,6 +42,14 @@ from virtualrobot_kernel.world.structure import Craft, Node, NodeSpec, RobotData
 log = logging.getLogger(__name__)
 
 Floats = NDArray[np.float64]
+
+
+class _Twist(NamedTuple):
+    """Twist (3,) that a craft (uid) follows, and the tick at which it came."""
+
+    uid: int
+    twist: Floats
+    tick: int
 
 
 class Crafts:
@@ -52,6 +66,7 @@ class Crafts:
         self._faults: dict[int, tuple[Craft, str]] = {}
         self._made: dict[int, tuple[Craft, ComponentHandle]] = {}
         self._asked: dict[int, tuple[int, bytes]] = {}
+        self._twists: dict[str, _Twist] = {}
         world.listen(self._published)
         self._published()
 
@@ -80,22 +95,53 @@ class Crafts:
             )
         return craft
 
+    def driven(self, uid: int) -> CraftAtWork:
+        """Return a craft at work that drives by twists; raise KernelError as `of` does, and for a vessel."""
+        craft = self.of(uid)
+        if isinstance(craft, CraftAtWork):
+            return craft
+        raise KernelError(
+            f"{craft.node.name!r} is pushed by its thrusters and has no twist at once; give setpoints to these",
+            reason=Reason.WRONG_STATE,
+            robot=craft.node.name,
+        )
+
     def fault_of(self, uid: int) -> str:
         """Return why a craft stands, in words; empty where it may move."""
         fault = self._faults.get(uid)
         return fault[1] if fault else ""
 
     def check(self, commands: Iterable[Command]) -> None:
-        """Raise KernelError for a command that makes a craft by no component, or by settings that it refuses."""
+        """Raise KernelError for a command that makes a craft by no component, or by settings that it refuses.
+
+        And where the drives of the component are none of a robot that is there already.
+        """
+        structure = self._world.snapshot.structure
         for command in commands:
             for one in command.specs if isinstance(command, CreateNodes) else [command]:
-                if isinstance(one, SetCraft):
-                    craft = one.craft
-                else:
-                    data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
-                    craft = data.craft if isinstance(data, RobotData) else None
-                if craft is not None:
-                    self._started(craft).close()
+                data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
+                craft = data.craft if isinstance(data, RobotData) else None
+                craft = one.craft if isinstance(one, SetCraft) else craft
+                if craft is None:
+                    continue
+                component = self._started(craft)
+                try:
+                    uid = structure.uid_by_name.get(one.robot) if isinstance(one, SetCraft) else None
+                    if uid is not None and isinstance(known := structure.nodes[uid].data, RobotData):
+                        node = replace(structure.nodes[uid], data=replace(known, craft=craft))
+                        _at_work(structure, node, craft, component)
+                finally:
+                    component.close()
+
+    def follow(self, motion: str, uid: int, twist: Floats) -> tuple[float, ...]:
+        """Return the setpoint of a motion of a craft's drives for a twist (3,), and steer on to it from now on.
+
+        A twist that is as old as the motion's timeout is followed no more. Raises as `driven` and `commands` of it do.
+        """
+        now = self._world.snapshot
+        values = self.driven(uid).commands(twist, now.state.q, now.tick_seconds)
+        self._twists[motion] = _Twist(uid, twist, now.state.tick)
+        return tuple(values.tolist())
 
     def carry(self, now: Snapshot, positions: Floats) -> None:
         """Put into the coordinates of a brake (n, nq), a row for each tick, where drives take the bases of crafts."""
@@ -118,6 +164,8 @@ class Crafts:
 
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
         """Return where crafts are at the end of the tick, unless that was said already."""
+        if self._twists and (steered := self._steered(now)):
+            return steered
         found: list[Moved] = []
         stopped: list[Command] = []
         for uid, craft in self._at_work.items():
@@ -146,6 +194,31 @@ class Crafts:
     def after_change(self, now: Snapshot) -> Sequence[Command]:
         """Return nothing: crafts move with ticks."""
         return ()
+
+    def _steered(self, now: Snapshot) -> list[Command]:
+        """Return the setpoints of motions that follow twists, where steering angles have come nearer to them."""
+        commands: list[Command] = []
+        motions = {motion.id: motion.running for motion in now.state.motions}
+        for id, (uid, twist, tick) in list(self._twists.items()):
+            run, craft = motions.get(id), self._at_work.get(uid)
+            if not isinstance(run, SetpointMotion) or not isinstance(craft, CraftAtWork) or uid in self._faults:
+                self._twists.pop(id, None)
+                continue
+            if run.closed or run.phase is not Phase.RUNNING:
+                continue
+            if (now.state.tick - tick) * now.tick_seconds > run.timeout:
+                self._twists.pop(id, None)
+                why = f"no setpoint came for {run.timeout:g} s"
+                commands.append(CancelMotion(id, Cancellation(EndCause.SETPOINT_TIMEOUT, why)))
+                continue
+            try:
+                values = tuple(craft.commands(twist, now.state.q, now.tick_seconds).tolist())
+            except KernelError as error:
+                commands.append(CancelMotion(id, Cancellation(EndCause.SETPOINT_REFUSED, str(error))))
+                continue
+            if values != run.newest:
+                commands.append(SetSetpoint(id, values))
+        return commands
 
     def _fail(self, craft: CraftAtWork | Vessel, error: KernelError) -> None:
         log.error("the craft %r stops: %s", craft.node.name, error)
@@ -185,8 +258,7 @@ class Crafts:
         try:
             component = kept[1] if kept else self._started(craft)
             self._made[node.uid] = craft, component
-            is_vessel = component.offer.about.kind is ComponentKind.VEHICLE_DYNAMICS
-            self._at_work[node.uid] = (vessel if is_vessel else at_work)(structure, node, craft, component)
+            self._at_work[node.uid] = _at_work(structure, node, craft, component)
             if fault is not None and fault[0] is craft:
                 self._faults[node.uid] = fault
         except KernelError as error:
@@ -197,6 +269,11 @@ class Crafts:
         is_vessel = craft.kinematics in self._catalog.offers(ComponentKind.VEHICLE_DYNAMICS)
         kind = ComponentKind.VEHICLE_DYNAMICS if is_vessel else ComponentKind.MOBILE_KINEMATICS
         return start(self._catalog.find(kind, craft.kinematics), craft.settings)
+
+
+def _at_work(structure: Structure, node: Node, craft: Craft, component: ComponentHandle) -> CraftAtWork | Vessel:
+    is_vessel = component.offer.about.kind is ComponentKind.VEHICLE_DYNAMICS
+    return (vessel if is_vessel else at_work)(structure, node, craft, component)
 
 
 def _command(found: Sequence[Moved]) -> SetDynamics:

@@ -6,7 +6,7 @@ from collections.abc import Container
 from dataclasses import dataclass, replace
 
 import numpy as np
-from virtualrobot_sdk.models import ModelTool
+from virtualrobot_sdk.models import ModelCraft, ModelTool
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats import model_table
@@ -21,11 +21,14 @@ from virtualrobot_kernel.formats.xml import FileWarning, malformed, place_in
 from virtualrobot_kernel.world.figures import Figure, Mesh, Pose, identity
 from virtualrobot_kernel.world.structure import (
     WORLD_NAME,
+    Craft,
+    CraftDrive,
     JointType,
     Kind,
     LinkPair,
     NodeSpec,
     PartData,
+    RobotData,
     ToolData,
     ToolWidth,
 )
@@ -109,7 +112,7 @@ def import_model(
         raise _bad_argument(f"the base joint cannot be {base_joint.value[0]}; valid: {valid}", valid=valid)
     if 0.0 in scale:
         raise _bad_argument(f"the scale {scale} has a factor of 0", scale=scale)
-    known, touching, tool = model_table.named_by(uri), (), None
+    known, touching, tool, craft = model_table.named_by(uri), (), None, None
     if known and uri not in files.uploaded:
         model = model_table.find(library.importers.models, known)
         if model.scene:
@@ -118,6 +121,7 @@ def import_model(
             return TranslatedScene(model.scene, uri)
         uri, srdf_uri, touching, tool = model.uri, srdf_uri or model.srdf, model.touching, model.tool
         settings = {**model.settings, **(settings or {})}
+        craft = model.craft if base_joint is not JointType.FIXED else None
     kind = ending(uri)
     if known and kind == ".yaml":
         _refuse_mesh_fields(uri, as_part, scale)
@@ -177,6 +181,7 @@ def import_model(
             warnings.extend(semantics.warnings)
         warnings[:0] = translated.warnings if translated else ()
         robot = with_allowed(robot, (LinkPair(*pair) for pair in touching))
+        robot = with_craft(robot, craft) if craft else robot
         nodes = (robot, *model.nodes[1:], *([tool_of(tool, robot.name)] if tool else []))
         return ImportedModel(nodes, model.mesh_count, (*warnings, *model.warnings))
     if srdf_uri:
@@ -196,6 +201,19 @@ def import_model(
         data=PartData() if as_part else None,
     )
     return ImportedModel((node,), 1, tuple(warnings))
+
+
+def with_craft(robot: NodeSpec, craft: ModelCraft) -> NodeSpec:
+    """Return a robot as the craft that a table of models tells."""
+    assert isinstance(robot.data, RobotData)
+    drives = tuple(CraftDrive(drive, joint, ratio) for drive, (joint, ratio) in craft.drives.items())
+    return replace(
+        robot,
+        data=replace(
+            robot.data,
+            craft=Craft(craft.kinematics, dict(craft.settings), drives, "", *craft.center, craft.heading),
+        ),
+    )
 
 
 def tool_of(tool: ModelTool, robot: str) -> NodeSpec:

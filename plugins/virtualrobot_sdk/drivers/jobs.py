@@ -33,6 +33,7 @@ class Jobs:
         self._velocity = np.array([joint.velocity for joint in side.joints])
         self._tick_seconds = side.tick_ns * 1e-9
         self.held = held
+        self._way = held[None]
         self._path: list[Floats] = [held]
         self._times: list[int] = [0]
         self._rests_since = self._stepped = 0
@@ -43,6 +44,14 @@ class Jobs:
     def done(self) -> bool:
         """True once the robot has reached all points that it was given."""
         return self._reached >= self._given
+
+    def nearest(self, q: Floats) -> Floats:
+        """Return the place (k,) on the way that was given last, straight between its points, that is nearest to q."""
+        begin, along = self._way[:-1], np.diff(self._way, axis=0)
+        squares = np.maximum(np.sum(along * along, axis=1), 1e-30)  # a way may end where it began
+        share = np.clip(np.sum((q - begin) * along, axis=1) / squares, 0.0, 1.0)
+        places = np.vstack([self._way[-1], begin + share[:, None] * along])
+        return places[np.linalg.norm(q - places, axis=1).argmin()]
 
     def step(self, ns: int, player: Player, reading: Reading | None) -> None:
         """Take what the twin plays at a time (ns), and give the controller its path once it rests."""
@@ -75,6 +84,7 @@ class Jobs:
             speeds.append(min(max(share, 0.01), 1.0))
         points = [self._mapping.raw(path[place], np.zeros_like(self.held))[0] for place in places]
         self._driver.run(points, speeds, outputs)
+        self._way = path[[0, *places]]
         self._given += len(points)
         self.held = self._path[-1]
         self._path, self._times = [self.held], [self._times[-1]]

@@ -108,7 +108,8 @@ class Report:
         rate: rate of the play clock, 1 or less.
         speed_scaling: share of the speed that it was told at which the controller goes.
         q, v: (k,) measured, rad and m, per s.
-        error: (k,) measured minus what was played, rad and m; 0 where nothing is played.
+        error: (k,) measured minus what was played, rad and m; 0 where nothing is played. A robot that goes to points in
+            its own time is measured against its way, wherever on it.
         is_faulty: whether a fault was met and told while the robot still brakes; it ends in ERROR.
     """
 
@@ -348,7 +349,8 @@ class TickRing(_Mapped):
             values = np.ndarray((3, self.joints), np.float64, content, _REPORT.size)
             report = Report(
                 *(ns, STATES[state], cycles, skipped, lateness, tick, bool(on_brake)),
-                *(MODES[mode], SAFETIES[safety], inputs, said, rate, scaling, *values, bool(faulty)),
+                *(MODES[mode], SAFETIES[safety], inputs, said, rate, scaling),
+                *(values[0], values[1], values[2], bool(faulty)),
             )
             self._last = (sequence, report)
             return report

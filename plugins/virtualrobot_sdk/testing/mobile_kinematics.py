@@ -135,7 +135,7 @@ def twists(trial: CraftTrial, rng: np.random.Generator) -> Measured:
 
 
 def commands(trial: CraftTrial, rng: np.random.Generator) -> Measured:
-    """What drives are told for a twist leads to it, steered as often as it takes; or that twist is refused."""
+    """Commands for a twist lead to it, steered as often as it takes; or that twist is refused."""
     kept = 0
     for tried in range(STEPS):
         pose, states, told, seconds = _random_step(trial, rng)

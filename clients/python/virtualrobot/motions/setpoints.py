@@ -28,6 +28,9 @@ from virtualrobot.v1 import motion_pb2
 
 MODES = {"position": motion_pb2.SETPOINT_MODE_POSITION, "velocity": motion_pb2.SETPOINT_MODE_VELOCITY}
 
+TWIST = ("vx", "vy", "omega")
+"""Names of the values of a craft's twist."""
+
 Setpoint: TypeAlias = Mapping[str, float | ArrayLike] | ArrayLike
 
 
@@ -77,7 +80,8 @@ class SetpointStream:
         `spread` gives each coordinate of a joint that has several its own name.
         """
         self._spread = spread
-        self.joint_names = tuple(target.joint_names)
+        is_twist = target.mode == motion_pb2.SETPOINT_MODE_TWIST
+        self.joint_names = TWIST if is_twist else tuple(target.joint_names)
         self._changed = threading.Condition()
         self._newest: NDArray[np.float64] | None = None
         self._version = 0
@@ -96,7 +100,7 @@ class SetpointStream:
             raise
         self.motion = Motion(services, first.motion)
         self._response = first
-        at_rest = target.mode == motion_pb2.SETPOINT_MODE_VELOCITY
+        at_rest = is_twist or target.mode == motion_pb2.SETPOINT_MODE_VELOCITY
         self._last = np.zeros(len(self.joint_names)) if at_rest else np.array(first.positions)
         threading.Thread(target=self._read, name=f"setpoints of {first.motion.id}", daemon=True).start()
 

@@ -19,10 +19,10 @@ from virtualrobot.leases import Lease, acquire
 from virtualrobot.motions.setpoints import MODES, SetpointStream
 from virtualrobot.motions.steps import NodeNamed, name_of
 from virtualrobot.robots.description import coordinate_names
+from virtualrobot.robots.driving import Driving
 from virtualrobot.robots.group import Group
 from virtualrobot.robots.mechanism import JointPositions
 from virtualrobot.robots.mounting import mount
-from virtualrobot.robots.mover import Mover
 from virtualrobot.robots.postures import Postures
 from virtualrobot.robots.read_only import read_only
 from virtualrobot.robots.teacher import Teacher
@@ -39,7 +39,7 @@ from virtualrobot.v1 import motion_pb2, robot_pb2
 
 
 @checked
-class Robot(Mover, Teacher):
+class Robot(Driving, Teacher):
     """A robot by its name: an arm, a conveyor, a turntable, a vehicle, whatever has joints.
 
     Positions are radians or meters, poses 4x4 arrays. Its motions are those of `Mover`, its targets those of `Teacher`,

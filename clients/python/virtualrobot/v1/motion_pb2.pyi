@@ -128,6 +128,7 @@ class SetpointMode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     SETPOINT_MODE_UNSPECIFIED: _ClassVar[SetpointMode]
     SETPOINT_MODE_POSITION: _ClassVar[SetpointMode]
     SETPOINT_MODE_VELOCITY: _ClassVar[SetpointMode]
+    SETPOINT_MODE_TWIST: _ClassVar[SetpointMode]
 BUSY_POLICY_UNSPECIFIED: BusyPolicy
 BUSY_POLICY_REJECT: BusyPolicy
 BUSY_POLICY_PREEMPT: BusyPolicy
@@ -206,6 +207,7 @@ VIOLATION_KIND_COLLISION: ViolationKind
 SETPOINT_MODE_UNSPECIFIED: SetpointMode
 SETPOINT_MODE_POSITION: SetpointMode
 SETPOINT_MODE_VELOCITY: SetpointMode
+SETPOINT_MODE_TWIST: SetpointMode
 
 class MotionSpec(_message.Message):
     __slots__ = ("moves", "steps", "tracking", "programs")
