@@ -38,9 +38,30 @@ HUNTS = (
     Hunt(
         "answers lost by kernels killed under load",
         "tests/api/test_data_folder.py::test_kills_under_load_lose_nothing",
-        0.5,
+        0.3,
         _sum(r"(\d+) answers"),
         "answers",
+    ),
+    Hunt(
+        "worlds lost by kernels killed between calls",
+        "tests/faults/test_kills.py::test_a_kernel_that_is_killed_has_lost_nothing",
+        0.3,
+        _sum(r"(\d+) worlds"),
+        "worlds of 25 calls, each verified",
+    ),
+    Hunt(
+        "first differences that a verification misses",
+        "tests/unit/history/test_replay.py::test_a_thousand_differences_are_named",
+        0.0,
+        lambda _: 1000,
+        "bits of joints, flipped",
+    ),
+    Hunt(
+        "damaged journals repaired to what never was",
+        "tests/unit/history/test_repair.py::test_whatever_is_damaged_what_is_kept_is_what_was",
+        0.0,
+        lambda _: 40,
+        "journals with pages and bits overwritten",
     ),
     Hunt(
         "ghosts, gaps and losses after power is lost",
@@ -52,7 +73,7 @@ HUNTS = (
     Hunt(
         "inputs that break a reader or the contract",
         "tests/fuzz/test_inputs.py::test_no_bytes_break_anything",
-        0.5,
+        0.4,
         _sum(r"Done (\d+) runs"),
         "inputs, led by coverage",
     ),

@@ -20,7 +20,7 @@ from hypothesis.stateful import rule
 from virtualrobot.v1 import history_pb2, lease_pb2, robot_pb2
 
 from tests.faults.clients import Client, running
-from tests.faults.machine import ARMS, WorldOfFaults, numbers
+from tests.faults.machine import ARMS, WorldOfFaults, angles, numbers
 from tests.faults.running import APART, run
 from tests.kernels import KernelProcess, StartKernel, Stubs
 from tests.plugins.install import environment, install
@@ -77,6 +77,13 @@ class KilledWorld(WorldOfFaults):
         assert self._checkpoints() == kept
         self.seen = after  # snapshots are counted anew in each epoch
         self.kept = {name: (look, True) for name, (look, _) in self.kept.items()}  # motions that ended are told anew
+
+    @rule(who=numbers, robot=st.sampled_from(ARMS), angle=angles, ticks=st.integers(1, 60))
+    def kill_on_the_way(self, who: int, robot: str, angle: float, ticks: int) -> None:
+        """Kill the kernel while an arm moves, unless that is leased or busy."""
+        self.move(who, robot, 0, angle, dwell=False)
+        self.step(ticks)
+        self.kill()
 
     @rule(who=numbers, robot=st.sampled_from(ARMS), component=st.sampled_from((*FAILING, "chain")))
     def choose(self, who: int, robot: str, component: str) -> None:

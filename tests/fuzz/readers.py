@@ -285,7 +285,10 @@ def _off_and_ply(ending: str) -> list[bytes]:
 
 
 def _xacro() -> list[bytes]:
-    """Return robots with macros, arguments and conditions; powers may take a day, which a kernel's deadline ends."""
+    """Return robots with macros, arguments and conditions; none that multiply.
+
+    A file of a few lines can ask for a day (`9**9**9`) or all memory: a kernel ends the process that reads it.
+    """
     return [
         *(one for one in _elements("robot") if b"xacro" in one and b"**" not in one),
         XACRO,
@@ -297,7 +300,7 @@ INCLUDE = b'<xacro:include filename="more.xacro" ns="n"/></robot>'
 XACRO = b"""<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:arg name="prefix" default="a"/><xacro:property name="size" value="0.5"/>
 <xacro:property name="sizes" value="${dict(x=1, y=[1, 2])}"/>
-<xacro:macro name="limb" params="name parent:=^|base size:=${size*2} *origin **more">
+<xacro:macro name="limb" params="name parent:=^|base size:=${size} *origin **more">
 <link name="${name}"><visual><geometry><box size="${size} ${sizes['x']} ${sizes['y'][0]}"/></geometry></visual></link>
 <joint name="${name}_joint" type="revolute"><parent link="${parent}"/><child link="${name}"/>
 <xacro:insert_block name="origin"/><xacro:insert_block name="more"/>

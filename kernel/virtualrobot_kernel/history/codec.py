@@ -72,7 +72,7 @@ class Parts:
     def __init__(self) -> None:
         """Begin with nothing written."""
         # The objects are kept, since an identity is given anew when its object is gone.
-        self.written: dict[int, tuple[object, bytes, frozenset[bytes]]] = {}
+        self.written: dict[int, tuple[object, Ext, frozenset[bytes]]] = {}
 
 
 @dataclass(slots=True, eq=False)
@@ -90,8 +90,8 @@ class _Writer:
 class _PartWriter:
     """Parts of a document and of its parts: those of before, those used, and those written anew."""
 
-    known: Mapping[int, tuple[object, bytes, frozenset[bytes]]]
-    used: dict[int, tuple[object, bytes, frozenset[bytes]]] = dataclasses.field(default_factory=dict)
+    known: Mapping[int, tuple[object, Ext, frozenset[bytes]]]
+    used: dict[int, tuple[object, Ext, frozenset[bytes]]] = dataclasses.field(default_factory=dict)
     fresh: dict[bytes, bytes] = dataclasses.field(default_factory=dict)
 
 
@@ -361,6 +361,11 @@ class Codec:
         ]
 
     def _encode_record(self, value: object, writer: _Writer) -> object:
+        parts = writer.parts
+        if parts is not None and (known := parts.known.get(id(value))) is not None:  # most of a world that was written
+            parts.used[id(value)] = known
+            writer.digests.update(known[2])
+            return known[1]
         form = self._forms.get(type(value))
         if form is None:
             raise TypeError(f"nothing says how {_path(type(value))} is written")
@@ -368,8 +373,8 @@ class Codec:
             return self._encode_fields(value, writer)
         if (reference := writer.places.get(id(value))) is not None:
             return reference
-        if form.part and writer.parts is not None:
-            reference = Ext(PART, self._part(value, writer, writer.parts))
+        if form.part and parts is not None:
+            reference = self._part(value, writer, parts)
         else:
             written = self._encode_fields(value, writer)
             number = len(writer.shared)
@@ -378,16 +383,16 @@ class Codec:
         writer.places[id(value)] = reference
         return reference
 
-    def _part(self, value: object, writer: _Writer, parts: _PartWriter) -> bytes:
-        """Return the digest of a part, which is written if it wasn't yet."""
-        known = parts.used.get(id(value)) or parts.known.get(id(value))
+    def _part(self, value: object, writer: _Writer, parts: _PartWriter) -> Ext:
+        """Return the reference to a part, which is written if it wasn't yet."""
+        known = parts.used.get(id(value))
         if known is None:
             data, inner = self._document(value, parts, is_part=True)
             digest = blake2b(data, digest_size=16).digest()
             parts.fresh[digest] = data
-            known = (value, digest, inner | {digest})
-        parts.used[id(value)] = known
-        writer.digests |= known[2]
+            known = (value, Ext(PART, digest), inner | {digest})
+            parts.used[id(value)] = known
+        writer.digests.update(known[2])
         return known[1]
 
     def _encode_any(self, value: object, writer: _Writer) -> object:

@@ -1,0 +1,204 @@
+"""Who gets in: tokens, roles, links and their sessions, TLS; and a kernel that ends and comes again."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import ssl
+import subprocess
+import sys
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+import trustme
+import virtualrobot
+from virtualrobot_apps.console.door import MOST_LINKS, Door
+
+from tests.api.asking import IIWA
+from tests.apps.console.consoles import Console, PageRefused, consoles
+from tests.kernels import StartKernel
+from tests.waiting import until
+
+CLOCK = "KernelService/GetClock"
+HOST = {"host": "127.0.0.1:8090"}
+
+
+def test_a_link_is_good_once_and_its_session_is_for_the_own_page_alone() -> None:
+    door = Door([], [], 8090, secure=False)
+    key = door.new_link("secret")
+    cookie = door.enter(key)
+    assert cookie is not None and "secret" not in cookie and "HttpOnly; SameSite=Strict" in cookie
+    assert door.enter(key) is None and door.enter("") is None
+    headers = HOST | {"cookie": cookie.partition(";")[0]}
+    assert door.token(headers) == "secret"
+    assert door.token(headers | {"origin": "http://127.0.0.1:8090"}) == "secret"
+    assert door.token(headers | {"origin": "http://127.0.0.1:9000"}) is None
+    assert door.token(HOST | {"cookie": "virtualrobot-8090=other"}) is None
+    assert door.token(HOST | {"cookie": "virtualrobot-8090"}) is None
+    assert "Secure" in (Door([], [], 1, secure=True).enter(door.new_link("x")) or "Secure")
+
+
+def test_links_are_not_kept_without_end() -> None:
+    door = Door([], [], 8090, secure=False)
+    first = door.new_link("secret")
+    newer = [door.new_link("secret") for _ in range(MOST_LINKS)]
+    assert door.enter(first) is None and door.enter(newer[0]) is not None
+
+
+@pytest.mark.parametrize(
+    ("headers", "fault"),
+    [
+        ({"host": "127.0.0.1:8090"}, ""),
+        ({"host": "[::1]:8090"}, ""),
+        ({"host": "LOCALHOST:8090"}, ""),
+        ({"host": "cell.example:8090"}, ""),
+        ({}, "--host-name"),
+        ({"host": "["}, "--host-name"),
+        ({"host": "elsewhere.example"}, "--host-name"),
+        ({"host": "127.0.0.1.elsewhere.example"}, "--host-name"),
+        (HOST | {"origin": "http://127.0.0.1:8090"}, ""),
+        (HOST | {"origin": "http://panel.example"}, ""),
+        (HOST | {"origin": "https://127.0.0.1:8090"}, "--origin"),
+        (HOST | {"origin": "http://127.0.0.1"}, "--origin"),
+        (HOST | {"origin": "null"}, "--origin"),
+    ],
+)
+def test_names_and_origins(headers: dict[str, str], fault: str) -> None:
+    door = Door(["cell.example"], ["http://panel.example"], 8090, secure=False)
+    said = door.fault(headers)
+    assert fault in said and bool(said) == bool(fault)
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--listen", "0.0.0.0"], "give --tls-certificate and --tls-key"),
+        (["--tls-key", __file__], "--tls-certificate and --tls-key go together"),
+        (["--origin", "panel.example"], "is no origin, such as https://panel.example"),
+        (["--address", "127.0.0.1:1"], "no kernel answers at 127.0.0.1:1"),
+    ],
+)
+@pytest.mark.long
+def test_options_that_do_not_fit(options: list[str], said: str) -> None:
+    done = subprocess.run([sys.executable, "-m", "virtualrobot", "console", *options], capture_output=True, text=True)
+    assert done.returncode and said in done.stdout + done.stderr and "Traceback" not in done.stderr
+
+
+def bearer(token: str) -> str:
+    return f"Bearer {token}"
+
+
+def cookie_of(link: str) -> str:
+    """Open a link and return the browser's cookie."""
+    parts = urlsplit(link)
+    connection = http.client.HTTPConnection(parts.hostname or "", parts.port)
+    connection.request("GET", f"{parts.path}?{parts.query}")
+    response = connection.getresponse()
+    response.read()
+    connection.close()
+    assert response.status == 303 and response.getheader("location") == "/"
+    return (response.getheader("set-cookie") or "").partition(";")[0]
+
+
+@pytest.mark.long
+def test_the_kernel_judges_each_call_by_its_token(start_kernel: StartKernel) -> None:
+    kernel = start_kernel(token=True)
+    with (
+        virtualrobot.connect(kernel.address, kernel.token) as client,
+        consoles(kernel.address, token=kernel.token) as console,
+    ):
+        client.load_robot(IIWA, name="arm")
+        assert console.ask(CLOCK).status == 401 and console.ask(CLOCK, authorization=bearer("wrong")).status == 401
+        assert console.ask(CLOCK, authorization=bearer(kernel.token)).status == 200
+        with console.page() as page, pytest.raises(PageRefused, match="unauthenticated"):
+            page.ask(CLOCK)
+
+        visitor = client.tokens.create("visitor", "observer").secret
+        refused = console.ask("SceneService/LoadScene", authorization=bearer(visitor))
+        assert refused.status == 403 and refused.reason == "ROLE_TOO_LOW" and refused.metadata["needs"] == "engineer"
+
+        # The printed link is for what the console's own token may, one that a visitor asks for, what he may.
+        for link, role in (
+            (console.link, "ROLE_ADMIN"),
+            (console.ask("/link", authorization=bearer(visitor)).json["url"], "ROLE_OBSERVER"),
+        ):
+            cookie = cookie_of(link)
+            assert console.ask("KernelService/GetInfo", cookie=cookie).json["role"] == role
+            with console.page(Cookie=cookie) as page:
+                assert page.ask("KernelService/GetInfo")["role"] == role
+            # A token of the call's own goes before the session's.
+            assert console.ask(CLOCK, cookie=cookie, authorization=bearer("wrong")).status == 401
+        assert console.ask("/link").status == 401 and console.ask("/link", verb="GET").status == 404
+
+        # Both watch the same, and the one whose token is withdrawn hears no more of it.
+        with (
+            console.page(Authorization=f"Bearer {visitor}") as his,
+            console.page(Authorization=f"Bearer {kernel.token}") as mine,
+        ):
+            watches = [page.answers(page.open("RobotService/WatchRobotStates", {})) for page in (his, mine)]
+            for watch in watches:
+                assert next(watch)["robots"][0]["name"] == "arm"
+            client.tokens.revoke("visitor")
+            with pytest.raises(PageRefused, match="unauthenticated"):
+                list(watches[0])
+            client.robot("arm").move_joints([0.1] * 7)
+            assert next(watches[1])["robots"]
+
+        command = {"commands": [{"create_signal": {"signal": {"name": "lamp", "value": {"boolean": True}}}}]}
+        assert (
+            console.ask("SceneService/Apply", command, client_name="panel", authorization=bearer(kernel.token)).status
+            == 200
+        )
+        assert "panel on 127.0.0.1" in client.history.list()[0].author
+
+
+@pytest.mark.long
+def test_a_kernel_that_ends_is_told_and_one_that_comes_again_is_found(start_kernel: StartKernel) -> None:
+    kernel = start_kernel()
+    port = kernel.address.rpartition(":")[2]
+    with consoles(kernel.address) as console, console.page() as page:
+        watch = page.answers(page.open("SceneService/WatchScene", {}))
+        next(watch)
+        kernel.end()
+        with pytest.raises(PageRefused, match="unavailable"):
+            list(watch)
+        gone = console.ask(CLOCK)
+        assert gone.status == 503 and "no kernel answers at" in gone.json["message"]
+        start_kernel("--port", port)
+        until(lambda: console.ask(CLOCK).status == 200)
+        assert next(page.answers(page.open("SceneService/WatchScene", {})))["nodes"]
+
+
+@pytest.mark.long
+def test_tls_on_a_lan(start_kernel: StartKernel, tmp_path: Path) -> None:
+    authority = trustme.CA()
+    issued = authority.issue_cert("127.0.0.1", "cell.example")
+    issued.cert_chain_pems[0].write_to_path(str(tmp_path / "certificate.pem"))
+    issued.private_key_pem.write_to_path(str(tmp_path / "key.pem"))
+    tls = ["--tls-certificate", str(tmp_path / "certificate.pem"), "--tls-key", str(tmp_path / "key.pem")]
+    kernel = start_kernel(token=True)
+    with consoles(kernel.address, *tls, "--host-name", "cell.example", token=kernel.token) as console:
+        assert console.link.startswith("https://cell.example:")
+        trusting = ssl.create_default_context()
+        authority.configure_trust(trusting)
+        connection = http.client.HTTPSConnection("127.0.0.1", console.port, context=trusting)
+        key = urlsplit(console.link).query
+        connection.request("GET", f"/?{key}", headers={"host": f"cell.example:{console.port}"})
+        response = connection.getresponse()
+        assert response.status == 303 and "; Secure" in (response.getheader("set-cookie") or "")
+        response.read()
+        headers = {"content-type": "application/json", "authorization": f"Bearer {kernel.token}"}
+        connection.request("POST", "/virtualrobot.v1.KernelService/GetClock", b"{}", headers)
+        assert json.loads(connection.getresponse().read())["clock"]
+        connection.close()
+
+
+def test_files_of_the_page(console: Console) -> None:
+    page = console.ask("/", verb="GET")
+    assert page.status == 200 and "default-src 'self'" in page.headers["content-security-policy"]
+    for file in ("/page.js", "/calls.js", "/page.css"):
+        assert console.ask(file, verb="GET").status == 200 and file.lstrip("/") in page.body.decode() + "calls.js"
+    assert console.ask("/../server.py", verb="GET").status == 404
+    used = console.ask("/?key=none", verb="GET")
+    assert used.status == 403 and "has been used" in used.body.decode()
