@@ -43,6 +43,7 @@ test-all: test
 	@$(MAKE) test-long
 
 test-long:
+	@if command -v apt-get > /dev/null; then tools/install_toolchains.sh; fi
 	@$(MAKE) -j2 pyright-tests pytest-long
 
 # By file, in order: the long files come first. Three workers for two cores, since tests wait for motions in real time.

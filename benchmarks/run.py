@@ -28,7 +28,7 @@ SUITES = (
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),
-    *("mcap", "foxglove-sdk", "embreex", "python-fcl", "ompl", "coal", "pybullet", "mujoco", "vtk", "ur_rtde"),
+    *("mcap", "foxglove-sdk", "embreex", "python-fcl", "ompl", "coal", "pybullet", "mujoco-core", "vtk", "ur_rtde"),
 )
 HEADER = ("what", "ours", "peer", "peer's name", "unit", "ratio", "budget", "")
 

@@ -33,6 +33,7 @@ class TestBuoy(VehicleDynamicsContract):
     facts = BUOY
 
 
+@pytest.mark.long
 class TestBlueRov(VehicleDynamicsContract):
     """Where a propeller passes an entry of its table the thrust has a kink, which costs the integrator its order."""
 

@@ -12,7 +12,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.errors import ComponentFault, FaultKind
-from virtualrobot_sdk.poses import from_quaternion, inverse, quaternion, rotation_matrix
+from virtualrobot_sdk.poses import from_quaternion, inverse, quaternion, rotation_matrix, skew
 from virtualrobot_sdk.vehicles import DriveQuantity, Surroundings, VehicleDrive
 
 from virtualrobot_kernel.components.running import ComponentHandle
@@ -66,17 +66,18 @@ class Vessel:
         world_t_link = now.world_t(self.link)
         # Where the joint is: it may hang on anything.
         world_t_joint = world_t_link @ inverse(joint_t_link)
-        turn, arm = self.base_t_center[:3, :3], self.base_t_center[:3, 3]
+        # np.cross takes longer than the component.
+        turn, arm = self.base_t_center[:3, :3], skew(self.base_t_center[:3, 3])
         linear = joint_t_link[:3, :3].T @ v[rate : rate + 3]
         angular = v[rate + 3 : rate + 6]
-        twist = np.concatenate([turn.T @ (linear + np.cross(angular, arm)), turn.T @ angular])
+        twist = np.concatenate([turn.T @ (linear - arm @ angular), turn.T @ angular])
         states = np.where(self.is_speed, v[self.drive_v], q[self.drive_q]) / self.ratio
         pose, after, reached = self._stepped(
             world_t_joint @ joint_t_link @ self.base_t_center, twist, states, self._told(now, later), seconds
         )
         there = inverse(world_t_joint) @ pose @ inverse(self.base_t_center)
         turning = turn @ after[3:]
-        velocity = there[:3, :3] @ (turn @ after[:3] - np.cross(turning, arm))
+        velocity = there[:3, :3] @ (turn @ after[:3] + arm @ turning)
         turned = np.array(quaternion(there[:3, :3]))
         # A quaternion and its negative are one rotation: that is taken which is near the last one.
         if turned @ q[at + 3 : at + 7] < 0.0:
@@ -126,13 +127,14 @@ class Vessel:
 
     def _told(self, now: Snapshot, later: Snapshot) -> Floats:
         """Return what motions tell its drives in this tick (m,)."""
-        q, v = now.state.q.copy(), np.zeros_like(now.state.v)
+        q, v = now.state.q, np.zeros(len(now.state.v))
         for motion in later.state.motions:
             if any(robot == self.node.uid for robot, _ in motion.joints):
                 position, velocity, _ = motion.running.sample()
+                q = q.copy()
                 q[motion.q_index], v[motion.v_index] = position, velocity[motion.rated]
         told = np.where(self.is_speed, v[self.drive_v], q[self.drive_q]) / self.ratio
-        return np.clip(told, self.lowest, self.highest)
+        return np.minimum(np.maximum(told, self.lowest), self.highest)
 
     def _stepped(
         self, pose: Floats, twist: Floats, states: Floats, commands: Floats, seconds: float

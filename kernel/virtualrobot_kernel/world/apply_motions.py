@@ -117,7 +117,7 @@ def open_program(motion: Motion) -> ProgramRun:
 
 
 def is_known(motion: Motion) -> bool:
-    """Return whether all that a motion may do yet is known now: no setpoints, no steps that are planned or come later."""
+    """Return whether all that a motion may yet do is known: no setpoints, no steps that are planned or come later."""
     run = motion.running
     return isinstance(run, ProgramRun) and not (run.program.open or motion.nodes or motion.searcher)
 
