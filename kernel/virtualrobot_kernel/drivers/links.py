@@ -373,6 +373,8 @@ class Links:
 
     def _brake(self, now: Snapshot, robots: set[int]) -> Floats | None:
         """Return the coordinates (m, nq) of some robots, a tick apart, if all braked now; None: it takes too long."""
+        if not now.state.motions:
+            return now.state.q[None]
         way = braking_of(robots, now.structure, now.state, now.tick_seconds, self._forward)
         return way.positions if way.ends else None
 
