@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from virtualrobot_kernel.drivers.twin import Asked, Twin
 from virtualrobot_kernel.errors import UnknownNameError
-from virtualrobot_sdk.drivers import About, DriverFault, Mode, Safety
+from virtualrobot_sdk.drivers import About, DriverFault, Mode, Safety, Words
 from virtualrobot_sdk.drivers.shared import CELL, NEVER, CellBlock, Report, State, TickRing
 
 CYCLE_SECONDS = 0.002
@@ -33,8 +33,9 @@ class ShamProcess:
         self.hangs = False
         self.rate: float | None = None
         self.outputs: list[int] = []
+        still = np.zeros(k), np.zeros(k), np.zeros(k)
         self.report = Report(
-            0, State.INACTIVE, 0, 0, 0, -1, False, Mode.READY, Safety.NORMAL, 0, 0, 1.0, 1.0, *np.zeros((3, k))
+            *(0, State.INACTIVE, 0, 0, 0, -1, False, Mode.READY, Safety.NORMAL, 0, 0, 1.0, 1.0, *still)
         )
         self.reported = threading.Event()
         self._ended = threading.Event()
@@ -64,9 +65,9 @@ class ShamProcess:
         """Clear nothing."""
         self._refuse()
 
-    def words(self) -> DriverFault:
+    def words(self) -> Words:
         """Return the words of the fault that the test gave it."""
-        return self.said
+        return self.said.words
 
     def kill(self) -> None:
         """Do as `close` does."""
@@ -123,7 +124,6 @@ class ShamSite:
         self.folder = folder
         self.processes: list[ShamProcess] = []
         self.refusal: DriverFault | None = None
-        self.about: dict[str, object] = {}
         self._cell: CellBlock | None = None
 
     def cell(self) -> CellBlock:
@@ -137,7 +137,7 @@ class ShamSite:
             raise UnknownNameError("robot_driver component", asked.component, ["sham"])
         ring = TickRing.create(self.folder / f"ring-{len(self.processes)}", len(twin.joints))
         process = ShamProcess(ring, self.cell(), len(twin.joints))
-        process.refusal, process.about = self.refusal, replace(process.about, **self.about)  # type: ignore[arg-type]
+        process.refusal = self.refusal
         self.processes.append(process)
         return process, ring
 

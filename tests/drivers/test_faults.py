@@ -125,6 +125,17 @@ def lead_differently(two: Cell) -> None:
     assert two.mode(EXECUTE, "other").driver.state == ACTIVE
 
 
+def test_a_controller_that_does_not_fit_is_not_connected(two: Cell) -> None:
+    refused = refusal(lambda: two.connect("arm", joints=6))
+    assert (refused.reason, refused.metadata["field"]) == ("INVALID_ARGUMENT", "joints")
+    assert (
+        "has 6 joints, and the robot was to have 7" in refused.message and "name those that it has" in refused.message
+    )
+    refused = refusal(lambda: two.connect("arm", watchdog=0.0))
+    assert (refused.reason, refused.metadata["field"]) == ("INVALID_ARGUMENT", "without_watchdog")
+    assert not two.alone.driver.GetDrivers(driver_pb2.GetDriversRequest()).drivers
+
+
 def test_the_stopper_stops_robots_beside_the_kernel(two: Cell) -> None:
     patiently(two, lambda: stop_beside(two))
 

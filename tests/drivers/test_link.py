@@ -522,11 +522,6 @@ def test_bad_connections_are_refused_by_name(bench: Bench) -> None:
     assert refusal(lambda: bench.connect(joints=[bad])).metadata["field"] == "joints"
     assert refusal(lambda: bench.connect(lead_seconds=1.0)).metadata["field"] == "lead_seconds"
     assert refusal(lambda: bench.connect(following_limit=0.001)).metadata["field"] == "following_warning"
-    bench.site.about = {"joints": 6}
-    assert "has 6 joints" in refusal(bench.connect).message
-    bench.site.about = {"watchdog": 0.0}
-    assert refusal(bench.connect).metadata["field"] == "without_watchdog"
-    bench.site.about = {}
     bench.site.refusal = DriverFault("no route to 10.0.0.9:30004")
     refused = refusal(bench.connect)
     assert (refused.reason, "10.0.0.9:30004" in refused.message) == ("DRIVER_FAULT", True)

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from virtualrobot_plugins.drivers.loopback.driver import Loopback
 from virtualrobot_plugins.drivers.loopback.settings import Fault, LoopbackSettings
-from virtualrobot_sdk.drivers import About, Mode, realtime
-from virtualrobot_sdk.drivers.host import Host, Words
+from virtualrobot_sdk.drivers import About, Mode, Words, realtime
+from virtualrobot_sdk.drivers.host import Host
 from virtualrobot_sdk.drivers.robot_side import JointSide, RobotSide
 from virtualrobot_sdk.drivers.shared import CELL, CellBlock, State, TickRing
 

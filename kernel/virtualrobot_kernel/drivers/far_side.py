@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from virtualrobot_sdk.drivers import About, DriverFault
+from virtualrobot_sdk.drivers import About, DriverFault, Words
 from virtualrobot_sdk.drivers.shared import CellBlock, TickRing
 
 from virtualrobot_kernel.drivers.twin import Asked, Twin
@@ -39,7 +39,7 @@ class Process(Protocol):
         """Clear a fault at the controller."""
         ...
 
-    def words(self) -> DriverFault:
+    def words(self) -> Words:
         """Return the newest words of the controller, or about it."""
         ...
 

@@ -9,7 +9,7 @@ from math import isfinite
 from threading import Lock
 
 import numpy as np
-from virtualrobot_sdk.drivers import About, DriverFault, Safety
+from virtualrobot_sdk.drivers import About, Safety, Words
 from virtualrobot_sdk.drivers import Mode as ControllerMode
 from virtualrobot_sdk.drivers.shared import Report, State, TickRing
 
@@ -46,15 +46,6 @@ class LinkMode(Enum):
 
 PLAYED = (State.BEGINNING, State.ACTIVE, State.STOPPING)
 """States in which the robot does, or is about to do, what its twin does: the twin may not be put elsewhere."""
-
-
-@dataclass(frozen=True, slots=True)
-class Words:
-    """Words of a controller, or about it: text, its code, and whether a reset may help."""
-
-    text: str = ""
-    code: str = ""
-    clears: bool = False
 
 
 @dataclass(slots=True, eq=False)
@@ -165,7 +156,7 @@ class Link:
     def _met(self, report: Report | None, now_ns: int) -> Words | None:
         """Return the fault that the process, the host or the controller has; the host's once its words are here."""
         if (fault := self.process.fault) is not None:
-            return words_of(fault)
+            return fault.words
         if report is None:
             return None
         if has_fault(report):
@@ -200,11 +191,6 @@ class Link:
 def has_fault(report: Report) -> bool:
     """Return whether a host has met a fault, though it may still brake."""
     return report.state is State.ERROR or report.is_faulty
-
-
-def words_of(fault: DriverFault) -> Words:
-    """Return the words of a fault."""
-    return Words(fault.text, fault.code, fault.clears)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,14 +14,14 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 
 import numpy as np
-from virtualrobot_sdk.drivers import DriverFault, Pace
+from virtualrobot_sdk.drivers import DriverFault, Words
 from virtualrobot_sdk.drivers import Mode as ControllerMode
 from virtualrobot_sdk.drivers.host import REST_SPEED
 from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Report, State, TickRing
 
 from virtualrobot_kernel.drivers.admission import check, is_guarded
 from virtualrobot_kernel.drivers.far_side import Site
-from virtualrobot_kernel.drivers.link import STOPPED, Link, LinkMode, Status, Words, words_of
+from virtualrobot_kernel.drivers.link import STOPPED, Link, LinkMode, Status
 from virtualrobot_kernel.drivers.signals import bits_of, commands_for, inputs_changed, removals
 from virtualrobot_kernel.drivers.twin import AT_REST, Asked, Floats, twin_of
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -158,21 +158,6 @@ class Links:
             try:
                 about = process.connect()
                 _await_reading(ring)
-                if about.joints != len(twin.joints):
-                    raise KernelError(
-                        f"the controller has {about.joints} joints, and {robot!r} was to have {len(twin.joints)}: "
-                        f"{', '.join(twin.names)}; name those that it has, in its order, in `joints`",
-                        field="joints",
-                        robot=robot,
-                        controller=about.joints,
-                    )
-                if about.watchdog == 0.0 and about.pace is not Pace.JOBS and not asked.without_watchdog:
-                    raise KernelError(
-                        "the controller does not stop by itself when it hears nothing more; connect with "
-                        "`without_watchdog` if that will do",
-                        field="without_watchdog",
-                        robot=robot,
-                    )
                 signals += self._create_signals(robot, about.inputs, about.outputs)
             except BaseException as error:
                 process.close()
@@ -231,7 +216,7 @@ class Links:
                 link.about = link.process.connect()
                 _await_reading(link.ring)
             except DriverFault as error:
-                link.words = words_of(error)
+                link.words = error.words
                 raise told(error, robot) from error
             link.forget_faults()
             link.state = State.INACTIVE
@@ -355,7 +340,7 @@ class Links:
 
     def _ask_words(self, link: Link) -> None:
         with suppress(DriverFault, KernelError):
-            link.told = words_of(link.process.words())
+            link.told = link.process.words()
 
     def _stop_unleased(self, played: Sequence[Link], now: Snapshot) -> Sequence[Command]:
         """Stop robots that nobody has leased any more."""
@@ -388,6 +373,8 @@ class Links:
 
     def _brake(self, now: Snapshot, robots: set[int]) -> Floats | None:
         """Return the coordinates (m, nq) of some robots, a tick apart, if all braked now; None: it takes too long."""
+        if not now.state.motions:
+            return now.state.q[None]
         way = braking_of(robots, now.structure, now.state, now.tick_seconds, self._forward)
         return way.positions if way.ends else None
 
@@ -459,7 +446,7 @@ class Links:
                 if link.state is State.BEGINNING:
                     report = link.newest()
                     in_error = report is None or report.state is State.ERROR
-                    link.words, link.state = words_of(error), State.ERROR if in_error else State.INACTIVE
+                    link.words, link.state = error.words, State.ERROR if in_error else State.INACTIVE
                 raise told(error, robot) from error
             return moved
         except BaseException:
@@ -572,7 +559,7 @@ class Links:
                 link.process.end()
                 link.state = State.INACTIVE
         except DriverFault as error:
-            link.words, link.state = words_of(error), State.ERROR
+            link.words, link.state = error.words, State.ERROR
             if link.mode is LinkMode.MONITOR:
                 link.mode = LinkMode.SIMULATED
                 self._measure_no_more(link)

@@ -9,7 +9,7 @@ from itertools import count
 from pathlib import Path
 from typing import TypeVar
 
-from virtualrobot_sdk.drivers import About, DriverFault
+from virtualrobot_sdk.drivers import About, DriverFault, Words
 from virtualrobot_sdk.drivers.process import DriverProcess
 from virtualrobot_sdk.drivers.robot_side import JointSide, RobotSide
 from virtualrobot_sdk.drivers.shared import CELL, RING, CellBlock, TickRing, make_folder
@@ -149,10 +149,9 @@ class Connection:
         """Clear a fault at the controller."""
         self.ask(self._process.reset)
 
-    def words(self) -> DriverFault:
+    def words(self) -> Words:
         """Return the newest words."""
-        said = self.ask(self._process.words)
-        return DriverFault(said.text, said.code, said.clears)
+        return self.ask(self._process.words)
 
     def close(self) -> None:
         """Have the driver let go and end the process."""

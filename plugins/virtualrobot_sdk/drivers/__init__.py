@@ -1,6 +1,6 @@
 """Robot drivers: what an author of one writes, and the process that runs it."""
 
-from virtualrobot_sdk.drivers.driver import About, Driver, DriverFault, Mode, Pace, Reading, Safety
+from virtualrobot_sdk.drivers.driver import About, Driver, DriverFault, Mode, Pace, Reading, Safety, Words
 
 __all__ = [
     "About",
@@ -10,4 +10,5 @@ __all__ = [
     "Pace",
     "Reading",
     "Safety",
+    "Words",
 ]

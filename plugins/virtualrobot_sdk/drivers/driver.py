@@ -69,6 +69,19 @@ class Safety(Enum):
     """The controller has an error of its own; `Reading.text` says which."""
 
 
+@dataclass(frozen=True, slots=True)
+class Words:
+    """Words of a controller, or about it; without text there are none.
+
+    Attributes:
+        text, code, clears: see `DriverFault`.
+    """
+
+    text: str = ""
+    code: str = ""
+    clears: bool = False
+
+
 class DriverFault(Exception):
     """Fault that the controller complains of, or its silence, in words that a person at the robot understands.
 
@@ -82,6 +95,11 @@ class DriverFault(Exception):
         """Keep what the controller said."""
         super().__init__(f"{code}: {text}" if code else text)
         self.text, self.code, self.clears = text, code, clears
+
+    @property
+    def words(self) -> Words:
+        """Text, code, and whether a reset may help, to be kept and sent."""
+        return Words(self.text, self.code, self.clears)
 
 
 @dataclass(frozen=True, slots=True)

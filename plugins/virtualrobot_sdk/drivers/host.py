@@ -16,7 +16,6 @@ import traceback
 from collections.abc import Callable
 from collections.abc import Mapping as Settings
 from concurrent.futures import Future
-from dataclasses import dataclass
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
@@ -24,10 +23,10 @@ from typing import Any
 import numpy as np
 
 from virtualrobot_sdk.drivers import realtime
-from virtualrobot_sdk.drivers.driver import About, Driver, DriverFault, Mode, Pace, Reading, Safety, finite
+from virtualrobot_sdk.drivers.driver import About, Driver, DriverFault, Mode, Pace, Reading, Safety, Words, finite
 from virtualrobot_sdk.drivers.jobs import Jobs
 from virtualrobot_sdk.drivers.player import SLACK_SECONDS, Play, Player, Setpoint
-from virtualrobot_sdk.drivers.robot_side import MOST_OUTPUTS, Gate, Mapping, RobotSide
+from virtualrobot_sdk.drivers.robot_side import MOST_OUTPUTS, Gate, Mapping, RobotSide, check_fits
 from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Floats, Report, State, TickRing
 from virtualrobot_sdk.errors import ArgumentError, PluginError
 from virtualrobot_sdk.registration import ComponentKind
@@ -59,23 +58,6 @@ REST_NS = 1_000_000_000
 """Longest time (ns) that a robot is given to be at rest after its last setpoint."""
 
 OK = (Safety.NORMAL, Safety.REDUCED)
-
-
-@dataclass(frozen=True, slots=True)
-class Words:
-    """Words of a controller, or about it: the newest have the highest number, from 1.
-
-    Attributes:
-        number: of the words.
-        text: them.
-        code: the controller's number of the error; empty where there is none.
-        clears: whether `reset` may help.
-    """
-
-    number: int = 0
-    text: str = ""
-    code: str = ""
-    clears: bool = False
 
 
 def make_host(
@@ -115,7 +97,7 @@ class Host:
         self._requests: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = queue.SimpleQueue()
         self._thread = threading.Thread(target=self._run, name="driver")  # no daemon: a robot that moves comes to rest
         self._over = False
-        self._words = Words()
+        self._words, self._words_number = Words(), 0
         self._refused = ""
         self._rest_ns = 0
         self.state = State.DISCONNECTED
@@ -369,7 +351,7 @@ class Host:
                 mode=reading.mode if reading is not None else Mode.OFF,
                 safety=reading.safety if reading is not None else Safety.NORMAL,
                 inputs=reading.inputs & (2**MOST_OUTPUTS - 1) if reading is not None else 0,
-                words=self._words.number,
+                words=self._words_number,
                 rate=player.rate if player is not None else 1.0,
                 speed_scaling=reading.speed_scaling if reading is not None else 1.0,
                 q=self._q,
@@ -409,11 +391,7 @@ class Host:
             raise PluginError(f"the driver says {about}; rates are 0.1 to 10,000 Hz, and no number is below 0")
         if max(about.inputs, about.outputs) > MOST_OUTPUTS:
             raise PluginError(f"the driver says {about}; inputs and outputs are at most {MOST_OUTPUTS}")
-        if about.watchdog <= 0.0 and about.pace is not Pace.JOBS and not self._side.without_watchdog:
-            raise ArgumentError(
-                "this controller doesn't stop its robot by itself when nothing comes any more, as when this computer "
-                "hangs; consent to that (`without_watchdog`), or use one that does"
-            )
+        check_fits(self._side, about)
 
     def _begin(self) -> Words:
         if self.state is not State.INACTIVE:
@@ -482,7 +460,7 @@ class Host:
         return Words()
 
     def _tell(self, text: str, code: str = "", clears: bool = False) -> Words:
-        self._words = Words(self._words.number + 1, text, code, clears)
+        self._words, self._words_number = Words(text, code, clears), self._words_number + 1
         return self._words
 
     def _cell_stop_if_moving(self) -> None:

@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from virtualrobot_sdk.drivers.driver import About, DriverFault
-from virtualrobot_sdk.drivers.host import Words
+from virtualrobot_sdk.drivers.driver import About, DriverFault, Words
 from virtualrobot_sdk.drivers.robot_side import RobotSide
 from virtualrobot_sdk.drivers.shared import Floats
 from virtualrobot_sdk.errors import ComponentFault

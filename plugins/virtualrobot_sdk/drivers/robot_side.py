@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_sdk.drivers.driver import About, Reading
+from virtualrobot_sdk.drivers.driver import About, Pace, Reading
 from virtualrobot_sdk.drivers.shared import Floats
 from virtualrobot_sdk.errors import ArgumentError
 
@@ -52,6 +52,23 @@ class RobotSide:
     def names(self) -> tuple[str, ...]:
         """Names of the joints."""
         return tuple(joint.name for joint in self.joints)
+
+
+def check_fits(side: RobotSide, about: About) -> None:
+    """Raise ArgumentError for a controller that is not the one of a robot's side, or that nobody may rely on."""
+    if about.joints != len(side.joints):
+        raise ArgumentError(
+            f"the controller has {about.joints} joints, and the robot was to have {len(side.joints)}: "
+            f"{', '.join(side.names)}; name those that it has, in its order, in `joints`",
+            field="joints",
+            controller=about.joints,
+        )
+    if about.watchdog <= 0.0 and about.pace is not Pace.JOBS and not side.without_watchdog:
+        raise ArgumentError(
+            "this controller does not stop its robot by itself when nothing comes any more, as when this computer "
+            "hangs; consent to that (`without_watchdog`), or use one that does",
+            field="without_watchdog",
+        )
 
 
 class Mapping:

@@ -73,8 +73,6 @@ def main(client: Client, loops: int = 1, headless: bool = False) -> None:
         }
         stack.enter_context(client.lease(*tallies, owner="demo twin"))
         stack.callback(disconnect, client, tallies)
-        for robot in tallies:
-            connect(client, robot, tallies[robot])
         execute(client, tallies)
         with watched(client, tallies):
             stack_boxes(client, tallies, loops)
@@ -101,9 +99,9 @@ def disconnect(client: Client, robots: Iterable[str]) -> None:
 
 
 def execute(client: Client, tallies: Mapping[str, Tally]) -> None:
-    """Let the robots follow their twins, from where they stand; those in a fault are connected anew first."""
+    """Let the robots follow their twins, from where they stand; what that needs is done first."""
     for _ in range(TRIES):
-        if are_ready(client):
+        if are_ready(client, tallies):
             return
         try:
             begin(client, tallies)
@@ -113,14 +111,17 @@ def execute(client: Client, tallies: Mapping[str, Tally]) -> None:
 
 
 def begin(client: Client, tallies: Mapping[str, Tally]) -> None:
-    """Wait until all robots rest, end what stopped them, and let them follow."""
+    """Wait until all robots rest, connect those that need it, end what stopped them, and let them follow."""
     drivers = client.drivers
-    for robot in tallies:
-        if drivers[robot].state != "error":
-            drivers.set_mode(robot, "simulated")  # returns once the robot rests
+    for status in drivers.list():
+        if status.robot in tallies and status.state != "error":
+            drivers.set_mode(status.robot, "simulated")  # returns once the robot rests
+    connected = {status.robot: status for status in drivers.list()}
     for robot, tally in tallies.items():
-        if (status := drivers[robot]).state == "error":
-            print(f"{robot} was in ERROR: {status.text}", flush=True)
+        if robot not in connected:
+            connect(client, robot, tally)
+        elif connected[robot].state == "error":
+            print(f"{robot} was in ERROR: {connected[robot].text}", flush=True)
             connect(client, robot, tally)
     if drivers.stopped:
         drivers.release()
@@ -221,14 +222,15 @@ def boxes_left(client: Client, number: int, place: int) -> Callable[[], dict[str
     return left
 
 
-def are_ready(client: Client) -> bool:
+def are_ready(client: Client, robots: Iterable[str]) -> bool:
     """Return whether all robots do what their twins do: an order to one that doesn't would move its twin alone."""
-    return all(status.mode == "execute" and status.state == "active" for status in client.drivers.list())
+    follow = {one.robot for one in client.drivers.list() if (one.mode, one.state) == ("execute", "active")}
+    return follow.issuperset(robots)
 
 
 def order(client: Client, tallies: Mapping[str, Tally], programs: Mapping[str, Program]) -> bool:
     """Order programs at once and wait for their ends; return whether all came to theirs."""
-    if not are_ready(client):
+    if not are_ready(client, tallies):
         return False
     motions, went_well = {}, True
     for robot, program in programs.items():
