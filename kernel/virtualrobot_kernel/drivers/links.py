@@ -20,7 +20,7 @@ from virtualrobot_sdk.drivers.host import REST_SPEED
 from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Report, State, TickRing
 
 from virtualrobot_kernel.drivers.admission import check, is_guarded
-from virtualrobot_kernel.drivers.far_side import Site
+from virtualrobot_kernel.drivers.far_side import Process, Site
 from virtualrobot_kernel.drivers.link import STOPPED, Link, LinkMode, Status
 from virtualrobot_kernel.drivers.signals import bits_of, commands_for, inputs_changed, removals
 from virtualrobot_kernel.drivers.twin import AT_REST, Asked, Floats, twin_of
@@ -157,7 +157,7 @@ class Links:
             process, ring = self._site.connection(twin, asked, round(snapshot.tick_seconds * 1e9))
             try:
                 about = process.connect()
-                _await_reading(ring)
+                _await_reading(process, ring)
                 signals += self._create_signals(robot, about.inputs, about.outputs)
             except BaseException as error:
                 process.close()
@@ -214,7 +214,7 @@ class Links:
             try:
                 link.process.reset()
                 link.about = link.process.connect()
-                _await_reading(link.ring)
+                _await_reading(link.process, link.ring)
             except DriverFault as error:
                 link.words = error.words
                 raise told(error, robot) from error
@@ -697,11 +697,13 @@ def _stop(links: Sequence[Link], now: Snapshot, cause: EndCause, why: str) -> Se
     return [StopRobots(tuple(sorted(robots)), Cancellation(cause, why))] if robots else ()
 
 
-def _await_reading(ring: TickRing) -> None:
-    """Wait for the first reading of a controller; raise DriverFault where there is none."""
+def _await_reading(process: Process, ring: TickRing) -> None:
+    """Wait for the first reading of a controller; raise DriverFault, in the host's words, where there is none."""
     until = time.monotonic() + READING_SECONDS
     while (report := ring.reported()) is None or report.state is not State.INACTIVE or not report.cycles:
-        if time.monotonic() > until or (report is not None and report.state is State.ERROR):
+        if report is not None and report.state is State.ERROR and (said := process.words()).text:
+            raise DriverFault(said.text, said.code, said.clears)
+        if time.monotonic() > until:
             raise DriverFault("the controller was connected to, and told nothing")
         time.sleep(0.002)
 
