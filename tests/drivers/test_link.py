@@ -499,6 +499,14 @@ def test_what_keeps_a_controller_from_being_read_is_told(bench: Bench) -> None:
     assert "the board is silent" in refused.message
 
 
+def test_words_that_come_late_are_told_all_the_same(bench: Bench) -> None:
+    bench.connect()
+    with mock.patch.object(link, "WORDS_SECONDS", 0.0):
+        bench.process.fail(DriverFault("joint 3 is too hot", "C204"))
+        until(lambda: bench.status.state == ERROR)
+        until(lambda: (bench.status.text, bench.status.code) == ("joint 3 is too hot", "C204"))
+
+
 @pytest.mark.parametrize(("lead", "rate", "seconds"), [(0.05, 250.0, 0.1), (0.4, 250.0, 0.4), (0.1, 10.0, 0.3)])
 def test_a_host_is_silent_after_its_lead_and_three_cycles(lead: float, rate: float, seconds: float) -> None:
     """So that a busy machine is borne in both directions by one number."""

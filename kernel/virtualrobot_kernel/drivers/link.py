@@ -27,6 +27,9 @@ who leads by more says that the machine may be busy."""
 LOOK_SECONDS = 0.02
 """Longest time (s) between two looks that counts as one of silence."""
 
+UNTOLD = Words("the driver has met a fault")
+"""Words that stand in for those of a host which has not told them in time; they are asked for again."""
+
 WORDS_SECONDS = 0.02
 """Time (s) that the words of a fault are waited for before the twin is stopped: the robot brakes already."""
 
@@ -164,7 +167,7 @@ class Link:
             self._error_ns = self._error_ns or now_ns
             if self.told is None and now_ns - self._error_ns < WORDS_SECONDS * 1e9:
                 return None
-            return self.told or Words("the driver has met a fault")
+            return self.told or UNTOLD
         if report.safety in STOPPED and self.is_played:
             return Words(f"the controller has stopped the robot: {report.safety.value}")
         return None

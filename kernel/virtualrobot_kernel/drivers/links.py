@@ -21,7 +21,7 @@ from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Report, State, Tic
 from virtualrobot_kernel.drivers.admission import check
 from virtualrobot_kernel.drivers.conditions import check_conditions, name_of, refused
 from virtualrobot_kernel.drivers.far_side import Process, Site
-from virtualrobot_kernel.drivers.link import Link, LinkMode, Status
+from virtualrobot_kernel.drivers.link import UNTOLD, Link, LinkMode, Status
 from virtualrobot_kernel.drivers.signals import bits_of, commands_for, inputs_changed, removals
 from virtualrobot_kernel.drivers.twin import AT_REST, Asked, Floats, twin_of
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -527,6 +527,8 @@ class Links:
             if link.played is not None and (last := link.newest()) is not None:
                 link.played.reached(last.tick)
             self._note(self._world.snapshot, link)
+            if link.words is UNTOLD:
+                link.words = link.process.words()
             if link.state is State.ERROR and link.is_silent:
                 try:
                     link.process.words()  # where it has died, its fault says how
