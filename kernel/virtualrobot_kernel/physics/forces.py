@@ -188,12 +188,10 @@ class Forces:
         state, running = now.state, self._running
         same = running is not None and running.structure is now.structure and running.settings is state.physics_settings
         if same and running is not None:
-            changed = state.parent_t_node is not running.poses and np.any(state.parent_t_node != running.poses, (1, 2))
-            rows = list(running.scene.free)
+            changed = np.flatnonzero(np.any(state.parent_t_node != running.poses, (1, 2)))
             twists = _known(state.twists, running.scene.free_uids)
-            others = np.array(changed, bool) & ~np.isin(np.arange(len(state.parent_t_node)), rows)
-            if not others.any():
-                if np.any(changed) or not np.array_equal(twists, running.twists):
+            if set(changed.tolist()) <= set(running.scene.free):
+                if len(changed) or not np.array_equal(twists, running.twists):
                     engine.call("set_state", *_state_of(now, running.scene, twists))
                     running.poses, running.twists = state.parent_t_node, twists
                     running.slow_ticks[:], running.stands = 0, False

@@ -76,7 +76,7 @@ def arrived(structure: Structure, state: State) -> State:
     poses = state.parent_t_node.copy()
     poses[[structure.rows[uid] for uid in uids]] = moved.parent_t_part[there]
     rates = frozen(moved.twists[there])
-    rests = {uid for uid, moves in zip(uids, rates.any(axis=1).tolist(), strict=True) if not moves}
+    rests = {uids[at] for at in np.flatnonzero(~rates.astype(bool).any(axis=1)).tolist()}
     twists = {**state.twists, **dict(zip(uids, rates, strict=True))}
     twists = {uid: twists[uid] for uid in sorted(twists) if uid not in rests}
     return replace(state, parent_t_node=frozen(poses), twists=twists, moved_parts=None)
