@@ -25,6 +25,7 @@ from virtualrobot.v1 import (
     lease_pb2_grpc,
     motion_pb2_grpc,
     path_pb2_grpc,
+    physics_pb2_grpc,
     ray_pb2_grpc,
     robot_pb2_grpc,
     scene_pb2,
@@ -58,6 +59,7 @@ class Stubs:
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.driver = driver_pb2_grpc.DriverServiceStub(channel)
+        self.physics = physics_pb2_grpc.PhysicsServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
         self.history = history_pb2_grpc.HistoryServiceStub(channel)
         self.token = token_pb2_grpc.TokenServiceStub(channel)

@@ -44,6 +44,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "paths": ("collision", "motion", "planning", "world"),
     "crafts": ("components", "motion", "world"),
     "drivers": ("components", "inputs", "world"),
+    "physics": ("collision", "components", "shapes", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (
@@ -59,6 +60,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
             "messages",
             "motion",
             "paths",
+            "physics",
             "planning",
         ),
         *("scenes", "sensing", "world"),
@@ -150,6 +152,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/paths/search.py": room("paths", "ompl"),
     f"{KERNEL}/sensing": room("sensing", "virtualrobot_sdk"),
     f"{KERNEL}/drivers": room("drivers", "virtualrobot_sdk"),
+    f"{KERNEL}/physics": room("physics", "virtualrobot_sdk"),
     # The browser by viser, whose server is that of websockets; files of pictures, and the letters in them, by Pillow.
     f"{KERNEL}/drawing": room("drawing", "virtualrobot_sdk", "viser", "websockets", "PIL"),
     f"{KERNEL}/api": room(

@@ -141,6 +141,13 @@ GROUPS = (
         commands=("collision", "rays", "avoid"),
     ),
     Group(
+        "Physics",
+        services=("PhysicsService",),
+        batch=("SetPhysics",),
+        python={"client.physics": "physics:Physics"},
+        commands=("physics",),
+    ),
+    Group(
         "Sensors",
         services=("SensorService",),
         batch=("StartSensors", "StopSensors"),

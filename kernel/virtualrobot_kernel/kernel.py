@@ -45,6 +45,7 @@ from virtualrobot_kernel.history.past import PastFolder
 from virtualrobot_kernel.history.player import Player
 from virtualrobot_kernel.history.upkeep import Rules
 from virtualrobot_kernel.inputs.mailbox import Mailbox
+from virtualrobot_kernel.physics.forces import Forces
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.report import Reported, write_report
@@ -139,6 +140,7 @@ class Kernel:
             self._history = self._recorded(clock)
         self._crafts = Crafts(self.world, catalog)
         self._guard = CollisionGuard(self._sensing.solids, self.world, self._crafts.carry)
+        self._forces = Forces(self.world, catalog, load)
         self._leases = LeaseTable()
         site = DriverSite(catalog)
         self._links = Links(self.world, self._mailbox, world_poses, site, self._leases.has_leased)
@@ -214,6 +216,7 @@ class Kernel:
         self._solvers.check_choices(commands)
         self._crafts.check(commands)
         check_choices(commands, self._sensing)
+        self._forces.check(commands)
         limits = self._settings.limits
         limits.check_triangles(self.world.snapshot, commands, self._meshes)
         self.world.submit(commands, f"scene file {path}", permit=limits.check_nodes).result()
@@ -252,6 +255,7 @@ class Kernel:
         self._sensors.close()
         self._monitor.close()
         self.world.close()
+        self._forces.close()
         self._history.close()
         self._workers.shutdown(wait=False, cancel_futures=True)
         self._renderers.close()
@@ -281,6 +285,7 @@ class Kernel:
             processes=self._processes,
             monitor=self._monitor,
             guard=self._guard,
+            forces=self._forces,
             crafts=self._crafts,
             renderers=self._renderers,
             steps=self._history.steps,

@@ -30,6 +30,7 @@ from virtualrobot.motions.moves import Move
 from virtualrobot.motions.paths import Paths
 from virtualrobot.motions.program import Program, read
 from virtualrobot.motions.steps import Named, name_of
+from virtualrobot.physics import Physics
 from virtualrobot.plugins import Plugins
 from virtualrobot.progress import OnProgress, show_progress
 from virtualrobot.recording.recording import Recorded, Recording
@@ -120,6 +121,7 @@ class Client:
         view: the picture in the browser.
         assets: files to and from the kernel.
         plugins: the kernel's plugins: `client.plugins.list()`.
+        physics: parts that forces move: `client.physics.set("mujoco")`.
         rays: ray casts: `client.rays.cast(...)`.
         collisions: collisions and distances: `client.collisions.check()`.
         tokens: who is let in, and with which role: `client.tokens.create("panel", "operator")`.
@@ -143,6 +145,7 @@ class Client:
         self.view = View(self._services, self.scene)
         self.assets = Assets(self._services)
         self.plugins = Plugins(self._services)
+        self.physics = Physics(self._services)
         self.rays = Rays(self._services)
         self.collisions = Collisions(self._services)
         self.sensors = Sensors(self._services)

@@ -33,6 +33,7 @@ from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.history.checkpoints import Checkpoints
 from virtualrobot_kernel.history.steps import Steps
 from virtualrobot_kernel.inputs.mailbox import Mailbox
+from virtualrobot_kernel.physics.forces import Forces
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.readers import SensingRoom
@@ -69,6 +70,7 @@ class KernelServices:
     processes: Processes
     monitor: Monitor
     guard: CollisionGuard
+    forces: Forces
     crafts: Crafts
     renderers: RendererPool
     steps: Steps

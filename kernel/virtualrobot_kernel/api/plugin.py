@@ -56,7 +56,7 @@ class PluginServicer(plugin_pb2_grpc.PluginServiceServicer):
         for use in self._kernel.solvers.uses(self._kernel.world.snapshot.structure):
             uses.setdefault((ComponentKind.KINEMATICS, use.kinematics), []).append(USE.write(use))
         sensors = at_work(self._kernel.sensors, self._kernel.world.snapshot.structure)
-        others = (*self._kernel.importers.uses(), *self._kernel.casters.uses())
+        others = (*self._kernel.importers.uses(), *self._kernel.casters.uses(), *self._kernel.forces.uses())
         for sensor, running in (*((use.sensor, use.running) for use in sensors), *(("", one) for one in others)):
             uses.setdefault((running.offer.about.kind, running.offer.about.name), []).append(
                 plugin_pb2.ComponentUse(

@@ -44,6 +44,9 @@ from virtualrobot_kernel.world.structure import Kind, Node, RobotData
 MOST_POINTS = 10_000
 """Greatest number of points in one call of SolveJacobian."""
 
+MOST_PARTS = 1000
+"""Greatest number of parts of a way in one call of SolveDrives."""
+
 EFFORT_VIOLATION = Table(EffortViolation, robot_pb2.EffortViolation)
 SELF_CHECK = Table(
     SelfCheck,
@@ -206,6 +209,29 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             rotation_error_radians=result.rotation_error,
             explanation=result.reason,
             arm_angles_radians=result.arm_angles,
+        )
+
+    async def SolveDrives(
+        self, request: robot_pb2.SolveDrivesRequest, context: object
+    ) -> robot_pb2.SolveDrivesResponse:
+        """Tell where drives of a craft have to be for a way."""
+        snapshot = self._kernel.world.snapshot
+        node = snapshot.structure.node(request.robot, Kind.ROBOT)
+        parts = array(request.parts, (None, 3), "parts")
+        if len(parts) > MOST_PARTS:
+            raise KernelError(
+                f"a way has {MOST_PARTS} parts at most, not {len(parts)}", reason=Reason.TOO_LARGE, parts=len(parts)
+            )
+        craft = self._kernel.crafts.driven(node.uid)
+        way = await self._kernel.in_worker(craft.way, snapshot.state.q, parts)
+        x, y, heading = craft.place(snapshot.state.q).tolist()
+        return robot_pb2.SolveDrivesResponse(
+            stamp=stamp(snapshot),
+            joint_names=craft.drives.joints,
+            positions=array_message(way),
+            x_meters=x,
+            y_meters=y,
+            heading_radians=heading,
         )
 
     async def SetKinematics(

@@ -234,6 +234,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         self._kernel.solvers.check_choices(commands)
         await self._kernel.in_worker(self._kernel.crafts.check, commands)
         check_choices(commands, self._kernel.sensing)
+        self._kernel.forces.check(commands)
         snapshot = self._kernel.world.snapshot
         if is_to_be_ready(snapshot, commands):
             await self._kernel.in_worker(make_ready, self._kernel.collisions.shapes, snapshot, commands)

@@ -32,6 +32,8 @@ from virtualrobot.v1 import (
     motion_pb2_grpc,
     path_pb2,
     path_pb2_grpc,
+    physics_pb2,
+    physics_pb2_grpc,
     plugin_pb2,
     plugin_pb2_grpc,
     ray_pb2,
@@ -61,6 +63,7 @@ from virtualrobot_kernel.api.kernel_services import MAX_SENT_BYTES, KernelServic
 from virtualrobot_kernel.api.lease import LeaseServicer
 from virtualrobot_kernel.api.motion import MotionServicer
 from virtualrobot_kernel.api.path import PathServicer
+from virtualrobot_kernel.api.physics import PhysicsServicer
 from virtualrobot_kernel.api.plugin import PluginServicer
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.ray import RayServicer
@@ -94,6 +97,7 @@ SERVICES = (
     (signal_pb2, signal_pb2_grpc.add_SignalServiceServicer_to_server, SignalServicer),
     (sensor_pb2, sensor_pb2_grpc.add_SensorServiceServicer_to_server, SensorServicer),
     (view_pb2, view_pb2_grpc.add_ViewServiceServicer_to_server, ViewServicer),
+    (physics_pb2, physics_pb2_grpc.add_PhysicsServiceServicer_to_server, PhysicsServicer),
     (ray_pb2, ray_pb2_grpc.add_RayServiceServicer_to_server, RayServicer),
     (history_pb2, history_pb2_grpc.add_HistoryServiceServicer_to_server, HistoryServicer),
     (collision_pb2, collision_pb2_grpc.add_CollisionServiceServicer_to_server, CollisionServicer),

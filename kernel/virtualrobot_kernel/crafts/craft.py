@@ -31,6 +31,9 @@ MOST_STEPS = 24
 STEERING_SECONDS = 0.5
 """Time (s) in which a component is asked to steer, to learn how far it has to."""
 
+LONG_SECONDS = 1e3
+"""Time (s) in which any steering angle comes to anywhere."""
+
 APPROACH_SECONDS = 0.1
 """Time constant (s) with which a steering angle comes to its end."""
 
@@ -139,6 +142,24 @@ class CraftAtWork:
         slower = np.minimum(np.sqrt(self.accelerations * np.abs(off)), np.abs(off) / APPROACH_SECONDS)
         steered = np.sign(off) * np.minimum(np.abs(at_once), slower)
         return np.where(off != 0.0, steered, at_once) * self.drives.ratio
+
+    def way(self, q: Floats, parts: Floats) -> Floats:
+        """Return where its joints are (2 n, m) on a way of parts (n, 3), from coordinates q (nq,) on.
+
+        Each part is a shift (m) and a turn (rad) of the component's base; two rows: steered, and gone. Raises
+        KernelError for a part that the craft never goes.
+        """
+        states, rows = self.states(q), []
+        for part in parts:
+            slowly, soon = (
+                self._numbers("drive_commands", states.shape, part, states, time) for time in (LONG_SECONDS, 1.0)
+            )
+            steers = slowly != soon
+            states = states + np.where(steers, slowly * LONG_SECONDS, 0.0)
+            rows.append(states)
+            states = states + np.where(steers, 0.0, slowly)
+            rows.append(states)
+        return np.array(rows).reshape(-1, len(states)) * self.drives.ratio
 
     def place(self, q: Floats) -> Floats:
         """Return x, y (m) and heading (rad) of the base in the frame of its joint."""

@@ -28,7 +28,7 @@ from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.state import Motion, State
-from virtualrobot_kernel.world.structure import Craft, Node, RobotData
+from virtualrobot_kernel.world.structure import Craft, Node, PartData, RobotData
 
 RUNNING = (PlanExecution, ProgramRun, SetpointMotion, TrackingMotion)
 """Kinds of running motions."""
@@ -41,7 +41,7 @@ PARTS = (Node, Motion, Plan, Program)
 TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 """Name in documents of a class, where that isn't its own: two have the same name, or it was renamed."""
 
-VERSIONS: Mapping[type, int] = {State: 3, RobotData: 2, Craft: 2}
+VERSIONS: Mapping[type, int] = {State: 4, RobotData: 2, Craft: 2, PartData: 2}
 """Version of each class whose fields aren't those of its first one."""
 
 MIGRATIONS: Mapping[tuple[str, int], Migration] = {
@@ -49,6 +49,8 @@ MIGRATIONS: Mapping[tuple[str, int], Migration] = {
     ("RobotData", 1): lambda fields: [*fields, None],  # craft
     ("State", 1): lambda fields: [*fields, {}],  # tcp_speed_limits
     ("State", 2): lambda fields: [*fields, None],  # dynamics
+    ("State", 3): lambda fields: [*fields, None, None, {}],  # physics, moved_parts, twists
+    ("PartData", 1): lambda fields: [*fields, False],  # dynamic
 }
 """Function that makes the written fields of a class (its tag, a version) those of the next version."""
 

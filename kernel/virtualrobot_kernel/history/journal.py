@@ -31,6 +31,7 @@ from virtualrobot_kernel.world.commands import (
     PlayedTicks,
     SetDynamics,
     SetMeasuredJoints,
+    SetParts,
     SetSetpoint,
     SetSpeedFactor,
     StopMotions,
@@ -47,11 +48,14 @@ MOST_UNKEPT = 100_000
 """Greatest number of entries that are tried again; with more of them nothing is kept until the kernel starts anew."""
 
 STOPPING = frozenset(
-    {StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints, SetMeasuredJoints, SetDynamics}
+    {
+        *(StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints),
+        *(SetMeasuredJoints, SetDynamics, SetParts),
+    }
 )
 """Commands that stop, slow, pause or end motions, or tell where robots are: done though nothing can be kept."""
 
-EACH_TICK = frozenset({SetSetpoint, SetMeasuredJoints, SetDynamics, PlayedTicks})
+EACH_TICK = frozenset({SetSetpoint, SetMeasuredJoints, SetDynamics, SetParts, PlayedTicks})
 """Commands that come as often as ticks: they are in the journal, and no steps."""
 
 MOST_AT_ONCE = 32

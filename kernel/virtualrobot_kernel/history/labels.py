@@ -242,6 +242,22 @@ def _computed(command: commands.SetDynamics, done: Done) -> Iterable[Phrase]:
     yield Phrase("computed", "", f" {len(command.q_index)} coordinates")
 
 
+def _moved(command: commands.SetParts, done: Done) -> Iterable[Phrase]:
+    yield Phrase("moved", "", f" {len(command.parts)} parts by forces")
+
+
+def _physics(command: commands.SetPhysics, done: Done) -> Iterable[Phrase]:
+    if command.engine is not None:
+        engine = command.engine
+        yield Phrase("let", repr(engine), " move dynamic parts") if engine else Phrase("let forces move nothing")
+    if command.gravity is not None:
+        yield Phrase("set gravity to", f"{command.gravity} m/s^2")
+    if command.substeps is not None:
+        yield Phrase("set substeps to", str(command.substeps))
+    if command.engine_settings is not None:
+        yield Phrase("set the physics engine's settings")
+
+
 def _stopped(command: commands.StopMotions, done: Done) -> Iterable[Phrase]:
     yield from (Phrase("stopped", repr(robot)) for robot in command.robots)
     if not command.robots:
@@ -309,6 +325,8 @@ LABELS: dict[type, Callable[[Any, Done], Iterable[Phrase]]] = {
     commands.EndSetpoints: _of_motion("ended the setpoints of"),
     commands.SetMeasuredJoints: _measured,
     commands.SetDynamics: _computed,
+    commands.SetParts: _moved,
+    commands.SetPhysics: _physics,
     commands.PauseMotion: _of_motion("paused"),
     commands.ResumeMotion: _of_motion("resumed"),
     commands.CancelMotion: _of_motion("cancelled"),

@@ -118,7 +118,11 @@ def _repaired(path: Path, project: Project, made: Path, forward: Forward) -> Rep
         store.remove_checkpoints(unreadable)
         after, last = _longest(store)
         if last == 0:
-            raise MalformedFileError(f"nothing in {path / JOURNAL} can be read; put a copy back", file=path / JOURNAL)
+            raise MalformedFileError(
+                f"there is nothing to go on from: neither the first entry nor a checkpoint of {path / JOURNAL} can be "
+                "read; put a copy back",
+                file=path / JOURNAL,
+            )
         known = max([store.last_seq, *(step.number for step in islice(store.steps(), 1))])
         known_tick = tick = max(known_tick, store.last_tick)
         if known > last or lost_tail:  # what came next may have changed what moves

@@ -8,11 +8,11 @@ from itertools import islice
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history.replay import Cursor, Replay
 from virtualrobot_kernel.history.tick_hash import BYTES, TICKS_AT_ONCE, differing_robots, hashes_of
-from virtualrobot_kernel.world.state import State
 from virtualrobot_kernel.world.structure import Structure
 
 
@@ -64,13 +64,13 @@ def verify(
     ticks = _ticks(cursor, hashes)
     while True:
         block, failed = _block(ticks)
-        found = hashes_of((one.structure, one.state) for one in block)
+        found = hashes_of((one.structure, one) for one in block)
         for place, one in enumerate(block):
-            told(one.state.tick)
+            told(one.tick)
             if (hash := found[place * BYTES : (place + 1) * BYTES]) != one.wanted:
                 names = _moving(one, differing_robots(one.structure, one.wanted, hash))
-                without = one.state.tick - begun - 1 - same
-                return Verdict(same, without, one.state.tick, names, one.entry, tuple(replay.warnings.values()))
+                without = one.tick - begun - 1 - same
+                return Verdict(same, without, one.tick, names, one.entry, tuple(replay.warnings.values()))
             same += 1
         if failed is not None:  # after the ticks before it: what differs first is told
             raise failed
@@ -79,11 +79,16 @@ def verify(
 
 
 class _Tick(NamedTuple):
-    """Tick of a replay, before what was done in it: the hash that it had, the world, and the last entry before it."""
+    """Tick of a replay, before what was done in it: the hash that it had, and the last entry before it.
 
+    Of the world as much as the hash needs: whole states of a block would take up the processor's caches.
+    """
+
+    tick: int
     wanted: bytes
     structure: Structure
-    state: State
+    q: NDArray[np.float64]
+    v: NDArray[np.float64]
     entry: int
 
 
@@ -97,7 +102,8 @@ def _ticks(cursor: Cursor, hashes: Iterable[tuple[int, bytes]]) -> Iterator[_Tic
             while cursor.state.tick < tick - 1:
                 cursor.step()
             cursor.tick()
-            yield _Tick(blob[at : at + BYTES], cursor.structure, cursor.state, cursor.moment.number)
+            state, wanted = cursor.state, blob[at : at + BYTES]
+            yield _Tick(tick, wanted, cursor.structure, state.q, state.v, cursor.moment.number)
             cursor.settle()
             last = tick
 
@@ -115,6 +121,6 @@ def _block(ticks: Iterator[_Tick]) -> tuple[list[_Tick], KernelError | None]:
 
 def _moving(tick: _Tick, uids: Sequence[int]) -> tuple[str, ...]:
     """Return the names of robots; of several those alone that move: what stands still for certain is none of them."""
-    structure, v = tick.structure, tick.state.v
+    structure, v = tick.structure, tick.v
     moving = [uid for uid in uids if np.any(v[structure.robots[uid].v_slice])]
     return tuple(structure.nodes[uid].name for uid in (moving if len(uids) > 1 and moving else uids))

@@ -15,6 +15,7 @@ from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.xml import FileWarning
 from virtualrobot_kernel.formats.yaml_text import Check
 from virtualrobot_kernel.messages.collision_settings import allowing, settings_command
+from virtualrobot_kernel.messages.physics import restored_physics
 from virtualrobot_kernel.messages.signals import created_signal
 from virtualrobot_kernel.messages.values import finite
 from virtualrobot_kernel.scenes.assets import with_assets
@@ -98,6 +99,8 @@ def read_scene(
         commands.append(allowing(scene.allowed_pairs))
     if scene.HasField("collision_settings"):
         commands.append(settings_command(scene.collision_settings))
+    if scene.HasField("physics"):
+        commands.append(restored_physics(scene.physics))
     if scene.HasField("speed_factor"):
         commands.append(SetSpeedFactor("", finite(scene.speed_factor, "speed_factor")))
     return ReadScene(commands, warnings, of_models)

@@ -10,10 +10,11 @@ from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.bundle import bundle
 from virtualrobot_kernel.messages.collision_settings import settings_message
 from virtualrobot_kernel.messages.nodes import node_message
+from virtualrobot_kernel.messages.physics import PHYSICS
 from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.world.collisions import NOTHING_SET
 from virtualrobot_kernel.world.figures import Mesh, meshes_of
-from virtualrobot_kernel.world.state import Selection, Snapshot
+from virtualrobot_kernel.world.state import NO_PHYSICS, Selection, Snapshot
 from virtualrobot_kernel.world.structure import WORLD_NAME, WORLD_UID, Kind, Node, Structure
 
 
@@ -57,6 +58,8 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
         scene.collision_settings.CopyFrom(settings_message(snapshot))
         scene.collision_settings.robots.sort(key=lambda one: by_name[one.robot])
         scene.collision_settings.paddings.sort(key=lambda one: by_name[one.node])
+    if snapshot.state.physics_settings != NO_PHYSICS:
+        scene.physics.CopyFrom(PHYSICS.write(snapshot.state.physics_settings))
     return scene_file.format(scene), files
 
 

@@ -229,6 +229,8 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.EndSetpoints: _motion,
     commands.SetMeasuredJoints: _nothing,
     commands.SetDynamics: _nothing,
+    commands.SetParts: _nothing,
+    commands.SetPhysics: _nothing,
     commands.PauseMotion: _nothing,
     commands.ResumeMotion: _motion,
     commands.CancelMotion: _cancelled,

@@ -22,6 +22,7 @@ from virtualrobot_kernel.world import (
     crafts,
     dynamics,
     measured,
+    physics,
 )
 from virtualrobot_kernel.world.change import Change, Forward, frozen
 from virtualrobot_kernel.world.state import State
@@ -62,6 +63,8 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.EndSetpoints: apply_setpoints.end_setpoints,
     commands.SetMeasuredJoints: measured.set_measured_joints,
     commands.SetDynamics: dynamics.set_dynamics,
+    commands.SetParts: physics.set_parts,
+    commands.SetPhysics: physics.set_physics,
     commands.PauseMotion: apply_motions.pause_motion,
     commands.ResumeMotion: apply_motions.resume_motion,
     commands.CancelMotion: apply_motions.cancel_motion,

@@ -17,7 +17,7 @@ from virtualrobot_kernel.world.state import EndCause, State
 
 def checkpoint_of(change: Change, name: str) -> RestoreWorld:
     """Return the command that puts the world back to how it is now; motions and measured joints are left out."""
-    state = replace(change.state, motions=(), ended=(), commanded={}, readings={}, dynamics=None)
+    state = replace(change.state, motions=(), ended=(), commanded={}, readings={}, dynamics=None, moved_parts=None)
     return RestoreWorld(name, tuple(change.structure.nodes.values()), state)
 
 
@@ -47,6 +47,8 @@ def restore_world(change: Change, command: RestoreWorld, forward: Forward) -> Ch
         commanded={},
         readings={},
         dynamics=None,
+        moved_parts=None,
+        twists={},
         running_sensors={},
         sensor_starts=max(now.sensor_starts, then.sensor_starts),
         epoch=max(now.epoch, then.epoch) + 1,

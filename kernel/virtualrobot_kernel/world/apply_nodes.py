@@ -236,6 +236,8 @@ def clear_world(change: Change, command: ClearWorld, forward: Forward) -> Change
         signals={},
         speed_factor=1.0,
         collisions=NOTHING_SET,
+        physics=None,
+        twists={},
         epoch=change.state.epoch + 1,
     )
     return rebuilt(replace(change, state=state), root, change.structure.next_uid, {})

@@ -102,6 +102,7 @@ def _among(old: Structure, new: Structure, state: State) -> State:
         commanded=_kept(old, new, state.commanded),
         readings=_kept(old, new, state.readings),
         dynamics=None,  # its places may be those of others now
+        twists={uid: twist for uid, twist in state.twists.items() if uid in alive},
         tool_states={uid: name for uid, name in state.tool_states.items() if uid in alive},
         selections=_selected(new, state.selections),
         speed_factors={uid: factor for uid, factor in state.speed_factors.items() if uid in alive},

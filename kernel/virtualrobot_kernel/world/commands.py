@@ -363,6 +363,33 @@ class SetDynamics:
     v: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SetParts:
+    """Command to put parts elsewhere by the end of this tick: those that forces move.
+
+    parts (k,): uids, rising. parent_t_part (k, 4, 4): poses in their parents. twists (k, 6): velocities of their
+    origins in the axes of the world (m/s) and about their own axes (rad/s). A later command of the same tick counts
+    in place of an earlier one.
+    """
+
+    parts: NDArray[np.int64]
+    parent_t_part: NDArray[np.float64]
+    twists: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class SetPhysics:
+    """Command to change how forces move what is dynamic; None leaves a setting as it is.
+
+    An empty engine means that nothing moves by forces. Gravity is in the world (m/s^2).
+    """
+
+    engine: str | None = None
+    engine_settings: Mapping[str, Any] | None = None
+    gravity: tuple[float, float, float] | None = None
+    substeps: int | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class PauseMotion:
     """Command to slow a motion to standstill on its path."""
@@ -484,6 +511,8 @@ Command = (
     | EndSetpoints
     | SetMeasuredJoints
     | SetDynamics
+    | SetParts
+    | SetPhysics
     | PauseMotion
     | ResumeMotion
     | CancelMotion

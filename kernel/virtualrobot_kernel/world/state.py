@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
 from types import EllipsisType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -176,6 +177,36 @@ class Dynamics:
     v: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class MovedParts:
+    """Parts (k,) (uids) that are elsewhere with the next tick: parent_t_part (k, 4, 4), and their twists (k, 6)."""
+
+    parts: NDArray[np.int64]
+    parent_t_part: NDArray[np.float64]
+    twists: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PhysicsSettings:
+    """Settings of what moves by forces.
+
+    Attributes:
+        engine: the component that computes it; empty: nothing moves by forces.
+        engine_settings: plain values; the component says what they may be.
+        gravity: in the world (m/s^2).
+        substeps: number of the engine's steps in a tick.
+    """
+
+    engine: str = ""
+    engine_settings: Mapping[str, Any] = field(default_factory=dict)
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.81)
+    substeps: int = 4
+
+
+NO_PHYSICS = PhysicsSettings()
+"""Settings of a new world: nothing moves by forces."""
+
+
 @dataclass(frozen=True, slots=True)
 class SensorStart:
     """Start of a sensor: its number among all starts, and the tick from which its readings and its noise are counted.
@@ -201,6 +232,10 @@ class State:
     epoch: counts how often the world was replaced as a whole.
     tcp_speed_limits: greatest speed (m/s) of the tool centre point of each robot (a uid) that has one, as for teaching.
     dynamics: what crafts and physics have computed since the tick before: it becomes q and v with the next tick.
+    physics: how forces move parts that are dynamic, None where nobody has said (see `physics_settings`).
+    moved_parts: parts that forces have moved since the tick before: they are there with the next tick.
+    twists: velocity (6,) of each part (a uid) that forces move and that is not at rest: of its origin in the axes of
+        the world (m/s), and about its own axes (rad/s).
     """
 
     tick: int
@@ -224,6 +259,14 @@ class State:
     epoch: int = 0
     tcp_speed_limits: Mapping[int, float] = field(default_factory=dict)
     dynamics: Dynamics | None = None
+    physics: PhysicsSettings | None = None
+    moved_parts: MovedParts | None = None
+    twists: Mapping[int, NDArray[np.float64]] = field(default_factory=dict)
+
+    @property
+    def physics_settings(self) -> PhysicsSettings:
+        """Return how forces move parts that are dynamic."""
+        return self.physics or NO_PHYSICS
 
 
 @dataclass(frozen=True, slots=True, eq=False)

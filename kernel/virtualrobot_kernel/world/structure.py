@@ -137,10 +137,14 @@ class Inertial:
 
 @dataclass(frozen=True, slots=True)
 class PartData:
-    """Data of a part; a mass of 0 kg means unknown, and `inertial` (of the same mass) is its distribution."""
+    """Data of a part; a mass of 0 kg means unknown, and `inertial` (of the same mass) is its distribution.
+
+    One that is `dynamic` moves by forces wherever the world has an engine for them, unless what it hangs on moves it.
+    """
 
     mass: float = 0.0
     inertial: Inertial | None = None
+    dynamic: bool = False
 
 
 @dataclass(frozen=True, slots=True)

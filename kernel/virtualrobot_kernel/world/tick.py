@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from virtualrobot_kernel.motion.running_motion import Phase, TickContext
-from virtualrobot_kernel.world import dynamics, measured
+from virtualrobot_kernel.world import dynamics, measured, physics
 from virtualrobot_kernel.world.apply_motions import override
 from virtualrobot_kernel.world.change import Forward, frozen
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Search, Signal, State
@@ -96,7 +96,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
 
 def _arrived(structure: Structure, state: State) -> State:
     """Return the state with what was computed and measured since the tick before; what is measured counts."""
-    return measured.arrived(structure, dynamics.arrived(state))
+    return measured.arrived(structure, dynamics.arrived(physics.arrived(structure, state)))
 
 
 def _failed(motion: Motion, why: str) -> Motion:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from virtualrobot import Client
 from virtualrobot.errors import InvalidArgumentError, LimitError, MotionAbortedError, WrongStateError
+from virtualrobot.motions.state import Phase
 from virtualrobot.robots.robot import Robot
 
 from tests.api.client.conftest import Run
@@ -113,3 +114,30 @@ def test_the_command_drives_for_some_seconds(client: Client, run: Run) -> None:
     said = run("drive", "husky", "--forward", "0.3", "--seconds", "0.5")
     assert said.startswith("husky rests at 0.")
     assert place(client, "husky.base_footprint")[0] > 0.03
+
+
+def test_a_planned_way_of_lines_and_arcs_ends_where_it_should(yard: Client) -> None:
+    husky = yard.load_robot("model://husky", base="planar")
+    motion = husky.drive_path([[0.3, 0.0, 0.4], [0.0, 0.0, -1.0], [-0.2, 0.0, 0.0]], wait=False)
+    yard.clock.step(4000)
+    assert motion.state.phase is Phase.SUCCEEDED
+    turned, back = 0.4 - 1.0, -0.2
+    x, y = 0.3 / 0.4 * math.sin(0.4), 0.3 / 0.4 * (1.0 - math.cos(0.4))
+    wanted = [x + back * math.cos(turned), y + back * math.sin(turned), turned]
+    np.testing.assert_allclose(place(yard, "husky.base_footprint"), wanted, atol=1e-6)
+    husky.drive_to(0.5, 0.5, heading=1.0, wait=False)
+    yard.clock.step(6000)
+    np.testing.assert_allclose(place(yard, "husky.base_footprint"), [0.5, 0.5, 1.0], atol=1e-6)
+
+
+@pytest.mark.long
+def test_a_car_steers_before_it_rolls_and_does_not_turn_on_the_spot(yard: Client) -> None:
+    car = yard.load_robot("model://racecar", base="planar")
+    car.drive_path([[0.3, 0.0, 0.2], [-0.1, 0.0, 0.1]], wait=False)
+    yard.clock.step(6000)
+    x, y = 1.5 * math.sin(0.2), 1.5 * (1.0 - math.cos(0.2))
+    chord = -0.1 * np.sinc(0.05 / np.pi)
+    wanted = [x + chord * math.cos(0.25), y + chord * math.sin(0.25), 0.3]
+    np.testing.assert_allclose(place(yard, "racecar.base_link"), wanted, atol=1e-6)
+    with pytest.raises(InvalidArgumentError, match="cannot turn on the spot"):
+        car.drive_path([[0.0, 0.0, 1.0]], wait=False)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import socket
 import ssl
 import subprocess
 import sys
@@ -13,7 +14,9 @@ from urllib.parse import urlsplit
 import pytest
 import trustme
 import virtualrobot
+from virtualrobot import InvalidArgumentError
 from virtualrobot_apps.console.door import MOST_LINKS, Door
+from virtualrobot_apps.console.serving import listen
 
 from tests.api.asking import IIWA
 from tests.apps.console.consoles import Console, PageRefused, consoles
@@ -192,6 +195,16 @@ def test_tls_on_a_lan(start_kernel: StartKernel, tmp_path: Path) -> None:
         connection.request("POST", "/virtualrobot.v1.KernelService/GetClock", b"{}", headers)
         assert json.loads(connection.getresponse().read())["clock"]
         connection.close()
+
+
+def test_small_frames_are_not_held_back() -> None:
+    """Without TCP_NODELAY each second frame waits for the other side's delayed acknowledgement, about 40 ms."""
+    with listen("127.0.0.1", 0) as listening, socket.create_connection(listening.getsockname()):
+        connection, _ = listening.accept()
+        with connection:
+            assert connection.getsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY)
+        with pytest.raises(InvalidArgumentError, match="--port takes another one"):
+            listen(*listening.getsockname())
 
 
 def test_files_of_the_page(console: Console) -> None:

@@ -13,6 +13,9 @@ from virtualrobot_kernel.components.running import ComponentHandle
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.codec import same
 from virtualrobot_kernel.history.world_image import image_of
+from virtualrobot_kernel.motion.limits import JointLimits as MotionLimits
+from virtualrobot_kernel.motion.plan import plan_ptp
+from virtualrobot_kernel.motion.program import of_plan
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.collisions import CollisionMode
@@ -22,18 +25,28 @@ from virtualrobot_kernel.world.commands import (
     SetCollisionSettings,
     SetJointPositions,
     SetSetpoint,
+    StartMotion,
     StartSetpointMotion,
     StopMotions,
 )
 from virtualrobot_kernel.world.figures import Box, Figure
 from virtualrobot_kernel.world.journal import replay
 from virtualrobot_kernel.world.state import EndCause
-from virtualrobot_kernel.world.structure import Craft, CraftDrive, JointType, Kind, NodeSpec
+from virtualrobot_kernel.world.structure import (
+    Craft,
+    CraftDrive,
+    Joint,
+    JointLimits,
+    JointType,
+    Kind,
+    NodeSpec,
+    RobotData,
+)
 
 from tests.unit.collision.worlds import SHAPES
 from tests.unit.crafts.rover import DRIVES, RADIUS, TRACK, TWO_WHEELS, Yard, rover, yard
 from tests.unit.journals import entries_of
-from tests.unit.world.builders import TICK, empty, shifted
+from tests.unit.world.builders import TICK, empty, link, shifted
 
 
 @pytest.fixture
@@ -258,3 +271,28 @@ def test_a_guarded_craft_on_setpoints_stops_before_a_wall(course: Yard, speeds: 
     assert cancellation is not None
     assert cancellation.cause is EndCause.COLLISION
     assert not now.state.v.any()
+
+
+def test_a_guarded_craft_on_a_planned_motion_of_its_wheels_stops_too_and_its_arm_is_carried(course: Yard) -> None:
+    """The path of the wheels tells nothing of the base: it is followed through the component."""
+    CollisionGuard(SHAPES, course.world, course.crafts.carry)
+    turning = Joint("m", JointType.REVOLUTE, (0.0, 0.0, 1.0), JointLimits(-2.0, 2.0))
+    arm = NodeSpec("arm", Kind.ROBOT, "rover.hull", shifted(z=0.2), data=RobotData())
+    course.do(CreateNodes((arm, link("arm.mast", "arm", turning))))
+    wall = NodeSpec("wall", Kind.OBJECT, "world", shifted(x=1.0), figures=(Figure(Box((0.2, 4.0, 1.0))),))
+    course.do(CreateNodes((wall,)), SetCollisionSettings(CollisionMode.GUARD))
+    course.do(planned("rover", {"left": 20.0, "right": 20.0}), planned("arm", {"m": 1.5}))
+    now = course.step(900)
+    end = next(one for one in now.state.ended if "left" in [name for _, name in one.joints])
+    assert end.cancellation is not None
+    assert end.cancellation.cause is EndCause.COLLISION
+    assert 0.0 < 0.9 - 0.3 - course.base[0] < 0.01
+    np.testing.assert_allclose(now.world_t(now.structure.node("arm.mast").uid)[:2, 3], course.base[:2], atol=1e-12)
+
+
+def planned(robot: str, goals: dict[str, float]) -> StartMotion:
+    """Return a motion of joints from 0 to goals."""
+    names = tuple(goals)
+    limits = MotionLimits(names, *(np.full(len(names), value) for value in (-99.0, 99.0, 8.0, 20.0, 200.0)))
+    plan = plan_ptp([0.0] * len(names), [*goals.values()], limits)
+    return StartMotion(tuple((robot, name) for name in names), of_plan(plan))

@@ -171,7 +171,7 @@ def test_whatever_is_damaged_what_is_kept_is_what_was(tmp_path: Path, rng: np.ra
         try:
             told = repair(folder, world_poses)
         except KernelError as error:
-            assert "nothing in" in str(error)
+            assert "there is nothing to go on from" in str(error)
             left = {one.name: one.read_bytes() for one in folder.iterdir() if one.name != "lock"}
             assert left == {**files, JOURNAL: spoiled}
             continue
@@ -215,7 +215,9 @@ def test_what_cannot_be_repaired_stays_as_it_is(tmp_path: Path, rng: np.random.G
         repair(tmp_path / "cell", world_poses)
     used.close()
     spoiled = spoil(tmp_path / "cell" / JOURNAL, lambda data: data.__setitem__(slice(0, len(data)), bytes(len(data))))
-    with pytest.raises(MalformedFileError, match=r"nothing in .*journal\.db can be read; put a copy back"):
+    with pytest.raises(
+        MalformedFileError, match=r"neither the first entry nor a checkpoint of .*journal\.db can be read"
+    ):
         repair(tmp_path / "cell", world_poses)
     assert {one.name for one in (tmp_path / "cell").iterdir()} == {*files, "lock"}
     assert (tmp_path / "cell" / JOURNAL).read_bytes() == spoiled

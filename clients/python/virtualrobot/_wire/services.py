@@ -15,6 +15,7 @@ from virtualrobot.v1 import (
     lease_pb2_grpc,
     motion_pb2_grpc,
     path_pb2_grpc,
+    physics_pb2_grpc,
     plugin_pb2_grpc,
     ray_pb2_grpc,
     robot_pb2_grpc,
@@ -47,6 +48,7 @@ class Services:
         self.plugin = plugin_pb2_grpc.PluginServiceStub(channel)
         self.lease = lease_pb2_grpc.LeaseServiceStub(channel)
         self.token = token_pb2_grpc.TokenServiceStub(channel)
+        self.physics = physics_pb2_grpc.PhysicsServiceStub(channel)
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
         self.collision = collision_pb2_grpc.CollisionServiceStub(channel)
         self.sensor = sensor_pb2_grpc.SensorServiceStub(channel)

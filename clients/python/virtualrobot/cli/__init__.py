@@ -65,6 +65,7 @@ _COMMANDS = {
     "pixel": ("virtualrobot.cli.pictures", "Tell what is under a pixel."),
     "measure": ("virtualrobot.cli.pictures", "Tell how far two points are apart."),
     "collision": ("virtualrobot.cli.collision", "Show what touches, what may, and how far things are apart."),
+    "physics": ("virtualrobot.cli.physics", "Show or set what moves parts by forces, and which parts."),
     "rays": ("virtualrobot.cli.rays", "Compare ray casters, or cast a ray."),
     "sensor": ("virtualrobot.cli.sensor", "Show, start, stop, read and watch sensors."),
     "report": ("virtualrobot.cli.report", "Write what a report of a fault needs to a zip archive."),

@@ -16,13 +16,13 @@ from virtualrobot._wire.showing import told
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 from virtualrobot.leases import Lease, acquire
-from virtualrobot.motions.setpoints import MODES, SetpointStream, StreamState
+from virtualrobot.motions.setpoints import MODES, SetpointStream
 from virtualrobot.motions.steps import NodeNamed, name_of
 from virtualrobot.robots.description import coordinate_names
+from virtualrobot.robots.driving import Driving
 from virtualrobot.robots.group import Group
 from virtualrobot.robots.mechanism import JointPositions
 from virtualrobot.robots.mounting import mount
-from virtualrobot.robots.mover import Mover
 from virtualrobot.robots.postures import Postures
 from virtualrobot.robots.read_only import read_only
 from virtualrobot.robots.teacher import Teacher
@@ -39,7 +39,7 @@ from virtualrobot.v1 import motion_pb2, robot_pb2
 
 
 @checked
-class Robot(Mover, Teacher):
+class Robot(Driving, Teacher):
     """A robot by its name: an arm, a conveyor, a turntable, a vehicle, whatever has joints.
 
     Positions are radians or meters, poses 4x4 arrays. Its motions are those of `Mover`, its targets those of `Teacher`,
@@ -221,75 +221,6 @@ class Robot(Mover, Teacher):
             busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
         )
         return SetpointStream(self._services, target, self._spread)
-
-    def stream_twist(self, *, timeout: float = 0.2, preempt: bool = False) -> SetpointStream:
-        """Open a stream of twists of a craft: its drives move it as this program says, within their limits.
-
-        A setpoint is (vx, vy, omega): m/s along the axes of its base, forward and to the left, and rad/s to the left.
-        Of the states that the stream tells, positions are x, y and heading of the base, and velocities its twist.
-
-        Args:
-            timeout: after how many seconds of simulation time without a setpoint it stops.
-            preempt: cancel motions in the way instead of being refused.
-
-        Raises:
-            WrongStateError: when the robot is no craft.
-            RobotBusyError: when a drive moves already.
-            PluginFailedError: when its component has failed.
-            LeasedError: when somebody else has leased the robot.
-
-        Example:
-            >>> with robot.stream_twist() as stream:
-            ...     stream.send([0.3, 0.0, 0.5])
-        """
-        target = motion_pb2.SetpointTarget(
-            robot=self.name,
-            mode=motion_pb2.SETPOINT_MODE_TWIST,
-            timeout_seconds=timeout,
-            busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
-        )
-        return SetpointStream(self._services, target, self._spread)
-
-    def drive(
-        self,
-        forward: float = 0.0,
-        turn: float = 0.0,
-        *,
-        left: float = 0.0,
-        seconds: float,
-        timeout: float = 0.5,
-        preempt: bool = False,
-    ) -> StreamState:
-        """Drive a craft with a twist for some seconds of simulation time, brake, and return where it rests.
-
-        Args:
-            forward: m/s along the x axis of its base.
-            turn: rad/s to the left.
-            left: m/s along the y axis, for crafts that can.
-            seconds: how long, the time for gathering speed included.
-            timeout: after how many seconds of simulation time it stops when this program is gone.
-            preempt: cancel motions in the way instead of being refused.
-
-        Raises:
-            InvalidArgumentError: for a twist that the craft never has, or no time.
-            LimitError: when a drive would be too fast.
-            MotionAbortedError: when the kernel had to end it, such as before a collision.
-
-        And what `stream_twist` raises.
-
-        Example:
-            >>> robot.drive(0.3, 0.5, seconds=2.0)
-        """
-        if not seconds > 0.0:
-            raise InvalidArgumentError(f"seconds is above 0, not {seconds:g}")
-        with self.stream_twist(timeout=timeout, preempt=preempt) as stream:
-            begin = stream.state.time
-            stream.send([forward, left, turn])
-            for state in stream:
-                if state.time - begin >= seconds:
-                    break
-                stream.send([forward, left, turn])
-        return stream.state
 
     # Tools and parts.
 

@@ -105,16 +105,19 @@ class Editor(ABC, Generic[Created]):
         parent: str = "world",
         mass: float | None = None,
         inertial: Inertial | None = None,
+        dynamic: bool = False,
     ) -> Created:
         """Add a thing that robots handle.
 
         `mass` in kg, unknown by default; without `inertial` (see `virtualrobot.inertial`) it is a point at the part's
-        origin.
+        origin. One that is `dynamic` moves by forces where physics are set (`client.physics`); it needs a mass, which
+        is spread evenly in its figures then.
 
         Example:
             >>> scene.add_part("box-1", virtualrobot.box(0.1, 0.1, 0.1, color="red"), pose=virtualrobot.pose(0.5))
         """
-        part = nodes_pb2.Part(mass_kilograms=value_or_default(mass, "mass"), inertial=_unwrapped(inertial))
+        kilograms = value_or_default(mass, "mass")
+        part = nodes_pb2.Part(mass_kilograms=kilograms, inertial=_unwrapped(inertial), dynamic=dynamic)
         return self._add(name, parent, pose, figures, part=part)
 
     def add_adapter(self, name: str, parent: str, figures: Figures = (), *, pose: PoseLike | None = None) -> Created:

@@ -108,12 +108,14 @@ class Target(_message.Message):
     def __init__(self, robot: _Optional[str] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
 
 class Part(_message.Message):
-    __slots__ = ("mass_kilograms", "inertial")
+    __slots__ = ("mass_kilograms", "inertial", "dynamic")
     MASS_KILOGRAMS_FIELD_NUMBER: _ClassVar[int]
     INERTIAL_FIELD_NUMBER: _ClassVar[int]
+    DYNAMIC_FIELD_NUMBER: _ClassVar[int]
     mass_kilograms: float
     inertial: Inertial
-    def __init__(self, mass_kilograms: _Optional[float] = ..., inertial: _Optional[_Union[Inertial, _Mapping]] = ...) -> None: ...
+    dynamic: bool
+    def __init__(self, mass_kilograms: _Optional[float] = ..., inertial: _Optional[_Union[Inertial, _Mapping]] = ..., dynamic: bool = ...) -> None: ...
 
 class Robot(_message.Message):
     __slots__ = ("joint_names", "flange", "kinematics", "postures", "source", "kinematics_settings", "groups", "allowed_collisions", "actuators", "craft")

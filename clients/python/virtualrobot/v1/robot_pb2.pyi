@@ -314,6 +314,30 @@ class SolveInverseResponse(_message.Message):
     arm_angles_radians: _containers.RepeatedScalarFieldContainer[float]
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., solutions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., configurations: _Optional[_Iterable[str]] = ..., position_error_meters: _Optional[float] = ..., rotation_error_radians: _Optional[float] = ..., explanation: _Optional[str] = ..., arm_angles_radians: _Optional[_Iterable[float]] = ...) -> None: ...
 
+class SolveDrivesRequest(_message.Message):
+    __slots__ = ("robot", "parts")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    PARTS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    parts: _geometry_pb2.NumericArray
+    def __init__(self, robot: _Optional[str] = ..., parts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+
+class SolveDrivesResponse(_message.Message):
+    __slots__ = ("stamp", "joint_names", "positions", "x_meters", "y_meters", "heading_radians")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    X_METERS_FIELD_NUMBER: _ClassVar[int]
+    Y_METERS_FIELD_NUMBER: _ClassVar[int]
+    HEADING_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    positions: _geometry_pb2.NumericArray
+    x_meters: float
+    y_meters: float
+    heading_radians: float
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., x_meters: _Optional[float] = ..., y_meters: _Optional[float] = ..., heading_radians: _Optional[float] = ...) -> None: ...
+
 class KinematicsChoice(_message.Message):
     __slots__ = ("robot", "kinematics", "settings", "group")
     ROBOT_FIELD_NUMBER: _ClassVar[int]

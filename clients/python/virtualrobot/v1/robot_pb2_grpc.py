@@ -75,6 +75,11 @@ class RobotServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsResponse.FromString,
                 _registered_method=True)
+        self.SolveDrives = channel.unary_unary(
+                '/virtualrobot.v1.RobotService/SolveDrives',
+                request_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesResponse.FromString,
+                _registered_method=True)
 
 
 class RobotServiceServicer(object):
@@ -138,6 +143,14 @@ class RobotServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def SolveDrives(self, request, context):
+        """Where the drives of a craft have to be for a way of lines and arcs; nothing moves. Drives that are moved from row to row,
+        each time together and in a straight line (PTP), take the craft exactly that way.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
 
 def add_RobotServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -180,6 +193,11 @@ def add_RobotServiceServicer_to_server(servicer, server):
                     servicer.SolveInverseDynamics,
                     request_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsResponse.SerializeToString,
+            ),
+            'SolveDrives': grpc.unary_unary_rpc_method_handler(
+                    servicer.SolveDrives,
+                    request_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -399,6 +417,33 @@ class RobotService(object):
             '/virtualrobot.v1.RobotService/SolveInverseDynamics',
             virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsRequest.SerializeToString,
             virtualrobot_dot_v1_dot_robot__pb2.SolveInverseDynamicsResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def SolveDrives(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.RobotService/SolveDrives',
+            virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -4,6 +4,7 @@ from virtualrobot.v1 import collision_pb2 as _collision_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from virtualrobot.v1 import nodes_pb2 as _nodes_pb2
+from virtualrobot.v1 import physics_pb2 as _physics_pb2
 from virtualrobot.v1 import robot_pb2 as _robot_pb2
 from virtualrobot.v1 import sensor_pb2 as _sensor_pb2
 from virtualrobot.v1 import signal_pb2 as _signal_pb2
@@ -128,7 +129,7 @@ class CreatedNode(_message.Message):
     def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ...) -> None: ...
 
 class Command(_message.Message):
-    __slots__ = ("create_node", "update_node", "remove_node", "attach_node", "pick_part", "place_part", "set_joint_positions", "select_tool", "set_tool_state", "create_signal", "remove_signal", "set_signal", "set_speed_factor", "set_collision_settings", "set_allowed_pairs", "set_kinematics", "start_sensors", "stop_sensors", "set_groups", "set_postures", "mount_tool", "unmount_tool", "set_tcp_speed_limit", "set_craft")
+    __slots__ = ("create_node", "update_node", "remove_node", "attach_node", "pick_part", "place_part", "set_joint_positions", "select_tool", "set_tool_state", "create_signal", "remove_signal", "set_signal", "set_speed_factor", "set_collision_settings", "set_allowed_pairs", "set_kinematics", "start_sensors", "stop_sensors", "set_groups", "set_postures", "mount_tool", "unmount_tool", "set_tcp_speed_limit", "set_craft", "set_physics")
     CREATE_NODE_FIELD_NUMBER: _ClassVar[int]
     UPDATE_NODE_FIELD_NUMBER: _ClassVar[int]
     REMOVE_NODE_FIELD_NUMBER: _ClassVar[int]
@@ -153,6 +154,7 @@ class Command(_message.Message):
     UNMOUNT_TOOL_FIELD_NUMBER: _ClassVar[int]
     SET_TCP_SPEED_LIMIT_FIELD_NUMBER: _ClassVar[int]
     SET_CRAFT_FIELD_NUMBER: _ClassVar[int]
+    SET_PHYSICS_FIELD_NUMBER: _ClassVar[int]
     create_node: CreateNode
     update_node: UpdateNode
     remove_node: RemoveNode
@@ -177,7 +179,8 @@ class Command(_message.Message):
     unmount_tool: UnmountTool
     set_tcp_speed_limit: SetTcpSpeedLimit
     set_craft: SetCraft
-    def __init__(self, create_node: _Optional[_Union[CreateNode, _Mapping]] = ..., update_node: _Optional[_Union[UpdateNode, _Mapping]] = ..., remove_node: _Optional[_Union[RemoveNode, _Mapping]] = ..., attach_node: _Optional[_Union[AttachNode, _Mapping]] = ..., pick_part: _Optional[_Union[PickPart, _Mapping]] = ..., place_part: _Optional[_Union[PlacePart, _Mapping]] = ..., set_joint_positions: _Optional[_Union[SetJointPositions, _Mapping]] = ..., select_tool: _Optional[_Union[SelectTool, _Mapping]] = ..., set_tool_state: _Optional[_Union[SetToolState, _Mapping]] = ..., create_signal: _Optional[_Union[CreateSignal, _Mapping]] = ..., remove_signal: _Optional[_Union[RemoveSignal, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignal, _Mapping]] = ..., set_speed_factor: _Optional[_Union[SetSpeedFactor, _Mapping]] = ..., set_collision_settings: _Optional[_Union[_collision_pb2.SetCollisionSettings, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_kinematics: _Optional[_Union[_robot_pb2.KinematicsChoice, _Mapping]] = ..., start_sensors: _Optional[_Union[_sensor_pb2.StartSensors, _Mapping]] = ..., stop_sensors: _Optional[_Union[_sensor_pb2.StopSensors, _Mapping]] = ..., set_groups: _Optional[_Union[SetGroups, _Mapping]] = ..., set_postures: _Optional[_Union[SetPostures, _Mapping]] = ..., mount_tool: _Optional[_Union[MountTool, _Mapping]] = ..., unmount_tool: _Optional[_Union[UnmountTool, _Mapping]] = ..., set_tcp_speed_limit: _Optional[_Union[SetTcpSpeedLimit, _Mapping]] = ..., set_craft: _Optional[_Union[SetCraft, _Mapping]] = ...) -> None: ...
+    set_physics: _physics_pb2.SetPhysics
+    def __init__(self, create_node: _Optional[_Union[CreateNode, _Mapping]] = ..., update_node: _Optional[_Union[UpdateNode, _Mapping]] = ..., remove_node: _Optional[_Union[RemoveNode, _Mapping]] = ..., attach_node: _Optional[_Union[AttachNode, _Mapping]] = ..., pick_part: _Optional[_Union[PickPart, _Mapping]] = ..., place_part: _Optional[_Union[PlacePart, _Mapping]] = ..., set_joint_positions: _Optional[_Union[SetJointPositions, _Mapping]] = ..., select_tool: _Optional[_Union[SelectTool, _Mapping]] = ..., set_tool_state: _Optional[_Union[SetToolState, _Mapping]] = ..., create_signal: _Optional[_Union[CreateSignal, _Mapping]] = ..., remove_signal: _Optional[_Union[RemoveSignal, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignal, _Mapping]] = ..., set_speed_factor: _Optional[_Union[SetSpeedFactor, _Mapping]] = ..., set_collision_settings: _Optional[_Union[_collision_pb2.SetCollisionSettings, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_kinematics: _Optional[_Union[_robot_pb2.KinematicsChoice, _Mapping]] = ..., start_sensors: _Optional[_Union[_sensor_pb2.StartSensors, _Mapping]] = ..., stop_sensors: _Optional[_Union[_sensor_pb2.StopSensors, _Mapping]] = ..., set_groups: _Optional[_Union[SetGroups, _Mapping]] = ..., set_postures: _Optional[_Union[SetPostures, _Mapping]] = ..., mount_tool: _Optional[_Union[MountTool, _Mapping]] = ..., unmount_tool: _Optional[_Union[UnmountTool, _Mapping]] = ..., set_tcp_speed_limit: _Optional[_Union[SetTcpSpeedLimit, _Mapping]] = ..., set_craft: _Optional[_Union[SetCraft, _Mapping]] = ..., set_physics: _Optional[_Union[_physics_pb2.SetPhysics, _Mapping]] = ...) -> None: ...
 
 class SetCraft(_message.Message):
     __slots__ = ("robot", "craft")
@@ -551,7 +554,7 @@ class SaveSceneResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., text: _Optional[str] = ..., files: _Optional[_Iterable[_Union[_nodes_pb2.AssetFile, _Mapping]]] = ...) -> None: ...
 
 class SceneFile(_message.Message):
-    __slots__ = ("schema_version", "nodes", "signals", "robot_states", "speed_factor", "models", "allowed_pairs", "collision_settings")
+    __slots__ = ("schema_version", "nodes", "signals", "robot_states", "speed_factor", "models", "allowed_pairs", "collision_settings", "physics")
     SCHEMA_VERSION_FIELD_NUMBER: _ClassVar[int]
     NODES_FIELD_NUMBER: _ClassVar[int]
     SIGNALS_FIELD_NUMBER: _ClassVar[int]
@@ -560,6 +563,7 @@ class SceneFile(_message.Message):
     MODELS_FIELD_NUMBER: _ClassVar[int]
     ALLOWED_PAIRS_FIELD_NUMBER: _ClassVar[int]
     COLLISION_SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    PHYSICS_FIELD_NUMBER: _ClassVar[int]
     schema_version: int
     nodes: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Node]
     signals: _containers.RepeatedCompositeFieldContainer[_signal_pb2.Signal]
@@ -568,4 +572,5 @@ class SceneFile(_message.Message):
     models: _containers.RepeatedCompositeFieldContainer[ModelSource]
     allowed_pairs: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.NodePair]
     collision_settings: _collision_pb2.CollisionSettings
-    def __init__(self, schema_version: _Optional[int] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., robot_states: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., speed_factor: _Optional[float] = ..., models: _Optional[_Iterable[_Union[ModelSource, _Mapping]]] = ..., allowed_pairs: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ..., collision_settings: _Optional[_Union[_collision_pb2.CollisionSettings, _Mapping]] = ...) -> None: ...
+    physics: _physics_pb2.PhysicsSettings
+    def __init__(self, schema_version: _Optional[int] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., robot_states: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., speed_factor: _Optional[float] = ..., models: _Optional[_Iterable[_Union[ModelSource, _Mapping]]] = ..., allowed_pairs: _Optional[_Iterable[_Union[_nodes_pb2.NodePair, _Mapping]]] = ..., collision_settings: _Optional[_Union[_collision_pb2.CollisionSettings, _Mapping]] = ..., physics: _Optional[_Union[_physics_pb2.PhysicsSettings, _Mapping]] = ...) -> None: ...

@@ -52,14 +52,25 @@ def run(kernel: Kernel, place: Place, say: Callable[[str], None]) -> None:
     Raises:
         InvalidArgumentError: when nothing can listen there, or the certificate doesn't fit.
     """
-    try:
-        family = socket.AF_INET6 if ":" in place.host else socket.AF_INET
-        listening = socket.create_server((place.host, place.port), family=family)
-    except OSError as error:
-        said = f"the console can't listen at {place.host}, port {place.port}: {error.strerror or error}"
-        raise InvalidArgumentError(f"{said}; --port takes another one, 0 any free one") from None
-    with listening:
+    with listen(place.host, place.port) as listening:
         asyncio.run(_serve(kernel, place, listening, say))
+
+
+def listen(host: str, port: int) -> socket.socket:
+    """Return a socket that listens; small frames that come through it aren't held back for 40 ms.
+
+    Raises:
+        InvalidArgumentError: when nothing can listen there.
+    """
+    family = socket.AF_INET6 if ":" in host else socket.AF_INET
+    try:
+        listening = socket.create_server((host, port), family=family)
+    except OSError as error:
+        said = f"the console can't listen at {host}, port {port}: {error.strerror or error}"
+        raise InvalidArgumentError(f"{said}; --port takes another one, 0 any free one") from None
+    # asyncio sets this for sockets that were made for TCP by name alone, which this one wasn't.
+    listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    return listening
 
 
 async def _serve(kernel: Kernel, place: Place, listening: socket.socket, say: Callable[[str], None]) -> None:

@@ -11,6 +11,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.collision_settings import pairs_command, settings_command
 from virtualrobot_kernel.messages.figures import check_lengths
 from virtualrobot_kernel.messages.nodes import figures, node_data, node_spec, runs
+from virtualrobot_kernel.messages.physics import physics_command
 from virtualrobot_kernel.messages.robots import CRAFT, GROUPS, POSTURES
 from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.messages.signals import created_signal, value_of
@@ -122,6 +123,7 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     "remove_signal": lambda message: commands.RemoveSignal(message.name),
     "set_signal": lambda message: commands.SetSignal(message.name, value_of(message.value, "set_signal.value")),
     "set_collision_settings": settings_command,
+    "set_physics": physics_command,
     "set_allowed_pairs": pairs_command,
     "set_kinematics": kinematics_command,
     "set_craft": lambda message: commands.SetCraft(

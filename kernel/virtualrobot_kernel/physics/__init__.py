@@ -1,0 +1,1 @@
+"""Physics: what moves by forces, computed by an engine that is a component."""

@@ -1,0 +1,86 @@
+"""Physics in the world: parts that forces have moved, and the settings of what moves them. Pure.
+
+Forces are computed outside the world's step, once a tick, and what they lead to enters as one command. So a replay
+needs no engine.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.world.change import Change, Forward, frozen
+from virtualrobot_kernel.world.commands import SetParts, SetPhysics
+from virtualrobot_kernel.world.state import MovedParts, State
+from virtualrobot_kernel.world.structure import Kind, Structure
+
+MOST_SUBSTEPS = 1000
+
+
+def set_parts(change: Change, command: SetParts, forward: Forward) -> Change:
+    """Keep where parts are with the next tick.
+
+    Raises KernelError for what is no part, and for values that are not finite or of other shapes.
+    """
+    count, nodes = len(command.parts), change.structure.nodes
+    for uid in command.parts.tolist():
+        if uid not in nodes or nodes[uid].kind is not Kind.PART:
+            raise KernelError(f"no part has the uid {uid}")
+    for name, values, shape in (
+        ("poses", command.parent_t_part, (count, 4, 4)),
+        ("velocities", command.twists, (count, 6)),
+    ):
+        if values.shape != shape or not np.isfinite(values).all():
+            raise KernelError(f"{name} of {count} parts must be finite and of shape {shape}, not {values.shape}")
+    moved = MovedParts(_read_only(command.parts), _read_only(command.parent_t_part), _read_only(command.twists))
+    return replace(change, state=replace(change.state, moved_parts=moved))
+
+
+def set_physics(change: Change, command: SetPhysics, forward: Forward) -> Change:
+    """Change how forces move what is dynamic; without an engine it rests.
+
+    Raises KernelError for gravity that is not finite, LimitError for substeps out of range.
+    """
+    changes = {
+        name: value
+        for name in ("engine", "engine_settings", "gravity", "substeps")
+        if (value := getattr(command, name)) is not None
+    }
+    if command.gravity is not None and not np.isfinite(command.gravity).all():
+        raise KernelError(f"gravity must be finite, not {command.gravity}")
+    if command.substeps is not None and not 1 <= command.substeps <= MOST_SUBSTEPS:
+        raise LimitError(
+            f"substeps must be 1 to {MOST_SUBSTEPS}, not {command.substeps}",
+            value=command.substeps,
+            lower=1,
+            upper=MOST_SUBSTEPS,
+        )
+    if command.engine is not None and command.engine != change.state.physics_settings.engine:
+        # Settings are those of one engine.
+        changes.setdefault("engine_settings", {})
+    settings = replace(change.state.physics_settings, **changes)
+    twists = change.state.twists if settings.engine else {}
+    return replace(change, state=replace(change.state, physics=settings, twists=twists))
+
+
+def arrived(structure: Structure, state: State) -> State:
+    """Return the state in which parts are where forces have moved them since the tick before."""
+    if (moved := state.moved_parts) is None:
+        return state
+    # One that is gone by now, or hangs on something else, stays as it is.
+    there = [at for at, uid in enumerate(moved.parts.tolist()) if uid in structure.rows]
+    uids = moved.parts[there].tolist()
+    poses = state.parent_t_node.copy()
+    poses[[structure.rows[uid] for uid in uids]] = moved.parent_t_part[there]
+    twists = {**state.twists, **dict(zip(uids, moved.twists[there], strict=True))}
+    twists = {uid: frozen(twist.copy()) for uid, twist in sorted(twists.items()) if twist.any()}
+    return replace(state, parent_t_node=frozen(poses), twists=twists, moved_parts=None)
+
+
+def _read_only(values: NDArray) -> NDArray:
+    values = values.copy()
+    values.setflags(write=False)
+    return values
