@@ -33,10 +33,8 @@ class ShamProcess:
         self.hangs = False
         self.rate: float | None = None
         self.outputs: list[int] = []
-        still = np.zeros(k), np.zeros(k), np.zeros(k)
-        self.report = Report(
-            *(0, State.INACTIVE, 0, 0, 0, -1, False, Mode.READY, Safety.NORMAL, 0, 0, 1.0, 1.0, *still)
-        )
+        ready = State.INACTIVE, 0, 0, 0, -1, False, Mode.READY, Safety.NORMAL, 0, 0, 1.0, 1.0
+        self.report = Report(0, *ready, q=np.zeros(k), v=np.zeros(k), error=np.zeros(k))
         self.reported = threading.Event()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)

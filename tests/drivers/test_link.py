@@ -28,7 +28,7 @@ from virtualrobot_kernel.drivers.played import GUARDED, STOOD, WHOLE, Played
 from virtualrobot_kernel.kernel import Kernel
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.world.commands import PlayedTicks
-from virtualrobot_sdk.drivers import DriverFault, Mode, Safety
+from virtualrobot_sdk.drivers import About, DriverFault, Mode, Safety
 from virtualrobot_sdk.drivers.shared import State
 
 from tests.api.asking import IIWA, Refusal, apply, box, create, joints, load, refusal
@@ -482,6 +482,37 @@ def test_what_was_played_stands_in_the_journal_with_its_check(bench: Bench) -> N
         bench.mode(SIMULATED)
     assert all(one.last + 1 == later.first for one, later in pairwise(noted))
     assert all((one.last - one.first) * 0.004 < 2.0 for one in noted)
+
+
+def test_what_keeps_a_controller_from_being_read_is_told(bench: Bench) -> None:
+    connects = ShamProcess.connect
+
+    def fails(sham: ShamProcess) -> About:
+        about = connects(sham)
+        sham.fail(DriverFault("the board is silent", "E1"))
+        until(lambda: (said := sham.ring.reported()) is not None and said.state is State.ERROR)
+        return about
+
+    with mock.patch.object(ShamProcess, "connect", fails):
+        refused = refusal(bench.connect)
+    assert (refused.reason, refused.metadata["code"]) == ("DRIVER_FAULT", "E1")
+    assert "the board is silent" in refused.message
+
+
+@pytest.mark.parametrize(("lead", "rate", "seconds"), [(0.05, 250.0, 0.1), (0.4, 250.0, 0.4), (0.1, 10.0, 0.3)])
+def test_a_host_is_silent_after_its_lead_and_three_cycles(lead: float, rate: float, seconds: float) -> None:
+    """So that a busy machine is borne in both directions by one number."""
+    report = mock.Mock(cycles=5, state=State.ACTIVE, is_faulty=False, safety=Safety.NORMAL, mode=Mode.RUNNING)
+    report.error = report.q = np.zeros(1)
+    asked = mock.Mock(lead=lead, following_warning=1.0, following_limit=1.0)
+    process, ring = mock.Mock(fault=None), mock.Mock()
+    ring.reported.return_value = report
+    one = link.Link(mock.Mock(), asked, process, ring, mock.Mock(rate=rate), state=State.ACTIVE)
+    looks = 0
+    while one.fault(looks * 10_000_000, False) is None:
+        looks += 1
+    assert one.is_silent
+    assert seconds - 1e-9 <= looks * 0.01 <= seconds + 0.03
 
 
 def test_ranges_that_were_played_are_those_of_the_twins_ticks() -> None:

@@ -11,8 +11,8 @@ from virtualrobot_sdk.drivers.shared import State
 
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import CARRIED
+from virtualrobot_kernel.drivers.conditions import refused
 from virtualrobot_kernel.drivers.link import LinkMode, Status
-from virtualrobot_kernel.drivers.links import refused
 from virtualrobot_kernel.drivers.twin import Asked, ControllerJoint
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.codecs import EnumTable

@@ -7,7 +7,6 @@ drive is told is what a running motion has for that joint; without one a propell
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,7 +16,7 @@ from virtualrobot_sdk.vehicles import DriveQuantity, Surroundings, VehicleDrive
 
 from virtualrobot_kernel.components.running import ComponentHandle
 from virtualrobot_kernel.crafts.craft import RIGID, Moved
-from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.crafts import base_joint
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Craft, JointType, Node, Structure, Water
@@ -105,26 +104,6 @@ class Vessel:
     def carry(self, positions: Floats, seconds: float) -> None:
         """Put nothing into rows of coordinates: a brake of its drives does not stop it."""
 
-    def twist(self, states: Floats, rates: Floats) -> NoReturn:
-        """Raise KernelError: a twist comes of its forces."""
-        raise self._needs_drives()
-
-    def commands(self, twist: Floats, states: Floats, seconds: float) -> NoReturn:
-        """Raise KernelError: no commands give a twist at once."""
-        raise self._needs_drives()
-
-    def states(self, q: Floats) -> Floats:
-        """Return where its drives are (m,), of all coordinates (nq,)."""
-        return q[..., self.drive_q] / self.ratio
-
-    def _needs_drives(self) -> KernelError:
-        names = ", ".join(self.names)
-        return KernelError(
-            f"{self.node.name!r} has inertia, so that no twist is its at once; give its drives setpoints: {names}",
-            reason=Reason.WRONG_STATE,
-            robot=self.node.name,
-        )
-
     def _told(self, now: Snapshot, later: Snapshot) -> Floats:
         """Return what motions tell its drives in this tick (m,)."""
         q, v = now.state.q, np.zeros(len(now.state.v))
@@ -171,7 +150,9 @@ def vessel(structure: Structure, node: Node, craft: Craft, component: ComponentH
     center = np.eye(4)
     center[:3, :3] = rotation_matrix(np.array([0.0, 0.0, craft.heading]))
     center[:2, 3] = craft.center_x, craft.center_y
-    drives: tuple[VehicleDrive, ...] = component.call("drives")
+    drives = component.call("drives")
+    if not isinstance(drives, tuple) or not drives or not all(isinstance(one, VehicleDrive) for one in drives):
+        raise component.failed(ComponentFault(FaultKind.NONSENSE, f"drives is {drives!r}; it must be VehicleDrives"))
     own = {one.drive: (one.joint, one.ratio) for one in craft.drives}
     names = [drive.name for drive in drives]
     if unknown := [name for name in own if name not in names]:

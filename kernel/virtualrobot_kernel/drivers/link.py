@@ -21,7 +21,8 @@ from virtualrobot_kernel.world.structure import Structure
 
 SILENT_CYCLES = 3
 SILENT_SECONDS = 0.1
-"""A host is silent after so many cycles without a report, and not before so much time (s): a machine may be busy."""
+"""A host is silent after so many cycles without a report, and not before so much time (s), nor before its lead is over:
+who leads by more says that the machine may be busy."""
 
 LOOK_SECONDS = 0.02
 """Longest time (s) between two looks that counts as one of silence."""
@@ -140,7 +141,7 @@ class Link:
         since, self._asked_ns = min(now_ns - self._asked_ns, LOOK_SECONDS * 1e9), now_ns
         if report is None or report.cycles == self._cycles:
             self._silence += since * 1e-9
-            if self._silence > max(SILENT_SECONDS, SILENT_CYCLES / self.about.rate):
+            if self._silence > max(SILENT_SECONDS, self.asked.lead, SILENT_CYCLES / self.about.rate):
                 self.is_silent = True
                 return Words(f"the driver has been silent for {self._silence:.2f} s")
             return None

@@ -15,13 +15,13 @@ from contextlib import suppress
 
 import numpy as np
 from virtualrobot_sdk.drivers import DriverFault, Words
-from virtualrobot_sdk.drivers import Mode as ControllerMode
 from virtualrobot_sdk.drivers.host import REST_SPEED
 from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Report, State, TickRing
 
-from virtualrobot_kernel.drivers.admission import check, is_guarded
-from virtualrobot_kernel.drivers.far_side import Site
-from virtualrobot_kernel.drivers.link import STOPPED, Link, LinkMode, Status
+from virtualrobot_kernel.drivers.admission import check
+from virtualrobot_kernel.drivers.conditions import check_conditions, name_of, refused
+from virtualrobot_kernel.drivers.far_side import Process, Site
+from virtualrobot_kernel.drivers.link import Link, LinkMode, Status
 from virtualrobot_kernel.drivers.signals import bits_of, commands_for, inputs_changed, removals
 from virtualrobot_kernel.drivers.twin import AT_REST, Asked, Floats, twin_of
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -157,7 +157,7 @@ class Links:
             process, ring = self._site.connection(twin, asked, round(snapshot.tick_seconds * 1e9))
             try:
                 about = process.connect()
-                _await_reading(ring)
+                _await_reading(process, ring)
                 signals += self._create_signals(robot, about.inputs, about.outputs)
             except BaseException as error:
                 process.close()
@@ -214,7 +214,7 @@ class Links:
             try:
                 link.process.reset()
                 link.about = link.process.connect()
-                _await_reading(link.ring)
+                _await_reading(link.process, link.ring)
             except DriverFault as error:
                 link.words = error.words
                 raise told(error, robot) from error
@@ -289,7 +289,7 @@ class Links:
         if not played or (awaits and not failed):
             return ()
         if failed:
-            name = _name(now, failed[0][0])
+            name = name_of(now, failed[0][0])
             cause, why = EndCause.DRIVER, f"the real robot of {name!r} has stopped: {failed[0][1].text}"
             if cell.stop_ns == NEVER:
                 self._reason = why
@@ -398,7 +398,7 @@ class Links:
 
         def refused_input(error: KernelError) -> None:
             if link.mode is LinkMode.MONITOR:
-                log.warning("a reading of %s was refused: %s", _name(now, link), error)
+                log.warning("a reading of %s was refused: %s", name_of(now, link), error)
 
         def permit(*_: object) -> None:
             if link.mode is not LinkMode.MONITOR:
@@ -423,7 +423,7 @@ class Links:
             self._world.submit(ranges, self._author(now, link))
 
     def _author(self, now: Snapshot, link: Link) -> str:
-        return f"driver {link.asked.component} of {_name(now, link)}"
+        return f"driver {link.asked.component} of {name_of(now, link)}"
 
     # What takes its time.
 
@@ -474,32 +474,9 @@ class Links:
 
     def _check_conditions(self, robot: str, link: Link, report: Report) -> None:
         """Raise KernelError (WRONG_STATE) that names the first condition of EXECUTE that does not hold."""
-        now, clock, uid = self._world.snapshot, self._world.clock, link.twin.uid
-        if self.stopped:
-            raise refused(robot, "cell", f"the cell is stopped ({self.stopped}); release it first")
-        if not self._leased(uid):
-            raise refused(robot, "lease", "nobody has leased it; lease it first")
-        others = (one for one in self._links.values() if one is not link and one.is_played)
-        if (other := next((one for one in others if one.asked.lead != link.asked.lead), None)) is not None:
-            raise refused(
-                robot,
-                "lead",
-                f"its lead is {link.asked.lead:g} s, and that of {_name(now, other)!r} {other.asked.lead:g} s, so they "
-                "would not be at the same tick together; connect both with one lead",
-            )
-        if not is_guarded(now, uid):
-            raise refused(robot, "guard", "the collision guard is off for it; set its collision mode to GUARD first")
-        if clock.mode is not Mode.REALTIME or clock.speed_factor != 1.0:
-            raise refused(robot, "clock", "time must follow the wall clock at factor 1; set the clock first")
-        motion = next((motion for motion in now.state.motions if uid in motion.robots), None)
-        if motion is not None:
-            raise refused(robot, "motion", f"it moves in {motion.id!r}; wait for its end or cancel it")
-        if report.safety in STOPPED:
-            raise refused(robot, "controller", f"the controller has stopped it: {report.safety.value}")
-        if report.mode not in (ControllerMode.READY, ControllerMode.RUNNING):
-            raise refused(robot, "controller", f"the controller is not ready: it is {report.mode.value}")
-        if outside := link.twin.outside(report.q):
-            raise refused(robot, "limits", f"the joints {', '.join(outside)} stand outside their limits")
+        played = [one for one in self._links.values() if one is not link and one.is_played]
+        leased = self._leased(link.twin.uid)
+        check_conditions(self._world.snapshot, self._world.clock, robot, link, report, played, self.stopped, leased)
 
     def _put_twin(self, robot: str, link: Link, report: Report) -> Floats | None:
         """Put a twin to where its robot stands; return how far that was, (k,), None where it stands there."""
@@ -678,11 +655,6 @@ class _Alone:
         self._lock.release()
 
 
-def refused(robot: str, aspect: str, why: str) -> KernelError:
-    """Return the error of what a robot's driver is not ready for."""
-    return KernelError(f"the robot {robot!r}: {why}", reason=Reason.WRONG_STATE, robot=robot, aspect=aspect)
-
-
 def told(error: BaseException, robot: str) -> BaseException:
     """Return the error that tells of a driver's fault in its own words; any other as it is."""
     if not isinstance(error, DriverFault):
@@ -697,11 +669,13 @@ def _stop(links: Sequence[Link], now: Snapshot, cause: EndCause, why: str) -> Se
     return [StopRobots(tuple(sorted(robots)), Cancellation(cause, why))] if robots else ()
 
 
-def _await_reading(ring: TickRing) -> None:
-    """Wait for the first reading of a controller; raise DriverFault where there is none."""
+def _await_reading(process: Process, ring: TickRing) -> None:
+    """Wait for the first reading of a controller; raise DriverFault, in the host's words, where there is none."""
     until = time.monotonic() + READING_SECONDS
     while (report := ring.reported()) is None or report.state is not State.INACTIVE or not report.cycles:
-        if time.monotonic() > until or (report is not None and report.state is State.ERROR):
+        if report is not None and report.state is State.ERROR and (said := process.words()).text:
+            raise DriverFault(said.text, said.code, said.clears)
+        if time.monotonic() > until:
             raise DriverFault("the controller was connected to, and told nothing")
         time.sleep(0.002)
 
@@ -710,8 +684,3 @@ def _is_starved(link: Link) -> bool:
     """Return whether a robot goes on by its brake, or has, though nobody has slowed its clock."""
     report = link.report
     return report is not None and report.on_brake and report.rate == 1.0
-
-
-def _name(now: Snapshot, link: Link) -> str:
-    node = now.structure.nodes.get(link.twin.uid)
-    return node.name if node else "a robot that is gone"

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from virtualrobot.v1 import geometry_pb2, robot_pb2
 from virtualrobot_apps.console import upstream
-from virtualrobot_apps.console.contract import Answer, methods
+from virtualrobot_apps.console.contract import QUICK_BYTES, Answer, methods
 from virtualrobot_apps.console.refusal import Refusal
 from virtualrobot_apps.console.upstream import SharedWatch, Upstream
 
@@ -110,6 +110,21 @@ def test_readers_that_keep_up_share_one_watch_and_its_json() -> None:
         assert world.watches == asked <= 20
         for reader in readers:
             await reader.aclose()
+
+    asyncio.run(once())
+
+
+def test_a_large_answer_becomes_json_while_other_calls_go_on() -> None:
+    async def once() -> None:
+        robots = [robot_pb2.RobotState(name=f"arm {number}", positions=[0.1] * 7) for number in range(2000)]
+        answer = Answer(METHOD, robot_pb2.WatchRobotStatesResponse(robots=robots).SerializeToString())
+        assert len(answer.data) > QUICK_BYTES
+        making = asyncio.create_task(answer.make_json())
+        await asyncio.sleep(0)  # it has begun
+        await asyncio.sleep(0)  # and here somebody else's call is answered
+        assert not making.done()
+        await making
+        assert answer.json.count(b'"name":"arm ') == 2000
 
     asyncio.run(once())
 

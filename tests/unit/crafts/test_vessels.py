@@ -156,6 +156,18 @@ def test_a_craft_that_fits_not_stands_and_says_why(craft: Craft, base: JointType
 
 
 @pytest.mark.long
+def test_a_component_without_drives_is_named(sea: Yard, monkeypatch: pytest.MonkeyPatch) -> None:
+    called = ComponentHandle.call
+    monkeypatch.setattr(
+        ComponentHandle, "call", lambda self, name, *given: () if name == "drives" else called(self, name, *given)
+    )
+    sea.choose(replace(REMUS))
+    monkeypatch.undo()
+    with pytest.raises(KernelError, match=r"drives is \(\); it must be VehicleDrives"):
+        sea.crafts.of(sea.world.snapshot.structure.node("rover").uid)
+
+
+@pytest.mark.long
 def test_a_vehicle_that_is_none_is_refused(sea: Yard) -> None:
     with pytest.raises(KernelError, match="no vehicle 'nautilus'"):
         sea.crafts.check([SetCraft("rover", Craft("fossen", {"vehicle": "nautilus"}))])
@@ -168,8 +180,8 @@ def test_setpoints_of_drives_are_followed_and_twists_refused(sea: Yard) -> None:
     sea.step(500)
     assert hull(sea)[1, 3] > 2.0
     uid = sea.world.snapshot.structure.node("rover").uid
-    with pytest.raises(KernelError, match="'rover' has inertia, so that no twist is its at once; give its drives"):
-        sea.crafts.of(uid).commands(np.zeros(3), np.zeros(3), 0.004)
+    with pytest.raises(KernelError, match="'rover' is pushed by its thrusters"):
+        sea.crafts.driven(uid)
 
 
 @pytest.mark.long

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import importlib
 import json
 import pkgutil
@@ -25,6 +26,10 @@ SHARED = {
 }
 """Watches whose first answer is everything and whose every answer has a stamp, so that one serves many readers."""
 
+QUICK_BYTES = 16 * 1024
+"""Messages that are larger become JSON, or are read from it, in a thread: a scene of thousands of nodes takes a second,
+and a stop must not wait for it."""
+
 _MOST_WORDS = 300
 
 
@@ -40,6 +45,12 @@ class Method:
     response: type[Message]
     streams_requests: bool
     streams_answers: bool
+
+    async def read_json(self, text: bytes) -> bytes:
+        """Return what `request_of_json` does; other calls go on meanwhile."""
+        if len(text) < QUICK_BYTES:
+            return self.request_of_json(text)
+        return await asyncio.to_thread(self.request_of_json, text)
 
     def request_of_json(self, text: bytes) -> bytes:
         """Return the encoded request that JSON says; empty text is an empty request.
@@ -77,6 +88,11 @@ class Answer:
         """Keep the bytes as they came."""
         self._method = method
         self.data = data
+
+    async def make_json(self) -> None:
+        """Have `json` ready; other calls go on meanwhile."""
+        if len(self.data) >= QUICK_BYTES:
+            await asyncio.to_thread(getattr, self, "json")
 
     @cached_property
     def json(self) -> bytes:

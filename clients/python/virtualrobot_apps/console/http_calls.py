@@ -118,6 +118,8 @@ class HttpCalls:
                     if not begun:
                         await begin(send, 200, wire.content_type)
                         begun = True
+                    if wire.is_json:
+                        await answer.make_json()
                     await _send_body(send, wire.answer(answer), more=True)
         except Refusal as error:
             refusal = error

@@ -101,6 +101,8 @@ class PageCalls:
             answers = self._upstream.call(call.method, call.encoded_requests(), metadata, seconds)
             async with aclosing(answers):
                 async for answer in answers:
+                    if call.is_json:
+                        await answer.make_json()
                     await self._send(number, MESSAGE, answer.json if call.is_json else answer.data)
         except Refusal as refusal:
             end = _said(refusal)
@@ -144,7 +146,7 @@ class _Call:
             if isinstance(data, Refusal):
                 raise data
             self._waiting_bytes -= len(data)
-            yield self.method.request_of_json(data) if self.is_json else data
+            yield await self.method.read_json(data) if self.is_json else data
 
 
 def _said(refusal: Refusal) -> bytes:

@@ -42,6 +42,7 @@ class Wire(ABC):
 
     Attributes:
         content_type: that of the answer.
+        is_json: whether messages are JSON.
         tells_by_status: a refusal before the first answer is an HTTP status with Connect's error as JSON.
     """
 
@@ -51,7 +52,7 @@ class Wire(ABC):
         """Write calls of `method`, as JSON where the type says so."""
         self.content_type = content_type
         self._method, self._limit = method, limit
-        self._is_json = content_type.endswith("json")
+        self.is_json = content_type.endswith("json")
 
     @abstractmethod
     def requests(self, chunks: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
@@ -65,11 +66,11 @@ class Wire(ABC):
     def end(self, refusal: Refusal | None) -> bytes:
         """Return the bytes of the end."""
 
-    def _decoded(self, data: bytes) -> bytes:
-        return self._method.request_of_json(data) if self._is_json else data
+    async def _decoded(self, data: bytes) -> bytes:
+        return await self._method.read_json(data) if self.is_json else data
 
     def _encoded(self, answer: Answer) -> bytes:
-        return answer.json if self._is_json else answer.data
+        return answer.json if self.is_json else answer.data
 
 
 class Whole(Wire):
@@ -89,7 +90,7 @@ class Whole(Wire):
         async for chunk in chunks:
             self._limit.check(len(body) + len(chunk))
             body += chunk
-        yield self._decoded(bytes(body))
+        yield await self._decoded(bytes(body))
 
     def answer(self, answer: Answer) -> bytes:
         """Return the answer, of a stream as a line."""
@@ -112,7 +113,7 @@ class Form(Whole):
         """Answer as JSON, whatever the type of the form."""
         super().__init__(method, "application/json", limit)
 
-    def _decoded(self, data: bytes) -> bytes:
+    async def _decoded(self, data: bytes) -> bytes:
         try:
             fields = parse_qsl(data.decode("ascii"), keep_blank_values=True, max_num_fields=2)
         except ValueError:
@@ -121,7 +122,7 @@ class Form(Whole):
             raise Refusal.of(
                 "INVALID_ARGUMENT", "a form has one field, json, whose text is the request", {"field": "json"}
             )
-        return super()._decoded(fields[0][1].encode())
+        return await super()._decoded(fields[0][1].encode())
 
 
 class Enveloped(Wire):
@@ -142,7 +143,7 @@ class Enveloped(Wire):
                 message = bytes(rest[HEAD.size : HEAD.size + size])
                 del rest[: HEAD.size + size]
                 if not flags:
-                    yield self._decoded(message)
+                    yield await self._decoded(message)
         if rest:
             raise Refusal.of("INVALID_ARGUMENT", "the body ends within a message")
 
