@@ -22,7 +22,16 @@ RESULTS = Path(__file__).resolve().parent / "RESULTS.md"
 SUITES = (
     *("rpc", "tick", "setpoints", "kinematics", "closed_form", "arm_angle", "dynamics", "planning", "paths"),
     *("components", "loading", "rays", "scans", "cameras", "collision"),
-    *("collision_batch", "collision_motions", "collision_monitor", "collision_guard", "viewer", "startup", "shell"),
+    *(
+        "collision_batch",
+        "collision_motions",
+        "collision_monitor",
+        "collision_guard",
+        "physics",
+        "viewer",
+        "startup",
+        "shell",
+    ),
     *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io"),
     *("driver_ticks", "drivers", "driver_ur"),
 )

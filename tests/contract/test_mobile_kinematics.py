@@ -99,6 +99,7 @@ class TestBundledTricycle(MobileKinematicsContract):
     facts = STEERED
 
 
+@pytest.mark.long
 class TestBundledAckermann(MobileKinematicsContract):
     component = f"{BUNDLED}/ackermann"
     settings: ClassVar[dict[str, Any]] = {"wheelbase_meters": 0.33, "track_meters": 0.2, "wheel_radius_meters": 0.05}

@@ -36,6 +36,9 @@ CREEP = 1e-4
 """Distance (m), and turn (rad), from which on a part that rests is where the engine has it."""
 
 
+_STILL = np.zeros(6)
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Contact:
     """Point at which two nodes (names) touch: where (3,) in meters, and the force (3,) on the second in N."""
@@ -57,6 +60,8 @@ class _Running:
     """parent_t_node (n, 4, 4) of all nodes, as it must be where nobody else has changed it."""
     twists: Floats
     """(k, 6) of the free parts, as the world has them."""
+    parent_t_world: Floats
+    """(k, 4, 4) of the parents of the free parts, which stand."""
     slow_ticks: NDArray[np.int64]
     """(k,) number of ticks that each of them was slow."""
     stands: bool = False
@@ -183,12 +188,10 @@ class Forces:
         state, running = now.state, self._running
         same = running is not None and running.structure is now.structure and running.settings is state.physics_settings
         if same and running is not None:
-            changed = state.parent_t_node is not running.poses and np.any(state.parent_t_node != running.poses, (1, 2))
-            rows = list(running.scene.free)
+            changed = np.flatnonzero(np.any(state.parent_t_node != running.poses, (1, 2)))
             twists = _known(state.twists, running.scene.free_uids)
-            others = np.array(changed, bool) & ~np.isin(np.arange(len(state.parent_t_node)), rows)
-            if not others.any():
-                if np.any(changed) or not np.array_equal(twists, running.twists):
+            if set(changed.tolist()) <= set(running.scene.free):
+                if len(changed) or not np.array_equal(twists, running.twists):
                     engine.call("set_state", *_state_of(now, running.scene, twists))
                     running.poses, running.twists = state.parent_t_node, twists
                     running.slow_ticks[:], running.stands = 0, False
@@ -196,9 +199,11 @@ class Forces:
         scene = scene_of(now, self._hulls, now.tick_seconds / state.physics_settings.substeps)
         twists = _known({**self._carried, **state.twists}, scene.free_uids)
         engine.call("load", scene.model, *_state_of(now, scene, twists))
-        count = len(scene.free)
+        nodes = now.structure.nodes
+        parents = np.array([inverse(now.world_t(nodes[uid].parent)) for uid in scene.free_uids]).reshape(-1, 4, 4)
+        slow_ticks = np.zeros(len(scene.free), np.int64)
         self._running = _Running(
-            scene, now.structure, state.physics_settings, state.parent_t_node, twists, np.zeros(count, np.int64)
+            scene, now.structure, state.physics_settings, state.parent_t_node, twists, parents, slow_ticks
         )
         return self._running
 
@@ -215,35 +220,29 @@ class Forces:
 
     def _told(self, now: Snapshot, running: _Running, answer: Stepped) -> Sequence[Command]:
         """Return the command for the parts that do not rest, and remember what the world is told."""
-        scene, structure = running.scene, now.structure
+        scene = running.scene
         self._touching = scene, answer.contacts
         count = len(scene.free)
         q, v = answer.q.reshape(count, 7), answer.v.reshape(count, 6)
         slow = (np.linalg.norm(v[:, :3], axis=1) < REST_SPEED) & (np.linalg.norm(v[:, 3:], axis=1) < REST_TURN)
         running.slow_ticks = np.where(slow, running.slow_ticks + 1, 0)
         resting = running.slow_ticks * now.tick_seconds >= REST_SECONDS
-        rows: list[int] = []
-        poses: list[Floats] = []
-        for at, row in enumerate(scene.free):
-            pose = np.eye(4)
-            pose[:3, :3], pose[:3, 3] = from_quaternion(q[at, 3:]), q[at, :3]
-            if resting[at] and not running.twists[at].any() and _is_near(pose, now.world_t_node[row]):
-                continue
-            above = now.world_t(structure.nodes[scene.free_uids[at]].parent)
-            rows.append(at)
-            poses.append(inverse(above) @ pose)
-        twists = np.where(resting[:, None], 0.0, v)
-        running.stands = bool(resting.all()) and not rows
-        if not rows:
+        poses = _poses_4(q)
+        stays = resting & ~running.twists.any(axis=1)
+        stays &= np.abs(poses - now.world_t_node[list(scene.free)]).max(axis=(1, 2)) < CREEP
+        running.stands = bool(resting.all() and stays.all())
+        if stays.all():
             return ()
-        order = sorted(range(len(rows)), key=lambda at: scene.free_uids[rows[at]])
-        chosen = [rows[at] for at in order]
-        placed = np.array([poses[at] for at in order])
+        uids = np.array(scene.free_uids, np.int64)
+        chosen = np.flatnonzero(~stays)
+        chosen = chosen[np.argsort(uids[chosen])]
+        twists = np.where(resting[:, None], 0.0, v)[chosen]
+        placed = running.parent_t_world[chosen] @ poses[chosen]
         running.twists = running.twists.copy()
-        running.twists[chosen] = twists[chosen]
+        running.twists[chosen] = twists
         running.poses = now.state.parent_t_node.copy()
-        running.poses[[scene.free[at] for at in chosen]] = placed
-        return [SetParts(np.array([scene.free_uids[at] for at in chosen], np.int64), placed, twists[chosen])]
+        running.poses[np.array(scene.free)[chosen]] = placed
+        return [SetParts(uids[chosen], placed, twists)]
 
     def _failed(self, reason: str, settings: PhysicsSettings) -> None:
         self.fault, self._made_of, self._running = reason, settings, None
@@ -252,7 +251,7 @@ class Forces:
 
 def _known(twists: Mapping[int, Floats], uids: Sequence[int]) -> Floats:
     """Return the velocities (k, 6) of parts, 0 of those that have none."""
-    return np.array([twists.get(uid, np.zeros(6)) for uid in uids]).reshape(-1, 6)
+    return np.array([twists.get(uid, _STILL) for uid in uids]).reshape(-1, 6)
 
 
 def _state_of(now: Snapshot, scene: Scene, twists: Floats) -> tuple[Floats, Floats]:
@@ -275,16 +274,21 @@ def _poses_7(poses: Floats) -> Floats:
     return np.array([[*pose[:3, 3], *quaternion(pose[:3, :3])] for pose in poses]).reshape(-1, 7)
 
 
+def _poses_4(poses: Floats) -> Floats:
+    """Return poses (k, 7) as x, y, z and quaternions x, y, z, w as matrices (k, 4, 4)."""
+    matrices = np.zeros((len(poses), 4, 4))
+    matrices[:, :3, :3] = np.moveaxis(from_quaternion(poses[:, 3:].T), -1, 0)
+    matrices[:, :3, 3] = poses[:, :3]
+    matrices[:, 3, 3] = 1.0
+    return matrices
+
+
 def _contacts(scene: Scene, found: TouchingBodies) -> tuple[Contact, ...]:
     names = [body.name for body in scene.model.bodies]
     return tuple(
         Contact(names[first], names[second], position, force)
         for (first, second), position, force in zip(found.bodies.tolist(), found.positions, found.forces, strict=True)
     )
-
-
-def _is_near(one: Floats, other: Floats) -> bool:
-    return bool(np.abs(one - other).max() < CREEP)
 
 
 def _checked(answer: object, count: int) -> Stepped:

@@ -75,8 +75,10 @@ def arrived(structure: Structure, state: State) -> State:
     uids = moved.parts[there].tolist()
     poses = state.parent_t_node.copy()
     poses[[structure.rows[uid] for uid in uids]] = moved.parent_t_part[there]
-    twists = {**state.twists, **dict(zip(uids, moved.twists[there], strict=True))}
-    twists = {uid: frozen(twist.copy()) for uid, twist in sorted(twists.items()) if twist.any()}
+    rates = frozen(moved.twists[there])
+    rests = {uids[at] for at in np.flatnonzero(~rates.astype(bool).any(axis=1)).tolist()}
+    twists = {**state.twists, **dict(zip(uids, rates, strict=True))}
+    twists = {uid: twists[uid] for uid in sorted(twists) if uid not in rests}
     return replace(state, parent_t_node=frozen(poses), twists=twists, moved_parts=None)
 
 

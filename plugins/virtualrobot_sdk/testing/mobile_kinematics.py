@@ -27,7 +27,7 @@ SHORT = 1e-5
 """Time (s) of a step in which twists hardly change."""
 NEAR = 1e-3
 """Largest difference of twists that should be the same, of the larger of 1 and the twist (m/s, rad/s)."""
-MOST_STEERING = 50
+MOST_STEERING = 25
 """Number of steps in which a steering angle must have come to where a twist needs it."""
 SAME = 1e-9
 """Largest difference of poses, and of states of drives, that should be the same (m, rad)."""
@@ -136,9 +136,9 @@ def twists(trial: CraftTrial, rng: np.random.Generator) -> Measured:
 
 def commands(trial: CraftTrial, rng: np.random.Generator) -> Measured:
     """Commands for a twist lead to it, steered as often as it takes; or that twist is refused."""
-    kept = 0
+    kept, seconds = 0, trial.facts.seconds
     for tried in range(STEPS):
-        pose, states, told, seconds = _random_step(trial, rng)
+        pose, states, told, _ = _random_step(trial, rng)
         own = _numbers(trial, "base_twist", (3,), states, told)
         twist = own if tried % 2 else rng.uniform(-1.0, 1.0, 3) * rng.integers(0, 2, 3) * max(1e-3, np.abs(own).max())
         try:

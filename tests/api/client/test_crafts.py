@@ -91,6 +91,7 @@ def test_what_it_cannot_do_is_refused_and_silence_stops_it(yard: Client) -> None
         arm.stream_twist()
 
 
+@pytest.mark.long
 def test_a_robot_becomes_a_craft_and_is_saved_as_one(yard: Client, tmp_path: Path) -> None:
     """The husky of the catalogue with another component, saved, loaded again, and undone."""
     husky = yard.load_robot("model://husky", base="planar")
@@ -109,6 +110,7 @@ def test_a_robot_becomes_a_craft_and_is_saved_as_one(yard: Client, tmp_path: Pat
         yard.robot("husky").stream_twist()
 
 
+@pytest.mark.long
 def test_the_command_drives_for_some_seconds(client: Client, run: Run) -> None:
     client.load_robot("model://husky", base="planar")
     said = run("drive", "husky", "--forward", "0.3", "--seconds", "0.5")
@@ -116,6 +118,7 @@ def test_the_command_drives_for_some_seconds(client: Client, run: Run) -> None:
     assert place(client, "husky.base_footprint")[0] > 0.03
 
 
+@pytest.mark.long
 def test_a_planned_way_of_lines_and_arcs_ends_where_it_should(yard: Client) -> None:
     husky = yard.load_robot("model://husky", base="planar")
     motion = husky.drive_path([[0.3, 0.0, 0.4], [0.0, 0.0, -1.0], [-0.2, 0.0, 0.0]], wait=False)

@@ -118,6 +118,7 @@ def test_its_base_is_no_joint_to_be_moved_by_itself_but_may_be_put_elsewhere(cou
     assert course.base[1] > 0.2
 
 
+@pytest.mark.long
 def test_it_is_another_craft_while_it_runs_and_none_at_last(course: Yard) -> None:
     course.drive(4.0, 4.0)
     with pytest.raises(KernelError) as caught:
@@ -141,6 +142,7 @@ def test_it_is_another_craft_while_it_runs_and_none_at_last(course: Yard) -> Non
     np.testing.assert_array_equal(course.base, before)
 
 
+@pytest.mark.long
 def test_wheels_may_turn_backwards_and_stand_off_the_middle() -> None:
     """The left wheel's axis points the other way, with a gear of 2; the axle is 0.2 m behind the base's origin."""
     drives = (CraftDrive("left_wheel", "left", -2.0), CraftDrive("right_wheel", "right"))
@@ -154,6 +156,7 @@ def test_wheels_may_turn_backwards_and_stand_off_the_middle() -> None:
         np.testing.assert_allclose(axle, [-0.2, 0.0], atol=0.02)  # while it gathers speed its wheels differ
 
 
+@pytest.mark.long
 def test_passive_wheels_turn_as_they_roll_and_a_steering_angle_follows_its_linkage() -> None:
     """Of a bicycle the left wheel steers, and the right one, ahead of nothing, stands for the rear wheel."""
     drives = (CraftDrive("steering", "left"), CraftDrive("front_wheel", "right"))
@@ -201,9 +204,14 @@ def test_a_robot_without_a_base_that_moves_is_no_craft() -> None:
     ("method", "answer", "said"),
     [
         ("step", (np.full((4, 4), np.nan), np.zeros(2)), "step returned .*nan.*; all must be finite"),
-        ("step", 7, "step returned int; it must be a pose"),
-        ("step", (2.0 * np.eye(4), np.zeros(2)), "a pose that is not rigid"),
-        ("base_twist", RuntimeError("boom"), "boom"),
+        *(
+            pytest.param(*one, marks=pytest.mark.long)
+            for one in (
+                ("step", 7, "step returned int; it must be a pose"),
+                ("step", (2.0 * np.eye(4), np.zeros(2)), "a pose that is not rigid"),
+                ("base_twist", RuntimeError("boom"), "boom"),
+            )
+        ),
     ],
 )
 def test_a_component_that_fails_stops_its_craft_and_no_other(
@@ -273,6 +281,7 @@ def test_a_guarded_craft_on_setpoints_stops_before_a_wall(course: Yard, speeds: 
     assert not now.state.v.any()
 
 
+@pytest.mark.long
 def test_a_guarded_craft_on_a_planned_motion_of_its_wheels_stops_too_and_its_arm_is_carried(course: Yard) -> None:
     """The path of the wheels tells nothing of the base: it is followed through the component."""
     CollisionGuard(SHAPES, course.world, course.crafts.carry)

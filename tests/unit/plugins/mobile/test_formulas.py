@@ -139,7 +139,10 @@ def test_skidding_wheels_turn_it_less_and_mecanum_wheels_move_it_to_the_side() -
     )
 
 
-@pytest.mark.parametrize(("counts", "off"), [(8, 0.138), (64, 0.0052), (360, 0.0003)])
+@pytest.mark.parametrize(
+    ("counts", "off"),
+    [(8, 0.138), *(pytest.param(*one, marks=pytest.mark.long) for one in ((64, 0.0052), (360, 0.0003)))],
+)
 def test_odometry_drifts_by_what_its_encoders_leave_out(counts: int, off: float) -> None:
     """A square of 2 m is driven on true angles of the wheels, and reckoned by whole counts of them."""
     craft = Differential(DifferentialSettings(0.24, 0.05))

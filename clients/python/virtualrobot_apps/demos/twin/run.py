@@ -12,10 +12,10 @@ from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from virtualrobot import Client, Program, pose
 from virtualrobot.errors import CollisionError, DriverFaultError, MotionEndedError, VirtualRobotError, WrongStateError
 
-from virtualrobot_apps.demos.palletizing.cell import HOME
 from virtualrobot_apps.demos.palletizing.handling import box_program
 from virtualrobot_apps.demos.palletizing.palletize import COLUMNS, PITCH, ROWS
 from virtualrobot_apps.demos.palletizing.resuming import places
@@ -76,7 +76,7 @@ def main(client: Client, loops: int = 1, headless: bool = False) -> None:
         execute(client, tallies)
         with watched(client, tallies):
             stack_boxes(client, tallies, loops)
-            do_all(client, tallies, ways_home(client, tallies))
+            do_all(client, tallies, ways_to(client, cell.HOMES))
     tell(tallies)
 
 
@@ -151,9 +151,14 @@ def do_all(client: Client, tallies: Mapping[str, Tally], left: Callable[[], Mapp
     for _ in range(TRIES):
         if not (programs := left()):
             return
-        if not order(client, tallies, programs):
-            execute(client, tallies)
-            lift(client, tallies)
+        done = order(client, tallies, programs)
+        if done and are_ready(client, tallies):
+            continue
+        ends = {robot: client.robot(robot).positions for robot in programs}
+        execute(client, tallies)
+        lift(client, tallies)
+        if done:  # a robot stopped before it began: its twin was there alone, and both go there now
+            do_all(client, tallies, ways_to(client, ends))
     raise VirtualRobotError(f"the robots had to brake {TRIES} times: this computer has too much else to do")
 
 
@@ -259,15 +264,15 @@ def lift(client: Client, tallies: Mapping[str, Tally]) -> None:
     order(client, tallies, programs)
 
 
-def ways_home(client: Client, robots: Iterable[str]) -> Callable[[], dict[str, Program]]:
-    """Return a function that gives, by robot, the programs for those that aren't in the posture of the start yet."""
+def ways_to(client: Client, goals: Mapping[str, ArrayLike]) -> Callable[[], dict[str, Program]]:
+    """Return a function that gives, by robot, the programs for those that aren't at their goals (k,) yet."""
 
     def left() -> dict[str, Program]:
-        arms = {robot: client.robot(robot) for robot in robots}
+        arms = {robot: (client.robot(robot), np.asarray(goal, float)) for robot, goal in goals.items()}
         return {
-            robot: client.program().move(arm.ptp(arm.postures[HOME]))
-            for robot, arm in arms.items()
-            if np.abs(arm.positions - np.array(cell.HOMES[robot])).max() > 1e-6
+            robot: client.program().move(arm.ptp(goal))
+            for robot, (arm, goal) in arms.items()
+            if np.abs(arm.positions - goal).max() > 1e-6
         }
 
     return left
