@@ -244,10 +244,12 @@ def _elements(tag: str) -> list[bytes]:
     return [one for one in _texts(rf"<{tag}[ >].*?</{tag}>") if len(one) <= MOST_SEED_BYTES]
 
 
-def _yaml_of(paths: str, key: str) -> list[bytes]:
+def _yaml_of(paths: str, key: str, other: str = "") -> list[bytes]:
+    """Return our YAML files and blocks of pages that say `key`, but for those of another kind, which say `other`."""
     blocks = [match[1].encode() for match in re.finditer(r"```yaml\n(.*?)```", _written(), re.DOTALL)]
     files = [path.read_bytes() for path in sorted(ROOT.glob(paths))]
-    return [one for one in (*files, *blocks) if key.encode() in one and b"schema_version" in one]
+    said = [one for one in (*files, *blocks) if key.encode() in one and b"schema_version" in one]
+    return [one for one in said if not other or other.encode() not in one]
 
 
 def _glb() -> list[bytes]:
@@ -384,7 +386,7 @@ READERS: Mapping[str, Reader] = {
     "scene": Reader(_scene, lambda: _with_arm(_yaml_of("clients/python/virtualrobot_apps/**/cell.yaml", "nodes"))),
     "program": Reader(
         lambda data: program_file.parse(data.decode(errors="replace")),
-        lambda: _yaml_of("clients/python/virtualrobot_apps/**/program.yaml", "steps"),
+        lambda: _yaml_of("clients/python/virtualrobot_apps/**/program.yaml", "steps", other="follow:"),
     ),
     "journal": Reader(_journalled, _documents),
     "stl": Reader(partial(_model, "m.stl"), lambda: [_stl(), STL_TEXT]),
