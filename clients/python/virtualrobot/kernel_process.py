@@ -9,12 +9,14 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot.errors import KernelGoneError
 
 _READY = "listening on "
 _VIEWER = "viewer at "
 
 
+@checked
 class KernelProcess:
     """A kernel that was started on a free port of this machine; a context manager that ends it.
 
@@ -74,12 +76,12 @@ class KernelProcess:
                 f"the kernel ended with code {code} before it answered; it has said why above", "NOT_RUNNING"
             )
 
-    def close(self, timeout_seconds: float = 20.0) -> int:
-        """End the kernel and return its exit code; one that does not end in time is killed."""
+    def close(self, timeout: float = 20.0) -> int:
+        """End the kernel and return its exit code; one that does not end in time (s) is killed."""
         assert self._process.stdin is not None
         self._process.stdin.close()
         try:
-            return self._process.wait(timeout_seconds)
+            return self._process.wait(timeout)
         except subprocess.TimeoutExpired:
             self._process.kill()
             return self._process.wait()

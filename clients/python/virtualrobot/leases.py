@@ -125,7 +125,8 @@ class Lease:
                 if now > give_up:
                     return self._tell(None, str(error))
             except VirtualRobotError as error:
-                return self._tell(None, str(error))
+                # Of a lease that was lost before the stream was open the kernel tells why as a refusal.
+                return self._tell(None, error.metadata.get("loss", str(error)))
             time.sleep(_RETRY_SECONDS)
             try:
                 self._stream = self._open()

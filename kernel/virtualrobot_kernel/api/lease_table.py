@@ -189,5 +189,6 @@ def _held(table: _Table, token: str) -> Lease:
             lease=lease.id,
             owner=lease.owner,
             cause=lease.loss.value if lease.loss else "",
+            loss=lease.reason,
         )
     return lease

@@ -13,6 +13,8 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
+from virtualrobot.leases import Lease
+from virtualrobot.v1 import lease_pb2
 
 from tests.api.client.conftest import IIWA, Run
 from tests.api.client.test_motion import BENT, begun, slow
@@ -221,3 +223,11 @@ def test_the_command_shows_leases(client: Client, iiwa: Robot, run: Run) -> None
         assert run("leases").endswith(f" ({lease.id})\n")
         assert "is leased by 'cell 3'" in run("move", "iiwa", "--joints", "0,0,0,0,0,0,0", code=1)
         assert run("stop") == "nothing moves\n"
+
+
+def test_who_loses_a_robot_before_the_kernel_tells_of_anything_is_told_why(client: Client, iiwa: Robot) -> None:
+    acquired = client.services.lease.AcquireLease(lease_pb2.AcquireLeaseRequest(robots=["iiwa"], owner="cell 3"))
+    with client.lease("iiwa", take=True, owner="the teach pendant"):
+        lease = Lease(client.services, acquired.lease, acquired.token)
+        assert lease.wait_for_loss(timeout=60.0) == "taken over by 'the teach pendant'"
+        lease.release()

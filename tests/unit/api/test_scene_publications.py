@@ -21,6 +21,9 @@ from virtualrobot_kernel.world.store import World
 from tests.unit.world.builders import arm
 from tests.unit.world.test_consistency import plan
 
+NO_LINKS = SimpleNamespace(measured=lambda _: {})
+"""Links to real robots: none."""
+
 
 @pytest.fixture
 def world() -> Iterator[World]:
@@ -42,7 +45,8 @@ def test_snapshots_in_which_nothing_has_moved_are_not_compared(world: World, mon
     monkeypatch.setattr(scene, "_difference", difference)
 
     async def run() -> list[scene_pb2.WatchSceneResponse]:
-        kernel: Any = SimpleNamespace(world=world, publications=Publications(world, asyncio.get_running_loop()))
+        publications = Publications(world, asyncio.get_running_loop())
+        kernel: Any = SimpleNamespace(world=world, publications=publications, links=NO_LINKS)
         watch: Any = scene.SceneServicer(kernel).WatchScene(scene_pb2.WatchSceneRequest(max_rate_hertz=1e6), None)
         told = [await anext(watch)]
         next = asyncio.ensure_future(anext(watch))

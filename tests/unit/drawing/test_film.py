@@ -118,6 +118,7 @@ class Capturing(CaptureCalls):
             renderers=DrawnNowhere(),
             sensors=SimpleNamespace(latest={}),
             monitor=SimpleNamespace(latest=SimpleNamespace(touching=())),
+            links=SimpleNamespace(measured=lambda _: {}),
         )
         self._kernel = kernel  # pyright: ignore[reportAttributeAccessIssue] no more of them is asked for
 
