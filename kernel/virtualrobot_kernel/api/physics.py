@@ -21,10 +21,11 @@ class PhysicsServicer(physics_pb2_grpc.PhysicsServiceServicer):
     ) -> physics_pb2.GetPhysicsResponse:
         """Tell settings, fault, what moves and what touches."""
         snapshot, forces = self._kernel.world.snapshot, self._kernel.forces
-        nodes = snapshot.structure.nodes
+        nodes, settings = snapshot.structure.nodes, snapshot.state.physics_settings
         return physics_pb2.GetPhysicsResponse(
             stamp=stamp(snapshot),
-            settings=PHYSICS.write(snapshot.state.physics_settings),
+            # Gravity is told also where it is the usual one: whoever reads the answer needs no default.
+            settings=PHYSICS.write(settings, gravity=vector_message(settings.gravity)),
             fault=forces.fault,
             moving_parts=[nodes[uid].name for uid in snapshot.state.twists if uid in nodes],
             contacts=[

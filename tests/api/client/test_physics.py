@@ -62,7 +62,8 @@ def test_a_box_falls_and_rests(cell: Client) -> None:
     cell.clock.step(100)
     fallen = 2.0 - GRAVITY * 0.4**2 / 2.0
     assert place(cell, "box") == pytest.approx([0.0, 0.0, fallen], abs=GRAVITY * 0.4 * 0.001)
-    assert cell.physics.status.moving_parts == ("box",)
+    status = cell.physics.status
+    assert (status.moving_parts, status.gravity.tolist()) == (("box",), [0.0, 0.0, -GRAVITY])
     cell.clock.step(600)
     assert place(cell, "box") == pytest.approx([0.0, 0.0, 0.05], abs=1e-3)
     assert cell.physics.status.moving_parts == ()
