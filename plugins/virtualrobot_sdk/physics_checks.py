@@ -77,8 +77,10 @@ def check_inertia(name: str, mass: float, inertia: Floats) -> None:
         )
 
 
-def check_state(model: PhysicsModel, q: Floats, v: Floats) -> None:
-    """Raise ArgumentError unless q and v are a state of the model."""
+def check_state(model: PhysicsModel | None, q: Floats, v: Floats) -> None:
+    """Raise ArgumentError unless q and v are a state of the model, and where there is none yet."""
+    if model is None:
+        raise ArgumentError("nothing is loaded yet; load comes before set_state")
     count = sizes(model.bodies)
     for name, values, size in (("q", q, count[0]), ("v", v, count[1])):
         if np.shape(values) != (size,):

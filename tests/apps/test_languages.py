@@ -14,7 +14,7 @@ from tests.kernels import KernelProcess, emptied
 
 ROOT = Path(__file__).resolve().parent.parent.parent
 BUILT = ROOT / "build" / "clients"
-"""Where builds are kept between runs."""
+"""Folder of the builds, which are kept between runs."""
 
 PRINTED = """kernel: virtualrobot.v1
 measured: 1.40 m
@@ -25,7 +25,7 @@ measured: 0.91 m
 touching: part and post
 refused: UNKNOWN_NAME, nearest is lbr_iiwa_joint_4
 """
-"""What the program prints. By hand: the eye is at 1.5 m above the table, the part is 0.1 m high, its middle at 0.05 m
+"""Output of the program. By hand: the eye is at 1.5 m above the table, the part is 0.1 m high, its middle at 0.05 m
 is lifted by 0.2 m; the other numbers are those of the Python program, which the other languages have to meet."""
 
 pytestmark = pytest.mark.long

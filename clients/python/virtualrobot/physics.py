@@ -129,7 +129,9 @@ class Physics:
         )
 
     def _set_dynamic(self, parts: tuple[str, ...], dynamic: bool) -> None:
-        scene = self._services.scene.GetScene(scene_pb2.GetSceneRequest())
+        if not parts:
+            return
+        scene = self._services.scene.GetScene(scene_pb2.GetSceneRequest(names=parts))
         known = {node.name: node.part for node in scene.nodes if node.HasField("part")}
         commands = []
         for name in parts:
@@ -139,8 +141,7 @@ class Physics:
             update = scene_pb2.UpdateNode(name=name, node=nodes_pb2.Node(part=part))
             update.update_mask.paths.append("part")
             commands.append(scene_pb2.Command(update_node=update))
-        if commands:
-            self._services.apply(commands)
+        self._services.apply(commands)
 
     def __repr__(self) -> str:
         """Return a line for people."""

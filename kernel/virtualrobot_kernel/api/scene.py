@@ -16,6 +16,7 @@ from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.collision.built import Named, built_pairs, mounted_pairs
 from virtualrobot_kernel.collision.readiness import is_to_be_ready, make_ready
+from virtualrobot_kernel.crafts.crafts import crafts_made
 from virtualrobot_kernel.drawing.ghosts import moved_parts
 from virtualrobot_kernel.drawing.twin_ghosts import ghost_poses, twin_ghosts
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -232,7 +233,8 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         if any(isinstance(command, (CreateNodes, UpdateNode)) for command in commands):
             await self._kernel.in_worker(limits.check_triangles, self._kernel.world.snapshot, commands, meshes)
         self._kernel.solvers.check_choices(commands)
-        await self._kernel.in_worker(self._kernel.crafts.check, commands)
+        if crafts_made(commands):
+            await self._kernel.in_worker(self._kernel.crafts.check, commands)
         check_choices(commands, self._kernel.sensing)
         self._kernel.forces.check(commands)
         snapshot = self._kernel.world.snapshot

@@ -26,7 +26,7 @@ from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import RunningMotion
-from virtualrobot_kernel.world.crafts import drives_alone
+from virtualrobot_kernel.world.crafts import moves_craft
 from virtualrobot_kernel.world.state import Motion, Snapshot, State, unchanged
 
 Booleans = NDArray[np.bool_]
@@ -217,7 +217,7 @@ class VerifiedPaths:
         run = motion.running
         if not isinstance(run, ProgramRun) or not isinstance(after, ProgramRun) or motion.tracked_joint is not None:
             return None
-        if drives_alone(now.structure, motion):
+        if moves_craft(now.structure, motion):
             return None
         program, at = run.program, run.at
         if after.at != at and not (after.ended and after.at == at + 1 == len(program.stages)):

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.errors import ComponentFault, FaultKind
+from virtualrobot_sdk.poses import from_quaternion, inverse
 
 from virtualrobot_kernel.components.running import ComponentHandle
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.crafts.fitting import Fitted, Moved, center_of, checked, checked_step, fitted, standing
 from virtualrobot_kernel.world.crafts import base_joint
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Craft, JointType, Node, Structure
@@ -21,12 +21,8 @@ from virtualrobot_kernel.world.structure import Craft, JointType, Node, Structur
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]
 
-RIGID = 1e-6
-"""Largest error of a pose that a component returns from a rigid one."""
-
 MOST_STEPS = 24
 """Greatest number of steps in which a brake is followed: arcs between them are as good as exact."""
-
 
 STEERING_SECONDS = 0.5
 """Time (s) in which a component is asked to steer, to learn how far it has to."""
@@ -39,20 +35,12 @@ APPROACH_SECONDS = 0.1
 
 
 class _Turning(NamedTuple):
-    """Drives or passive wheels: their names, joints, places in q and v, and joint = ratio * drive."""
+    """Drives or passive wheels: their joints, these joints' places in q and v, and joint = ratio * drive."""
 
-    names: tuple[str, ...]
     joints: tuple[str, ...]
     q: Integers
     v: Integers
     ratio: Floats
-
-
-class Moved(NamedTuple):
-    """Coordinates and velocities of a craft at the end of a tick, by their places."""
-
-    q: dict[int, float]
-    v: dict[int, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -66,8 +54,13 @@ class CraftAtWork:
     base_q: int
     base_v: int
     base_t_center: Floats
+    center_t_base: Floats
     drives: _Turning
     passive: _Turning
+    passive_places: tuple[int, ...]
+    """Places of the passive wheels that the robot has among all of the component."""
+    passive_count: int
+    """Number of all passive wheels of the component."""
     accelerations: Floats
 
     @property
@@ -107,10 +100,10 @@ class CraftAtWork:
         base = self._pose(now)
         begin = base @ self.base_t_center
         pose, reached = self._stepped(begin, states, commands, seconds)
-        there = self._coordinates(now, pose @ _inverse(self.base_t_center), begin, pose)
+        there = self._coordinates(now, pose @ self.center_t_base, begin, pose)
         q = dict(zip(self.base_coordinates, there, strict=True))
         v = dict(zip(self.base_rates, self._rates(pose, self.twist(reached, rates)), strict=True))
-        if len(self.passive.names):
+        if self.passive_places:
             q |= self._turned(now, states, commands, seconds)
             v |= {
                 int(at_v): (q[int(at)] - float(now[at])) / seconds if rates.any() else 0.0
@@ -121,8 +114,7 @@ class CraftAtWork:
     def at_rest(self, now: Floats) -> Moved:
         """Return the craft where it is, standing."""
         places = [*self.base_coordinates, *self.passive.q.tolist()]
-        rates = [*self.base_rates, *self.passive.v.tolist()]
-        return Moved({at: float(now[at]) for at in places}, dict.fromkeys(rates, 0.0))
+        return standing(now, places, [*self.base_rates, *self.passive.v.tolist()])
 
     def twist(self, states: Floats, rates: Floats) -> Floats:
         """Return the twist (3,) of the component's base, its drives told `rates`."""
@@ -178,7 +170,7 @@ class CraftAtWork:
         for begin, end in pairwise(rows):
             time = (end - begin) * seconds
             there, _ = self._stepped(pose, states[begin], (states[end] - states[begin]) / time, time)
-            base = there @ _inverse(self.base_t_center)
+            base = there @ self.center_t_base
             positions[end, own] = self._coordinates(positions[begin], base, pose, there)
             shares = np.arange(1, end - begin)[:, None] / (end - begin)
             positions[begin + 1 : end, own] = positions[begin, own] * (1.0 - shares) + positions[end, own] * shares
@@ -192,12 +184,7 @@ class CraftAtWork:
             pose[:2, :2] = [[cosine, -sine], [sine, cosine]]
             pose[:2, 3] = q[at : at + 2]
             return pose
-        x, y, z, w = q[at + 3 : at + 7] / np.linalg.norm(q[at + 3 : at + 7])
-        pose[:3, :3] = [
-            [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-            [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-            [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-        ]
+        pose[:3, :3] = from_quaternion(q[at + 3 : at + 7] / np.linalg.norm(q[at + 3 : at + 7]))
         pose[:3, 3] = q[at : at + 3]
         return pose
 
@@ -216,82 +203,36 @@ class CraftAtWork:
     def _rates(self, pose: Floats, twist: Floats) -> list[float]:
         """Return the velocities of the base's joint at a twist (3,) of the component's base at `pose`."""
         vx, vy, omega = twist.tolist()
-        x, y = _inverse(self.base_t_center)[:2, 3].tolist()
+        x, y = self.center_t_base[:2, 3].tolist()
         shift = pose[:3, :3] @ [vx - omega * y, vy + omega * x, 0.0]
         return [*shift[:2].tolist(), omega] if self.is_planar else [*shift.tolist(), 0.0, 0.0, omega]
 
     def _turned(self, now: Floats, states: Floats, commands: Floats, seconds: float) -> dict[int, float]:
         """Return where passive wheels are after a step, by their places."""
-        passive, all_names = self.passive, self.component.call("passive_names")
-        before = np.zeros(len(all_names))
-        places = [all_names.index(name) for name in passive.names]
+        passive, places = self.passive, list(self.passive_places)
+        before = np.zeros(self.passive_count)
         before[places] = now[passive.q] / passive.ratio
         after = self._numbers("passive_states", before.shape, before, states, commands, seconds)
         return dict(zip(passive.q.tolist(), (after[places] * passive.ratio).tolist(), strict=True))
 
     def _stepped(self, pose: Floats, states: Floats, commands: Floats, seconds: float) -> tuple[Floats, Floats]:
         answer = self.component.call("step", pose, states, commands, seconds)
-        if not isinstance(answer, tuple) or len(answer) != 2:
-            raise self._nonsense(f"step returned {type(answer).__name__}; it must be a pose and the states of drives")
-        after = self._checked("step", answer[0], (4, 4))
-        if np.abs(after[:3, :3].T @ after[:3, :3] - np.eye(3)).max() > RIGID:
-            raise self._nonsense(f"step returned a pose that is not rigid: {after.tolist()}")
-        return after, self._checked("step", answer[1], states.shape)
+        after, reached = checked_step(self.component, answer, "a pose and the states of drives", (4, 4), states.shape)
+        return after, reached
 
     def _numbers(self, method: str, shape: tuple[int, ...], *arguments: object) -> Floats:
-        return self._checked(method, self.component.call(method, *arguments), shape)
-
-    def _checked(self, method: str, value: object, shape: tuple[int, ...]) -> Floats:
-        if not isinstance(value, np.ndarray) or value.dtype != np.float64 or value.shape != shape:
-            raise self._nonsense(f"{method} returned {type(value).__name__}; it must be a float64 array {shape}")
-        if not np.isfinite(value).all():
-            raise self._nonsense(f"{method} returned {value.tolist()}; all must be finite")
-        return value
-
-    def _nonsense(self, said: str) -> KernelError:
-        return self.component.failed(ComponentFault(FaultKind.NONSENSE, said))
+        return checked(self.component, method, self.component.call(method, *arguments), shape)
 
 
 def at_work(structure: Structure, node: Node, craft: Craft, component: ComponentHandle) -> CraftAtWork:
     """Return a craft with its component; raise KernelError where the component has a drive that no joint is."""
     joint, base_q, base_v = base_joint(structure, node)
-    center = np.eye(4)
-    cosine, sine = math.cos(craft.heading), math.sin(craft.heading)
-    center[:2, :2] = [[cosine, -sine], [sine, cosine]]
-    center[:2, 3] = craft.center_x, craft.center_y
-    own = {one.drive: (one.joint, one.ratio) for one in craft.drives}
-    coordinates = structure.robots[node.uid].coordinates
-
-    def turning(names: Sequence[str], needed: bool) -> _Turning:
-        found = {name: own.get(name, (name, 1.0)) for name in names}
-        missing = [name for name, (of, _) in found.items() if of not in coordinates]
-        if missing and needed:
-            raise KernelError(
-                f"the component {craft.kinematics!r} has the drive {missing[0]!r}, and {node.name!r} no such joint; "
-                f"say in `drives` which joint it is; joints are {', '.join(coordinates)}",
-                robot=node.name,
-                drive=missing[0],
-            )
-        kept = {name: one for name, one in found.items() if name not in missing}
-        places = [coordinates[of] for of, _ in kept.values()]
-        return _Turning(
-            tuple(kept),
-            tuple(of for of, _ in kept.values()),
-            np.array([one.q for one in places], np.int32),
-            np.array([one.v for one in places], np.int32),
-            np.array([ratio for _, ratio in kept.values()]),
-        )
-
-    drives, passive = component.call("drive_names"), component.call("passive_names")
-    if unknown := [name for name in own if name not in (*drives, *passive)]:
-        raise KernelError(
-            f"the component {craft.kinematics!r} has no drive {unknown[0]!r}; its drives are {', '.join(drives)}"
-            + (f", and {', '.join(passive)} turn with it" if passive else ""),
-            robot=node.name,
-            drive=unknown[0],
-        )
-    driving = turning(drives, True)
-    limits = np.array([coordinates[own.get(name, (name, 1.0))[0]].joint.limits.acceleration for name in driving.names])
+    names, all_passive = component.call("drive_names"), component.call("passive_names")
+    found = fitted(structure, node, craft, names, all_passive)
+    driving = [found[name] for name in names]
+    passive = {place: found[name] for place, name in enumerate(all_passive) if name in found}
+    center = center_of(craft)
+    drives = _turning(driving)
     return CraftAtWork(
         node=node,
         craft=craft,
@@ -300,15 +241,20 @@ def at_work(structure: Structure, node: Node, craft: Craft, component: Component
         base_q=base_q,
         base_v=base_v,
         base_t_center=center,
-        drives=driving,
-        passive=turning(passive, False),
-        accelerations=limits / np.abs(driving.ratio),
+        center_t_base=inverse(center),
+        drives=drives,
+        passive=_turning(passive.values()),
+        passive_places=tuple(passive),
+        passive_count=len(all_passive),
+        accelerations=np.array([one.coordinate.joint.limits.acceleration for one in driving]) / np.abs(drives.ratio),
     )
 
 
-def _inverse(pose: Floats) -> Floats:
-    """Return the inverse of a rigid pose (4, 4)."""
-    back = np.eye(4)
-    back[:3, :3] = pose[:3, :3].T
-    back[:3, 3] = -back[:3, :3] @ pose[:3, 3]
-    return back
+def _turning(found: Iterable[Fitted]) -> _Turning:
+    joints = tuple(found)
+    return _Turning(
+        tuple(one.joint for one in joints),
+        np.array([one.coordinate.q for one in joints], np.int32),
+        np.array([one.coordinate.v for one in joints], np.int32),
+        np.array([one.ratio for one in joints]),
+    )

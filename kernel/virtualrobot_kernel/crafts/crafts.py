@@ -17,7 +17,8 @@ from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import ComponentHandle, start
-from virtualrobot_kernel.crafts.craft import CraftAtWork, Moved, at_work
+from virtualrobot_kernel.crafts.craft import CraftAtWork, at_work
+from virtualrobot_kernel.crafts.fitting import Moved
 from virtualrobot_kernel.crafts.vessel import Vessel, vessel
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.running_motion import Phase
@@ -50,6 +51,19 @@ class _Twist(NamedTuple):
     uid: int
     twist: Floats
     tick: int
+
+
+def crafts_made(commands: Iterable[Command]) -> list[tuple[Craft, str]]:
+    """Return the crafts that commands make, and the name of the robot where they make one of it that is there."""
+    made: list[tuple[Craft | None, str]] = []
+    for command in commands:
+        if isinstance(command, SetCraft):
+            made.append((command.craft, command.robot))
+            continue
+        for one in command.specs if isinstance(command, CreateNodes) else [command]:
+            if isinstance(one, NodeSpec | UpdateNode) and isinstance(one.data, RobotData):
+                made.append((one.data.craft, ""))
+    return [(craft, robot) for craft, robot in made if craft is not None]
 
 
 class Crafts:
@@ -117,21 +131,15 @@ class Crafts:
         And where the drives of the component are none of a robot that is there already.
         """
         structure = self._world.snapshot.structure
-        for command in commands:
-            for one in command.specs if isinstance(command, CreateNodes) else [command]:
-                data = one.data if isinstance(one, NodeSpec | UpdateNode) else None
-                craft = data.craft if isinstance(data, RobotData) else None
-                craft = one.craft if isinstance(one, SetCraft) else craft
-                if craft is None:
-                    continue
-                component = self._started(craft)
-                try:
-                    uid = structure.uid_by_name.get(one.robot) if isinstance(one, SetCraft) else None
-                    if uid is not None and isinstance(known := structure.nodes[uid].data, RobotData):
-                        node = replace(structure.nodes[uid], data=replace(known, craft=craft))
-                        _at_work(structure, node, craft, component)
-                finally:
-                    component.close()
+        for craft, robot in crafts_made(commands):
+            component = self._started(craft)
+            try:
+                uid = structure.uid_by_name.get(robot)
+                if uid is not None and isinstance(known := structure.nodes[uid].data, RobotData):
+                    node = replace(structure.nodes[uid], data=replace(known, craft=craft))
+                    _at_work(structure, node, craft, component)
+            finally:
+                component.close()
 
     def follow(self, motion: str, uid: int, twist: Floats) -> tuple[float, ...]:
         """Return the setpoint of a motion of a craft's drives for a twist (3,), and steer on to it from now on.

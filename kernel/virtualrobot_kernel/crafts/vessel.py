@@ -10,12 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.errors import ComponentFault, FaultKind
-from virtualrobot_sdk.poses import from_quaternion, inverse, quaternion, rotation_matrix, skew
+from virtualrobot_sdk.poses import from_quaternion, inverse, quaternion, skew
 from virtualrobot_sdk.vehicles import DriveQuantity, Surroundings, VehicleDrive
 
 from virtualrobot_kernel.components.running import ComponentHandle
-from virtualrobot_kernel.crafts.craft import RIGID, Moved
+from virtualrobot_kernel.crafts.fitting import Moved, center_of, checked_step, fitted, nonsense, standing
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.crafts import base_joint
 from virtualrobot_kernel.world.state import Snapshot
@@ -36,8 +35,7 @@ class Vessel:
     base_q: int
     base_v: int
     base_t_center: Floats
-    names: tuple[str, ...]
-    """(m,) names of the drives."""
+    center_t_base: Floats
     drive_q: NDArray[np.int32]
     drive_v: NDArray[np.int32]
     ratio: Floats
@@ -74,7 +72,7 @@ class Vessel:
         pose, after, reached = self._stepped(
             world_t_joint @ joint_t_link @ self.base_t_center, twist, states, self._told(now, later), seconds
         )
-        there = inverse(world_t_joint) @ pose @ inverse(self.base_t_center)
+        there = inverse(world_t_joint) @ pose @ self.center_t_base
         turning = turn @ after[3:]
         velocity = there[:3, :3] @ (turn @ after[:3] + arm @ turning)
         turned = np.array(quaternion(there[:3, :3]))
@@ -99,7 +97,7 @@ class Vessel:
         """Return it where it is, standing."""
         places = [*range(self.base_q, self.base_q + 7), *self.drive_q.tolist()]
         rates = [*range(self.base_v, self.base_v + 6), *self.drive_v.tolist()]
-        return Moved({at: float(q[at]) for at in places}, dict.fromkeys(rates, 0.0))
+        return standing(q, places, rates)
 
     def carry(self, positions: Floats, seconds: float) -> None:
         """Put nothing into rows of coordinates: a brake of its drives does not stop it."""
@@ -119,20 +117,9 @@ class Vessel:
         self, pose: Floats, twist: Floats, states: Floats, commands: Floats, seconds: float
     ) -> tuple[Floats, Floats, Floats]:
         answer = self.component.call("step", pose, twist, states, commands, seconds, self.surroundings)
-        if not isinstance(answer, tuple) or len(answer) != 3:
-            raise self._nonsense(f"step returned {type(answer).__name__}; it must be pose, twist and states of drives")
-        for value, shape in zip(answer, ((4, 4), (6,), states.shape), strict=True):
-            if not isinstance(value, np.ndarray) or value.dtype != np.float64 or value.shape != shape:
-                raise self._nonsense(f"step returned {type(value).__name__}; it must be a float64 array {shape}")
-            if not np.isfinite(value).all():
-                raise self._nonsense(f"step returned {value.tolist()}; all must be finite")
-        after = answer[0]
-        if np.abs(after[:3, :3].T @ after[:3, :3] - np.eye(3)).max() > RIGID:
-            raise self._nonsense(f"step returned a pose that is not rigid: {after.tolist()}")
-        return answer
-
-    def _nonsense(self, said: str) -> KernelError:
-        return self.component.failed(ComponentFault(FaultKind.NONSENSE, said))
+        shapes = (4, 4), (6,), states.shape
+        after, rates, reached = checked_step(self.component, answer, "pose, twist and states of drives", *shapes)
+        return after, rates, reached
 
 
 def vessel(structure: Structure, node: Node, craft: Craft, component: ComponentHandle) -> Vessel:
@@ -147,30 +134,12 @@ def vessel(structure: Structure, node: Node, craft: Craft, component: ComponentH
         )
     robot = structure.robots[node.uid]
     link = next(uid for uid in robot.links if getattr(structure.nodes[uid].data, "joint", None) is joint)
-    center = np.eye(4)
-    center[:3, :3] = rotation_matrix(np.array([0.0, 0.0, craft.heading]))
-    center[:2, 3] = craft.center_x, craft.center_y
     drives = component.call("drives")
     if not isinstance(drives, tuple) or not drives or not all(isinstance(one, VehicleDrive) for one in drives):
-        raise component.failed(ComponentFault(FaultKind.NONSENSE, f"drives is {drives!r}; it must be VehicleDrives"))
-    own = {one.drive: (one.joint, one.ratio) for one in craft.drives}
-    names = [drive.name for drive in drives]
-    if unknown := [name for name in own if name not in names]:
-        raise KernelError(
-            f"the component {craft.kinematics!r} has no drive {unknown[0]!r}; its drives are {', '.join(names)}",
-            robot=node.name,
-            drive=unknown[0],
-        )
-    found = [own.get(name, (name, 1.0)) for name in names]
-    for name, (of, _) in zip(names, found, strict=True):
-        if of not in robot.coordinates:
-            raise KernelError(
-                f"the component {craft.kinematics!r} has the drive {name!r}, and {node.name!r} no such joint; say in "
-                f"`drives` which joint it is; joints are {', '.join(robot.coordinates)}",
-                robot=node.name,
-                drive=name,
-            )
-    places = [robot.coordinates[of] for of, _ in found]
+        raise nonsense(component, f"drives is {drives!r}; it must be VehicleDrives")
+    names = tuple(drive.name for drive in drives)
+    found = list(fitted(structure, node, craft, names).values())
+    center = center_of(craft)
     water = craft.water or Water()
     return Vessel(
         node=node,
@@ -180,10 +149,10 @@ def vessel(structure: Structure, node: Node, craft: Craft, component: ComponentH
         base_q=base_q,
         base_v=base_v,
         base_t_center=center,
-        names=tuple(names),
-        drive_q=np.array([one.q for one in places], np.int32),
-        drive_v=np.array([one.v for one in places], np.int32),
-        ratio=np.array([ratio for _, ratio in found]),
+        center_t_base=inverse(center),
+        drive_q=np.array([one.coordinate.q for one in found], np.int32),
+        drive_v=np.array([one.coordinate.v for one in found], np.int32),
+        ratio=np.array([one.ratio for one in found]),
         is_speed=np.array([drive.quantity is DriveQuantity.SPEED for drive in drives]),
         lowest=np.array([drive.lowest for drive in drives]),
         highest=np.array([drive.highest for drive in drives]),

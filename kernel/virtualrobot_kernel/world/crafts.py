@@ -101,14 +101,13 @@ def refuse_base(structure: Structure, joints: Iterable[tuple[int, str]]) -> None
             )
 
 
-def drives_alone(structure: Structure, motion: Motion) -> bool:
-    """Return whether a motion moves a craft by its drives, so that its path doesn't tell where the base goes."""
-    return any(_is_drive(structure.nodes[uid], name) for uid, name in motion.joints if uid in structure.nodes)
+def moves_craft(structure: Structure, motion: Motion) -> bool:
+    """Return whether a motion moves joints of a craft, so that its path may not tell where the base goes.
 
-
-def _is_drive(node: Node, joint: str) -> bool:
-    craft = craft_of(node)
-    return craft is not None and any(one.joint == joint for one in craft.drives)
+    Which of them are drives only the component knows: a drive that nobody has named is the joint of its own name.
+    """
+    robots = {uid for uid, _ in motion.joints if uid in structure.nodes}
+    return any(craft_of(structure.nodes[uid]) is not None for uid in robots)
 
 
 def crafts(structure: Structure) -> Iterable[tuple[Node, RobotIndex, Craft]]:

@@ -17,6 +17,7 @@ from virtualrobot._wire.messages import (
     pose_message,
     settings_message,
     value_or_default,
+    vector_message,
 )
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import Services
@@ -32,7 +33,7 @@ from virtualrobot.sensors.cameras import CameraSettings, LightSettings
 from virtualrobot.sensors.contact_sensors import ContactSensorSettings
 from virtualrobot.sensors.motion_sensors import MotionSensorSettings
 from virtualrobot.sensors.range_sensors import RangeSensorSettings
-from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2, scene_pb2, sensing_pb2, sensor_pb2, signal_pb2
+from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2, sensing_pb2, sensor_pb2, signal_pb2
 
 _DIRECTIONS = {
     "input": signal_pb2.SIGNAL_DIRECTION_INPUT,
@@ -453,7 +454,6 @@ class Editor(ABC, Generic[Created]):
             density: of that water (kg/m^3); None means fresh water, 1000.
             surface: height of that water's surface (m).
         """
-        x, y, z = current
         named = {drive: (of, 1.0) if isinstance(of, str) else of for drive, of in (drives or {}).items()}
         craft = nodes_pb2.Craft(
             kinematics=kinematics,
@@ -464,7 +464,7 @@ class Editor(ABC, Generic[Created]):
             center_y_meters=center[1],
             heading_radians=heading,
             water=nodes_pb2.Water(
-                current=geometry_pb2.Vector3(x=x, y=y, z=z), density=density or 0.0, surface_height_meters=surface
+                current=vector_message(current, "a current"), density=density or 0.0, surface_height_meters=surface
             ),
         )
         self._submit(scene_pb2.Command(set_craft=scene_pb2.SetCraft(robot=robot, craft=craft)))

@@ -16,7 +16,7 @@ from contextlib import aclosing, suppress
 
 from virtualrobot_apps.console.contract import Method, methods
 from virtualrobot_apps.console.http_calls import Caller, Receive, Send
-from virtualrobot_apps.console.refusal import Refusal
+from virtualrobot_apps.console.refusal import Refusal, end_of
 from virtualrobot_apps.console.upstream import Metadata, Upstream
 from virtualrobot_apps.console.wires import Limit
 
@@ -61,7 +61,7 @@ class PageCalls:
             try:
                 self._begin(number, data)
             except Refusal as refusal:
-                await self._send(number, END, _said(refusal))
+                await self._send(number, END, end_of(refusal))
         elif call is None:
             return  # it has ended meanwhile
         elif kind == CANCEL:
@@ -96,7 +96,7 @@ class PageCalls:
         self._calls[number] = call
 
     async def _answer(self, number: int, call: _Call, metadata: Metadata, seconds: float | None) -> None:
-        end = b"{}"
+        refused = None
         try:
             answers = self._upstream.call(call.method, call.encoded_requests(), metadata, seconds)
             async with aclosing(answers):
@@ -105,12 +105,12 @@ class PageCalls:
                         await answer.make_json()
                     await self._send(number, MESSAGE, answer.json if call.is_json else answer.data)
         except Refusal as refusal:
-            end = _said(refusal)
+            refused = refusal
         except asyncio.CancelledError:
-            end = _said(Refusal("canceled", "the page has cancelled the call"))
+            refused = Refusal("canceled", "the page has cancelled the call")
         finally:
             del self._calls[number]
-        await self._send(number, END, end)
+        await self._send(number, END, end_of(refused))
 
     async def _send(self, number: int, kind: int, data: bytes) -> None:
         async with self._sending:
@@ -147,7 +147,3 @@ class _Call:
                 raise data
             self._waiting_bytes -= len(data)
             yield await self.method.read_json(data) if self.is_json else data
-
-
-def _said(refusal: Refusal) -> bytes:
-    return json.dumps({"error": refusal.said()}).encode()

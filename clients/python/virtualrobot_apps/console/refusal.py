@@ -43,6 +43,11 @@ _CODES = {
 }
 
 
+def end_of(refusal: Refusal | None) -> bytes:
+    """Return the end of a stream as JSON: nothing in it, or Connect's error."""
+    return json.dumps({} if refusal is None else {"error": refusal.said()}).encode()
+
+
 class Refusal(Exception):
     """A call that is refused.
 

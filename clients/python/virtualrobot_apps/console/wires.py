@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import base64
 import binascii
-import json
 import struct
 from abc import ABC, abstractmethod
 from collections.abc import AsyncIterator
 from urllib.parse import parse_qsl
 
 from virtualrobot_apps.console.contract import Answer, Method
-from virtualrobot_apps.console.refusal import Refusal
+from virtualrobot_apps.console.refusal import Refusal, end_of
 
 HEAD = struct.Struct(">BI")
 """Before each message of a stream: flags, and how many bytes follow."""
@@ -98,7 +97,7 @@ class Whole(Wire):
 
     def end(self, refusal: Refusal | None) -> bytes:
         """Return nothing, or a line with the error in place of an answer."""
-        return b"" if refusal is None else json.dumps({"error": refusal.said()}).encode() + b"\n"
+        return b"" if refusal is None else end_of(refusal) + b"\n"
 
 
 class Form(Whole):
@@ -153,8 +152,7 @@ class Enveloped(Wire):
 
     def end(self, refusal: Refusal | None) -> bytes:
         """Return the last envelope, with the error."""
-        said = {} if refusal is None else {"error": refusal.said()}
-        return self._enveloped(_END_OF_CONNECT, json.dumps(said).encode())
+        return self._enveloped(_END_OF_CONNECT, end_of(refusal))
 
     def _enveloped(self, flags: int, data: bytes) -> bytes:
         return HEAD.pack(flags, len(data)) + data

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import msgspec
 import numpy as np
-from virtualrobot_sdk.errors import ArgumentError, PluginError
+from virtualrobot_sdk.errors import PluginError
 from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.physics import (
     BodyJoint,
@@ -64,8 +64,6 @@ class BulletPhysics:
 
     def set_state(self, q: Floats, v: Floats, /) -> None:
         """Take another state, as `PhysicsEngine` says."""
-        if self._model is None:
-            raise ArgumentError("nothing is loaded yet; load comes before set_state")
         check_state(self._model, q, v)
         # What Bullet keeps of contacts outlives everything but this: a restored state goes on otherwise.
         self._build(q, v)
@@ -97,7 +95,6 @@ class BulletPhysics:
         self._driven = [self._where[row][0] for row, body in enumerate(bodies) if body.driven]
         self._free = [row for row, body in enumerate(bodies) if body.joint is BodyJoint.FREE and not body.driven]
         self._joints = jointed(bodies)
-        self._motors: Motors | None = None
         starts, rates = places(bodies)
         self._q_start, self._v_start = starts, rates
         self._counts = len(q), len(v)

@@ -80,8 +80,6 @@ class MujocoPhysics:
 
     def set_state(self, q: Floats, v: Floats, /) -> None:
         """Take another state, as `PhysicsEngine` says."""
-        if self._model is None:
-            raise ArgumentError("nothing is loaded yet; load comes before set_state")
         check_state(self._model, q, v)
         self._put(q, v)
 
