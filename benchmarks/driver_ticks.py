@@ -25,7 +25,7 @@ from virtualrobot_kernel.world.commands import Command, SetCollisionSettings
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_sdk.compiled.cache import compile_all
-from virtualrobot_sdk.drivers import About, DriverFault, Safety
+from virtualrobot_sdk.drivers import About, DriverFault, Safety, Words
 from virtualrobot_sdk.drivers import Mode as ControllerMode
 from virtualrobot_sdk.drivers.shared import CELL, CellBlock, Report, State, TickRing
 
@@ -89,9 +89,9 @@ class Playing:
     def reset(self) -> None:
         """Clear nothing."""
 
-    def words(self) -> DriverFault:
+    def words(self) -> Words:
         """Return no words."""
-        return DriverFault("")
+        return Words()
 
     def close(self) -> None:
         """End nothing."""
