@@ -12,10 +12,12 @@ import time
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from virtualrobot_kernel.drivers.link import LinkMode
 from virtualrobot_kernel.drivers.links import Links
+from virtualrobot_kernel.drivers.supervision import Supervision
 from virtualrobot_kernel.drivers.twin import Asked, Twin
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.planning.robots import world_poses
@@ -125,30 +127,27 @@ class Stand:
         """Leave the files to the folder's owner."""
 
 
-class Timed(Links):
-    """Links that note what they cost the world thread (processor time), for as long as somebody wants to know."""
+class Timed(Supervision):
+    """Supervision that notes what it costs the world thread, for as long as somebody wants to know."""
 
-    def __init__(self, world: World, site: Stand) -> None:
-        """Lease everything to everybody."""
-        super().__init__(world, Mailbox(), world_poses, site, lambda uid: True)
-        self.costs: list[int] = []
-        self._stand = site
-        self._looked = 0
+    stand: Stand
+    costs: list[int]
+    looked = 0
 
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
         """Let the robots report first, which the far side does in use."""
-        for process in self._stand.processes:
+        for process in self.stand.processes:
             process.report(now.state.tick - LEAD_TICKS)
         begin = time.perf_counter_ns()
         wanted = super().before_tick(now, later)
-        self._looked = time.perf_counter_ns() - begin
+        self.looked = time.perf_counter_ns() - begin
         return wanted
 
     def ticked(self, now: Snapshot) -> None:
         """Note what this tick has cost, ns."""
         begin = time.perf_counter_ns()
         super().ticked(now)
-        self.costs.append(self._looked + time.perf_counter_ns() - begin)
+        self.costs.append(self.looked + time.perf_counter_ns() - begin)
 
     def microseconds(self) -> np.ndarray:
         """Return what each of the next ticks costs for a robot."""
@@ -158,7 +157,13 @@ class Timed(Links):
             if time.monotonic() > until:
                 raise RuntimeError("time does not go on")
             time.sleep(0.05)
-        return np.array(costs) / len(self._stand.processes) / 1000.0
+        return np.array(costs) / len(self.stand.processes) / 1000.0
+
+
+class TimedLinks(Links):
+    """Links whose supervision is timed."""
+
+    supervised_by = Timed
 
 
 def costs_of(played: int, arms: int) -> tuple[np.ndarray, np.ndarray]:
@@ -168,16 +173,19 @@ def costs_of(played: int, arms: int) -> tuple[np.ndarray, np.ndarray]:
     world.set_clock(Mode.REALTIME, 1.0).result()
     resting, moving = [], []
     with tempfile.TemporaryDirectory() as folder:
-        links = Timed(world, Stand(Path(folder)))
+        Timed.stand = Stand(Path(folder))
+        links = TimedLinks(world, Mailbox(), world_poses, Timed.stand, lambda uid: True)
+        timed = cast(Timed, links.supervision)
+        timed.costs = []
         for place in range(played):
             links.connect(f"arm{place}", Asked("playing", {}))
             links.set_mode(f"arm{place}", LinkMode.EXECUTE)
         go(world, arms, -PLACES[0], SPEED)
         _await_rest(world)
         for place in PLACES:
-            resting.append(links.microseconds())
+            resting.append(timed.microseconds())
             go(world, arms, place, SPEED)
-            moving.append(links.microseconds())
+            moving.append(timed.microseconds())
             if len(world.snapshot.state.motions) < arms:
                 raise RuntimeError("the way is too short: the arms have come to its end")
             _await_rest(world)

@@ -1,0 +1,63 @@
+"""Cell of one kernel: the robots that are connected to real ones, and the stop that all of them have in common."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+
+from virtualrobot_sdk.drivers.shared import NEVER, CellBlock
+
+from virtualrobot_kernel.drivers.link import Link
+
+
+class Cell:
+    """Links by robot, and whether somebody has stopped them all; whatever thread asks.
+
+    Attributes:
+        links: the links by their robots' uids; replaced as a whole, so that each reader has its own.
+        block: the block of shared memory by which hosts are stopped; None while no robot is connected.
+        changing: held while links, block or the kernel's hold on the clock change.
+        closed: whether the kernel is ending.
+    """
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self.links: Mapping[int, Link] = {}
+        self.block: CellBlock | None = None
+        self.changing = threading.RLock()
+        self.closed = False
+        self.reason = ""
+
+    @property
+    def is_stopped(self) -> bool:
+        """True from a stop until it is released."""
+        block = self.block
+        return block is not None and block.stop_ns != NEVER
+
+    @property
+    def stopped(self) -> str:
+        """Reason for which the cell is stopped; empty: it is not."""
+        return (self.reason or "stopped from outside the kernel") if self.is_stopped else ""
+
+    def stop(self, reason: str) -> None:
+        """Bring all robots to rest together; nothing waits for anything."""
+        block = self.block
+        if block is not None:
+            self.reason = reason or "stopped"
+            block.stop()
+
+    def release(self) -> None:
+        """End a stop; for whoever holds `changing`, while no robot is played."""
+        if self.block is not None:
+            self.reason = ""
+            self.block.release()
+
+    def add(self, uid: int, link: Link) -> None:
+        """Add the link of a robot, or put it in the place of the one that it had."""
+        with self.changing:
+            self.links = {**self.links, uid: link}
+
+    def remove(self, link: Link) -> None:
+        """Forget a link."""
+        with self.changing:
+            self.links = {uid: one for uid, one in self.links.items() if one is not link}

@@ -1,0 +1,238 @@
+"""Supervision of robots that are played, in the world thread.
+
+Each tick goes into their rings, and before each tick it is looked at what came back. What takes its time is done
+elsewhere (`settling.py`).
+"""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+
+import numpy as np
+from virtualrobot_sdk.drivers import DriverFault, Words
+from virtualrobot_sdk.drivers.shared import NEVER, State
+
+from virtualrobot_kernel.drivers.admission import check
+from virtualrobot_kernel.drivers.cell import Cell
+from virtualrobot_kernel.drivers.conditions import name_of
+from virtualrobot_kernel.drivers.link import Link, LinkMode
+from virtualrobot_kernel.drivers.settling import Settling, author_of
+from virtualrobot_kernel.drivers.signals import bits_of, inputs_changed
+from virtualrobot_kernel.drivers.twin import Floats
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.inputs.mailbox import Mailbox
+from virtualrobot_kernel.world.braking import braking_of, going
+from virtualrobot_kernel.world.change import Forward
+from virtualrobot_kernel.world.commands import Command, SetMeasuredJoints, StopRobots
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, Snapshot
+from virtualrobot_kernel.world.store import World
+from virtualrobot_kernel.world.tick_inputs import TickInput
+
+FAULT_SECONDS = 0.05
+"""Time (s) for which it is waited whether a cell that was stopped by nobody known was stopped by a host's fault."""
+
+NOTE_SECONDS = 1.0
+"""Period (s) of simulation time at which the journal is told what was played."""
+
+UNWATCHED = (State.ERROR, State.CONNECTING, State.DISCONNECTED)
+"""States in which a link has no fault that is new."""
+
+log = logging.getLogger(__name__)
+
+
+class Supervision:
+    """Supervisor of the world (`world/supervisor.py`) while any robot is connected; it listens to ticks, too.
+
+    `leased` tells whether somebody has leased a robot (a uid).
+    """
+
+    author = "drivers"
+
+    def __init__(
+        self,
+        world: World,
+        mailbox: Mailbox,
+        forward: Forward,
+        cell: Cell,
+        settling: Settling,
+        leased: Callable[[int], bool],
+    ) -> None:
+        """Begin with nothing seen."""
+        self._world, self._mailbox, self._forward, self._leased = world, mailbox, forward, leased
+        self._cell, self._settling = cell, settling
+        self._stopped_ns = 0
+        self._signals: Mapping[str, Signal] | None = None
+
+    def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
+        """Refuse what would put a twin elsewhere that its robot follows."""
+        cell, links = self._cell, self._cell.links
+        played = [uid for uid, link in links.items() if link.is_played and uid in before.structure.robots]
+        if played:
+            may_begin = cell.block is not None and not cell.is_stopped
+            ready = [uid for uid in played if may_begin and links[uid].state is State.ACTIVE]
+            check(before, after, batch, played, ready)
+
+    def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
+        """Stop the twins of robots that do not follow any more, and of all others that move with them."""
+        now_ns, cell, block = time.monotonic_ns(), self._cell, self._cell.block
+        if block is None:
+            return ()
+        played: list[Link] = []
+        failed: list[tuple[Link, Words]] = []
+        awaits, stopped = False, block.stop_ns != NEVER
+        if not stopped:
+            self._stopped_ns = 0
+        for link in self._cell.links.values():
+            is_played = link.is_played
+            words = self._look_at(link, now_ns, stopped)
+            if is_played:
+                played.append(link)
+                awaits = awaits or link.awaits_words
+                if words is not None:
+                    failed.append((link, words))
+        if not played or (awaits and not failed):
+            return ()
+        if failed:
+            name = name_of(now, failed[0][0])
+            cause, why = EndCause.DRIVER, f"the real robot of {name!r} has stopped: {failed[0][1].text}"
+            if block.stop_ns == NEVER:
+                cell.stop(why)
+        elif block.stop_ns != NEVER:
+            cause, why = EndCause.CELL_STOPPED, cell.stopped
+            if not cell.reason and (late := self._late(played, now_ns)):
+                cause, why = EndCause.DRIVER, late
+                cell.reason = why
+            elif not cell.reason:
+                # A host that meets a fault stops the cell before it can say so.
+                self._stopped_ns = self._stopped_ns or now_ns
+                if now_ns - self._stopped_ns < FAULT_SECONDS * 1e9:
+                    return ()
+        else:
+            return self._stop_unleased(played, now)
+        for link in played:
+            if link.state is State.ACTIVE:
+                link.words = link.words if link.words.text else Words(why)
+                link.state = State.STOPPING
+                self._settling.later(link)
+        return _stop(played, now, cause, why)
+
+    def _late(self, played: Sequence[Link], now_ns: int) -> str:
+        """Return that robots have braked because no newer tick came, in words; empty where that was not so."""
+        late = (now_ns - self._world.due_nanoseconds) * 1e-9
+        if any(_is_starved(link) for link in played) or late > min(link.asked.lead for link in played):
+            return f"the newest tick was {late:.2f} s old, older than the lead: the real robots brake on their paths"
+        return ""
+
+    def after_change(self, now: Snapshot) -> Sequence[Command]:
+        """Want nothing."""
+        return ()
+
+    def _look_at(self, link: Link, now_ns: int, stopped: bool) -> Words | None:
+        """Return the new fault of a link, which is in ERROR from then on."""
+        if link.state in UNWATCHED:
+            return None
+        awaited = link.awaits_words
+        words = link.fault(now_ns, stopped)
+        if link.awaits_words and not awaited:
+            self._settling.aside(_ask_words, link)
+        if words is None:
+            return None
+        link.words, link.state = words, State.ERROR
+        self._settling.later(link)
+        return words
+
+    def _stop_unleased(self, played: Sequence[Link], now: Snapshot) -> Sequence[Command]:
+        """Stop robots that nobody has leased any more."""
+        free = [link for link in played if link.state is State.ACTIVE and not self._leased(link.twin.uid)]
+        for link in free:
+            link.words, link.state = Words("nobody has leased the robot any more"), State.STOPPING
+            self._settling.later(link)
+        return _stop(free, now, EndCause.LEASE_EXPIRED, "nobody has leased the robot any more") if free else ()
+
+    def ticked(self, now: Snapshot) -> None:
+        """Write a tick into the rings, and take what was measured for the next one."""
+        block, links = self._cell.block, self._cell.links
+        if block is None:
+            return
+        played = [link for link in links.values() if link.is_played or link.mode is LinkMode.EXECUTE]
+        if played:
+            brake = self._brake(now, {link.twin.uid for link in played})
+            due = self._world.due_nanoseconds
+            kept = [link.write(now, due + link.lead_ns, brake) for link in played]
+            block.complete(now.state.tick, all(kept))
+        signals_changed = now.state.signals is not self._signals
+        self._signals = now.state.signals
+        for link in links.values():
+            if link.about.outputs and signals_changed:
+                link.outputs = bits_of(now, link.twin.uid, link.about.outputs)
+            if link.mode is LinkMode.MONITOR or link.about.inputs:
+                self._read(now, link)
+        for link in played:
+            self._watch(now, link)
+
+    def _brake(self, now: Snapshot, robots: set[int]) -> Floats | None:
+        """Return the coordinates (m, nq) of some robots, a tick apart, if all braked now; None: it takes too long."""
+        if not now.state.motions:
+            return now.state.q[None]
+        way = braking_of(robots, now.structure, now.state, now.tick_seconds, self._forward)
+        return way.positions if way.ends else None
+
+    def _read(self, now: Snapshot, link: Link) -> None:
+        report = link.report
+        if report is None or link.twin.uid not in now.structure.robots:
+            return
+        bits, signals = link.inputs_known
+        if link.about.inputs and (report.inputs != bits or now.state.signals is not signals):
+            if changed := inputs_changed(now, link.twin.uid, link.about.inputs, report.inputs):
+                self._world.submit(changed, author_of(now, link))
+            else:
+                link.inputs_known = report.inputs, now.state.signals
+        if link.mode is not LinkMode.MONITOR or link.state is not State.INACTIVE:
+            return
+        at_q, at_v = link.places(now.structure)
+        robot = now.structure.robots[link.twin.uid]
+        q, v = now.state.q.copy(), np.zeros_like(now.state.v)
+        q[at_q], v[at_v] = report.q, report.v
+        command = SetMeasuredJoints(link.twin.uid, q[robot.q_slice], v[robot.v_slice])
+
+        def refused_input(error: KernelError) -> None:
+            if link.mode is LinkMode.MONITOR:
+                log.warning("a reading of %s was refused: %s", name_of(now, link), error)
+
+        def permit(*_: object) -> None:
+            if link.mode is not LinkMode.MONITOR:
+                raise KernelError("it is not monitored any more")
+
+        with suppress(KernelError):  # too many others wait: the next tick has a newer one
+            self._mailbox.put(link.twin.uid, TickInput(command, author_of(now, link), refused_input, permit))
+
+    def _watch(self, now: Snapshot, link: Link) -> None:
+        """Keep what a robot plays, and tell the journal now and then."""
+        if (played := link.played) is None:
+            return
+        played.twin_at(now.state)
+        if link.report is not None and link.is_played:
+            played.reached(link.report.tick)
+        if link.state is State.ACTIVE and played.waiting * now.tick_seconds >= NOTE_SECONDS:
+            self._settling.note(now, link)
+
+
+def _ask_words(link: Link) -> None:
+    """Ask a host for the words of the fault that it has met."""
+    with suppress(DriverFault, KernelError):
+        link.told = link.process.words()
+
+
+def _stop(links: Sequence[Link], now: Snapshot, cause: EndCause, why: str) -> Sequence[Command]:
+    """Return the command that stops those of some robots that do not brake yet."""
+    robots = going(now.state).intersection(link.twin.uid for link in links)
+    return [StopRobots(tuple(sorted(robots)), Cancellation(cause, why))] if robots else ()
+
+
+def _is_starved(link: Link) -> bool:
+    """Return whether a robot goes on by its brake, or has, though nobody has slowed its clock."""
+    report = link.report
+    return report is not None and report.on_brake and report.rate == 1.0
