@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -34,11 +35,7 @@ def chart(
     def x(seconds: float) -> float:
         return round(LEFT + (WIDTH - LEFT - RIGHT) * seconds / end, 1)
 
-    parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" font-family="sans-serif" '
-        'font-size="13">',
-        f'<rect width="{WIDTH}" height="{height}" fill="white"/>',
-    ]
+    parts = _head(height)
     top = float(TOP)
     for panel in panels:
         parts += _panel(panel, top, [x(float(time)) for time in times])
@@ -51,6 +48,62 @@ def chart(
         parts.append(f'<text x="{x(seconds)}" y="{bottom + 18:g}" text-anchor="middle">{seconds:g}</text>')
     parts.append(f'<text x="{x(end / 2)}" y="{height - 8}" text-anchor="middle">{along}</text>')
     return "\n".join([*parts, "</svg>\n"])
+
+
+def plan(ways: Mapping[str, NDArray[np.float64]], size: int = 400) -> str:
+    """Return an SVG of ways (n, 2) from above, by name: x (m) to the right, and y up, at the same scale."""
+    points = np.vstack(list(ways.values()))
+    low, high = points.min(axis=0), points.max(axis=0)
+    scale = size / max(float((high - low).max()), 1e-6)
+    parts = _head(TOP + size + BOTTOM)
+
+    def x(value: float) -> float:
+        return round(LEFT + scale * (value - float(low[0])), 1)
+
+    def y(value: float) -> float:
+        return round(TOP + scale * (float(high[1]) - value), 1)
+
+    for value in (tick for tick in ticks(float(low[0]), float(high[0]), 6) if low[0] <= tick <= high[0]):
+        parts.append(f'<text x="{x(value)}" y="{y(float(low[1])) + 20:g}" text-anchor="middle">{value:g}</text>')
+    for value in (tick for tick in ticks(float(low[1]), float(high[1]), 6) if low[1] <= tick <= high[1]):
+        parts.append(f'<text x="{LEFT - 12}" y="{y(value) + 4:g}" text-anchor="end">{value:g}</text>')
+    for place, (name, way) in enumerate(ways.items()):
+        drawn = " ".join(f"{x(float(east)):g},{y(float(north)):g}" for east, north in way)
+        parts += _curve(drawn, place, name, LEFT + size + 40, TOP)
+    parts.append(
+        f'<text x="{LEFT + size / 2:g}" y="{TOP + size + BOTTOM - 4}" text-anchor="middle">x and y in m</text>'
+    )
+    return "\n".join([*parts, "</svg>\n"])
+
+
+def stacked(*pictures: str) -> str:
+    """Return an SVG of pictures of this module, one below the other."""
+    parts, top = [], 0
+    for picture in pictures:
+        found = re.search(r'viewBox="0 0 \d+ (\d+)"', picture)
+        assert found is not None
+        parts.append(picture.replace("<svg ", f'<svg y="{top}" width="{WIDTH}" height="{found[1]}" ', 1))
+        top += int(found[1])
+    return f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {top}">\n{"".join(parts)}</svg>\n'
+
+
+def _head(height: int) -> list[str]:
+    """Return the first lines of an SVG that is so high."""
+    return [
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {height}" font-family="sans-serif" '
+        'font-size="13">',
+        f'<rect width="{WIDTH}" height="{height}" fill="white"/>',
+    ]
+
+
+def _curve(points: str, place: int, name: str, left: float, top: float) -> list[str]:
+    """Return a curve in the colour of its place, and its name in the legend there."""
+    color, line = COLORS[place % len(COLORS)], top + 10 + 18 * place
+    return [
+        f'<polyline points="{points}" fill="none" stroke="{color}" stroke-width="1.8"/>',
+        f'<path d="M{left} {line:g}h20" stroke="{color}" stroke-width="1.8"/>',
+        f'<text x="{left + 26}" y="{line + 4:g}">{name}</text>',
+    ]
 
 
 def _panel(panel: Panel, top: float, places: Sequence[float]) -> list[str]:
@@ -69,12 +122,8 @@ def _panel(panel: Panel, top: float, places: Sequence[float]) -> list[str]:
     turned = f'transform="translate(18 {top + panel.height / 2:g}) rotate(-90)"'
     parts.append(f'<text {turned} text-anchor="middle">{panel.label}</text>')
     for place, (name, curve) in enumerate(zip(panel.names, panel.curves.T, strict=True)):
-        color = COLORS[place % len(COLORS)]
         points = " ".join(f"{at:g},{y(float(value)):g}" for at, value in zip(places, curve, strict=True))
-        parts.append(f'<polyline points="{points}" fill="none" stroke="{color}" stroke-width="1.8"/>')
-        line = top + 10 + 18 * place
-        parts.append(f'<path d="M{WIDTH - RIGHT + 12} {line:g}h20" stroke="{color}" stroke-width="1.8"/>')
-        parts.append(f'<text x="{WIDTH - RIGHT + 38}" y="{line + 4:g}">{name}</text>')
+        parts += _curve(points, place, name, WIDTH - RIGHT + 12, top)
     return parts
 
 

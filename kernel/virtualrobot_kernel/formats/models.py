@@ -54,11 +54,13 @@ class TranslatedScene:
         text: the scene, as a scene file has it.
         uri: the original file, from which names in the text count.
         warnings: what was odd.
+        craft: what its robot is, as a table of models tells; None where it tells nothing.
     """
 
     text: str
     uri: str
     warnings: tuple[FileWarning, ...] = ()
+    craft: ModelCraft | None = None
 
 
 def import_model(
@@ -127,7 +129,7 @@ def import_model(
         _refuse_mesh_fields(uri, as_part, scale)
         _refuse_srdf(uri, srdf_uri)
         file = files.read(uri)
-        return TranslatedScene(file.data.decode(), file.key)
+        return TranslatedScene(file.data.decode(), file.key, craft=craft)
     formats = tuple(dict.fromkeys((*MODEL_FORMATS, *library.importers.endings)))
     if kind not in formats:
         right = "" if kind else model_table.hint(library.importers.models, uri)

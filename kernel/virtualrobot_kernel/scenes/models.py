@@ -12,7 +12,7 @@ from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.dh import read_table
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.formats.models import ImportedModel, TranslatedScene, import_model
+from virtualrobot_kernel.formats.models import ImportedModel, TranslatedScene, import_model, with_craft
 from virtualrobot_kernel.formats.xml import place_in, refuse_warnings
 from virtualrobot_kernel.messages.dh import denavit_hartenberg, refuse_file_fields, row_inertials
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, node_spec
@@ -148,7 +148,8 @@ def _scene_as_model(
         if isinstance(data, RobotData):
             data = replace(data, source=model.uri, flange=renamed.get(data.flange, data.flange))
         figures = found_figures(meshes, spec.figures, files, model.uri, warnings)
-        nodes.append(replace(spec, name=renamed[spec.name], data=data, figures=figures))
+        spec = replace(spec, name=renamed[spec.name], data=data, figures=figures)
+        nodes.append(with_craft(spec, model.craft) if model.craft and spec.kind is Kind.ROBOT else spec)
     count = sum(isinstance(figure.geometry, Mesh) for node in nodes for figure in node.figures)
     return ImportedModel(tuple(nodes), count, tuple(warnings))
 

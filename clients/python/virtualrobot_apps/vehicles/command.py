@@ -1,21 +1,33 @@
-"""`virtualrobot demo auv`: starts a kernel, leads a vehicle under water through a mission, and ends it."""
+"""`virtualrobot demo auv` and `ugv`: they start a kernel, lead a vehicle through its mission, and end it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
+
+if TYPE_CHECKING:
+    from virtualrobot import Client
+
+PLOT = click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE", help="Draw it: .svg.")
+HEADLESS = click.option("--headless", is_flag=True, help="Open no viewer.")
+SPEED = click.option(
+    "--speed", type=FiniteRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock."
+)
 
 
 @click.command()
 @click.option(
     "--mission", type=click.Path(path_type=Path, dir_okay=False, exists=True), metavar="FILE", help="What it does."
 )
-@click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE", help="Draw it: .svg.")
-@click.option("--headless", is_flag=True, help="Open no viewer.")
-@click.option("--speed", type=FiniteRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock.")
+@PLOT
+@HEADLESS
+@SPEED
 @target_options
 def auv(target: Target, mission: Path | None, plot: Path | None, headless: bool, speed: float | None) -> None:
     """Watch a BlueROV2 follow a path under water against a current.
@@ -25,15 +37,44 @@ def auv(target: Target, mission: Path | None, plot: Path | None, headless: bool,
     """
     from virtualrobot_apps.vehicles import sail
 
+    with stepped(target, plot, headless) as client:
+        sail.main(client, mission, plot, pace_of(speed, headless))
+
+
+@click.command()
+@click.option("--side", type=FiniteRange(0.5, 50.0), default=2.0, show_default=True, help="Side of the square (m).")
+@PLOT
+@HEADLESS
+@SPEED
+@target_options
+def ugv(target: Target, side: float, plot: Path | None, headless: bool, speed: float | None) -> None:
+    """Watch a UGV drive a square by waypoints, with a PI and then with a PID controller.
+
+    In steps, as fast as the wall clock, without viewer as fast as it can. Starts a kernel of its own and ends it; with
+    --address the UGV replaces the world of a kernel that runs already.
+    """
+    from virtualrobot_apps.vehicles import ugv
+
+    with stepped(target, plot, headless) as client:
+        ugv.main(client, side, plot, pace_of(speed, headless))
+
+
+@contextmanager
+def stepped(target: Target, plot: Path | None, headless: bool) -> Iterator[Client]:
+    """Give a client of a kernel whose clock is put back at the end; refuse a plot that cannot be written."""
     if plot is not None and plot.suffix != ".svg":
         raise click.UsageError("--plot takes a name that ends in .svg")
     if plot is not None and not plot.parent.is_dir():
         raise click.UsageError(f"--plot: there is no folder {plot.parent}")
-    pace = speed if speed is not None else (0.0 if headless else 1.0)
     with in_kernel(target, headless, None) as client:
         before = client.clock.read()
         try:
-            sail.main(client, mission, plot, pace)
+            yield client
         finally:
             if before.mode == "realtime":
                 client.clock.set_realtime(before.speed_factor)
+
+
+def pace_of(speed: float | None, headless: bool) -> float:
+    """Return simulated seconds for each second of the wall clock; 0: as fast as it can be."""
+    return speed if speed is not None else (0.0 if headless else 1.0)
