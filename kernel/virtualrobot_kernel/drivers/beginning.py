@@ -1,4 +1,4 @@
-"""How a robot begins to do what its twin does: its conditions, its twin where it stands, its host at play."""
+"""Beginning to do what the twin does: the robot's conditions, its twin where it stands, its host at play."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How robots come to rest: twin and robot wait for each other, then the driver ends what it plays."""
+"""Coming to rest: twin and robot wait for each other, then the driver ends what it plays."""
 
 from __future__ import annotations
 
