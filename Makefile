@@ -7,6 +7,8 @@
 # make stubs  writes the Python stubs and the reference after a change of the contract
 # make image   accepts a break of the contract: writes the image that make test compares it with
 # make picture  takes the pictures of the docs, the README's of the running demo among them
+# make console  builds the page of `virtualrobot console`; run, test and wheel do, too
+# make wheel   writes the wheel, with the built page, to dist/
 # make profiles  draws the pictures of each kind of motion, as the kernel plans it, and those of the sensor models
 # make constraints  writes constraints.txt with today's versions
 #
@@ -22,21 +24,37 @@ VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install -qq --disable-pip-version-check
 NODE_BIN := node_modules/.bin
+# What the console's page is built from; its stubs are of the contract.
+PAGE := clients/python/virtualrobot_apps/console/page/app/index.html
+WEB := clients/python/virtualrobot_apps/console/web
+PAGE_SOURCES := $(shell find $(WEB) -type f -not -path '*/node_modules/*' -not -path '*/generated/*') $(wildcard proto/virtualrobot/v1/*.proto)
 # The contract that clients are promised.
 IMAGE := proto/image.binpb
 
 MAKEFLAGS += --no-print-directory
 # Whatever the shell says: without its bytecode each of some hundred processes compiles the kernel's modules anew.
 export PYTHONDONTWRITEBYTECODE :=
-.PHONY: run test test-all test-long pytest pytest-long hunt durations bench lint ruff pyright pyright-tests buf image stubs constraints picture profiles clean
+.PHONY: run test test-all test-long pytest pytest-long hunt durations bench lint ruff pyright pyright-tests buf image stubs constraints picture profiles console wheel clean
 .DELETE_ON_ERROR:
 
+# Without the page there is still the viewer.
 run: $(VENV)/installed-kernel
+	@$(MAKE) console || true
 	@$(BIN)/virtualrobot demo $(ARGS)
+
+console: $(PAGE)
+
+$(PAGE): $(PAGE_SOURCES) tools/build_page.py | $(VENV)/bin/python
+	@echo "building the console's page ..."
+	@$(BIN)/python tools/build_page.py
+	@touch $@
+
+wheel: $(PAGE)
+	@$(BIN)/python -m pip wheel -q --no-deps -w dist .
 
 # Side by side: what pip and npm set up; then pyright, a minute of one core, and the tests.
 test:
-	@$(MAKE) -j2 ruff buf
+	@$(MAKE) -j2 ruff buf console
 	@$(MAKE) -j2 pyright pytest
 
 test-all: test
@@ -50,12 +68,12 @@ test-long:
 PYTEST := $(BIN)/python -m pytest -q -n 3 --dist loadfile --no-loadscope-reorder
 
 # Deadlines of components are no time to compile in.
-pytest: $(VENV)/installed-dev
+pytest: $(VENV)/installed-dev $(PAGE)
 	@$(BIN)/python tools/compile_code.py
 	@echo "testing ..."
 	@$(PYTEST) --junitxml=$(VENV)/tests.xml $(ARGS)
 
-pytest-long: $(VENV)/installed-dev
+pytest-long: $(VENV)/installed-dev $(PAGE)
 	@echo "testing what takes long ..."
 	@$(PYTEST) -m "long or drawn" $(ARGS)
 
@@ -99,10 +117,11 @@ constraints: $(VENV)/bin/python
 	@$(BIN)/python tools/pin_versions.py
 
 # The README's picture, of the running demo, and others that the kernel takes.
-picture: $(VENV)/installed-dev
+picture: $(VENV)/installed-dev $(PAGE)
 	@$(BIN)/python tools/picture.py docs/pictures
 	@$(BIN)/python tools/picture_sensors.py docs/pictures
 	@$(BIN)/python tools/picture_cameras.py docs/pictures
+	@$(BIN)/python -m tools.picture_console docs/pictures
 
 # The pictures of docs/motion-profiles.md, docs/sensor-models.md, docs/recording.md, docs/avoidance.md and docs/ugv.md.
 profiles: $(VENV)/installed-dev
@@ -113,7 +132,7 @@ profiles: $(VENV)/installed-dev
 	@$(BIN)/virtualrobot demo ugv --headless --plot docs/pictures/ugv.svg
 
 clean:
-	@rm -rf $(VENV) node_modules clients/node/node_modules clients/node/dist build dist *.egg-info .pytest_cache .ruff_cache
+	@rm -rf $(VENV) node_modules clients/node/node_modules clients/node/dist $(WEB)/node_modules $(WEB)/src/generated $(dir $(PAGE)) build dist *.egg-info .pytest_cache .ruff_cache
 
 $(VENV)/bin/python:
 	@command -v $(PYTHON) > /dev/null || { echo "$(PYTHON) is missing; install it (with venv), or name another: make PYTHON=..."; exit 1; }

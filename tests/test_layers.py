@@ -26,6 +26,8 @@ ANYONE = (
     *("virtualrobot_kernel.units", "virtualrobot_kernel.version", "virtualrobot_kernel.whole_files"),
 )
 CONTRACT = ("google.protobuf", "virtualrobot.v1")
+# What `serve` takes from the client: where tokens are, and the console, which is a process of its own.
+CALLED = ("virtualrobot.session", "virtualrobot.console_process")
 
 # Which rooms of the kernel each of its rooms may see: a room stands above all that it names.
 ROOMS: dict[str, tuple[str, ...]] = {
@@ -114,9 +116,9 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         f"{CLIENT}/recording/{name}.py": ("virtualrobot", "numpy", "google", "foxglove_schemas_protobuf")
         for name in ("entities", "mcap_output", "readings", "scenery", "transforms")
     },
-    # The composition root knows every room; `serve` writes the token where the client's rule says.
+    # The composition root knows every room; `serve` writes the token where the client's rule says, starts the console.
     KERNEL: (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.worker"),
-    f"{KERNEL}/serve.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.compiled.cache", "virtualrobot.session"),
+    f"{KERNEL}/serve.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.compiled.cache", *CALLED),
     f"{KERNEL}/world": room("world"),
     f"{KERNEL}/inputs": room("inputs"),
     # Documents are MessagePack.

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parent.parent
 def newest_versions() -> list[str]:
     """Return "name==version" for each distribution of all extras, resolved by pip without installing, sorted."""
     command = [sys.executable, "-m", "pip", "install", "--dry-run", "--ignore-installed", "--quiet", "--report", "-"]
-    report = subprocess.run([*command, f"{ROOT}[kernel,dev,bench]"], check=True, stdout=subprocess.PIPE).stdout
+    report = subprocess.run([*command, f"{ROOT}[kernel,dev,bench,page]"], check=True, stdout=subprocess.PIPE).stdout
     found = [distribution["metadata"] for distribution in json.loads(report)["install"]]
     pins = [f"{metadata['name'].lower()}=={metadata['version']}" for metadata in found]
     return sorted(pin for pin in pins if not pin.startswith("virtualrobot=="))

@@ -26,6 +26,8 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.recent_log import FolderLog, RecentLog, kept_log
 
 if TYPE_CHECKING:
+    from virtualrobot.console_process import ConsoleProcess
+
     from virtualrobot_kernel.components.catalog import Catalog
     from virtualrobot_kernel.history.past import PastFolder
     from virtualrobot_kernel.world.clock import Clock
@@ -142,7 +144,8 @@ def _add_server_options(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--no-token", action="store_true", help="let every program of this machine in")
     parser.add_argument("--tls-certificate", type=Path, help="a PEM file; needed beyond this machine")
     parser.add_argument("--tls-key", type=Path, help="the certificate's key, a PEM file")
-    parser.add_argument("--headless", action="store_true", help="no viewer")
+    parser.add_argument("--headless", action="store_true", help="no viewer and no console")
+    parser.add_argument("--no-console", action="store_true", help="a viewer, but no console")
     parser.add_argument(
         "--viewer-port", type=int, default=8080, help="the first port that the viewer tries (default: 8080)"
     )
@@ -238,6 +241,7 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
     for name in ("SIGINT", "SIGTERM", "SIGBREAK"):
         if hasattr(signal, name):
             signal.signal(getattr(signal, name), lambda *_: ended.set())
+    console = None
     try:
         port = kernel.start()
         with _token_file(options, token, port):
@@ -250,15 +254,27 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
                 print(_told_of_past(past, kernel.world.clock), flush=True)
             if not options.headless:
                 print(f"viewer at {kernel.start_viewer()}", flush=True)
+                console = _console(options, f"{options.host}:{port}", token)
             if options.end_with_input:
                 threading.Thread(target=_wait_for_input, args=(ended,), name="input", daemon=True).start()
             while not ended.wait(0.5):  # a wait without timeout can't be interrupted on Windows
                 pass
     finally:
         _end_after(CLOSE_SECONDS, 1)
+        if console is not None:
+            console.close()
         kernel.close()
         _end_after(LAST_THREADS_SECONDS, 1 if faults else 0)
     return 1 if faults else 0
+
+
+def _console(options: argparse.Namespace, address: str, token: str) -> ConsoleProcess | None:
+    """Start the console beside the kernel, where it is installed and can be asked for a link by this terminal alone."""
+    from virtualrobot.console_process import ConsoleProcess, console_is_installed
+
+    if options.no_console or options.tls_certificate or not console_is_installed():
+        return None
+    return ConsoleProcess(address, token, functools.partial(print, flush=True))
 
 
 def _told_of_past(past: PastFolder, clock: Clock) -> str:

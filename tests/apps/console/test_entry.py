@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import http.client
 import json
+import re
 import socket
 import ssl
 import subprocess
@@ -15,6 +16,7 @@ import pytest
 import trustme
 import virtualrobot
 from virtualrobot import InvalidArgumentError
+from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.console.door import MOST_LINKS, Door
 from virtualrobot_apps.console.serving import listen
 
@@ -210,8 +212,37 @@ def test_small_frames_are_not_held_back() -> None:
 def test_files_of_the_page(console: Console) -> None:
     page = console.ask("/", verb="GET")
     assert page.status == 200 and "default-src 'self'" in page.headers["content-security-policy"]
-    for file in ("/page.js", "/calls.js", "/page.css"):
-        assert console.ask(file, verb="GET").status == 200 and file.lstrip("/") in page.body.decode() + "calls.js"
-    assert console.ask("/../server.py", verb="GET").status == 404
+    assert page.headers["cache-control"] == "no-cache"
+    assert console.ask("/calls.js", verb="GET").headers["content-type"].startswith("text/javascript")
+    for path in re.findall(r'(?:src|href)="(/assets/[^"]+)"', page.body.decode()):
+        file = console.ask(path, verb="GET")
+        assert file.status == 200 and "immutable" in file.headers["cache-control"] and file.body
+    for path in ("/../server.py", "/assets/../../server.py", "/assets/", "/app/index.html"):
+        assert console.ask(path, verb="GET").status == 404
     used = console.ask("/?key=none", verb="GET")
     assert used.status == 403 and "has been used" in used.body.decode()
+
+
+@pytest.mark.long
+def test_serve_starts_it_and_ends_it() -> None:
+    said: list[str] = []
+    with KernelProcess("--no-token", say=said.append):
+        until(lambda: any(line.startswith("console at ") for line in said))
+        (link,) = [line.removeprefix("console at ") for line in said if line.startswith("console at ")]
+        port = urlsplit(link).port or 0
+        connection = http.client.HTTPConnection("127.0.0.1", port)
+        connection.request(
+            "POST", "/virtualrobot.v1.KernelService/GetClock", b"{}", {"content-type": "application/json"}
+        )
+        assert connection.getresponse().status == 200
+        connection.close()
+
+    def is_gone() -> bool:
+        with socket.socket() as asking:
+            return asking.connect_ex(("127.0.0.1", port)) != 0
+
+    until(is_gone)
+    said.clear()
+    with KernelProcess("--no-token", "--no-console", say=said.append) as kernel:
+        assert kernel.viewer_url
+    assert not any("console" in line for line in said)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import sys
+import webbrowser
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -9,25 +12,27 @@ import click
 from virtualrobot.cli.options import Target, target_options
 from virtualrobot.session import DEFAULT_HOST, find_token, is_loopback, split_address
 
-DEFAULT_PORT = 8090
-
 
 @click.command(short_help="Serve the console, and the contract to browsers, curl and MATLAB.")
 @click.option("--listen", "host", default=DEFAULT_HOST, metavar="ADDRESS", help="Where it listens [127.0.0.1].")
-@click.option("--port", type=click.IntRange(0, 65535), default=DEFAULT_PORT, help="0 takes any free one [8090].")
+@click.option("--port", type=click.IntRange(0, 65535), help="0 takes any free one [the first free one from 8090].")
 @click.option("--host-name", "names", multiple=True, metavar="NAME", help="A name that browsers may call it by.")
 @click.option("--origin", "origins", multiple=True, metavar="URL", help="Let pages of this origin call.")
 @click.option("--tls-certificate", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="A PEM file.")
 @click.option("--tls-key", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Its key, a PEM file.")
+@click.option("--browser/--no-browser", default=None, help="Open the page, as it is in a terminal of a desktop.")
+@click.option("--end-with-input", is_flag=True, hidden=True)
 @target_options
 def console(
     target: Target,
     host: str,
-    port: int,
+    port: int | None,
     names: tuple[str, ...],
     origins: tuple[str, ...],
     tls_certificate: Path | None,
     tls_key: Path | None,
+    browser: bool | None,
+    end_with_input: bool,
 ) -> None:
     """Serve the console of a kernel until Ctrl-C, and print a link to it.
 
@@ -51,4 +56,11 @@ def console(
     if not token and not is_loopback(host):
         raise click.UsageError("a kernel without token isn't served to other machines: start it with one")
     kernel = Kernel(address, token, target.certificate, most)
-    run(kernel, Place(host, port, names, origins, tls_certificate, tls_key), click.echo)
+    opened = sys.stdout.isatty() and has_desktop() if browser is None else browser
+    place = Place(host, port, names, origins, tls_certificate, tls_key)
+    run(kernel, place, click.echo, webbrowser.open if opened else None, end_with_input)
+
+
+def has_desktop() -> bool:
+    """Return whether a browser has a window to be opened in; without one Python might start one in the terminal."""
+    return sys.platform != "linux" or bool({"DISPLAY", "WAYLAND_DISPLAY"} & os.environ.keys())

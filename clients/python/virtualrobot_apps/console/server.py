@@ -5,34 +5,28 @@ from __future__ import annotations
 import json
 from collections.abc import AsyncIterator, Callable
 from contextlib import aclosing
-from importlib import resources
 from urllib.parse import parse_qs
 
 from virtualrobot_apps.console.contract import methods
 from virtualrobot_apps.console.door import Door
 from virtualrobot_apps.console.http_calls import PREFIX, Caller, Event, HttpCalls, Receive, Send, refuse
 from virtualrobot_apps.console.page_calls import PageCalls
+from virtualrobot_apps.console.page_files import page_files
 from virtualrobot_apps.console.refusal import Refusal
 from virtualrobot_apps.console.upstream import Upstream
 from virtualrobot_apps.console.wires import Limit
 
-PAGE = {
-    "/": ("index.html", "text/html; charset=utf-8"),
-    "/page.js": ("page.js", "text/javascript; charset=utf-8"),
-    "/calls.js": ("calls.js", "text/javascript; charset=utf-8"),
-    "/page.css": ("page.css", "text/css; charset=utf-8"),
-}
-"""Files of the page by path, and their types."""
-
 _GET_INFO = "/virtualrobot.v1.KernelService/GetInfo"
-_POLICY = "default-src 'self'; img-src 'self' data:; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
+# Textures of meshes come as parts of files that the page has loaded: addresses of its own memory.
+_SOURCES = "default-src 'self'; connect-src 'self' blob:; img-src 'self' blob: data:"
+_POLICY = f"{_SOURCES}; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
 _OF_PAGES = [
     (b"content-security-policy", _POLICY.encode()),
     # The address has the key of a link.
     (b"referrer-policy", b"no-referrer"),
     (b"x-content-type-options", b"nosniff"),
-    (b"cache-control", b"no-cache"),
 ]
+_UNKEPT = (b"cache-control", b"no-store")
 _ALLOWED_HEADERS = ", ".join(
     (
         *("authorization", "client-name", "connect-protocol-version", "connect-timeout-ms", "content-type"),
@@ -52,8 +46,7 @@ class Server:
         self._upstream, self._door, self._limit = upstream, door, limit
         self._calls = HttpCalls(upstream, limit)
         self._link_used = link_used
-        folder = resources.files("virtualrobot_apps.console") / "page"
-        self._files = {path: ((folder / name).read_bytes(), kind) for path, (name, kind) in PAGE.items()}
+        self._files = page_files()
 
     async def __call__(self, scope: Event, receive: Receive, send: Send) -> None:
         """Answer a request, or all calls of a page."""
@@ -110,8 +103,9 @@ class Server:
         elif path == "/" and (key := parse_qs(scope["query_string"].decode("latin-1")).get("key")):
             await self._enter(key[0], send)
         else:
-            data, kind = self._files[path]
-            await _respond(send, 200, data, [(b"content-type", kind.encode()), *_OF_PAGES])
+            file = self._files[path]
+            headers = [(b"content-type", file.type.encode()), (b"cache-control", file.caching.encode())]
+            await _respond(send, 200, file.data, [*headers, *_OF_PAGES])
 
     async def _link(self, scheme: str, caller: Caller, send: Send) -> None:
         """Answer with a link for one more browser, which is good for what the caller's token is good for."""
@@ -131,10 +125,10 @@ class Server:
         cookie = self._door.enter(key)
         if cookie is None:
             said = b"This link has been used, or is none. The console tells the next one where it was started.\n"
-            await _respond(send, 403, said, [(b"content-type", b"text/plain; charset=utf-8"), *_OF_PAGES])
+            await _respond(send, 403, said, [(b"content-type", b"text/plain; charset=utf-8"), _UNKEPT, *_OF_PAGES])
             return
         # The browser forgets the key, and a page that is loaded again does not ask with it.
-        await _respond(send, 303, b"", [(b"location", b"/"), (b"set-cookie", cookie.encode()), *_OF_PAGES])
+        await _respond(send, 303, b"", [(b"location", b"/"), (b"set-cookie", cookie.encode()), _UNKEPT, *_OF_PAGES])
         self._link_used()
 
 

@@ -3,18 +3,26 @@
 from __future__ import annotations
 
 import asyncio
+import os
 import socket
+import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
+from threading import Thread
 
 import uvicorn
 from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.console.door import Door
+from virtualrobot_apps.console.page_files import is_built
 from virtualrobot_apps.console.server import Server
 from virtualrobot_apps.console.upstream import Upstream
 from virtualrobot_apps.console.wires import Limit
+
+FIRST_PORT, TRIED_PORTS = 8090, 10
+"""Ports that are tried before any free one is taken."""
 
 _FRAME_BYTES = 1024
 """Bytes that a frame of a WebSocket may have besides its message."""
@@ -36,24 +44,49 @@ class Kernel:
 
 @dataclass(frozen=True, slots=True)
 class Place:
-    """Address of the console, its names and its certificate, and the origins of pages that may call."""
+    """Address of the console, its names and its certificate, and the origins of pages that may call.
+
+    port: 0 is any free one, None the first free one from 8090.
+    """
 
     host: str
-    port: int
+    port: int | None
     names: Sequence[str]
     origins: Sequence[str]
     tls_certificate: Path | None
     tls_key: Path | None
 
 
-def run(kernel: Kernel, place: Place, say: Callable[[str], None]) -> None:
+def run(
+    kernel: Kernel,
+    place: Place,
+    say: Callable[[str], object],
+    show: Callable[[str], object] | None = None,
+    end_with_input: bool = False,
+) -> None:
     """Serve until Ctrl-C; `say` is told the link, and the next one when it has been used.
+
+    Args:
+        kernel: what is served.
+        place: where.
+        say: is told each line for people.
+        show: is told a link of its own, once it serves.
+        end_with_input: end when the standard input does, as it does however its other end died.
 
     Raises:
         InvalidArgumentError: when nothing can listen there, or the certificate doesn't fit.
     """
-    with listen(place.host, place.port) as listening:
-        asyncio.run(_serve(kernel, place, listening, say))
+    with _listen(place) as listening:
+        asyncio.run(_serve(kernel, place, listening, say, show, end_with_input))
+
+
+def _listen(place: Place) -> socket.socket:
+    if place.port is not None:
+        return listen(place.host, place.port)
+    for port in range(FIRST_PORT, FIRST_PORT + TRIED_PORTS):
+        with suppress(InvalidArgumentError):
+            return listen(place.host, port)
+    return listen(place.host, 0)
 
 
 def listen(host: str, port: int) -> socket.socket:
@@ -73,15 +106,25 @@ def listen(host: str, port: int) -> socket.socket:
     return listening
 
 
-async def _serve(kernel: Kernel, place: Place, listening: socket.socket, say: Callable[[str], None]) -> None:
+async def _serve(
+    kernel: Kernel,
+    place: Place,
+    listening: socket.socket,
+    say: Callable[[str], object],
+    show: Callable[[str], object] | None,
+    end_with_input: bool,
+) -> None:
     port = listening.getsockname()[1]
     door = Door([place.host, *place.names], place.origins, port, place.tls_certificate is not None)
     scheme = "http" if place.tls_certificate is None else "https"
     name = next(iter(place.names), socket.gethostname() if place.host in ("0.0.0.0", "::") else place.host)
     base = f"{scheme}://{f'[{name}]' if ':' in name else name}:{port}"
 
+    def link() -> str:
+        return f"{base}/?key={door.new_link(kernel.token)}"
+
     def tell(words: str) -> None:
-        say(f"{words} {base}/?key={door.new_link(kernel.token)}")
+        say(f"{words} {link()}")
 
     upstream = Upstream(kernel.address, kernel.certificate)
     server = Server(upstream, door, Limit(kernel.message_bytes), lambda: tell("a link for another browser:"))
@@ -111,7 +154,20 @@ async def _serve(kernel: Kernel, place: Place, listening: socket.socket, say: Ca
         raise InvalidArgumentError(f"--tls-certificate and --tls-key are no certificate and its key: {error}") from None
     tell("console at")
     say(f"the link is good once; programs call {base}/virtualrobot.v1.SERVICE/METHOD")
+    if not is_built():
+        say("its page is not built: in a clone of the repository, make console")
+    if show is not None:
+        show(link())
+    uvicorn_server = uvicorn.Server(config)
+    if end_with_input:
+        Thread(target=_await_end_of_input, args=(uvicorn_server,), name="input", daemon=True).start()
     try:
-        await uvicorn.Server(config).serve([listening])
+        await uvicorn_server.serve([listening])
     finally:
         await upstream.close()
+
+
+def _await_end_of_input(server: uvicorn.Server) -> None:
+    while os.read(sys.stdin.fileno(), 4096):
+        pass
+    server.should_exit = True

@@ -1,0 +1,72 @@
+// The page's frame: what is on top, left, in the middle, right, below.
+import { signal } from "@preact/signals";
+import { undo, redo } from "./kernel/orders";
+import { goal } from "./kernel/goal";
+import { selected } from "./kernel/world";
+import { Tabs } from "./parts/tabs";
+import { Bottom } from "./panels/bottom";
+import { Pendant } from "./panels/pendant";
+import { Properties } from "./panels/properties";
+import { Status } from "./panels/status";
+import { Top } from "./panels/top";
+import { Tree } from "./panels/tree";
+import { View, viewport } from "./panels/view";
+import { stop } from "./kernel/stop";
+import { tool } from "./view/gizmo";
+
+const right = signal("pendant");
+
+export function App() {
+  return (
+    <div class="shell">
+      <Top />
+      <aside class="left" aria-label="Scene">
+        <Tabs label="Left" chosen="scene" choose={() => {}} tabs={[{ id: "scene", icon: "waypoints", name: "Scene" }]} />
+        <Tree />
+      </aside>
+      <View />
+      <aside class="right" aria-label="Robot and properties">
+        <Tabs label="Right" chosen={right.value} choose={(id) => (right.value = id)} tabs={[
+          { id: "pendant", icon: "gamepad-2", name: "Pendant" },
+          { id: "properties", icon: "box", name: "Properties" },
+        ]} />
+        {right.value === "pendant" ? <Pendant /> : <Properties />}
+      </aside>
+      <Bottom />
+      <Status />
+    </div>
+  );
+}
+
+/** Returns whether a key is meant for a field that is typed into; no number has a space in it. */
+function isTyped(event: KeyboardEvent): boolean {
+  const target = event.target as HTMLElement;
+  if (!(target instanceof HTMLInputElement)) return target.tagName === "SELECT" && event.code !== "Space";
+  return target.type !== "range" && !target.readOnly && !(event.code === "Space" && target.inputMode === "decimal");
+}
+
+const KEYS: Record<string, () => void> = {
+  q: () => (tool.value = "select"),
+  w: () => (tool.value = "translate"),
+  e: () => (tool.value = "rotate"),
+  f: () => viewport.current?.frame(selected.value),
+  Escape: () => goal.clear(),
+};
+
+addEventListener(
+  "keydown",
+  (event) => {
+    if (isTyped(event)) return;
+    if (event.code === "Space") {
+      // Whatever has the focus: a button that would be pressed by it is not.
+      event.preventDefault();
+      event.stopPropagation();
+      if (!event.repeat) void stop();
+    } else if (event.key.toLowerCase() === "z" && (event.ctrlKey || event.metaKey)) {
+      event.preventDefault();
+      void (event.shiftKey ? redo() : undo());
+    } else if (!event.ctrlKey && !event.metaKey && !event.altKey && KEYS[event.key]) KEYS[event.key]();
+  },
+  { capture: true },
+);
+addEventListener("keyup", (event) => event.code === "Space" && !isTyped(event) && event.preventDefault(), { capture: true });

@@ -1,0 +1,116 @@
+// Where the chosen robot shall go: joints as sliders say, or the postures that reach where the handle was dragged.
+import { computed, effect, signal } from "@preact/signals";
+import type { MessageInitShape } from "@bufbuild/protobuf";
+import { ConnectError } from "@connectrpc/connect";
+import type { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
+import { ofArray } from "./arrays";
+import { say } from "./messages";
+import { run } from "./orders";
+import { robots } from "./services";
+import { chosen } from "./world";
+
+type AnyPose = MessageInitShape<typeof PoseSchema>;
+
+export interface Goal {
+  robot: string;
+  /** Radians or meters by joint. */
+  jointPositions: Record<string, number>;
+}
+
+export interface Branch extends Goal {
+  name: string;
+}
+
+export type Reach = "unknown" | "reached" | "unreachable";
+
+class Goals {
+  /** All postures that reach the wanted pose, the nearest first, and which of them is shown. */
+  readonly branches = signal<readonly Branch[]>([]);
+  readonly branch = signal(0);
+  readonly reach = signal<Reach>("unknown");
+  readonly explanation = signal("");
+  readonly joints = signal<Goal | undefined>(undefined);
+  readonly way = signal<"PTP" | "LIN">("PTP");
+  readonly shown = computed<Goal | undefined>(() => this.joints.value ?? this.branches.value[this.branch.value]);
+  #pose: AnyPose | undefined;
+  #asking = false;
+  #next: [string, AnyPose] | undefined;
+
+  /** Wants one joint elsewhere; the others stay where they are, or are wanted already. */
+  setJoint(robot: string, joint: string, position: number): void {
+    const before = this.joints.peek();
+    const kept = before?.robot === robot ? before.jointPositions : (this.branches.peek()[this.branch.peek()]?.jointPositions ?? {});
+    this.#clearBranches();
+    this.joints.value = { robot, jointPositions: { ...kept, [joint]: position } };
+  }
+
+  /** Asks for the postures that have the tool centre point at a pose in the world; of quick questions the last one counts. */
+  async ask(robot: string, world_t_tcp: AnyPose): Promise<void> {
+    this.#next = [robot, world_t_tcp];
+    if (this.#asking) return;
+    this.#asking = true;
+    while (this.#next) {
+      const [of, pose] = this.#next;
+      this.#next = undefined;
+      try {
+        await this.#solve(of, pose);
+      } catch (error) {
+        say(ConnectError.from(error).rawMessage, "error");
+      }
+    }
+    this.#asking = false;
+  }
+
+  clear(): void {
+    this.joints.value = undefined;
+    this.#clearBranches();
+  }
+
+  /** Moves the robot to what is shown. */
+  async go(): Promise<void> {
+    const goal = this.shown.peek();
+    if (!goal) return;
+    const { robot, jointPositions } = goal;
+    const line = this.way.peek() === "LIN" && this.#pose !== undefined;
+    const move = line
+      ? { case: "linear" as const, value: { goal: { referenceTTcp: this.#pose } } }
+      : { case: "pointToPoint" as const, value: { goal: { case: "joints" as const, value: { jointPositions } } } };
+    if (await run({ moves: [{ robot, speedFactor: 0.5, move }] })) this.clear();
+  }
+
+  get isPose(): boolean {
+    return this.branches.value.length > 0;
+  }
+
+  async #solve(robot: string, pose: AnyPose): Promise<void> {
+    const said = await robots.solveInverse({ robot, referenceTTcp: pose });
+    const joints = said.jointNames, numbers = said.solutions ? ofArray(said.solutions) : new Float64Array();
+    const found = Array.from({ length: joints.length ? numbers.length / joints.length : 0 }, (_, row) => ({
+      robot,
+      name: said.configurations[row] || `posture ${row + 1}`,
+      jointPositions: Object.fromEntries(joints.map((joint, place) => [joint, numbers[row * joints.length + place]])),
+    }));
+    this.joints.value = undefined;
+    this.#pose = pose;
+    this.branch.value = 0;
+    this.branches.value = found;
+    this.reach.value = found.length > 0 ? "reached" : "unreachable";
+    this.explanation.value = found.length > 0 ? "" : said.explanation;
+  }
+
+  #clearBranches(): void {
+    this.#pose = undefined;
+    this.branches.value = [];
+    this.branch.value = 0;
+    this.reach.value = "unknown";
+    this.explanation.value = "";
+  }
+}
+
+export const goal = new Goals();
+
+// A goal is of one robot.
+effect(() => {
+  void chosen.value;
+  goal.clear();
+});

@@ -1,0 +1,88 @@
+// What people ask of the kernel, besides jogs and STOP.
+import type { MessageInitShape } from "@bufbuild/protobuf";
+import { ConnectError } from "@connectrpc/connect";
+import type { Pose } from "../generated/virtualrobot/v1/geometry_pb";
+import { BusyPolicy, DisconnectPolicy, MotionPhase, type MotionSpecSchema } from "../generated/virtualrobot/v1/motion_pb";
+import type { CommandSchema } from "../generated/virtualrobot/v1/scene_pb";
+import type { SignalValue } from "../generated/virtualrobot/v1/signal_pb";
+import { attempt, say } from "./messages";
+import { history, motions, scenes } from "./services";
+import * as world from "./world";
+
+type Commands = MessageInitShape<typeof CommandSchema>["command"];
+
+/** Changes the world by commands, all of them or none; returns whether they were applied. */
+export async function apply(...commands: Commands[]): Promise<boolean> {
+  return (await attempt(scenes.apply({ commands: commands.map((command) => ({ command })) }))) !== undefined;
+}
+
+export function rename(name: string, to: string): Promise<boolean> {
+  return apply({ case: "updateNode", value: { name, node: { name: to }, updateMask: { paths: ["name"] } } });
+}
+
+export function setHidden(name: string, hidden: boolean): Promise<boolean> {
+  return apply({ case: "updateNode", value: { name, node: { hidden }, updateMask: { paths: ["hidden"] } } });
+}
+
+export function place(name: string, parent_t_node: Pose): Promise<boolean> {
+  const value = { name, node: { parentTNode: parent_t_node }, updateMask: { paths: ["parent_t_node"] } };
+  return apply({ case: "updateNode", value });
+}
+
+export function attach(name: string, parent: string): Promise<boolean> {
+  return apply({ case: "attachNode", value: { name, parent } });
+}
+
+export function remove(name: string): Promise<boolean> {
+  return apply({ case: "removeNode", value: { name } });
+}
+
+export function setSpeedFactor(factor: number): Promise<boolean> {
+  return apply({ case: "setSpeedFactor", value: { factor } });
+}
+
+export function setSignal(name: string, kind: SignalValue["kind"]): Promise<boolean> {
+  return apply({ case: "setSignal", value: { name, value: { kind } } });
+}
+
+/** Makes a target where the robot's tool centre point is now, with its posture. */
+export async function teach(robot: string): Promise<void> {
+  const state = world.states.value.get(robot), about = world.robots.value.get(robot);
+  if (!state || !about) return;
+  const single = about.joints.flatMap(({ coordinateNames }) => coordinateNames);
+  const jointPositions = Object.fromEntries(single.map((name, place) => [name, state.positions[place]]));
+  let number = 1;
+  while (world.items.value.has(`P${number}`)) number++;
+  const target = { robot, tool: state.tool ?? "", toolCenterPoint: state.toolCenterPoint, jointPositions };
+  const node = { name: `P${number}`, parentTNode: state.worldTTcp, kind: { case: "target" as const, value: target } };
+  if (await apply({ case: "createNode", value: { node } })) {
+    say(`taught P${number} with ${robot}`, "good");
+    world.selected.value = `P${number}`;
+  }
+}
+
+/** Starts a motion, which goes on only while this page is there, and tells how it ends. */
+export async function run(spec: MessageInitShape<typeof MotionSpecSchema>): Promise<boolean> {
+  try {
+    const options = { busyPolicy: BusyPolicy.PREEMPT, onDisconnect: DisconnectPolicy.STOP };
+    const { motion, notes } = await motions.startMotion({ spec, ...options });
+    for (const note of notes) say(note.message);
+    for await (const now of motions.watchMotion({ id: motion?.id ?? "", maxRateHertz: 5 })) {
+      if (now.motion?.phase === MotionPhase.SUCCEEDED) return true;
+      if (now.motion?.endReason) say(now.motion.endReason, "warning");
+    }
+  } catch (error) {
+    say(ConnectError.from(error).rawMessage, "error");
+  }
+  return false;
+}
+
+export async function undo(): Promise<void> {
+  const said = await attempt(history.undo({}));
+  if (said?.undone) say(`undone: ${said.undone.label}`);
+}
+
+export async function redo(): Promise<void> {
+  const said = await attempt(history.redo({}));
+  if (said?.redone) say(`done again: ${said.redone.label}`);
+}

@@ -1,0 +1,210 @@
+// The watches by which this page knows the world; one that ends is begun again.
+import { Code, ConnectError } from "@connectrpc/connect";
+import { StepKind } from "../generated/virtualrobot/v1/history_pb";
+import { ClockMode } from "../generated/virtualrobot/v1/kernel_pb";
+import type { Lease } from "../generated/virtualrobot/v1/lease_pb";
+import type { WatchSceneResponse } from "../generated/virtualrobot/v1/scene_pb";
+import { ofArray } from "./arrays";
+import { attempt, say } from "./messages";
+import * as service from "./services";
+import * as world from "./world";
+
+const RATE_HERTZ = Number(new URLSearchParams(location.search).get("rate") ?? 30);
+const AGAIN_MS = 700;
+const POLL_MS = 500;
+const MOST_STEPS = 60;
+
+let epoch = 0n;
+
+/** Begins all watches; they go on for ever. */
+export function watch(): void {
+  void follow(() => service.scenes.watchScene({ maxRateHertz: RATE_HERTZ }), takeScene);
+  void follow(
+    () => service.robots.watchRobotStates({ maxRateHertz: RATE_HERTZ }),
+    (said, first) => {
+      const next = new Map(first ? [] : world.states.value);
+      for (const state of said.robots) next.set(state.name, state);
+      for (const name of said.removedNames) next.delete(name);
+      world.states.value = next;
+      for (const hear of world.hearers.states) hear(said.stamp?.simulationTimeSeconds ?? 0);
+    },
+  );
+  void follow(
+    () => service.kernel.watchClock({ maxRateHertz: 4 }),
+    (said) => {
+      world.clock.value = said.clock;
+      world.simulationTime.value = said.stamp?.simulationTimeSeconds ?? 0;
+    },
+  );
+  void follow(
+    () => service.signals.watchSignals({}),
+    (said, first) => {
+      const next = new Map(first ? [] : world.cellSignals.value);
+      for (const one of said.signals) next.set(one.name, one);
+      for (const name of said.removedNames) next.delete(name);
+      world.cellSignals.value = next;
+    },
+  );
+  void follow(
+    () => service.collisions.watchCollisions({}),
+    (said) => {
+      world.touching.value = said.touching;
+      for (const { what } of said.events) {
+        if (what.case === "begun") say(`${what.value.pair?.first} touches ${what.value.pair?.second}`, "warning");
+      }
+    },
+  );
+  void follow(
+    () => service.drivers.watchDrivers({ maxRateHertz: 10 }),
+    (said) => {
+      world.drivers.value = said.drivers;
+      world.cell.value = said.cell;
+    },
+  );
+  void followSteps();
+  setInterval(() => void poll(), POLL_MS);
+}
+
+/** Begins a watch again and again, and takes what it tells; `first` says that all is told anew. */
+async function follow<T>(begin: () => AsyncIterable<T>, take: (said: T, first: boolean) => void | Promise<void>): Promise<never> {
+  for (;;) {
+    let first = true;
+    try {
+      for await (const said of begin()) {
+        await take(said, first);
+        if (first) told();
+        first = false;
+      }
+    } catch (error) {
+      lost(ConnectError.from(error));
+    }
+    await new Promise((resolve) => setTimeout(resolve, AGAIN_MS));
+  }
+}
+
+function told(): void {
+  if (world.connection.value === "connected") return;
+  if (world.connection.value === "lost") say("connected again", "good");
+  world.connection.value = "connected";
+  world.trouble.value = "";
+  void service.kernel.getInfo({}).then((said) => (world.info.value = said), () => {});
+}
+
+function lost(error: ConnectError): void {
+  const refused = error.code === Code.Unauthenticated || error.code === Code.PermissionDenied;
+  if (!refused && error.code !== Code.Unavailable) {
+    if (error.code !== Code.Canceled) say(error.rawMessage, "error");
+    return;
+  }
+  if (world.connection.value === "connected") say(error.rawMessage, "error");
+  world.connection.value = refused ? "refused" : "lost";
+  world.trouble.value = error.rawMessage;
+}
+
+function takeScene(said: WatchSceneResponse): void {
+  if (said.stamp && said.stamp.epoch !== epoch) {
+    epoch = said.stamp.epoch;
+    forget();
+  }
+  // Who was too slow is told everything anew, the world's own node first.
+  const whole = said.nodes.some((node) => node.kind.case === "world");
+  if (said.nodes.length > 0 || said.removedUids.length > 0) takeNodes(said, whole);
+  if (said.worldTNode) {
+    const rows = ofArray(said.worldTNode);
+    for (const hear of world.hearers.poses) hear(said.movedUids, rows);
+  }
+  if (said.stamp) world.simulationTime.value = said.stamp.simulationTimeSeconds;
+}
+
+function takeNodes(said: WatchSceneResponse, whole: boolean): void {
+  const next = new Map(whole ? [] : world.items.value);
+  if (whole) world.names.clear();
+  const renamed = new Map<string, string>();
+  for (const uid of said.removedUids) {
+    next.delete(world.names.get(uid) ?? "");
+    world.names.delete(uid);
+  }
+  for (const node of said.nodes) {
+    const before = world.names.get(node.uid);
+    if (before !== undefined && before !== node.name) {
+      next.delete(before);
+      renamed.set(before, node.name);
+    }
+    world.names.set(node.uid, node.name);
+    const kind = node.kind.case ?? "object";
+    const parent = kind === "world" ? "" : node.parent || "world";
+    next.set(node.name, { uid: node.uid, name: node.name, parent, hidden: node.hidden, kind, node });
+  }
+  world.items.value = next;
+  for (const name of [world.selected, world.chosen]) {
+    name.value = renamed.get(name.value) ?? (next.has(name.value) ? name.value : "");
+  }
+  const changed = new Set(said.nodes.map(({ name }) => world.robotOf(name)));
+  const known = new Map([...world.robots.value].filter(([name]) => next.get(name)?.kind === "robot"));
+  world.robots.value = known;
+  for (const name of changed) if (name) void describe(name);
+  if (!world.chosen.value) world.chosen.value = world.robotNames.value[0] ?? "";
+  for (const hear of world.hearers.structure) hear(renamed);
+}
+
+async function describe(name: string): Promise<void> {
+  try {
+    const said = await service.robots.getRobot({ name });
+    world.robots.value = new Map(world.robots.value).set(name, said);
+  } catch {
+    // It is gone again, which the scene tells.
+  }
+}
+
+/** Forgets the nodes of another world: of a kernel before this one, or before a scene was loaded. */
+function forget(): void {
+  world.names.clear();
+  world.items.value = world.robots.value = new Map();
+}
+
+async function followSteps(): Promise<never> {
+  return follow(
+    async function* () {
+      const { steps } = await service.history.listSteps({ pageSize: MOST_STEPS });
+      world.steps.value = steps;
+      yield* service.history.watchSteps({});
+    },
+    async (said) => {
+      // What is taken back changes steps that were told before.
+      if (said.steps.some(({ kind }) => kind === StepKind.UNDO || kind === StepKind.REDO || kind === StepKind.RESTORE)) {
+        world.steps.value = (await service.history.listSteps({ pageSize: MOST_STEPS })).steps;
+        return;
+      }
+      const replaced = (number: bigint) => said.steps.some((step) => step.firstNumber <= number && number <= step.number);
+      const kept = world.steps.value.filter(({ number }) => !replaced(number));
+      world.steps.value = [...said.steps.toReversed(), ...kept].slice(0, MOST_STEPS);
+    },
+  );
+}
+
+/** Asks for what no watch tells: running motions, leases, and which steps have been taken back. */
+async function poll(): Promise<void> {
+  if (world.connection.value !== "connected" || document.hidden) return;
+  try {
+    const [running, leased] = await Promise.all([
+      service.motions.listMotions({ runningOnly: true }),
+      service.leases.listLeases({}),
+    ]);
+    world.motions.value = running.motions;
+    world.speedFactor.value = running.speedFactor;
+    if (!isSame(leased.leases, world.leases.value)) world.leases.value = leased.leases;
+  } catch {
+    // The watches tell when the kernel is gone.
+  }
+}
+
+function isSame(leases: readonly Lease[], others: readonly Lease[]): boolean {
+  const words = (some: readonly Lease[]) => JSON.stringify(some.map(({ id, robots, owner }) => [id, robots, owner]));
+  return words(leases) === words(others);
+}
+
+/** Lets time stand still, or go on. */
+export async function holdTime(): Promise<void> {
+  const stepped = world.clock.value?.mode === ClockMode.STEPPED;
+  await attempt(service.kernel.setClock({ mode: stepped ? ClockMode.REALTIME : ClockMode.STEPPED }));
+}

@@ -1,0 +1,12 @@
+// The page of `virtualrobot console`.
+import { render } from "preact";
+import { App } from "./app";
+import { watch } from "./kernel/watches";
+import "./parts/theme";
+import "./style/base.css";
+import "./style/frame.css";
+import "./style/parts.css";
+import "./style/panels.css";
+
+watch();
+render(<App />, document.getElementById("app")!);

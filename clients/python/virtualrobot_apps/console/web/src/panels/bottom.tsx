@@ -1,0 +1,88 @@
+// What happens below the view: joints over time, signals, collisions, history, messages.
+import { signal } from "@preact/signals";
+import { StepKind } from "../generated/virtualrobot/v1/history_pb";
+import { messages, type Level } from "../kernel/messages";
+import { cellSignals, selected, steps, touching } from "../kernel/world";
+import { Icon } from "../parts/icons";
+import { Tabs } from "../parts/tabs";
+import { Plot } from "./plot";
+import { Signals } from "./signals";
+
+const shown = signal("plot");
+const COLORS: Record<Level, string> = { info: "var(--muted)", good: "var(--good)", warning: "var(--warning)", error: "var(--danger)" };
+
+export function Bottom() {
+  const errors = messages.value.filter(({ level }) => level === "error").length;
+  return (
+    <section class="bottom" aria-label="What happens">
+      <Tabs label="Below" chosen={shown.value} choose={(id) => (shown.value = id)} tabs={[
+        { id: "plot", icon: "chart-line", name: "Joints" },
+        { id: "signals", icon: "toggle-left", name: "Signals", count: cellSignals.value.size },
+        { id: "collisions", icon: "zap", name: "Collisions", count: touching.value.length, alarm: true },
+        { id: "history", icon: "history", name: "History" },
+        { id: "messages", icon: "message-square", name: "Messages", count: errors, alarm: true },
+      ]} />
+      {shown.value === "plot" && <Plot />}
+      {shown.value === "signals" && <Signals />}
+      {shown.value === "collisions" && <Collisions />}
+      {shown.value === "history" && <History />}
+      {shown.value === "messages" && <Messages />}
+    </section>
+  );
+}
+
+function Collisions() {
+  return (
+    <div class="list">
+      {touching.value.length === 0 && <p class="hint">Nothing touches that may not.</p>}
+      {touching.value.map(({ pair, simulationTimeSeconds }) => (
+        <div key={`${pair?.first} ${pair?.second}`} class="entry">
+          <Icon name="zap" size={14} color="var(--danger)" />
+          <NodeLink name={pair?.first ?? ""} />
+          <span class="muted">touches</span>
+          <NodeLink name={pair?.second ?? ""} />
+          <span class="mono muted">since {simulationTimeSeconds.toFixed(2)} s</span>
+        </div>
+      ))}
+    </div>
+  );
+}
+
+function NodeLink({ name }: { name: string }) {
+  return <button type="button" class="link" onClick={() => (selected.value = name)}>{name}</button>;
+}
+
+const STEP_ICONS: Partial<Record<StepKind, string>> = {
+  [StepKind.EDIT]: "pencil", [StepKind.UNDO]: "undo-2", [StepKind.REDO]: "redo-2", [StepKind.MOTION]: "play", [StepKind.SIGNAL]: "toggle-left",
+};
+
+function History() {
+  return (
+    <div class="list" id="history">
+      {steps.value.length === 0 && <p class="hint">Nothing has been changed yet.</p>}
+      {steps.value.map(({ number, kind, label, author, time, undone }) => (
+        <div key={number} class={`entry ${undone ? "undone" : ""}`}>
+          <span class="mono muted">{time ? new Date(1000 * Number(time.seconds)).toTimeString().slice(0, 8) : ""}</span>
+          <Icon name={STEP_ICONS[kind] ?? "history"} size={13} color="var(--muted)" />
+          <span class="grow cut">{label}</span>
+          <span class="muted cut">{author}</span>
+        </div>
+      ))}
+    </div>
+  );
+}
+
+function Messages() {
+  return (
+    <div class="list" id="messages">
+      {messages.value.length === 0 && <p class="hint">Nothing to tell.</p>}
+      {messages.value.toReversed().map(({ number, time, level, text }) => (
+        <div key={number} class="entry">
+          <span class="mono muted">{time}</span>
+          <Icon name={level === "info" || level === "good" ? "message-square" : "triangle-alert"} size={13} color={COLORS[level]} />
+          <span class="grow words">{text}</span>
+        </div>
+      ))}
+    </div>
+  );
+}

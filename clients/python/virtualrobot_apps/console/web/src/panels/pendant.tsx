@@ -1,0 +1,100 @@
+// The pendant: joints, jogs of the tool centre point, where it is, tools, and where the robot shall go.
+import { goal } from "../kernel/goal";
+import { jogSpeed } from "../kernel/jog";
+import { teach } from "../kernel/orders";
+import { chosen, leases, robotNames, robots, selected, states } from "../kernel/world";
+import { Icon } from "../parts/icons";
+import { NotationChoice, PoseFields } from "../parts/pose_fields";
+import { Joints } from "./joints";
+import { ToolJog } from "./tool_jog";
+import { Tools } from "./tools";
+
+export function Pendant() {
+  const name = chosen.value;
+  const about = robots.value.get(name), state = states.value.get(name);
+  if (!about || !state) {
+    return <div class="body"><p class="hint">There is no robot here yet. <code>virtualrobot load model://NAME</code> brings one.</p></div>;
+  }
+  const lease = leases.value.find((one) => one.robots.includes(name));
+  return (
+    <>
+      <div class="body" id="pendant">
+        <div class="row">
+          <select class="select grow" aria-label="Robot" value={name} onChange={(event) => (chosen.value = selected.value = event.currentTarget.value)}>
+            {robotNames.value.map((one) => <option key={one} value={one}>{one}</option>)}
+          </select>
+          <span class="select readonly" title="The tool that poses are of">{state.tool || "flange"}</span>
+        </div>
+        {lease && <p class="hint warned"><Icon name="lock" size={13} /> {lease.owner} has leased it: others can't move it.</p>}
+        <Joints robot={name} about={about} state={state} />
+        <ToolJog robot={name} />
+        <section>
+          <h4>
+            Tool in world
+            <NotationChoice />
+          </h4>
+          <PoseFields pose={state.worldTTcp} write={(pose) => void goal.ask(name, pose)} />
+          <div class="row">
+            <button type="button" class="button grow" title="Keep this place as a target of the world" onClick={() => void teach(name)}>
+              <Icon name="map-pin" size={14} />Teach target
+            </button>
+          </div>
+        </section>
+        <Tools robot={name} state={state} />
+        <Branches />
+      </div>
+      <Go />
+    </>
+  );
+}
+
+/** All postures that reach the wanted place, to click through. */
+function Branches() {
+  const unreachable = goal.reach.value === "unreachable";
+  if (!goal.isPose && !unreachable) return null;
+  return (
+    <section aria-label="Postures">
+      <h4>
+        {unreachable ? <span class="bad">Out of reach</span> : <span>Postures <span class="muted">{goal.branches.value.length}</span></span>}
+      </h4>
+      {unreachable && <p class="hint">{goal.explanation.value}</p>}
+      <div class="chips">
+        {goal.branches.value.slice(0, 16).map(({ name }, place) => (
+          <button key={place} type="button" class="chip" aria-pressed={goal.branch.value === place} onClick={() => (goal.branch.value = place)}>
+            {name}
+          </button>
+        ))}
+      </div>
+    </section>
+  );
+}
+
+function Go() {
+  if (!goal.shown.value) return null;
+  return (
+    <div class="footer">
+      {goal.isPose && (
+        <select class="select way" aria-label="Way" value={goal.way.value} onChange={(event) => (goal.way.value = event.currentTarget.value as "PTP" | "LIN")}>
+          <option value="PTP" title="Joints together">PTP</option>
+          <option value="LIN" title="The tool in a straight line">LIN</option>
+        </select>
+      )}
+      <button type="button" class="button primary grow" id="go" onClick={() => void goal.go()}>
+        <Icon name="play" size={14} />Move to ghost
+      </button>
+      <button type="button" class="button" title="Drop the ghost (Esc)" onClick={() => goal.clear()}><Icon name="x" size={14} /></button>
+    </div>
+  );
+}
+
+export function JogSpeed() {
+  const percent = Math.round(100 * jogSpeed.value);
+  return (
+    <div class="row" title="Speed of jogs, of the greatest one for teaching">
+      <span class="muted">Jog speed</span>
+      <input class="slider grow" type="range" min="5" max="100" step="5" value={percent} aria-label="Jog speed, %"
+        onInput={(event) => (jogSpeed.value = Number(event.currentTarget.value) / 100)} />
+      <span class="mono percent">{percent} %</span>
+    </div>
+  );
+}

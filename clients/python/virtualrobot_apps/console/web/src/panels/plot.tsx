@@ -1,0 +1,141 @@
+// Joints of the chosen robot over time.
+import { effect, signal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import UPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
+import { chosen, hearers, robots, states } from "../kernel/world";
+import { Choice } from "../parts/choice";
+import { Icon } from "../parts/icons";
+import { fixed, unitOf } from "../parts/numbers";
+import { theme } from "../parts/theme";
+
+type Quantity = "positions" | "velocities";
+
+const COLORS = ["#4b9dff", "#ff9e4a", "#4cc38a", "#f0616d", "#c58bff", "#4ecdc4", "#ffd65c", "#9aa7b5"];
+const MOST = 900;
+const LEGEND_ROWS = 12;
+
+const quantity = signal<Quantity>("positions");
+const paused = signal(false);
+const unseen = signal<ReadonlySet<string>>(new Set());
+const samples: { times: number[]; positions: number[][]; velocities: number[][] } = { times: [], positions: [], velocities: [] };
+
+effect(() => {
+  void chosen.value;
+  forget();
+});
+
+hearers.states.add((time) => {
+  const state = states.peek().get(chosen.peek());
+  if (!state || paused.peek()) return;
+  const last = samples.times.at(-1);
+  if (last !== undefined && time < last) forget();
+  if (time === last) return;
+  if (samples.times.length === MOST) for (const list of [samples.times, samples.positions, samples.velocities]) list.shift();
+  samples.times.push(time);
+  samples.positions.push(state.positions);
+  samples.velocities.push(state.velocities);
+});
+
+function forget(): void {
+  samples.times = [];
+  samples.positions = [];
+  samples.velocities = [];
+}
+
+interface Column {
+  name: string;
+  place: number;
+  factor: number;
+  unit: string;
+}
+
+/** Returns the joints of one coordinate, in the order of values. */
+function columns(): Column[] {
+  let place = 0;
+  return (robots.value.get(chosen.value)?.joints ?? []).flatMap(({ name, type, coordinateCount, velocityCount }) => {
+    const at = place;
+    place += quantity.value === "positions" ? coordinateCount : velocityCount;
+    return coordinateCount === 1 && type !== JointType.FLOATING ? [{ name, place: at, ...unitOf(type) }] : [];
+  });
+}
+
+export function Plot() {
+  const host = useRef<HTMLDivElement>(null);
+  const shown = columns();
+  const state = states.value.get(chosen.value);
+  const key = JSON.stringify([shown, theme.value, quantity.value, [...unseen.value]]);
+  useEffect(() => draw(host.current!, shown), [key]);
+  return (
+    <>
+      <div class="plot">
+        <div class="grow" ref={host} />
+        <div class="legend">
+          {shown.slice(0, LEGEND_ROWS).map(({ name, place, factor, unit }, number) => (
+            <button key={name} type="button" class="series" aria-pressed={!unseen.value.has(name)} title={name} onClick={() => toggle(name)}>
+              <u style={{ background: COLORS[number % COLORS.length] }} />
+              <span class="grow">J{number + 1}</span>
+              <span class="mono muted">{fixed((state?.[quantity.value][place] ?? 0) * factor, 1)} {unit}</span>
+            </button>
+          ))}
+        </div>
+      </div>
+      <div class="under">
+        <button type="button" class="tool small" title={paused.value ? "Go on" : "Hold the plot"} onClick={() => (paused.value = !paused.value)}>
+          <Icon name={paused.value ? "play" : "pause"} size={14} />
+        </button>
+        <span class="muted grow cut">{chosen.value || "no robot"}</span>
+        <Choice label="Quantity" options={[["positions", "positions"], ["velocities", "velocities"]]} chosen={quantity.value} choose={(one) => (quantity.value = one)} />
+      </div>
+    </>
+  );
+}
+
+function toggle(name: string): void {
+  const next = new Set(unseen.value);
+  if (!next.delete(name)) next.add(name);
+  unseen.value = next;
+}
+
+/** Draws into `host` until the returned function is called. */
+function draw(host: HTMLElement, shown: readonly Column[]): () => void {
+  const style = getComputedStyle(document.documentElement);
+  const unit = shown[0]?.unit ?? "";
+  const axis: UPlot.Axis = {
+    stroke: style.getPropertyValue("--muted"),
+    font: "10.5px 'Inter Variable'",
+    grid: { stroke: style.getPropertyValue("--line"), width: 1 },
+    ticks: { show: false },
+  };
+  const series = shown.map(({ name }, number) => ({
+    stroke: COLORS[number % COLORS.length], width: 1.6, points: { show: false }, show: !unseen.peek().has(name),
+  }));
+  const options: UPlot.Options = {
+    width: host.clientWidth || 300,
+    height: host.clientHeight || 120,
+    padding: [10, 8, 0, 0],
+    legend: { show: false },
+    scales: { x: { time: false } },
+    axes: [
+      { ...axis, size: 24, values: (_, values) => values.map((value) => `${value} s`) },
+      { ...axis, size: 52, values: (_, values) => values.map((value) => `${value}${unit}`) },
+    ],
+    series: [{}, ...series],
+  };
+  const plot = new UPlot(options, [[], ...shown.map(() => [])], host);
+  const update = () => {
+    if (paused.peek() || samples.times.length === 0) return;
+    const rows = samples[quantity.peek()];
+    plot.setData([samples.times, ...shown.map(({ place, factor }) => rows.map((row) => row[place] * factor))]);
+  };
+  update();
+  const timer = setInterval(update, 100);
+  const sized = new ResizeObserver(() => plot.setSize({ width: host.clientWidth, height: host.clientHeight }));
+  sized.observe(host);
+  return () => {
+    clearInterval(timer);
+    sized.disconnect();
+    plot.destroy();
+  };
+}

@@ -1,0 +1,145 @@
+// Properties of what is selected: common ones, and those of its kind as the contract's descriptors tell them.
+import { attach, place, rename, setHidden } from "../kernel/orders";
+import { items, robots, selected, states, type Item } from "../kernel/world";
+import { Icon, KindIcon } from "../parts/icons";
+import { NotationChoice, PoseFields } from "../parts/pose_fields";
+import { KindFields } from "./kind_fields";
+import { run } from "../kernel/orders";
+
+export function Properties() {
+  const item = items.value.get(selected.value);
+  if (!item) return <div class="body"><p class="hint">Select something in the scene.</p></div>;
+  const isWorld = item.kind === "world";
+  return (
+    <div class="body" id="properties">
+      <section>
+        <h4><span class="row"><KindIcon kind={item.kind} />{words(item.kind)}</span></h4>
+        <TextRow key={item.name} label="Name" value={item.name} write={isWorld ? undefined : (to) => void rename(item.name, to)} />
+        {!isWorld && <ParentRow item={item} />}
+        {!isWorld && (
+          <div class="property">
+            <span>Visible</span>
+            <button type="button" role="switch" class="switch" aria-label="Visible" aria-checked={!item.hidden} onClick={() => void setHidden(item.name, !item.hidden)} />
+          </div>
+        )}
+      </section>
+      {!isWorld && (
+        <section>
+          <h4>Pose in {item.parent}<NotationChoice /></h4>
+          <PoseFields pose={item.node.parentTNode} write={item.kind === "link" ? undefined : (pose) => void place(item.name, pose as never)} />
+        </section>
+      )}
+      {item.node.kind.case === "target" && <Target item={item} robot={item.node.kind.value.robot} />}
+      <KindFields item={item} />
+      {item.kind === "robot" && <Robot name={item.name} />}
+      <Figures item={item} />
+    </div>
+  );
+}
+
+interface TextProps {
+  label: string;
+  value: string;
+  write?: (text: string) => void;
+}
+
+function TextRow({ label, value, write }: TextProps) {
+  return (
+    <label class="property">
+      <span>{label}</span>
+      <input class="text" aria-label={label} readOnly={!write} defaultValue={value}
+        onBlur={(event) => (event.currentTarget.value = value)}
+        onKeyDown={(event) => {
+          if (event.key === "Enter" && event.currentTarget.value !== value) write?.(event.currentTarget.value.trim());
+          if (event.key === "Enter" || event.key === "Escape") event.currentTarget.blur();
+        }} />
+    </label>
+  );
+}
+
+function ParentRow({ item: { name, parent, kind } }: { item: Item }) {
+  const fixed = kind === "link";
+  return (
+    <div class="property">
+      <span>Parent</span>
+      <button type="button" class="link" onClick={() => (selected.value = parent)}>{parent}</button>
+      {!fixed && parent !== "world" && (
+        <button type="button" class="tool small" title="Hang it on the world; it stays where it is" onClick={() => void attach(name, "world")}>
+          <Icon name="x" size={13} />
+        </button>
+      )}
+    </div>
+  );
+}
+
+/** Lets a robot go to a place that was taught. */
+function Target({ item, robot }: { item: Item; robot: string }) {
+  const reference = item.name;
+  if (!robots.value.has(robot)) return null;
+  const pose = { reference };
+  return (
+    <section>
+      <h4>Go there with {robot}</h4>
+      <div class="row">
+        <button type="button" class="button grow" title="Joints together"
+          onClick={() => void run({ moves: [{ robot, speedFactor: 0.5, move: { case: "pointToPoint", value: { goal: { case: "pose", value: pose } } } }] })}>
+          <Icon name="play" size={14} />PTP
+        </button>
+        <button type="button" class="button grow" title="The tool in a straight line"
+          onClick={() => void run({ moves: [{ robot, speedFactor: 0.5, move: { case: "linear", value: { goal: pose } } }] })}>
+          <Icon name="play" size={14} />LIN
+        </button>
+      </div>
+    </section>
+  );
+}
+
+function Robot({ name }: { name: string }) {
+  const about = robots.value.get(name);
+  if (!about) return null;
+  const postures = about.robot?.postures ?? [];
+  return (
+    <section>
+      <h4>Robot</h4>
+      <div class="property"><span>Joints</span><span>{about.joints.length}</span></div>
+      <div class="property"><span>Solved by</span><span>{about.kinematics}</span></div>
+      <div class="property"><span>Tool</span><span>{states.value.get(name)?.tool || "none"}</span></div>
+      {postures.length > 0 && (
+        <div class="chips">
+          {postures.map((posture) => (
+            <button key={posture.name} type="button" class="chip" title="Go to this posture"
+              onClick={() => void run({ moves: [{ robot: name, speedFactor: 0.5, move: { case: "pointToPoint", value: { goal: { case: "posture", value: posture.name } } } }] })}>
+              <Icon name="play" size={11} />{posture.name}
+            </button>
+          ))}
+        </div>
+      )}
+    </section>
+  );
+}
+
+function Figures({ item: { node } }: { item: Item }) {
+  if (node.figures.length === 0) return null;
+  return (
+    <section>
+      <h4>Figures <span class="badge">{node.figures.length}</span></h4>
+      {node.figures.slice(0, 12).map(({ geometry, material, toolState }, place) => {
+        const color = material?.color;
+        const parts = color && [color.red, color.green, color.blue].map((part) => Math.round(255 * part));
+        return (
+          <div key={place} class="entry">
+            <Icon name="box" size={14} color="var(--muted)" />
+            <span class="grow">{geometry.case === "mesh" ? geometry.value.uri.split("/").at(-1) : geometry.case}</span>
+            {toolState && <span class="muted">{toolState}</span>}
+            {parts && <span class="swatch" style={{ background: `rgb(${parts.join(",")})` }} />}
+          </div>
+        );
+      })}
+    </section>
+  );
+}
+
+function words(kind: string): string {
+  const text = kind.replace(/[A-Z]/g, (letter) => ` ${letter.toLowerCase()}`);
+  return text[0].toUpperCase() + text.slice(1);
+}

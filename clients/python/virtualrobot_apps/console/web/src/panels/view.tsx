@@ -1,0 +1,119 @@
+// The middle: the 3D view with its tools, and what the chosen robot does.
+import { signal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { goal } from "../kernel/goal";
+import { chosen, connection, states, trouble } from "../kernel/world";
+import { Icon } from "../parts/icons";
+import { fixed, positionOf } from "../parts/numbers";
+import { inToolAxes, tool, type Tool } from "../view/gizmo";
+import { loading } from "../view/meshes";
+import { Viewport } from "../view/viewport";
+
+export const viewport: { current?: Viewport } = {};
+
+const grid = signal(true);
+const trail = signal(false);
+
+export function View() {
+  const host = useRef<HTMLDivElement>(null);
+  useEffect(() => {
+    viewport.current = new Viewport(host.current!);
+  }, []);
+  return (
+    <main class="view" aria-label="Cell">
+      <div ref={host} class="canvas" />
+      <Handles />
+      <Looks />
+      <Robot />
+      <Cover />
+    </main>
+  );
+}
+
+function Handles() {
+  const one = (name: Tool, icon: string, title: string) => (
+    <button type="button" class="tool" aria-pressed={tool.value === name} title={title} onClick={() => (tool.value = name)}>
+      <Icon name={icon} size={17} />
+    </button>
+  );
+  return (
+    <div class="float top-left" role="toolbar" aria-label="Pointer">
+      {one("select", "mouse-pointer-2", "Select (Q)")}
+      {one("translate", "move-3d", "Drag the robot's tool (W)")}
+      {one("rotate", "rotate-3d", "Turn the robot's tool (E)")}
+      <span class="line" />
+      <button type="button" class="tool" aria-pressed={inToolAxes.value} title="Drag along the tool's own axes" onClick={() => (inToolAxes.value = !inToolAxes.value)}>
+        <Icon name="axis-3d" size={17} />
+      </button>
+    </div>
+  );
+}
+
+function Looks() {
+  return (
+    <div class="float top-right" role="toolbar" aria-label="View">
+      <button type="button" class="tool" title="Look at everything (F without selection)" onClick={() => viewport.current?.frame()}>
+        <Icon name="maximize" size={17} />
+      </button>
+      <button type="button" class="tool" aria-pressed={grid.value} title="Grid: 0.25 m and 1 m" onClick={() => (grid.value = viewport.current?.toggleGrid() ?? false)}>
+        <Icon name="grid-3x3" size={17} />
+      </button>
+      <button type="button" class="tool" aria-pressed={trail.value} title="Trail of the robot's tool" onClick={() => (trail.value = viewport.current?.trail.toggle() ?? false)}>
+        <Icon name="route" size={17} />
+      </button>
+      <button type="button" class="tool" title="Save a picture" onClick={() => void save()}>
+        <Icon name="camera" size={17} />
+      </button>
+    </div>
+  );
+}
+
+function Robot() {
+  const state = states.value.get(chosen.value);
+  if (!state) return null;
+  const moves = state.motionIds.length > 0;
+  return (
+    <div class="float bottom-left facts" aria-label="Chosen robot">
+      <Fact name="Robot"><span class="who">{chosen.value}{state.tool && ` · ${state.tool}`}</span></Fact>
+      {positionOf(state.worldTTcp).map((value, place) => (
+        <Fact key={place} name={`${"XYZ"[place]} (mm)`}><span class="mono coordinate">{fixed(1000 * value, 1)}</span></Fact>
+      ))}
+      <Fact name="Motion"><span id="motion" class={moves ? "good" : "muted"}>{moves ? "running" : "at rest"}</span></Fact>
+      {goal.reach.value !== "unknown" && (
+        <Fact name="Goal">
+          <span class={goal.reach.value === "reached" ? "accent" : "bad"}>{goal.reach.value === "reached" ? "reachable" : "out of reach"}</span>
+        </Fact>
+      )}
+    </div>
+  );
+}
+
+function Fact({ name, children }: { name: string; children: ComponentChildren }) {
+  return <div class="fact"><b>{name}</b>{children}</div>;
+}
+
+/** Says why nothing is shown, or not what is. */
+function Cover() {
+  if (connection.value === "refused") {
+    return (
+      <div class="cover solid" role="alert">
+        <h2>This page may not come in</h2>
+        <p>{trouble.value}</p>
+        <p class="muted">The link is good once and for this kernel. <code>virtualrobot console</code> prints another one.</p>
+      </div>
+    );
+  }
+  const words = connection.value === "lost" ? `${trouble.value}; trying again` : connection.value === "connecting" ? "connecting" : loading.value;
+  return words ? <div class="cover"><span class="float said" role="status">{words} …</span></div> : null;
+}
+
+async function save(): Promise<void> {
+  const blob = await viewport.current?.picture();
+  if (!blob) return;
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(blob);
+  link.download = "cell.png";
+  link.click();
+  URL.revokeObjectURL(link.href);
+}

@@ -1,0 +1,19 @@
+// A choice of one of a few, side by side.
+interface Props<T extends string> {
+  label: string;
+  options: readonly (readonly [T, string])[];
+  chosen: T | undefined;
+  choose: (option: T) => void;
+}
+
+export function Choice<T extends string>({ label, options, chosen, choose }: Props<T>) {
+  return (
+    <span class="choice" role="radiogroup" aria-label={label}>
+      {options.map(([option, name]) => (
+        <button key={option} type="button" role="radio" aria-checked={option === chosen} onClick={() => choose(option)}>
+          {name}
+        </button>
+      ))}
+    </span>
+  );
+}

@@ -1,0 +1,55 @@
+// A pose in numbers: millimeters, and the rotation as people like it.
+import { signal } from "@preact/signals";
+import type { MessageInitShape } from "@bufbuild/protobuf";
+import type { Pose, PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
+import { Choice } from "./choice";
+import { NumberField } from "./number_field";
+import { DEGREES, ofRollPitchYaw, orientationOf, positionOf, rollPitchYaw, rotationVector } from "./numbers";
+
+type Notation = "rpy" | "vector" | "quaternion";
+
+const notation = signal<Notation>("rpy");
+const COLORS = ["var(--x)", "var(--y)", "var(--z)"];
+const AXES = ["x", "y", "z"] as const;
+
+export function NotationChoice() {
+  const options = [["rpy", "RPY"], ["vector", "Vector"], ["quaternion", "Quat"]] as const;
+  return <Choice label="Notation of rotations" options={options} chosen={notation.value} choose={(one) => (notation.value = one)} />;
+}
+
+interface Props {
+  pose?: Pose;
+  /** Takes the pose as it is written; without it numbers are only shown. */
+  write?: (pose: MessageInitShape<typeof PoseSchema>) => void;
+}
+
+export function PoseFields({ pose, write }: Props) {
+  const position = positionOf(pose), orientation = orientationOf(pose);
+  const angles = rollPitchYaw(orientation);
+  const move = (place: number, value: number) => {
+    const [x, y, z] = position.with(place, value / 1000);
+    write?.({ position: { x, y, z }, orientation });
+  };
+  const turn = (place: number, value: number) => {
+    const [x, y, z] = position, [roll, pitch, yaw] = angles.with(place, value / DEGREES);
+    write?.({ position: { x, y, z }, orientation: ofRollPitchYaw(roll, pitch, yaw) });
+  };
+  return (
+    <div class="pose">
+      {AXES.map((axis, place) => (
+        <NumberField key={axis} label={axis.toUpperCase()} name={axis.toUpperCase()} color={COLORS[place]} unit="mm" decimals={2}
+          value={1000 * position[place]} write={write && ((value) => move(place, value))} />
+      ))}
+      {notation.value === "rpy" && ["Roll", "Pitch", "Yaw"].map((label, place) => (
+        <NumberField key={label} label={label} name={`R${AXES[place]}`} color={COLORS[place]} unit="°" decimals={2}
+          value={DEGREES * angles[place]} write={write && ((value) => turn(place, value))} />
+      ))}
+      {notation.value === "vector" && rotationVector(orientation).map((value, place) => (
+        <NumberField key={place} label={`Rotation vector ${AXES[place]}`} name={`r${AXES[place]}`} unit="rad" decimals={4} value={value} />
+      ))}
+      {notation.value === "quaternion" && ([...AXES, "w"] as const).map((axis) => (
+        <NumberField key={axis} label={`Quaternion ${axis}`} name={`q${axis}`} unit="" decimals={4} value={orientation[axis]} />
+      ))}
+    </div>
+  );
+}

@@ -1,0 +1,31 @@
+// Tabs on top of a panel.
+import { Icon } from "./icons";
+
+export interface Tab {
+  id: string;
+  icon: string;
+  name: string;
+  count?: number;
+  alarm?: boolean;
+}
+
+interface Props {
+  label: string;
+  tabs: readonly Tab[];
+  chosen: string;
+  choose: (id: string) => void;
+}
+
+export function Tabs({ label, tabs, chosen, choose }: Props) {
+  return (
+    <div class="tabs" role="tablist" aria-label={label}>
+      {tabs.map(({ id, icon, name, count, alarm }) => (
+        <button key={id} type="button" role="tab" aria-selected={chosen === id} class="tab" onClick={() => choose(id)}>
+          <Icon name={icon} size={14} />
+          {name}
+          {!!count && <span class={alarm ? "badge alarm" : "badge"}>{count}</span>}
+        </button>
+      ))}
+    </div>
+  );
+}

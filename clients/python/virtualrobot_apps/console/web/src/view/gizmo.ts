@@ -1,0 +1,90 @@
+// Handle at the tool centre point of the chosen robot: dragged, it asks for the postures that reach there.
+import { effect, signal } from "@preact/signals";
+import { Matrix4, Object3D, Quaternion, Vector3 } from "three";
+import { TransformControls } from "three/examples/jsm/controls/TransformControls.js";
+import { ofArray } from "../kernel/arrays";
+import { goal, type Goal } from "../kernel/goal";
+import { attempt } from "../kernel/messages";
+import { robots as robotService } from "../kernel/services";
+import { below, chosen, hearers, items, states } from "../kernel/world";
+import { orientationOf, positionOf } from "../parts/numbers";
+import { readRow } from "./poses";
+import type { Viewport } from "./viewport";
+
+export type Tool = "select" | "translate" | "rotate";
+
+/** What the pointer does in the view, and whether the handle has the tool's axes. */
+export const tool = signal<Tool>("select");
+export const inToolAxes = signal(false);
+
+export class Gizmo {
+  readonly objects: Object3D[];
+  #handle = new Object3D();
+  #controls: TransformControls;
+  #showing = 0;
+  dragging = false;
+
+  constructor(private readonly view: Viewport) {
+    this.#controls = new TransformControls(view.camera, view.canvas);
+    this.#controls.setSize(0.62);
+    this.#controls.setColors(0xf0616d, 0x4cc38a, 0x4b9dff, 0xffd65c);
+    this.objects = [this.#handle, this.#controls.getHelper()];
+    this.#controls.addEventListener("change", () => view.invalidate());
+    this.#controls.addEventListener("dragging-changed", ({ value }) => {
+      this.dragging = Boolean(value);
+      view.setOrbiting(!this.dragging);
+    });
+    this.#controls.addEventListener("objectChange", () => this.dragging && this.#ask());
+    hearers.states.add(() => this.#follow());
+    effect(() => {
+      const mode = tool.value;
+      if (mode === "select" || !chosen.value) this.#controls.detach();
+      else {
+        this.#controls.attach(this.#handle);
+        this.#controls.setMode(mode);
+      }
+      this.#controls.setSpace(inToolAxes.value ? "local" : "world");
+      this.#follow();
+      view.invalidate();
+    });
+    effect(() => void this.#show(goal.shown.value));
+  }
+
+  #ask(): void {
+    const { x, y, z } = this.#handle.position, turn = this.#handle.quaternion;
+    goal.ask(chosen.peek(), { position: { x, y, z }, orientation: { x: turn.x, y: turn.y, z: turn.z, w: turn.w } });
+  }
+
+  #follow(): void {
+    const pose = states.peek().get(chosen.peek())?.worldTTcp;
+    if (!pose || this.dragging || goal.shown.peek()) return;
+    const { x, y, z, w } = orientationOf(pose);
+    this.#handle.position.copy(new Vector3(...positionOf(pose)));
+    this.#handle.quaternion.copy(new Quaternion(x, y, z, w));
+  }
+
+  /** Shows the chosen robot where a goal has it. */
+  async #show(shown: Goal | undefined): Promise<void> {
+    const number = ++this.#showing;
+    if (shown === undefined) {
+      this.view.ghost.hide();
+      this.#follow();
+      this.view.invalidate();
+      return;
+    }
+    const { robot, jointPositions } = shown;
+    const said = await attempt(robotService.solveForward({ robot, jointPositions }));
+    if (said?.worldTLink === undefined || number !== this.#showing) return;
+    const rows = ofArray(said.worldTLink);
+    const links = new Map(said.links.map((name, place) => [name, readRow(rows, place, new Matrix4())]));
+    const there = new Map<string, Matrix4>();
+    for (const name of below(robot)) {
+      let link = name;
+      while (link && !links.has(link)) link = items.peek().get(link)?.parent ?? "";
+      const now = this.view.places.get(name), linkNow = this.view.places.get(link), linkThere = links.get(link);
+      if (now && linkNow && linkThere) there.set(name, linkThere.clone().multiply(linkNow.clone().invert()).multiply(now));
+    }
+    this.view.ghost.show(there, this.view.pieces, this.view.places);
+    this.view.invalidate();
+  }
+}

@@ -1,0 +1,20 @@
+// Poses of the contract as matrices.
+import { Matrix4, Quaternion, Vector3 } from "three";
+import type { Pose } from "../generated/virtualrobot/v1/geometry_pb";
+import { orientationOf, positionOf } from "../parts/numbers";
+
+const ONE = new Vector3(1, 1, 1);
+const position = new Vector3(), orientation = new Quaternion();
+
+export function matrixOf(pose?: Pose): Matrix4 {
+  const { x, y, z, w } = orientationOf(pose);
+  return new Matrix4().compose(position.set(...positionOf(pose)), orientation.set(x, y, z, w), ONE);
+}
+
+/** Writes row `place` of poses, x, y, z and a quaternion each, to a matrix. */
+export function readRow(rows: Float64Array, place: number, matrix: Matrix4): Matrix4 {
+  const at = 7 * place;
+  position.set(rows[at], rows[at + 1], rows[at + 2]);
+  orientation.set(rows[at + 3], rows[at + 4], rows[at + 5], rows[at + 6]);
+  return matrix.compose(position, orientation, ONE);
+}

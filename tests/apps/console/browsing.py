@@ -1,0 +1,66 @@
+"""The console's page in a real browser, used as a person uses it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+import pytest
+from playwright.sync_api import Browser, Locator, Page, sync_playwright
+from virtualrobot_apps.console.page_files import is_built
+
+from tools.screenshot import ARGUMENTS, find_chromium
+
+WIDTH, HEIGHT = 1100, 700
+PLAIN = "/?quality=low"
+"""Address of the page without shadows, which are slow without a graphics card."""
+
+PATIENCE_MS = 60_000.0
+
+needs_page = [
+    pytest.mark.skipif(find_chromium() is None, reason="no Chromium: install the package chromium"),
+    pytest.mark.skipif(not is_built(), reason="the console's page is not built: make console"),
+]
+
+
+@contextmanager
+def browsers() -> Iterator[Browser]:
+    """Give a fresh browser."""
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(ARGUMENTS))
+        try:
+            yield browser
+        finally:
+            browser.close()
+
+
+@contextmanager
+def opened(browser: Browser, url: str, width: int = WIDTH, height: int = HEIGHT) -> Iterator[Page]:
+    """Give the page at an address; what it complains of fails the test, and so does what it asks of other machines."""
+    page = browser.new_page(viewport={"width": width, "height": height})
+    page.set_default_timeout(PATIENCE_MS)
+    complaints: list[str] = []
+    page.on("pageerror", lambda error: complaints.append(str(error)))
+    page.on("console", lambda said: complaints.append(said.text) if "Content Security Policy" in said.text else None)
+    page.on("request", lambda asked: None if _is_own(asked.url) else complaints.append(f"asked for {asked.url}"))
+    try:
+        page.goto(url)
+        yield page
+        assert complaints == []
+    finally:
+        page.close()
+
+
+def row(page: Page, name: str) -> Locator:
+    """Return a node's row in the tree."""
+    return page.locator(f'.node[data-name="{name}"]')
+
+
+def hold(page: Page, label: str) -> None:
+    """Press the button of this label and don't let it go."""
+    page.get_by_label(label, exact=True).hover()
+    page.mouse.down()
+
+
+def _is_own(url: str) -> bool:
+    return url.startswith(("http://127.0.0.1:", "ws://127.0.0.1:", "blob:http://127.0.0.1:", "data:"))

@@ -1,0 +1,94 @@
+"""A person at the console's page: selects, renames, jogs, moves, stops; the kernel is asked each time."""
+
+from __future__ import annotations
+
+import re
+
+import virtualrobot
+from playwright.sync_api import Page, expect
+from virtualrobot.v1 import motion_pb2
+from virtualrobot_apps.demos.palletizing import cell
+
+from tests.api.reading import scene, state, step
+from tests.apps.console.browsing import PLAIN, browsers, hold, needs_page, opened, row
+from tests.apps.console.consoles import Console
+from tests.kernels import KernelProcess, Stubs
+from tests.waiting import until
+
+pytestmark = needs_page
+
+
+def ended(stubs: Stubs) -> motion_pb2.Motion:
+    """Return the last motion when it has ended; time goes on meanwhile."""
+
+    def last() -> motion_pb2.Motion:
+        step(stubs, 5)
+        return stubs.motion.ListMotions(motion_pb2.ListMotionsRequest()).motions[-1]
+
+    until(lambda: last().end_cause and not last().phase == motion_pb2.MOTION_PHASE_STOPPING)
+    return last()
+
+
+def jog(page: Page, stubs: Stubs, label: str) -> float:
+    """Hold a jog's button until joint 1 has moved, let it go, and return where the joint comes to rest."""
+    before = state(stubs, "iiwa").positions[0]
+    hold(page, label)
+
+    def moved() -> bool:
+        step(stubs, 2)
+        return abs(state(stubs, "iiwa").positions[0] - before) > 0.01
+
+    until(moved)
+    page.mouse.up()
+    motion = ended(stubs)
+    assert (motion.phase, motion.end_cause) == (motion_pb2.MOTION_PHASE_CANCELLED, motion_pb2.END_CAUSE_CALL)
+    return state(stubs, "iiwa").positions[0] - before
+
+
+def test_a_person_uses_the_demo_cell(console: Console, stepped: Stubs, stepped_kernel: KernelProcess) -> None:
+    with virtualrobot.connect(stepped_kernel.address) as client:
+        cell.load(client)
+    with browsers() as browser, opened(browser, console.url + PLAIN) as page:
+        # The tree has the cell; a click selects a robot, which the pendant moves then.
+        expect(page.locator("#connection")).to_have_text("connected")
+        row(page, "iiwa").click()
+        expect(row(page, "iiwa")).to_have_attribute("aria-selected", "true")
+        expect(page.get_by_label("Robot", exact=True).first).to_have_value("iiwa")
+
+        # A name is changed, and hides what is called so.
+        page.get_by_label("Filter scene").fill("cabi")
+        expect(page.locator(".node")).to_have_count(1)
+        row(page, "cabinet").dblclick()
+        page.get_by_label("New name of cabinet").fill("switchboard")
+        page.keyboard.press("Enter")
+        page.get_by_label("Filter scene").fill("")
+        expect(row(page, "switchboard")).to_be_visible()
+        assert "switchboard" in scene(stepped) and "cabinet" not in scene(stepped)
+
+        # It comes back by one key.
+        page.locator("body").press("Control+z")
+        expect(row(page, "cabinet")).to_be_visible()
+        assert "cabinet" in scene(stepped)
+
+        # Jogs move while they are held.
+        assert jog(page, stepped, "lbr_iiwa_joint_1 plus") > 0.01
+        assert jog(page, stepped, "lbr_iiwa_joint_1 minus") < -0.01
+        row(page, "iiwa").click()
+
+        # A slider says where a joint shall go, and STOP ends the way there.
+        track = page.get_by_label(re.compile("lbr_iiwa_joint_2, °"))
+        box = track.bounding_box()
+        assert box
+        track.click(position={"x": 0.9 * box["width"], "y": 10})
+        page.locator("#go").click()
+
+        def moves() -> bool:
+            step(stepped, 2)
+            return any(state(stepped, "iiwa").velocities)
+
+        until(moves)
+        page.keyboard.press("Space")
+        motion = ended(stepped)
+        assert (motion.phase, motion.end_cause) == (motion_pb2.MOTION_PHASE_CANCELLED, motion_pb2.END_CAUSE_STOP)
+        expect(page.locator("#messages, #last").first).to_contain_text("stop")
+        assert not any(state(stepped, "iiwa").velocities)

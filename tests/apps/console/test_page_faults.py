@@ -1,0 +1,108 @@
+"""Pages that hang, are killed, may not come in, or lose their kernel; and names that look like HTML."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+import virtualrobot
+from playwright.sync_api import Page, expect
+from virtualrobot.v1 import motion_pb2
+
+from tests.api.asking import IIWA
+from tests.api.reading import state, step
+from tests.apps.console.browsing import PLAIN, browsers, hold, needs_page, opened, row
+from tests.apps.console.consoles import Console, consoles
+from tests.kernels import KernelProcess, StartKernel, Stubs
+from tests.waiting import until
+
+HANG = "() => { setTimeout(() => { for (;;); }, 0); }"
+
+pytestmark = [*needs_page, pytest.mark.long]
+
+
+def hang(page: Page) -> None:
+    page.evaluate(HANG)
+
+
+def kill(page: Page) -> None:
+    page.close()
+
+
+@pytest.mark.parametrize("end", [hang, kill])
+@pytest.mark.parametrize("label", ["lbr_iiwa_joint_1 plus", "Z minus"])
+def test_a_page_that_ends_ends_its_jog(
+    console: Console, stepped: Stubs, stepped_kernel: KernelProcess, label: str, end: Callable[[Page], None]
+) -> None:
+    with virtualrobot.connect(stepped_kernel.address) as client:
+        client.load_robot(IIWA, name="iiwa").set_positions([0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0])
+
+    def moves() -> bool:
+        step(stepped, 2)
+        return any(state(stepped, "iiwa").velocities)
+
+    with browsers() as browser:
+        page = browser.new_page(viewport={"width": 1100, "height": 700})
+        page.goto(console.url + PLAIN)
+        row(page, "iiwa").click()
+        hold(page, label)
+        until(moves)
+        end(page)
+        until(lambda: not moves())
+        here = state(stepped, "iiwa").positions
+        step(stepped, 100)
+        assert state(stepped, "iiwa").positions == here
+    (motion,) = stepped.motion.ListMotions(motion_pb2.ListMotionsRequest()).motions
+    assert motion.phase != motion_pb2.MOTION_PHASE_SUCCEEDED
+
+
+def test_names_are_words(console: Console, stepped_kernel: KernelProcess) -> None:
+    name = "<img src=x onerror=\"document.title='taken'\">"
+    with virtualrobot.connect(stepped_kernel.address) as client:
+        client.scene.add_object(name, virtualrobot.box(0.2, 0.2, 0.2))
+        with browsers() as browser, opened(browser, console.url + PLAIN) as page:
+            row_of_it = page.get_by_role("treeitem", name=name)
+            row_of_it.click()
+            page.get_by_role("tab", name="Properties").click()
+            expect(page.get_by_label("Name", exact=True)).to_have_value(name)
+            client.scene.remove(name)
+            expect(row_of_it).to_have_count(0)
+            page.get_by_role("tab", name="History").click()
+            expect(page.locator("#history")).to_contain_text("<img src=x")
+            assert page.title() == "VirtualRobot" and page.locator("#app img").count() == 0
+
+
+def test_who_has_no_link_is_told(start_kernel: StartKernel) -> None:
+    kernel = start_kernel(token=True)
+    with consoles(kernel.address, token=kernel.token) as console, browsers() as browser:
+        with opened(browser, console.url + PLAIN) as page:
+            expect(page.get_by_role("alert")).to_contain_text("may not come in")
+        with opened(browser, console.link) as page:
+            expect(page.locator("#connection")).to_have_text("connected")
+            expect(page.get_by_label("Status")).to_contain_text("admin")
+
+
+def test_a_kernel_that_comes_again_is_shown(start_kernel: StartKernel) -> None:
+    kernel = start_kernel()
+    port = kernel.address.rpartition(":")[2]
+    with virtualrobot.connect(kernel.address) as client:
+        client.load_robot(IIWA, name="first")
+    with consoles(kernel.address) as console, browsers() as browser, opened(browser, console.url + PLAIN) as page:
+        expect(row(page, "first")).to_be_visible()
+        kernel.end()
+        expect(page.locator("#connection")).to_have_text("disconnected")
+        again = start_kernel("--port", port)
+        with virtualrobot.connect(again.address) as client:
+            client.load_robot(IIWA, name="second")
+        expect(row(page, "second")).to_be_visible()
+        expect(row(page, "first")).to_have_count(0)
+        expect(page.locator("#connection")).to_have_text("connected")
+
+
+def test_the_console_that_goes_is_told(start_kernel: StartKernel) -> None:
+    kernel = start_kernel()
+    with browsers() as browser, consoles(kernel.address) as console, opened(browser, console.url + PLAIN) as page:
+        expect(page.locator("#connection")).to_have_text("connected")
+        console.end()
+        expect(page.locator("#connection")).to_have_text("disconnected")
+        expect(page.get_by_role("status").filter(has_text="trying again")).to_be_visible()
