@@ -73,6 +73,7 @@ class ModelCraft:
         heading: how far forward is turned to the left of that link's x axis (rad).
         wheels: joints by name that turn then, though the file fixes them or has none of them.
         fixed: joints of the file that stand for driving; they move no more then.
+        flange: link of the file that tools are mounted on, since wheels that turn leave more than one end.
     """
 
     kinematics: Annotated[str, msgspec.Meta(min_length=1)]
@@ -82,6 +83,7 @@ class ModelCraft:
     heading: float = 0.0
     wheels: Mapping[str, ModelWheel] = field(default_factory=dict)
     fixed: tuple[str, ...] = ()
+    flange: str = ""
 
 
 @dataclass(frozen=True, slots=True)

@@ -37,7 +37,7 @@ EXACT = 1e-7
 """Errors (m, rad) of a way that are none."""
 
 DEEPEST = 12
-"""How many times a piece is halved at the most."""
+"""Number of times that a piece is halved at the most."""
 
 
 class CarriedBase:

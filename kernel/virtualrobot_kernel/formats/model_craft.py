@@ -70,6 +70,9 @@ def as_craft(nodes: Sequence[NodeSpec], craft: ModelCraft) -> tuple[NodeSpec, ..
         found.append(_wheel(robot.name, name, parent, wheel))
     if missing := next((name for name in craft.fixed if name not in there), None):
         raise KernelError(f"the table of models fixes the joint {missing!r}, which the file has not")
+    if craft.flange:
+        assert isinstance(robot.data, RobotData)
+        robot = replace(robot, data=replace(robot.data, flange=f"{robot.name}.{craft.flange}"))
     return (with_craft(robot, craft), *found)
 
 

@@ -228,7 +228,7 @@ class Driving(Mover, Solver):
             >>> robot.way_to_reach(virtualrobot.pose(2.0, 1.0, 0.8, roll=np.pi)).start()
         """
         goal = checked_pose(world_t_tcp)
-        here = next(iter(self.solve_forward().links.values()))
+        here = next(iter(self.solve_forward().world_t_link.values()))
         begin, refused = self.way([]).begin, "the arm reaches it from nowhere round it"
         for base in places_round(np.linalg.inv(here) @ goal):
             found = self.solve_inverse(here @ np.linalg.inv(base) @ np.linalg.inv(here) @ goal)

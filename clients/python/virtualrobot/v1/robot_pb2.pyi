@@ -339,20 +339,28 @@ class DriveGoal(_message.Message):
     def __init__(self, x_meters: _Optional[float] = ..., y_meters: _Optional[float] = ..., heading_radians: _Optional[float] = ..., may_reverse: bool = ..., turning_radius_meters: _Optional[float] = ...) -> None: ...
 
 class SolveDrivesResponse(_message.Message):
-    __slots__ = ("stamp", "joint_names", "positions", "x_meters", "y_meters", "heading_radians")
+    __slots__ = ("stamp", "joint_names", "positions", "x_meters", "y_meters", "heading_radians", "parts", "length_meters", "word", "turning_radius_meters")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     X_METERS_FIELD_NUMBER: _ClassVar[int]
     Y_METERS_FIELD_NUMBER: _ClassVar[int]
     HEADING_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    PARTS_FIELD_NUMBER: _ClassVar[int]
+    LENGTH_METERS_FIELD_NUMBER: _ClassVar[int]
+    WORD_FIELD_NUMBER: _ClassVar[int]
+    TURNING_RADIUS_METERS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     positions: _geometry_pb2.NumericArray
     x_meters: float
     y_meters: float
     heading_radians: float
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., x_meters: _Optional[float] = ..., y_meters: _Optional[float] = ..., heading_radians: _Optional[float] = ...) -> None: ...
+    parts: _geometry_pb2.NumericArray
+    length_meters: float
+    word: str
+    turning_radius_meters: float
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., x_meters: _Optional[float] = ..., y_meters: _Optional[float] = ..., heading_radians: _Optional[float] = ..., parts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., length_meters: _Optional[float] = ..., word: _Optional[str] = ..., turning_radius_meters: _Optional[float] = ...) -> None: ...
 
 class ReckonDrivesRequest(_message.Message):
     __slots__ = ("robot", "joint_names", "positions", "settings", "x_meters", "y_meters", "heading_radians", "covariance", "variance_per_radian")
