@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from virtualrobot.v1 import collision_pb2, geometry_pb2, motion_pb2, nodes_pb2, scene_pb2
+from virtualrobot.v1 import collision_pb2, geometry_pb2, motion_pb2, nodes_pb2, scene_pb2, signal_pb2
 
-from tests.api.asking import IIWA, Refusal, apply, box, create, joints, load, refusal, set_signals, start
+from tests.api.asking import IIWA, Refusal, apply, box, create, joints, load, refusal, start
 from tests.api.moving import READY, linear
 from tests.api.reading import matrix, state, step, values
 from tests.kernels import Stubs
@@ -132,7 +132,7 @@ def test_all_that_has_changed_is_told(cell: Stubs) -> None:
 def test_what_nobody_can_run_into_may_change(cell: Stubs) -> None:
     checked = check(cell)
     assert not checked.HasField("first_violation")
-    frame = nodes_pb2.Node(name="frame", frame=nodes_pb2.Frame())
+    frame = nodes_pb2.Node(name="frame", object=nodes_pb2.SceneObject())
     named = scene_pb2.Command(update_node=scene_pb2.UpdateNode(name="box", node=nodes_pb2.Node(name="crate")))
     named.update_node.update_mask.paths.append("name")
     apply(cell, create(frame), named)
@@ -196,7 +196,7 @@ def test_what_is_no_plan_or_is_more_than_one_is_refused(cell: Stubs) -> None:
     assert field(lambda: begin(cell, shown, open=True)) == "open"
     assert field(lambda: begin(cell, shown, breakpoints=["1"])) == "breakpoints"
     assert field(lambda: begin(cell, shown, busy_policy=motion_pb2.BUSY_POLICY_PREEMPT)) == "busy_policy"
-    start(cell, joints("arm", 0.1, lbr_iiwa_joint_2=0.1))
+    start(cell, joints("arm", 0.1, lbr_iiwa_joint_1=0.1))
     assert refusal(lambda: begin(cell, shown)).reason == "ROBOT_BUSY"
 
 
@@ -208,7 +208,9 @@ def test_only_the_last_hundred_plans_are_remembered(cell: Stubs) -> None:
 
 
 def test_a_program_is_planned_checked_and_started_and_one_with_decisions_belongs_to_the_moment(cell: Stubs) -> None:
-    set_signals(cell, {"ready": True})
+    ready = signal_pb2.Signal(name="ready")
+    ready.value.boolean = True
+    apply(cell, scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=ready)))
     turn = motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[TURN]))
     wait = motion_pb2.ProgramStep(dwell=motion_pb2.DwellStep(seconds=0.1))
     program = motion_pb2.MotionSpec(steps=[turn, wait, turn])

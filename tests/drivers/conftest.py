@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import TYPE_CHECKING
 from unittest import mock
 
 import pytest
-from virtualrobot_kernel.drivers import link
 
-from tests.drivers.bench import PATIENCE_SECONDS, Bench
 from tests.drivers.cables import Cable
-from tests.drivers.sham_site import ShamSite
-from tests.inside import kernel_inside
+
+if TYPE_CHECKING:
+    from tests.drivers.bench import Bench
 
 
 @pytest.fixture
@@ -26,6 +26,13 @@ def cable(tmp_path: Path) -> Iterator[Cable]:
 @pytest.fixture
 def bench(tmp_path: Path) -> Iterator[Bench]:
     """Give a bench of its own."""
+    # Only here: tests of drivers alone need no kernel.
+    from virtualrobot_kernel.drivers import link
+
+    from tests.drivers.bench import PATIENCE_SECONDS, Bench
+    from tests.drivers.sham_site import ShamSite
+    from tests.inside import kernel_inside
+
     site = ShamSite(tmp_path)
     with (
         mock.patch("virtualrobot_kernel.kernel.DriverSite", lambda *_: site),

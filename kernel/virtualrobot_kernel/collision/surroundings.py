@@ -40,7 +40,7 @@ class Difference(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Surroundings:
-    """What stood around a motion when it was checked.
+    """World around a motion as it was when that was checked.
 
     Attributes:
         seen: the world in which that was so.

@@ -67,7 +67,7 @@ class Link:
     state: State = State.INACTIVE
     words: Words = field(default_factory=Words)
     halted: bool = False
-    """Whether motions of the twin are refused: the connection failed, or the robot follows no more though nobody chose
+    """True while motions of the twin are refused: the connection failed, or the robot follows no more though nobody chose
     so. It stays until a mode is chosen."""
     outputs: int = 0
     played: Played | None = None

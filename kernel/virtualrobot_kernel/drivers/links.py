@@ -160,7 +160,8 @@ class Links:
                 return self.status(robot), None
             self._settling.leave(link, f"its mode becomes {mode.name}")
             if mode is LinkMode.EXECUTE:
-                return self.status(robot), self._beginning.execute(robot, link)
+                moved = self._beginning.execute(robot, link)
+                return self.status(robot), moved
             if mode is LinkMode.MONITOR:
                 _refuse_in_error(robot, link)
                 reported(robot, link)

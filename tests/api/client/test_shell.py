@@ -74,14 +74,16 @@ def test_the_space_key_holds_a_motion(iiwa: Robot) -> None:
     with create_pipe_input() as keys:
         over = threading.Event()
 
+        def hold_until(progress: float) -> None:
+            while motion.progress < progress and not over.is_set():  # a terminal repeats the key of who holds it
+                keys.send_text(" ")
+                over.wait(0.05)
+
         def press() -> None:
             try:
-                keys.send_text(" ")
-                until(lambda: motion.progress > 0.0)
+                hold_until(0.01)
                 until(lambda: motion.phase is Phase.PAUSED)
-                while motion.progress < 0.3 and not over.is_set():  # a terminal repeats the key of who holds it
-                    keys.send_text(" ")
-                    over.wait(0.05)
+                hold_until(0.3)
             finally:
                 keys.send_text("q")
 
