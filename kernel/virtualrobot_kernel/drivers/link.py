@@ -67,8 +67,8 @@ class Link:
     state: State = State.INACTIVE
     words: Words = field(default_factory=Words)
     halted: bool = False
-    """True while motions of the twin are refused: the connection failed, or the robot follows no more though nobody chose
-    so. It stays until a mode is chosen."""
+    """True while motions of the twin are refused: the connection failed, or the robot follows no more unasked; until a
+    mode is chosen."""
     outputs: int = 0
     played: Played | None = None
     """Record of what went out since the robot was let follow last; None before."""
