@@ -1,4 +1,4 @@
-"""What is told for a tick is put into it: the same bits as when all motions are advanced again."""
+"""Commands that are told for a tick are put into it: the same bits as when all motions are advanced again."""
 
 from __future__ import annotations
 
