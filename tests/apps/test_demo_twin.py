@@ -11,7 +11,7 @@ import pytest
 from tests.apps.test_demo_command import lines_until, started_demo
 from tests.waiting import until
 
-pytestmark = [pytest.mark.long, pytest.mark.patient]
+pytestmark = pytest.mark.long
 
 
 def numbers(row: str) -> tuple[str, list[float]]:

@@ -31,7 +31,7 @@ from tests.drivers.test_modes import (
 from tests.kernels import KernelProcess, StartKernel, Stubs
 from tests.waiting import until
 
-pytestmark = [pytest.mark.long, pytest.mark.patient]
+pytestmark = pytest.mark.long
 
 AT_REST = 1e-3
 JOINTS = 7
