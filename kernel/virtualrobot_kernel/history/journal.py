@@ -18,7 +18,7 @@ import numpy as np
 
 from virtualrobot_kernel.background import let_others_go_on
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.history.store import Row
+from virtualrobot_kernel.history.rows import Row
 from virtualrobot_kernel.history.tail import Tail
 from virtualrobot_kernel.history.upkeep import Moment
 from virtualrobot_kernel.world import index
@@ -227,7 +227,7 @@ class Journal:
         self._ticked(structure, state)
 
     def settle(self) -> None:
-        """Have the keepers keep all entries so far, in the calling thread.
+        """Have the keepers keep all entries so far, in the calling thread, which holds no lock of theirs.
 
         What they can't keep is tried again at most once a second.
         """
@@ -257,7 +257,8 @@ class Journal:
                 for keeper in self._keepers:
                     keeper.keep(some)
                 some = []
-                let_others_go_on()
+                if told:
+                    let_others_go_on()
             with self._changing:
                 if self._tail is not None and not self._tail.is_begun:
                     self._tail.begin(self._new_life)
