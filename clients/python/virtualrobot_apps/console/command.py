@@ -21,7 +21,7 @@ from virtualrobot.session import DEFAULT_HOST, find_token, is_loopback, split_ad
 @click.option("--tls-certificate", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="A PEM file.")
 @click.option("--tls-key", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Its key, a PEM file.")
 @click.option("--browser/--no-browser", default=None, help="Open the page, as it is in a terminal of a desktop.")
-@click.option("--end-with-input", is_flag=True, hidden=True)
+@click.option("--end-with-input", is_flag=True, help="End when the standard input does, as for a child process.")
 @target_options
 def console(
     target: Target,
