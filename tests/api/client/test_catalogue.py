@@ -55,7 +55,7 @@ def test_a_model_is_loaded_touches_nothing_and_its_arm_is_solved(
     robot = client.load_robot(f"model://{name}", name="robot")
     arm = robot.chain_joint_names if model.kind not in NO_ARM else []
     # Legs of a walking machine may be robots of their own.
-    assert model.axes == len(arm) or model.axes == sum(len(one.joint_names) for one in client.robots())
+    assert model.axes == (len(arm) or sum(len(one.joint_names) for one in client.robots()))
     assert all(robot.limits[joint].velocity > 0.0 for joint in robot.joint_names)
     assert not client.collisions.check().pairs
     for posture in robot.postures.values():

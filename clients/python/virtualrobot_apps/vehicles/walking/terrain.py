@@ -48,7 +48,7 @@ def triangles_of(heights: Floats, cell: float) -> tuple[Floats, NDArray[np.int64
 class SensedGround:
     """Ground as rays from above find it: heights and normals of the nodes that are ground, seen through what is above.
 
-    Where something touches the ground its ray may miss it: ask before a machine stands there.
+    Where something touches the ground a ray misses it, and may find what is below: ask before a machine stands there.
     """
 
     def __init__(self, client: Client, nodes: Collection[str], top: float = 10.0) -> None:

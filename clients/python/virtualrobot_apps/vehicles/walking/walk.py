@@ -66,7 +66,7 @@ def plan_walk(
     # When the body stands, each foot steps once more and comes to its place below it.
     stopped = duration(parts, gait.cycle)
     until = stopped + gait.cycle * (1.0 - gait.duty_factor / 2.0)
-    times = KNOT * np.arange(int(np.ceil(until / KNOT - 1e-9)) + 1)
+    times = KNOT * np.arange(int(np.ceil(until / KNOT - 1e-9)) + 1, dtype=np.float64)
     poses = course(times, parts, gait.cycle, start)
     first, steps = footholds(gait, stand, times, poses, ground, float(times[-1]))
     feet = np.repeat(first[None], len(times), axis=0)
