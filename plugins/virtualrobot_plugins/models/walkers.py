@@ -19,6 +19,8 @@ from virtualrobot_plugins.models.grippers import Box, Size
 
 RADIUS = 0.011
 """Radius (m) of a link's capsule."""
+SHANK = 0.007
+"""Greatest radius (m) of the last link's capsule; it is thinner than the foot, which touches the ground before it."""
 HIP = 0.018
 """Radius (m) of the ball that a leg begins with."""
 RUBBER: Color = (0.1, 0.1, 0.11)
@@ -125,6 +127,8 @@ def _leg(name: str, body: str, hip: tuple[float, float, float], walker: Walker, 
     before = {"position": {}}
     for row, link in zip(walker.rows, links[1:], strict=False):
         end = np.array([row.a, 0.0, row.d]) / 1000.0
+        last = row is walker.rows[-1]
+        radius = min(SHANK, 0.875 * walker.foot / 1000.0) if last else RADIUS
         limits = {
             "lower": np.radians(row.lower),
             "upper": np.radians(row.upper),
@@ -137,8 +141,8 @@ def _leg(name: str, body: str, hip: tuple[float, float, float], walker: Walker, 
                 "name": link,
                 "parent": nodes[-1]["name"],
                 "parent_t_node": before,
-                "figures": [_capsule(np.zeros(3), end, color if row is not walker.rows[-1] else METAL)],
-                "link": {"joint": joint, "inertial": _rod(end, row.mass)},
+                "figures": [_capsule(np.zeros(3), end, METAL if last else color, radius=radius)],
+                "link": {"joint": joint, "inertial": _rod(end, row.mass, radius)},
             }
         )
         half = np.radians(row.alpha) / 2.0
@@ -158,7 +162,14 @@ def _leg(name: str, body: str, hip: tuple[float, float, float], walker: Walker, 
     return nodes
 
 
-def _capsule(start: np.ndarray, end: np.ndarray, color: Color, part: float = 1.0, seen_only: bool = False) -> dict:
+def _capsule(
+    start: np.ndarray,
+    end: np.ndarray,
+    color: Color,
+    part: float = 1.0,
+    seen_only: bool = False,
+    radius: float = RADIUS,
+) -> dict:
     """Return a capsule from one point to another, in the first `part` of the way between them."""
     way = (end - start) * part
     length = float(np.linalg.norm(way))
@@ -169,15 +180,15 @@ def _capsule(start: np.ndarray, end: np.ndarray, color: Color, part: float = 1.0
         "orientation": dict(zip("xyzw", (turn / np.linalg.norm(turn)).tolist(), strict=True)),
     }
     # It ends before the joint, so that neighbours of neighbours are clear of each other.
-    shape = {"capsule": {"radius_meters": RADIUS, "length_meters": max(length - RADIUS, 1e-3)}}
+    shape = {"capsule": {"radius_meters": radius, "length_meters": max(length - radius, 1e-3)}}
     figure = {"node_t_figure": placed, **shape, **material(color)}
     return {**figure, "roles": ["FIGURE_ROLE_VISUAL"]} if seen_only else figure
 
 
-def _rod(end: np.ndarray, mass: float) -> dict:
+def _rod(end: np.ndarray, mass: float, radius: float) -> dict:
     """Return mass and moments of inertia of a rod from the origin to `end` (along x, or x and z)."""
     length = float(np.linalg.norm(end))
-    along, across = mass * RADIUS**2 / 2.0, mass * (RADIUS**2 / 4.0 + length**2 / 12.0)
+    along, across = mass * radius**2 / 2.0, mass * (radius**2 / 4.0 + length**2 / 12.0)
     direction = end / length
     moments = across * np.eye(3) + (along - across) * np.outer(direction, direction)
     return {

@@ -32,6 +32,10 @@ def test_a_leg_is_that_of_its_table(steps: virtualrobot.Client) -> None:
     assert leg.set_kinematics("dh", table).forward_position_error < 1e-9
     assert leg.chain_joint_names == ["coxa", "femur", "tibia"]
     assert [steps.scene.node(f"hexapod.{name}").parent for name in HEXAPOD_LEGS] == ["hexapod.body"] * 6
+    # However a tibia is tilted, its end lies within the ball of the foot, which touches the ground before it.
+    shank = steps.scene.node("hexapod.left_rear.tibia")._message.figures[0].capsule
+    assert 0.133 / 2.0 < (shank.length_meters + 2.0 * shank.radius_meters) / 2.0 < 0.133 / 2.0 + 0.008
+    assert shank.radius_meters < 0.008
     assert not steps.collisions.check().pairs
 
 
