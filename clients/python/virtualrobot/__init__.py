@@ -105,6 +105,7 @@ _MODULES = {
     "scene.node": ("NodeInfo",),
     "scene.target": ("Target",),
     "view.ghosts": ("Ghost",),
+    "physics": ("JointMotor",),
     "robots.group": ("Group",),
     "leases": ("Lease", "LeaseInfo"),
     "history.values": ("Checkpoint", "Step"),
