@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from virtualrobot.motions.state import Phase as Phase
     from virtualrobot.motions.state import Search as Search
     from virtualrobot.motions.steps import Pattern as Pattern
+    from virtualrobot.physics import JointMotor as JointMotor
     from virtualrobot.progress import Progress as Progress
     from virtualrobot.robots.dynamics import inertial as inertial
     from virtualrobot.robots.group import Group as Group
