@@ -111,12 +111,12 @@ GROUPS = (
         },
         functions=("inertial",),
         client=(
-            *("check", "motions", "move_together", "plan", "program", "read_program", "robot", "speed_factor"),
-            *("stop", "targets"),
+            *("check", "check_plan", "motions", "move_together", "plan", "program", "read_program", "robot"),
+            *("speed_factor", "start_plan", "stop", "targets"),
         ),
         commands=(
-            *("move", "plan", "check", "path", "jog", "drive", "teach", "run", "stop", "pause", "resume", "speed"),
-            *("grasp", "release", "tool", "mount", "unmount", "kinematics"),
+            *("move", "plan", "check", "start", "path", "jog", "drive", "teach", "run", "stop", "pause", "resume"),
+            *("speed", "grasp", "release", "tool", "mount", "unmount", "kinematics"),
         ),
     ),
     Group(
