@@ -94,9 +94,10 @@ def told_more(structure: Structure, before: State, now: State, later: State) -> 
     """Return the state one tick after `now`, made of `later`, which is the one after `before`; None where it can't be.
 
     `now` is `before` with coordinates and parts that were told for this tick. No motion looks at these, so that it need
-    not be advanced again; but where a search has just ended, whose result tells where the tool centre point is then.
+    not be advanced again; but where a search has just ended, whose result tells where the tool centre point is then,
+    and where robots have come under physics, whose motions have moved joints until now and command motors from now on.
     """
-    if now.readings or before.moved_parts is not None:
+    if now.readings or before.moved_parts is not None or now.motored is not before.motored:
         return None
     if any(motion.search is not None for motion in later.motions):
         return None

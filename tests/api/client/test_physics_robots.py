@@ -111,6 +111,7 @@ def drive(client: Client, robot: Robot, twist: tuple[float, float, float], ticks
     client.clock.step(2)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_pendulum_swings_with_its_period(cell: Client, load: Load, engine: str) -> None:
     rod = load(ROD.format(type="revolute", effort="0"), "rod")
@@ -137,6 +138,7 @@ def test_a_pendulum_swings_with_its_period(cell: Client, load: Load, engine: str
     assert times[1] - times[0] == pytest.approx(period, rel=0.003)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_spring_sags_by_the_weight_and_a_stiff_motor_does_not(cell: Client, load: Load, engine: str) -> None:
     rod = load(ROD.format(type="revolute", effort="0"), "rod")
@@ -239,6 +241,7 @@ def test_wheels_slip_where_friction_is_too_little(cell: Client, cart: Robot, eng
     assert accelerating == pytest.approx(0.5 * GRAVITY, rel=0.05)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
 def test_the_same_calls_drive_a_craft_under_physics(cell: Client, engine: str) -> None:
     ugv = cell.load_robot("model://ugv", base="floating")
