@@ -97,6 +97,16 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/console": ("virtualrobot_apps.console", "virtualrobot", "google", "grpc"),
     f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),
     f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot", "uvicorn"),
+    # Recorded files are read by the libraries of their formats, and PNGs drawn by Pillow, where these are installed.
+    f"{APPS}/topic/recorded.py": (
+        "virtualrobot_apps",
+        "virtualrobot",
+        "numpy",
+        "mcap",
+        "pyarrow",
+        "foxglove_schemas_protobuf",
+    ),
+    f"{APPS}/topic/raster.py": ("virtualrobot_apps", "virtualrobot", "numpy", "PIL"),
     # What they say is read from YAML.
     f"{APPS}/vehicles/vehicle_file.py": ("virtualrobot", "numpy", "yaml"),
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),
@@ -106,6 +116,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{CLIENT}/testing.py": ("virtualrobot", "pytest"),
     # Serial ports are listed by pyserial, where it is installed.
     f"{CLIENT}/cli/ports.py": ("virtualrobot", "click", "serial"),
+    # Gamepads are read by inputs, where it is installed.
+    f"{CLIENT}/cli/gamepad.py": ("virtualrobot", "inputs"),
     # Recordings are written by the libraries of their formats, where these are installed.
     f"{CLIENT}/recording": ("virtualrobot", "numpy", "google"),
     f"{CLIENT}/recording/mcap_file.py": ("virtualrobot", "google", "mcap"),
