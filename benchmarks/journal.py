@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.folder import JOURNAL, Folder
 from virtualrobot_kernel.history.history import History
-from virtualrobot_kernel.history.store import Row as Entry
+from virtualrobot_kernel.history.rows import Row as Entry
 from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.upkeep import Rules
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
@@ -180,7 +180,7 @@ def checkpoint_rows() -> list[Row]:
     with on_disk(begin, Inputs(ids)) as (world, history):
 
         def checkpoint() -> None:
-            history.store.catch_up()
+            history.settle()
             history.upkeep.checkpoint()
 
         def second() -> float:
@@ -198,7 +198,7 @@ def checkpoint_rows() -> list[Row]:
         world.step(10).result()
         first = timed(checkpoint, 1)[0]
         world.step(10).result()
-        history.store.catch_up()
+        history.settle()
         start = time.thread_time()
         history.upkeep.checkpoint()
         again = (time.thread_time() - start) * 1e3

@@ -7,7 +7,7 @@ import time
 import numpy as np
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.replay import Replay
-from virtualrobot_kernel.history.store import Row as Entry
+from virtualrobot_kernel.history.rows import Row as Entry
 from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.tick_hash import tick_hash
 from virtualrobot_kernel.history.verify import verify

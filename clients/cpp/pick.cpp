@@ -93,8 +93,9 @@ Move straight_to(double x, double y, double z) {
   return move;
 }
 
-Motion start(Kernel& kernel, const Move& move) {
+Motion start(Kernel& kernel, const Move& move, DisconnectPolicy unwatched = DISCONNECT_POLICY_STOP) {
   StartMotionRequest request;
+  request.set_on_disconnect(unwatched);
   *request.mutable_spec()->add_moves() = move;
   return call(kernel.motion, &MotionService::Stub::StartMotion, request).motion();
 }
@@ -167,7 +168,8 @@ void work(const std::string& cell) {
   reports->Read(&report);  // what touches now
   Move swing = move_of_arm();
   (*swing.mutable_point_to_point()->mutable_joints()->mutable_joint_positions())["lbr_iiwa_joint_1"] = M_PI / 2;
-  const Motion swinging = start(kernel, swing);
+  // Nobody watches the swing itself until it has touched something.
+  const Motion swinging = start(kernel, swing, DISCONNECT_POLICY_CONTINUE);
   while (report.events().empty() || !report.events(0).has_begun()) {
     if (!reports->Read(&report)) throw Refusal(reports->Finish());
   }

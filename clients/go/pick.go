@@ -77,8 +77,9 @@ func toJoint(name string, radians float64) *pb.Move {
 	return &pb.Move{Robot: "arm", Move: &pb.Move_PointToPoint{PointToPoint: to}}
 }
 
-func (k *Kernel) start(move *pb.Move) (*pb.Motion, error) {
-	answer, err := k.motion.StartMotion(k.ctx, &pb.StartMotionRequest{Spec: &pb.MotionSpec{Moves: []*pb.Move{move}}})
+func (k *Kernel) start(move *pb.Move, unwatched pb.DisconnectPolicy) (*pb.Motion, error) {
+	spec := &pb.MotionSpec{Moves: []*pb.Move{move}}
+	answer, err := k.motion.StartMotion(k.ctx, &pb.StartMotionRequest{Spec: spec, OnDisconnect: unwatched})
 	return answer.GetMotion(), err
 }
 
@@ -97,7 +98,7 @@ func (k *Kernel) awaitEnd(motion *pb.Motion) *pb.Motion {
 }
 
 func (k *Kernel) move(move *pb.Move) *pb.Motion {
-	motion, err := k.start(move)
+	motion, err := k.start(move, pb.DisconnectPolicy_DISCONNECT_POLICY_STOP)
 	must(err)
 	return k.awaitEnd(motion)
 }
@@ -143,7 +144,8 @@ func (k *Kernel) work(scene string) {
 	must(err)
 	report, err := reports.Recv() // what touches now
 	must(err)
-	swing, err := k.start(toJoint("lbr_iiwa_joint_1", math.Pi/2))
+	// Nobody watches the swing itself until it has touched something.
+	swing, err := k.start(toJoint("lbr_iiwa_joint_1", math.Pi/2), pb.DisconnectPolicy_DISCONNECT_POLICY_CONTINUE)
 	must(err)
 	for len(report.Events) == 0 || report.Events[0].GetBegun() == nil {
 		report, err = reports.Recv()
@@ -155,7 +157,7 @@ func (k *Kernel) work(scene string) {
 	fmt.Println("touching:", strings.Join(names, " and "))
 	k.awaitEnd(swing)
 
-	_, err = k.start(toJoint("lbr_iiwa_jiont_4", 0.5))
+	_, err = k.start(toJoint("lbr_iiwa_jiont_4", 0.5), pb.DisconnectPolicy_DISCONNECT_POLICY_STOP)
 	for _, detail := range status.Convert(err).Details() {
 		if refusal, ok := detail.(*errdetails.ErrorInfo); ok {
 			fmt.Printf("refused: %s, nearest is %s\n", refusal.Reason, refusal.Metadata["nearest"])

@@ -64,9 +64,14 @@ public final class Pick {
     return Move.newBuilder().setRobot("arm").setPointToPoint(PointToPoint.newBuilder().setJoints(joints)).build();
   }
 
-  private Motion start(Move move) {
+  private Motion start(Move move, DisconnectPolicy unwatched) {
     var spec = MotionSpec.newBuilder().addMoves(move);
-    return motion.startMotion(StartMotionRequest.newBuilder().setSpec(spec).build()).getMotion();
+    var request = StartMotionRequest.newBuilder().setSpec(spec).setOnDisconnect(unwatched);
+    return motion.startMotion(request.build()).getMotion();
+  }
+
+  private Motion start(Move move) {
+    return start(move, DisconnectPolicy.DISCONNECT_POLICY_STOP);
   }
 
   /** Waits for the end; a motion that nobody has watched for a second is cancelled. */
@@ -113,7 +118,8 @@ public final class Pick {
     Iterator<WatchCollisionsResponse> reports =
         collision.watchCollisions(WatchCollisionsRequest.getDefaultInstance());
     var report = reports.next(); // what touches now
-    Motion swing = start(toJoint("lbr_iiwa_joint_1", Math.PI / 2));
+    // Nobody watches the swing itself until it has touched something.
+    Motion swing = start(toJoint("lbr_iiwa_joint_1", Math.PI / 2), DisconnectPolicy.DISCONNECT_POLICY_CONTINUE);
     while (report.getEventsCount() == 0 || !report.getEvents(0).hasBegun()) report = reports.next();
     var pair = report.getEvents(0).getBegun().getPair();
     var names = new TreeSet<String>();

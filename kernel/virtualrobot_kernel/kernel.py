@@ -166,7 +166,7 @@ class Kernel:
         self.world.start()
         if isinstance(self._history, History) and self._history.goes_on:
             self.world.submit([RestartWorld()], "kernel").result()
-            self._history.store.catch_up()
+            self._history.settle()
             self._history.upkeep.checkpoint()
         return self._server.start()
 
@@ -231,6 +231,7 @@ class Kernel:
         else:
             assert isinstance(self._history, History)  # it is no replay
             nowhere = Project(f"{IN_MEMORY_SEED:08x}", given.tick_nanoseconds, versions=versions())
+            self._history.settle()
             store, project = self._history.store, given.folder.project if given.folder else nowhere
         about = Reported(
             store,
@@ -288,8 +289,7 @@ class Kernel:
             forces=self._forces,
             crafts=self._crafts,
             renderers=self._renderers,
-            steps=self._history.steps,
-            checkpoints=self._history.checkpoints,
+            history=self._history,
             importers=self._importers,
             leases=self._leases,
             links=self._links,

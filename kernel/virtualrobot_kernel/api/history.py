@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import AsyncIterator, Callable, Sequence
 from contextlib import aclosing
+from typing import ParamSpec, TypeVar
 
 from google.protobuf.timestamp_pb2 import Timestamp
 from virtualrobot.v1 import geometry_pb2, history_pb2, history_pb2_grpc
@@ -27,6 +28,9 @@ USUAL_PAGE = 100
 MOST_OF_A_PAGE = 1000
 """Number of steps of an answer, where none is asked for, and at most."""
 
+P = ParamSpec("P")
+Answer = TypeVar("Answer")
+
 KINDS = {kind: getattr(history_pb2, f"STEP_KIND_{kind.name}") for kind in StepKind}
 
 
@@ -47,9 +51,8 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
                 f"page_size is at most {MOST_OF_A_PAGE}, not {size}", field="page_size", limit=MOST_OF_A_PAGE
             )
         wanted, before = _wanted(snapshot, request, mine), _page_start(request.page_token)
-        steps, more = await self._kernel.in_worker(
-            lambda: page(self._kernel.steps.store.find(wanted, before, whole=False), size)
-        )
+        find = self._kernel.history.steps.store.find
+        steps, more = await self._asked(lambda: page(find(wanted, before, whole=False), size))
         return history_pb2.ListStepsResponse(
             stamp=stamp(snapshot),
             steps=[self._message(snapshot, step, mine) for step in steps],
@@ -60,7 +63,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         self, request: history_pb2.WatchStepsRequest, context: object
     ) -> AsyncIterator[history_pb2.WatchStepsResponse]:
         """Tell steps as they are done, from one on."""
-        steps, mine = self._kernel.steps, is_mine(context)
+        steps, mine = self._kernel.history.steps, is_mine(context)
         if 0 < request.from_number <= steps.store.forgotten:
             raise KernelError(
                 f"the steps up to {steps.store.forgotten} are not all kept any more; watch from a later one",
@@ -68,14 +71,14 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
                 from_number=request.from_number,
                 forgotten=steps.store.forgotten,
             )
-        await self._kernel.in_worker(steps.store.catch_up)  # what was done before is not new
+        await self._kernel.in_worker(self._kernel.history.settle)  # what was done before is not new
         async with aclosing(self._kernel.publications.every(steps.subscribe)) as told:
             last: int | None = None
             async for some in told:
                 new: Sequence[Step] = some
                 if last is None:  # what came between listening and looking comes twice
                     if request.from_number:
-                        new = await self._kernel.in_worker(steps.since, request.from_number)
+                        new = await self._asked(steps.since, request.from_number)
                     last = max((one.number for one in new), default=0)
                 else:
                     new = [step for step in some if step.number > last]
@@ -91,8 +94,8 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         return await self._repeats.once(request, lambda: self._undo(request, context))
 
     async def _undo(self, request: history_pb2.UndoRequest, context: object) -> history_pb2.UndoResponse:
-        steps, mine = self._kernel.steps, _mine_if(request.only_mine, context)
-        undone = await self._kernel.in_worker(steps.to_undo, _number(request), mine)
+        steps, mine = self._kernel.history.steps, _mine_if(request.only_mine, context)
+        undone = await self._asked(steps.to_undo, _number(request), mine)
         snapshot, step, undone = await self._take_back(undone, context)
         return history_pb2.UndoResponse(stamp=stamp(snapshot), step=step, undone=undone)
 
@@ -101,22 +104,27 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         return await self._repeats.once(request, lambda: self._redo(request, context))
 
     async def _redo(self, request: history_pb2.RedoRequest, context: object) -> history_pb2.RedoResponse:
-        steps = self._kernel.steps
-        undo = await self._kernel.in_worker(steps.to_redo, _number(request), _mine_if(request.only_mine, context))
-        redone = await self._kernel.in_worker(steps.store.get, undo.undoes)
+        steps = self._kernel.history.steps
+        number, mine = _number(request), _mine_if(request.only_mine, context)
+
+        def found() -> tuple[Step, Step | None]:
+            undo = steps.to_redo(number, mine)
+            return undo, steps.store.get(undo.undoes)
+
+        undo, redone = await self._asked(found)
         snapshot, step, _ = await self._take_back(undo, context)
         told = self._message(snapshot, redone, is_mine(context)) if redone else None
         return history_pb2.RedoResponse(stamp=stamp(snapshot), step=step, redone=told)
 
     async def _take_back(self, step: Step, context: object) -> tuple[Snapshot, history_pb2.Step, history_pb2.Step]:
         """Take a step back; return the world then, what did it, and the step as it is then."""
-        steps, mine = self._kernel.steps, is_mine(context)
+        steps, mine = self._kernel.history.steps, is_mine(context)
         try:
             applied = await self._submit(taking_back(step), context)
         except Conflict as error:
-            raise await self._kernel.in_worker(steps.conflict, step, error) from None
+            raise await self._asked(steps.conflict, step, error) from None
         snapshot = applied.snapshot
-        made = self._message(snapshot, await self._kernel.in_worker(steps.taken_back_by, step.number), mine)
+        made = self._message(snapshot, await self._asked(steps.taken_back_by, step.number), mine)
         return snapshot, made, self._message(snapshot, step, mine)
 
     async def CreateCheckpoint(
@@ -125,7 +133,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         """Keep the world as it is."""
 
         async def create() -> history_pb2.CreateCheckpointResponse:
-            made = await self._kernel.in_worker(self._kernel.checkpoints.create, request.name, author(context))
+            made = await self._asked(self._kernel.history.checkpoints.create, request.name, author(context))
             return history_pb2.CreateCheckpointResponse(stamp=self._stamp(), checkpoint=_checkpoint(made))
 
         return await self._repeats.once(request, create)
@@ -134,7 +142,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         self, request: history_pb2.ListCheckpointsRequest, context: object
     ) -> history_pb2.ListCheckpointsResponse:
         """Tell the checkpoints."""
-        found = await self._kernel.in_worker(lambda: self._kernel.checkpoints.all)
+        found = await self._asked(lambda: self._kernel.history.checkpoints.all)
         return history_pb2.ListCheckpointsResponse(stamp=self._stamp(), checkpoints=map(_checkpoint, found))
 
     async def RestoreCheckpoint(
@@ -143,11 +151,11 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         """Put the world back to how it was."""
 
         async def restore() -> history_pb2.RestoreCheckpointResponse:
-            checkpoints = self._kernel.checkpoints
-            found = await self._kernel.in_worker(checkpoints.get, request.name)
+            checkpoints = self._kernel.history.checkpoints
+            found = await self._asked(checkpoints.get, request.name)
             command = await self._kernel.in_worker(checkpoints.restoring, found)
             applied = await self._submit(command, context)
-            before = await self._kernel.in_worker(checkpoints.left_by, command)
+            before = await self._asked(checkpoints.left_by, command)
             return history_pb2.RestoreCheckpointResponse(
                 stamp=stamp(applied.snapshot),
                 checkpoint=_checkpoint(found),
@@ -160,8 +168,17 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
         self, request: history_pb2.RemoveCheckpointRequest, context: object
     ) -> history_pb2.RemoveCheckpointResponse:
         """Forget a checkpoint."""
-        gone = await self._kernel.in_worker(self._kernel.checkpoints.remove, request.name)
+        gone = await self._asked(self._kernel.history.checkpoints.remove, request.name)
         return history_pb2.RemoveCheckpointResponse(stamp=self._stamp(), checkpoint=_checkpoint(gone))
+
+    async def _asked(self, question: Callable[P, Answer], *about: P.args, **named: P.kwargs) -> Answer:
+        """Return what the history answers once all that was told so far is in it."""
+
+        def answer() -> Answer:
+            self._kernel.history.settle()
+            return question(*about, **named)
+
+        return await self._kernel.in_worker(answer)
 
     def _stamp(self) -> geometry_pb2.Stamp:
         return stamp(self._kernel.world.snapshot)
@@ -185,7 +202,7 @@ class HistoryServicer(history_pb2_grpc.HistoryServiceServicer):
             time=_timestamp(step.wall_time),
             tick=step.tick,
             nodes=[name for name in names if name is not None],
-            undone=self._kernel.steps.is_undone(step),
+            undone=self._kernel.history.steps.is_undone(step),
             undoes=step.undoes,
         )
 

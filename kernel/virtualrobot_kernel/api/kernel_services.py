@@ -30,8 +30,8 @@ from virtualrobot_kernel.drivers.links import Links
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.history.checkpoints import Checkpoints
-from virtualrobot_kernel.history.steps import Steps
+from virtualrobot_kernel.history.history import History
+from virtualrobot_kernel.history.player import Player
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.physics.forces import Forces
 from virtualrobot_kernel.planning.solvers import Solvers
@@ -73,8 +73,7 @@ class KernelServices:
     forces: Forces
     crafts: Crafts
     renderers: RendererPool
-    steps: Steps
-    checkpoints: Checkpoints
+    history: History | Player
     importers: Importers
     leases: LeaseTable
     links: Links

@@ -13,7 +13,8 @@ from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.history.codec import Codec
 from virtualrobot_kernel.history.journal import Told
 from virtualrobot_kernel.history.recovery import image
-from virtualrobot_kernel.history.store import CheckpointRow, Store
+from virtualrobot_kernel.history.rows import CheckpointRow
+from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.upkeep import KERNEL, Moment, Upkeep
 from virtualrobot_kernel.world.apply_checkpoint import checkpoint_of
 from virtualrobot_kernel.world.change import Change
@@ -65,15 +66,10 @@ class Checkpoints:
     @property
     def all(self) -> list[Checkpoint]:
         """Checkpoints with a name, oldest first."""
-        self._store.catch_up()
         return [self._known(row) for row in self._store.checkpoints() if row.name]
 
     def get(self, name: str) -> Checkpoint:
         """Return a checkpoint; raise UnknownNameError."""
-        self._store.catch_up()
-        return self._found(name)
-
-    def _found(self, name: str) -> Checkpoint:
         rows = {row.name: row for row in self._store.checkpoints() if row.name}
         if name not in rows:
             raise UnknownNameError("checkpoint", name, rows)
@@ -85,11 +81,10 @@ class Checkpoints:
         return checkpoint_of(Change(world.structure, world.state), checkpoint.name)
 
     def create(self, name: str, author: str) -> Checkpoint:
-        """Keep the world as it is under a name (empty: a free one); all that was answered before is in it.
+        """Keep the world as it was when the history was settled last, under a name (empty: a free one).
 
         Raises KernelError when the name is taken, and when there are too many.
         """
-        self._store.catch_up()
         with self._lock:
             taken = {row.name for row in self._store.checkpoints() if row.name}
             if not name:
@@ -124,18 +119,17 @@ class Checkpoints:
                     f"the checkpoint can't be written: {error}. Make room on its disk",
                     reason=Reason.WRONG_STATE,
                 ) from error
-        return self._found(name)
+        return self.get(name)
 
     def remove(self, name: str) -> Checkpoint:
         """Forget a checkpoint and return it; raise UnknownNameError."""
         with self._lock:
-            found = self._found(name)
+            found = self.get(name)
             self._remove([found.id])
             return found
 
     def left_by(self, command: RestoreWorld) -> Checkpoint | None:
         """Return the world as it was right before a return to a checkpoint; None when it could not be kept."""
-        self._store.catch_up()
         return next((checkpoint for one, checkpoint in reversed(self._left) if one is command), None)
 
     def keep(self, told: Sequence[Told]) -> None:
@@ -156,7 +150,7 @@ class Checkpoints:
             others = [row.id for row in self._store.checkpoints() if row.name.startswith(AUTOMATIC)]
             if old := others[:-MOST_AUTOMATIC]:
                 self._remove(old)
-            return self._found(name)
+            return self.get(name)
 
     def _remove(self, ids: Sequence[int]) -> None:
         """Take checkpoints out; the one that the rest of a thinned history begins with loses its name alone."""

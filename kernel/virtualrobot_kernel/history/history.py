@@ -14,8 +14,9 @@ from virtualrobot_kernel.history.journal import Journal, Told
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.recorder import Recorder
 from virtualrobot_kernel.history.recovery import recovered
+from virtualrobot_kernel.history.rows import Row
 from virtualrobot_kernel.history.steps import Steps
-from virtualrobot_kernel.history.store import Row, Store
+from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.stored_steps import StoredSteps
 from virtualrobot_kernel.history.tail import Tail, tail_rows
 from virtualrobot_kernel.history.upkeep import MEBIBYTE, Rules, Upkeep
@@ -107,7 +108,7 @@ class History:
             log.warning("%s", warning)
         self.goes_on = self.begin.number > 0 or self.begin.state.tick > 0
         rules = rules or rules_of(None, folder is not None)
-        self.upkeep = Upkeep(self.store, codec, rules, self.begin, self._last_tick)
+        self.upkeep = Upkeep(self.store, codec, rules, self.begin, self._last_tick, self.settle)
         kept = StoredSteps(self.store, codec)
         self.steps = Steps(kept)
         self.checkpoints = Checkpoints(self.store, codec, self.upkeep)
@@ -128,9 +129,16 @@ class History:
 
     def start(self) -> None:
         """Start the threads."""
-        self.store.catch_up = self.journal.settle
         self.journal.start()
         self.upkeep.start()
+
+    def settle(self) -> None:
+        """Have all that was told so far in the store, the steps and the checkpoints.
+
+        Nothing in the history does so when it is read: whoever asks it from outside does, and the upkeep. Locks of the
+        history are taken while it settles, so that nobody may call this who holds one.
+        """
+        self.journal.settle()
 
     def close(self) -> None:
         """Write what is left, and a checkpoint where the next kernel may begin; let others use the folder."""

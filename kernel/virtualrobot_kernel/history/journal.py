@@ -18,7 +18,7 @@ import numpy as np
 
 from virtualrobot_kernel.background import let_others_go_on
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.history.store import Row
+from virtualrobot_kernel.history.rows import Row
 from virtualrobot_kernel.history.tail import Tail
 from virtualrobot_kernel.history.upkeep import Moment
 from virtualrobot_kernel.world import index
@@ -227,7 +227,7 @@ class Journal:
         self._ticked(structure, state)
 
     def settle(self) -> None:
-        """Have the keepers keep all entries so far, in the calling thread.
+        """Have the keepers keep all entries so far, in the calling thread, which holds no lock of theirs.
 
         What they can't keep is tried again at most once a second.
         """

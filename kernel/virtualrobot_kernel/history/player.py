@@ -79,6 +79,9 @@ class Player:
         """Begin to keep moments."""
         self._thread.start()
 
+    def settle(self) -> None:
+        """Do nothing: the past is told."""
+
     def close(self) -> None:
         """End the thread."""
         self._ended.set()

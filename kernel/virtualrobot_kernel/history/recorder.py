@@ -6,7 +6,8 @@ from collections.abc import Sequence
 
 from virtualrobot_kernel.history.codec import Codec
 from virtualrobot_kernel.history.journal import Told
-from virtualrobot_kernel.history.store import Row, Store
+from virtualrobot_kernel.history.rows import Row
+from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.stored_steps import StoredSteps
 from virtualrobot_kernel.history.upkeep import Upkeep
 

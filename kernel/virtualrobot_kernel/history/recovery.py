@@ -10,7 +10,8 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.codec import Codec
 from virtualrobot_kernel.history.journal import Told
-from virtualrobot_kernel.history.store import CheckpointRow, Row, Store
+from virtualrobot_kernel.history.rows import CheckpointRow, Row
+from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.upkeep import Moment
 from virtualrobot_kernel.history.world_image import WorldImage
 from virtualrobot_kernel.world import index

@@ -18,7 +18,9 @@ from virtualrobot_kernel.history.folder import JOURNAL, LAST_TICK, PROJECT, TAIL
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.pages import rows
 from virtualrobot_kernel.history.recovery import moment_of, recovered
-from virtualrobot_kernel.history.store import CheckpointRow, Store
+from virtualrobot_kernel.history.rows import CheckpointRow
+from virtualrobot_kernel.history.salvage import SalvagedStore
+from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.tail import MAGIC, tail_rows
 from virtualrobot_kernel.whole_files import sync_folder
 from virtualrobot_kernel.world.change import Forward
@@ -112,7 +114,7 @@ def _repaired(path: Path, project: Project, made: Path, forward: Forward) -> Rep
     with closing(LastTick(made / LAST_TICK, project.seed)) as file:
         known_tick = file.read()
     new = made / "new.db"
-    with closing(Store(new, project.seed)) as store:
+    with closing(SalvagedStore(new, project.seed)) as store:
         forgotten, lost_tail = _adopt(store, made, project)
         unreadable = [head.id for head in store.checkpoints() if not _is_readable(store, head)]
         store.remove_checkpoints(unreadable)
@@ -143,7 +145,7 @@ def _repaired(path: Path, project: Project, made: Path, forward: Forward) -> Rep
     return Repaired(after + 1, last, lost, tick, known_tick - tick, len(unreadable), lost_tail, aside)
 
 
-def _adopt(store: Store, copy: Path, project: Project) -> tuple[int, bool]:
+def _adopt(store: SalvagedStore, copy: Path, project: Project) -> tuple[int, bool]:
     """Bring all rows that can be read into a new store, and those of the tail.
 
     Return the number of the last entry that was thinned out, and whether entries of the tail can't be read. Where
@@ -178,7 +180,7 @@ def _is_readable(store: Store, head: CheckpointRow) -> bool:
     return True
 
 
-def _longest(store: Store) -> tuple[int, int]:
+def _longest(store: SalvagedStore) -> tuple[int, int]:
     """Return the number before the first entry, and that of the last one, of what leads furthest without a gap.
 
     It begins with the first entry of all, or after a checkpoint.

@@ -16,7 +16,8 @@ from functools import partial
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history.codec import Codec
 from virtualrobot_kernel.history.recovery import empty_world, entry, moment_of
-from virtualrobot_kernel.history.store import Row, Store
+from virtualrobot_kernel.history.rows import Row
+from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.upkeep import Moment
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.change import Change, Forward

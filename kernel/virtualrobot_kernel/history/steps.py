@@ -57,10 +57,6 @@ class Wanted:
 class StepStore(Protocol):
     """Store of steps by number; one thread at a time writes, any may read."""
 
-    def catch_up(self) -> None:
-        """Have the steps made of all that was told; whoever asks for steps sees them without it."""
-        ...
-
     def append(self, step: Step, replaced: Step | None) -> None:
         """Keep a step after all others, in place of one that it has drawn out (None: of none)."""
         ...
@@ -155,7 +151,6 @@ class Steps:
 
     def taken_back_by(self, number: int) -> Step:
         """Return the step that took a step back last; there must be one."""
-        self.store.catch_up()
         found = self.store.get(self._undone[number])
         assert found is not None
         return found

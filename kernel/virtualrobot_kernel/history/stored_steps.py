@@ -6,9 +6,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 from virtualrobot_kernel.history.codec import Codec
+from virtualrobot_kernel.history.database import RARE_STEPS
+from virtualrobot_kernel.history.rows import StepRow
 from virtualrobot_kernel.history.step import Step, StepKind
 from virtualrobot_kernel.history.steps import Wanted
-from virtualrobot_kernel.history.store import RARE_STEPS, StepRow, Store
+from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.world.records import Difference
 
 FREQUENT = frozenset({StepKind.SIGNAL, StepKind.MOTION, StepKind.OTHER})
@@ -27,10 +29,6 @@ class StoredSteps:
         self._codec = codec
         self._waiting: dict[int, tuple[Step, int]] = {}
 
-    def catch_up(self) -> None:
-        """Have the steps made of all that was told."""
-        self._store.catch_up()
-
     def append(self, step: Step, replaced: Step | None) -> None:
         """Keep a step after all others, in place of one that it has drawn out (None: of none)."""
         gone = replaced.number if replaced else 0
@@ -48,7 +46,6 @@ class StoredSteps:
 
     def get(self, number: int) -> Step | None:
         """Return the step of an entry, None when it is not kept."""
-        self._store.catch_up()
         for step, _ in [*self._waiting.values()]:
             if number in (step.first_number, step.number):
                 return step
@@ -57,7 +54,6 @@ class StoredSteps:
 
     def find(self, wanted: Wanted, before: int | None = None, whole: bool = True) -> Iterator[Step]:
         """Yield steps that are wanted, newest first, with smaller numbers than `before`; `whole` with differences."""
-        self._store.catch_up()
         waiting = sorted([*self._waiting.values()], key=lambda one: -one[0].number)
         for step, _ in waiting:
             if (before is None or step.number < before) and wanted.has(step):

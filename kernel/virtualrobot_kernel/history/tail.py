@@ -16,7 +16,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from virtualrobot_kernel.history.folder import TAIL
-from virtualrobot_kernel.history.store import Row
+from virtualrobot_kernel.history.rows import Row
 from virtualrobot_kernel.whole_files import sync_folder
 
 BYTES = 1024 * 1024

@@ -6,7 +6,7 @@ import logging
 import threading
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.background import let_others_go_on
-from virtualrobot_kernel.history.codec import Codec, Parts
+from virtualrobot_kernel.history.codec import Codec
+from virtualrobot_kernel.history.documents import Parts
 from virtualrobot_kernel.history.last_tick import LastTick
-from virtualrobot_kernel.history.store import CheckpointRow, Store
+from virtualrobot_kernel.history.rows import CheckpointRow
+from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.tick_hash import TICKS_AT_ONCE, hashes_of
 from virtualrobot_kernel.history.world_image import image_of
 from virtualrobot_kernel.world.state import State
@@ -78,13 +80,29 @@ class Upkeep:
     """Thread that looks after the store once a second."""
 
     def __init__(
-        self, store: Store, codec: Codec, rules: Rules, begin: Moment, last_tick: LastTick | None = None
+        self,
+        store: Store,
+        codec: Codec,
+        rules: Rules,
+        begin: Moment,
+        last_tick: LastTick | None = None,
+        settle: Callable[[], None] = lambda: None,
     ) -> None:
-        """Look after `store` from the moment `begin` on; write the last tick to `last_tick`, if there is one."""
+        """Look after `store` from the moment `begin` on.
+
+        Args:
+            store: the journal.
+            codec: how it is written.
+            rules: what is kept how long.
+            begin: the moment whose entries are all in it.
+            last_tick: gets the number of each tick, if there is one.
+            settle: has all written that was told (`Journal.settle`).
+        """
         self._store = store
         self._codec = codec
         self.rules = rules
         self._last_tick = last_tick
+        self._settle = settle
         self._parts = Parts()
         self._ticks: deque[_Tick] = deque()
         self._hashes: tuple[int, bytes] | None = None
@@ -132,7 +150,7 @@ class Upkeep:
     def checkpoint(self, name: str = "", author: str = KERNEL, past: Moment | None = None) -> int:
         """Write the world as a checkpoint and return its id, from any thread.
 
-        As it was in the `past`, else as it was when the store had caught up last (`Store.catch_up`).
+        As it was in the `past`, else as it was when the journal was settled last.
         """
         with self._checkpointing:
             now = past or self._latest
@@ -159,7 +177,7 @@ class Upkeep:
             if self._hurried.wait(max(0.0, due - time.monotonic())):
                 self._ended.wait(GATHERED_SECONDS)
                 self._hurried.clear()
-                self._store.catch_up()
+                self._settle()
             if time.monotonic() >= due and not self._ended.is_set():
                 self.look_after()
                 due = time.monotonic() + ROUND_SECONDS
@@ -186,7 +204,7 @@ class Upkeep:
     def _hash(self) -> None:
         """Write the hashes of the ticks since the last round; those that can't be written wait for the next one."""
         count = len(self._ticks)
-        self._store.catch_up()  # entries of ticks whose hashes are written are written
+        self._settle()  # entries of ticks whose hashes are written are written
         first, hashes = self._hashes or (self._ticks[0].tick if count else 0, b"")
         for at in range(0, count, TICKS_AT_ONCE):
             ticks = [self._ticks.popleft() for _ in range(min(TICKS_AT_ONCE, count - at))]

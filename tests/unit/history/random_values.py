@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 from virtualrobot_kernel.history import classes
-from virtualrobot_kernel.history.codec import DTYPES
+from virtualrobot_kernel.history.extensions import DTYPES
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.planned import Plan, Track
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial

@@ -8,7 +8,8 @@ from virtualrobot_kernel.history.checkpoints import AUTOMATIC, MOST_AUTOMATIC, M
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.journal import Told
 from virtualrobot_kernel.history.recovery import recovered
-from virtualrobot_kernel.history.store import Row, Store
+from virtualrobot_kernel.history.rows import Row
+from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.upkeep import Moment, Rules, Upkeep
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.apply_checkpoint import checkpoint_of

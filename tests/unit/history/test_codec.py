@@ -16,7 +16,8 @@ import pytest
 import virtualrobot_kernel.motion.limits
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.classes import MIGRATIONS, reached, world_codec
-from virtualrobot_kernel.history.codec import Codec, Parts, UnknownVersionError, UnreadableError, same
+from virtualrobot_kernel.history.codec import Codec, same
+from virtualrobot_kernel.history.documents import Parts, UnknownVersionError, UnreadableError
 from virtualrobot_kernel.history.world_image import image_of
 from virtualrobot_kernel.motion.running_motion import RunningMotion
 from virtualrobot_kernel.world.commands import CreateNodes, SetSetpoint, SetSignal, StartMotion, UpdateNode

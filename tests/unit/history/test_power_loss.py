@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.history.store import CheckpointRow, Row, Store
+from virtualrobot_kernel.history.rows import CheckpointRow, Row
+from virtualrobot_kernel.history.store import Store
 
 from tests.tiers import Draws
 from tests.unit.history.lossy import Disk, LossyVFS, promised

@@ -16,6 +16,7 @@ from virtualrobot_kernel.history.history import History
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.pages import PAGE_BYTES, rows
 from virtualrobot_kernel.history.repair import ASIDE, repair
+from virtualrobot_kernel.history.salvage import SalvagedStore
 from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.tail import MAGIC
 from virtualrobot_kernel.history.tick_hash import tick_hash
@@ -90,7 +91,7 @@ def test_pages_have_the_rows_that_were_written(tmp_path: Path, rng: np.random.Ge
     store.close()
     if not wal:
         spoil(tmp_path / "copy-j.db", no_header)
-    other = Store(tmp_path / "new.db", SEED)
+    other = SalvagedStore(tmp_path / "new.db", SEED)
     other.adopt(rows(tmp_path / "copy-j.db", tmp_path / "copy-j.db-wal"))
     assert content(other) == expected
     other.close()

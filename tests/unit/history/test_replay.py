@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.history.classes import world_codec
-from virtualrobot_kernel.history.codec import Codec, Parts, same
+from virtualrobot_kernel.history.codec import Codec, same
+from virtualrobot_kernel.history.documents import Parts
 from virtualrobot_kernel.history.replay import Replay
-from virtualrobot_kernel.history.store import CheckpointRow, Row, Store
+from virtualrobot_kernel.history.rows import CheckpointRow, Row
+from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.tick_hash import BYTES, differing_robots, tick_hash
 from virtualrobot_kernel.history.verify import verify
 from virtualrobot_kernel.history.world_image import image_of

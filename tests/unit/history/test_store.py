@@ -12,7 +12,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
-from virtualrobot_kernel.history.store import CheckpointRow, Row, StepRow, Store
+from virtualrobot_kernel.history.rows import CheckpointRow, Row, StepRow
+from virtualrobot_kernel.history.store import Store
 
 from tests.tiers import Draws
 

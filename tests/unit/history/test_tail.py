@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 from virtualrobot_kernel.history.folder import TAIL
-from virtualrobot_kernel.history.store import Row, Store
+from virtualrobot_kernel.history.rows import Row
+from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.tail import BYTES, MappedFile, Tail, tail_rows
 
 from tests.tiers import Draws
