@@ -139,7 +139,7 @@ def test_without_setpoints_the_robot_stops_after_its_timeout(stepped: Stubs) -> 
 def test_a_step_ends_with_an_event(stepped: Stubs) -> None:
     load(stepped, IIWA, "arm")
     apply(stepped, ball(), sensor(pattern=FAN, rate_hertz=10.0), created("valve"))
-    id = move(stepped, joints("arm", lbr_iiwa_joint_1=0.5)).motion.id
+    id = move(stepped, joints("arm", lbr_iiwa_joint_1=0.5)).id
     end = kernel_pb2.StepEvent(motion_ended=id)
     valve = kernel_pb2.StepEvent(signal=condition("valve", True))
     short = go(stepped, 10, until=[valve, end])

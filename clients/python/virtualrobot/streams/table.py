@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from virtualrobot._wire.messages import value_or_default
 from virtualrobot._wire.services import Services
 from virtualrobot.recording import topics
 from virtualrobot.recording.joints import Coordinate, coordinates
@@ -146,7 +145,7 @@ def _of_sensor(services: Services, node: nodes_pb2.Node, rate: float) -> Iterato
         flat = topics.scan_angles(pattern_of(services, node.range_sensor)) is not None
         yield stream("scan" if flat else "points", "RangeReading", "m")
     elif kind == "camera_sensor":
-        sides = ("", "right_") if value_or_default(node.camera_sensor.stereo_baseline_meters, "baseline") else ("",)
+        sides = ("", "right_") if node.camera_sensor.stereo_baseline_meters else ("",)
         for image in node.camera_sensor.images or [sensing_pb2.IMAGE_KIND_COLOR]:
             for side in sides:
                 yield stream(f"{side}{_PICTURES[image]}", "Image", _PICTURE_UNITS[_PICTURES[image]])

@@ -42,7 +42,8 @@ class _Lines:
     def __init__(self, file: IO[str]) -> None:
         self._waiting: queue.Queue[str | None] = queue.Queue()
         self._file = file
-        threading.Thread(target=self._read, name="controller", daemon=True).start()
+        self._thread = threading.Thread(target=self._read, name="controller", daemon=True)
+        self._thread.start()
 
     def _read(self) -> None:
         try:
@@ -60,6 +61,11 @@ class _Lines:
         if line is None:
             self._waiting.put(None)  # it stays ended
         return None if line is None else line.rstrip("\r\n")
+
+    def close(self) -> None:
+        """Close the file once whoever writes it has ended."""
+        self._thread.join(_END_SECONDS)
+        self._file.close()
 
 
 class ProgramWire:
@@ -100,6 +106,7 @@ class ProgramWire:
         except subprocess.TimeoutExpired:
             self._process.kill()
             self._process.wait()
+        self._lines.close()
 
 
 class SocketWire:
@@ -135,6 +142,7 @@ class SocketWire:
             self._socket.shutdown(socket.SHUT_RDWR)
         except OSError:
             pass
+        self._lines.close()
         self._socket.close()
 
 

@@ -276,7 +276,7 @@ def _until(watch: StreamWatch, seconds: float | None) -> Iterator[Sample]:
     with suppress(KeyboardInterrupt):
         for sample in watch:
             begin = sample.time if begin is None else begin
-            if seconds is not None and sample.time - begin > seconds:
+            if seconds is not None and sample.time - begin > seconds + 1e-9:
                 return
             yield sample
 

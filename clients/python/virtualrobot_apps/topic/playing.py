@@ -34,7 +34,7 @@ def play(client: Client, file: Path, patterns: Iterable[str] = (), speed: float 
         WrongStateError: when robots are not to be put elsewhere, such as those that a driver moves.
     """
     selection = Selection(patterns)
-    joints = {robot.name: set(robot.coordinate_names) for robot in client.robots()}
+    joints = {robot.name: set(robot.coordinates) for robot in client.robots()}
     signals = set(client.signals)
     stepped = client.clock.mode == "stepped"
     tick = client.clock.read().tick_length
