@@ -257,7 +257,8 @@ class Journal:
                 for keeper in self._keepers:
                     keeper.keep(some)
                 some = []
-                let_others_go_on()
+                if told:
+                    let_others_go_on()
             with self._changing:
                 if self._tail is not None and not self._tail.is_begun:
                     self._tail.begin(self._new_life)

@@ -16,22 +16,29 @@ from virtualrobot_kernel.world.records import Difference
 FREQUENT = frozenset({StepKind.SIGNAL, StepKind.MOTION, StepKind.OTHER})
 """Kinds that come as often as calls: `RARE_STEPS` are those of all others."""
 
+MOST_RECENT = 50
+"""Greatest number of the newest steps, and of the nodes that they are about, that stay in memory."""
+
 
 class StoredSteps:
     """Steps of a store; one thread at a time adds them, any may read.
 
-    They wait in memory until they are written, with the entries that they were made of.
+    They wait in memory until they are written, with the entries that they were made of. The newest ones stay there: who
+    undoes wants these.
     """
 
     def __init__(self, store: Store, codec: Codec) -> None:
         """Keep steps in `store`, their differences as `codec` writes them."""
         self._store = store
         self._codec = codec
+        self._recent: dict[int, Step] = {}
         self._waiting: dict[int, tuple[Step, int]] = {}
 
     def append(self, step: Step, replaced: Step | None) -> None:
         """Keep a step after all others, in place of one that it has drawn out (None: of none)."""
         gone = replaced.number if replaced else 0
+        self._recent.pop(gone, None)
+        self._recent[step.number] = step
         if gone in self._waiting:
             gone = self._waiting.pop(gone)[1]
         self._waiting[step.number] = step, gone
@@ -43,10 +50,18 @@ class StoredSteps:
     def written(self) -> None:
         """Note that all that waited is in the store."""
         self._waiting = {}
+        recent, size = list[Step](), 0
+        for step in reversed(self._recent.values()):
+            size += 1 + len(step.touched)
+            if size > MOST_RECENT:
+                break
+            recent.append(step)
+        if len(recent) < len(self._recent):
+            self._recent = {step.number: step for step in reversed(recent)}
 
     def get(self, number: int) -> Step | None:
         """Return the step of an entry, None when it is not kept."""
-        for step, _ in [*self._waiting.values()]:
+        for step in [*self._recent.values()]:
             if number in (step.first_number, step.number):
                 return step
         row = self._store.step(number)
@@ -54,12 +69,11 @@ class StoredSteps:
 
     def find(self, wanted: Wanted, before: int | None = None, whole: bool = True) -> Iterator[Step]:
         """Yield steps that are wanted, newest first, with smaller numbers than `before`; `whole` with differences."""
-        waiting = sorted([*self._waiting.values()], key=lambda one: -one[0].number)
-        for step, _ in waiting:
+        recent, replaced = [*self._recent.values()], {number for _, number in [*self._waiting.values()]}
+        for step in reversed(recent):
             if (before is None or step.number < before) and wanted.has(step):
                 yield step
-        replaced = {number for _, number in waiting}
-        first = min((step.number for step, _ in waiting), default=before)
+        first = recent[0].number if recent else before
         before = first if before is None or first is None else min(before, first)
         for step in self._written(wanted, before, whole):
             if step.number not in replaced:

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
+from itertools import compress, filterfalse
+from operator import is_not
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -44,15 +46,15 @@ def records(before: Change, after: Change) -> Iterator[Record]:
     """Yield what differs between two worlds, value by value."""
     old, new = before.structure, after.structure
     if old.nodes is not new.nodes:
-        for uid in old.nodes:
-            if uid not in new.nodes:
-                yield Record("nodes", uid, presence(before, uid), None)
-        for uid, node in new.nodes.items():
-            was = old.nodes.get(uid)
-            if was is None:
+        for uid in filterfalse(new.nodes.__contains__, old.nodes):
+            yield Record("nodes", uid, presence(before, uid), None)
+        # Most nodes are the same objects: these are passed over without a turn of this loop.
+        others = map(is_not, map(old.nodes.get, new.nodes), new.nodes.values())
+        for uid in compress(new.nodes, others):
+            if (was := old.nodes.get(uid)) is None:
                 yield Record("nodes", uid, None, presence(after, uid))
-            elif was is not node:
-                yield from _fields(was, node)
+            else:
+                yield from _fields(was, new.nodes[uid])
     yield from _poses(before, after)
     for table in MAPS:
         yield from _entries(table, getattr(before.state, table), getattr(after.state, table))
@@ -197,12 +199,13 @@ def _poses(before: Change, after: Change) -> Iterator[Record]:
         else:
             uids = [uid for uid in now if uid in rows]
             old, new = old[[rows[uid] for uid in uids]], new[[later[uid] for uid in uids]]
-    for at in np.flatnonzero((_bits(old) != _bits(new)).any(axis=1)).tolist():
+    for at in np.unique(np.flatnonzero(_bits(old) != _bits(new)) // 16).tolist():
         yield Record("poses", uids[at], old[at].copy(), new[at].copy())
 
 
 def _bits(poses: NDArray[np.float64]) -> NDArray[np.uint64]:
-    return np.ascontiguousarray(poses).view(np.uint64).reshape(len(poses), 16)
+    """Return the bits of poses (n, 4, 4) one after another, (16 n,)."""
+    return np.ascontiguousarray(poses).view(np.uint64).reshape(-1)
 
 
 def _entries(table: str, old: Mapping[Any, Any], new: Mapping[Any, Any]) -> Iterator[Record]:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
+from itertools import islice
 from typing import get_args
 
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.history import stored_steps
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.journal import Told
 from virtualrobot_kernel.history.labels import LABELS
@@ -391,3 +393,29 @@ def test_who_stands_in_the_way_is_looked_for_from_the_newest_on(desk: Desk) -> N
     assert kept.last == 42 and len(counting.since(1)) == 42 and not read
     assert counting.conflict(step, error.value).metadata["step"] == "22"
     assert len(read) == 1
+
+
+def test_steps_in_memory_say_what_the_store_says(
+    desk: Desk, rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The newest ones stay there; some were drawn out."""
+    monkeypatch.setattr(stored_steps, "MOST_RECENT", 12)
+    for _ in range(24):
+        if rng.random() < 0.5 and "table" in desk.now.structure.uid_by_name:
+            desk.do("ann", moved(rng.uniform()), seconds=0.1)
+        else:
+            desk.do("bob", *random_batch(rng, desk.now))
+        written = StoredSteps(desk.store, world_codec())
+        for wanted in (Wanted(), Wanted(kinds=frozenset({StepKind.EDIT}), node="table"), Wanted(author="bob")):
+            for before in (None, desk.number - 2):
+                found = [[said(one) for one in islice(kept.find(wanted, before), 8)] for kept in (desk.kept, written)]
+                assert found[0] == found[1]
+    for number in range(1, desk.number + 2):
+        found = [one and said(one) for one in (desk.kept.get(number), written.get(number))]
+        assert found[0] == found[1]
+
+
+def said(step: Step) -> tuple[object, ...]:
+    """Return what a step says, its difference as bytes."""
+    changed = world_codec().encode((step.difference.old, step.difference.new))
+    return step.number, step.first_number, step.label, step.author, step.kind, step.touched, step.names, changed
