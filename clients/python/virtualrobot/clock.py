@@ -180,9 +180,9 @@ class Clock:
         wanted = list(sensors or ())
         request = kernel_pb2.StepClockRequest(
             ticks=whole(ticks, "ticks"),
-            commands=batch.commands,
+            commands=batch._commands,
             setpoints=[one for kind, of in given.items() for one in setpoints(kind, of, setpoint_timeout, preempt)],
-            until=[event.message for event in until or ()],
+            until=[event._message for event in until or ()],
             sensors=wanted,
             reading_options=reading_options(options) if wanted else None,
         )

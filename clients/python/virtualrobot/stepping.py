@@ -27,7 +27,7 @@ _MODES = {
 class Event:
     """Event that ends a step: `motion_ends`, `signal_is`, `collides` and `reads` of this module make them."""
 
-    message: kernel_pb2.StepEvent
+    _message: kernel_pb2.StepEvent
 
 
 def motion_ends(motion: Motion) -> Event:

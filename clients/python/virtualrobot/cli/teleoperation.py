@@ -34,7 +34,7 @@ KEYS: dict[str, Twist] = {
     "z": (0.0, 1.0, 0.0),
     "x": (0.0, -1.0, 0.0),
 }
-"""What a key drives, as parts of the limits."""
+"""Twist of each key, as parts of the limits."""
 
 HELP = (
     "w or up, s or down drive   a or left, d or right turn   e and r in a bow   z and x sideways\n"

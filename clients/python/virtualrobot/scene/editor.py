@@ -499,11 +499,6 @@ class Batch(Editor[str]):
         """Begin with no command."""
         self._commands: list[scene_pb2.Command] = []
 
-    @property
-    def commands(self) -> list[scene_pb2.Command]:
-        """The commands that were collected so far, as messages of the contract."""
-        return list(self._commands)
-
     def _submit(self, command: scene_pb2.Command) -> None:
         self._commands.append(command)
 

@@ -1,4 +1,4 @@
-"""What a world hears: signals, and what robots and crafts shall do, published under the names of streams."""
+"""Publishing to a world: signals, and what robots and crafts shall do, published under the names of streams."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from virtualrobot.streams.table import OUT, Stream
 
 @checked
 class Publisher:
-    """What publishes to one stream; a context manager. `Streams.publisher` makes it.
+    """Publisher to one stream; a context manager. `Streams.publisher` makes it.
 
     A robot follows what is published until the end of the block, or until nothing has come for the timeout. Then it
     comes to rest.

@@ -22,7 +22,7 @@ _IMAGES |= {"segmentation": sensing_pb2.IMAGE_KIND_SEGMENTATION, "normals": sens
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Sample:
-    """What a stream told at one instant.
+    """Sample of a stream: all that it told at one instant.
 
     Attributes:
         stream: its name.

@@ -20,7 +20,7 @@ from virtualrobot.sensors.readings import Reading
 from virtualrobot_apps.lockstep.wire import Wire
 
 KINDS = ("twist", "positions", "velocities")
-"""What a command may say of the robot."""
+"""Parts of a command that move the robot."""
 
 _KNOWN = (*KINDS, "signals", "done")
 _REST_SECONDS = 5.0
@@ -29,7 +29,7 @@ _REST_SECONDS = 5.0
 
 @dataclass(frozen=True, slots=True)
 class Run:
-    """What came of an exchange: steps that were made, simulation time (s), and why it ended, in words."""
+    """Result of an exchange: steps that were made, simulation time (s), and why it ended, in words."""
 
     steps: int
     seconds: float

@@ -19,7 +19,7 @@ PERIOD = 0.02
 
 @dataclass(frozen=True, slots=True)
 class Played:
-    """What was played: how many moments, how many seconds of the recording, and which robots and signals."""
+    """Record of what was played: how many moments, how many seconds of the recording, and which robots and signals."""
 
     rows: int
     seconds: float

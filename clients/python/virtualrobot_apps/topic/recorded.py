@@ -19,7 +19,7 @@ Cell = float | bool | str
 
 @dataclass(frozen=True, slots=True)
 class Row:
-    """What changed at a time (s of simulation time): values by the names of the columns of a table."""
+    """Changes at a time (s of simulation time): values by the names of the columns of a table."""
 
     time: float
     cells: Mapping[str, Cell]
