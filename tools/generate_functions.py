@@ -111,14 +111,15 @@ GROUPS = (
         },
         functions=("inertial",),
         client=(
-            *("check", "motions", "move_together", "plan", "program", "read_program", "robot", "speed_factor"),
-            *("stop", "targets"),
+            *("check", "check_plan", "motions", "move_together", "plan", "program", "read_program", "robot"),
+            *("speed_factor", "start_plan", "stop", "targets"),
         ),
         commands=(
             *(
                 "move",
                 "plan",
                 "check",
+                "start",
                 "path",
                 "jog",
                 "drive",
@@ -128,9 +129,8 @@ GROUPS = (
                 "stop",
                 "pause",
                 "resume",
-                "speed",
             ),
-            *("grasp", "release", "tool", "mount", "unmount", "kinematics"),
+            *("speed", "grasp", "release", "tool", "mount", "unmount", "kinematics"),
         ),
     ),
     Group(

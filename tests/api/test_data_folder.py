@@ -268,6 +268,7 @@ def test_ten_kills_under_load_lose_nothing(tmp_path: Path, start_kernel: StartKe
 
 
 @pytest.mark.hunted
+@pytest.mark.timeout(0)
 def test_kills_under_load_lose_nothing(
     tmp_path: Path, start_kernel: StartKernel, rng: np.random.Generator, hunt_seconds: float
 ) -> None:

@@ -8,7 +8,7 @@ import pytest
 from virtualrobot_apps.bridges import mapping
 from virtualrobot_apps.bridges.words import TYPES
 from virtualrobot_apps.connections import file
-from virtualrobot_apps.connections.logic import OPERATORS
+from virtualrobot_apps.connections.operators import OPERATORS
 
 PAGE = (Path(__file__).resolve().parent.parent.parent / "docs" / "cell-io.md").read_text("utf-8")
 

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 from virtualrobot.errors import MalformedFileError
 from virtualrobot_apps.cell_io.yaml_file import parse
+from virtualrobot_apps.connections.expressions import Value
 from virtualrobot_apps.connections.file import ConnectionFile, connections_of
-from virtualrobot_apps.connections.logic import Logic, Result, Value
+from virtualrobot_apps.connections.logic import Logic, Result
 
 TICK = 0.004
 WORLD: dict[str, Value] = {

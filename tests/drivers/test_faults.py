@@ -96,6 +96,11 @@ def fail(two: Cell, fault: str) -> None:
     # That a process has died is known when it is asked for its words.
     until(lambda: FAULTS[fault] in two.status("arm").text)
     where = np.array(two.status("other").positions)
+    # Neither twin moves alone: the one is refused in its controller's words, the other since it was stopped with it.
+    refused = refusal(lambda: two.holder.start(joints("arm", 0.1, **{FIRST: 0.0})))
+    assert (refused.reason, FAULTS[fault] in refused.message) == ("DRIVER_FAULT", True), refused
+    refused = refusal(lambda: two.holder.start(joints("other", 0.1, **{FIRST: 0.0})))
+    assert (refused.reason, refused.metadata["aspect"], "'arm'" in refused.message) == ("WRONG_STATE", "mode", True)
     assert refusal(lambda: two.mode(EXECUTE, "other")).metadata["aspect"] == "cell"
     two.alone.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
     assert refusal(lambda: two.mode(EXECUTE, "arm")).metadata["aspect"] == "state"
@@ -106,6 +111,7 @@ def fail(two: Cell, fault: str) -> None:
     # The other one is connected anew, and its twin is put to where it stands.
     two.connect("arm")
     assert two.status("arm").state == INACTIVE
+    assert refusal(lambda: two.holder.start(joints("arm", 0.1, **{FIRST: 0.0}))).metadata["aspect"] == "mode"
     assert two.mode(EXECUTE, "arm").driver.state == ACTIVE
 
 

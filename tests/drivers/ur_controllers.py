@@ -9,7 +9,7 @@ import subprocess
 import sys
 
 from virtualrobot_plugins.drivers.ur_rtde.driver import UrRtde, UrRtdeSettings
-from virtualrobot_sdk.drivers import host as drivers_host
+from virtualrobot_sdk.drivers import measured
 from virtualrobot_sdk.hookspecs import Register, hookimpl
 
 from tests.drivers.peers import ADDRESS
@@ -81,7 +81,7 @@ def controller() -> ControllerProcess:
 
 def beside(settings: UrRtdeSettings) -> UrRtde:
     """Return the driver, and have its controller run where `host` is `beside`; its process is patient."""
-    drivers_host.SILENT_SECONDS = BUSY
+    measured.SILENT_SECONDS = BUSY
     if settings.host == "beside":
         settings = UrRtdeSettings(controller().host, 125, watchdog=BUSY, silence=BUSY)
     return UrRtde(settings)

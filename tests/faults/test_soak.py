@@ -5,11 +5,14 @@ from __future__ import annotations
 import sys
 
 import pytest
+from virtualrobot_kernel.api.keyed_limiter import THREADS as SOLVERS
+from virtualrobot_kernel.kernel import WORKERS
 
 from benchmarks.soak import soaked
 
-POOLS = 12
-"""Threads that pools may make late: the workers' eight, and those that plan."""
+POOLS = WORKERS + SOLVERS
+"""Threads that pools may make late; how many of them a machine makes hangs on how busy it is. A hundred clients come
+again 12,000 times in an hour: a thread that one of them leaves behind would be many more."""
 
 
 @pytest.mark.hunted

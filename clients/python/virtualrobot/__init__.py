@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     from virtualrobot.motions.setpoints import StreamState as StreamState
     from virtualrobot.motions.state import MotionState as MotionState
     from virtualrobot.motions.state import Phase as Phase
+    from virtualrobot.motions.state import PlanReference as PlanReference
     from virtualrobot.motions.state import Search as Search
     from virtualrobot.motions.steps import Pattern as Pattern
     from virtualrobot.progress import Progress as Progress
@@ -126,7 +127,7 @@ _MODULES = {
     "robots.robot": ("Robot",),
     "robots.values": ("JointGroup",),
     "sensors.sensors": ("Sensor",),
-    "motions.state": ("MotionState", "Phase", "Search"),
+    "motions.state": ("MotionState", "Phase", "PlanReference", "Search"),
     "motions.setpoints": ("SetpointStream", "StreamState"),
 }  # fmt: skip
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}

@@ -288,6 +288,32 @@ class Client:
         """
         return plans.check(self._services, plans.motion_of(moves, tracking), **options)
 
+    def check_plan(self, planned: plans.ShownPlan, **options: Unpack[plans.CheckOptions]) -> plans.MotionCheck:
+        """Return whether a plan that was shown keeps all limits and touches nothing, as `check` does of moves.
+
+        Nothing is planned again. What is started by the answer's reference is what was checked, or it is refused.
+
+        Raises:
+            PlanOutdatedError: when the world is not the one any more that it was made for.
+            UnknownNameError: when the kernel doesn't remember it any more: it keeps the last 100 plans, until it ends.
+        """
+        return plans.check_plan(self._services, planned, **options)
+
+    def start_plan(self, planned: plans.ShownPlan, **options: Unpack[motion.StartOptions]) -> Motion:
+        """Start a plan as `plan` has shown it, or as it was checked, without planning again.
+
+        Raises:
+            PlanOutdatedError: when anything that the plan, or its check, used of the world is another one now;
+                `changes` in its metadata tells what, one a line. Nothing moves.
+            UnknownNameError: when the kernel doesn't remember it any more: it keeps the last 100 plans, until it ends.
+
+        Example:
+            >>> checked = client.check_plan(client.plan([arm.linear(goal)]))
+            >>> if checked.ok:
+            ...     client.start_plan(checked)  # the very motion that was looked at
+        """
+        return plans.start_plan(self._services, planned, **options)
+
     def program(self) -> Program:
         """Return an empty program: moves of several robots, signals, waits and dwells, one after the other.
 

@@ -82,6 +82,7 @@ class DriverStatus:
         cycles: cycles since it connected.
         skipped_cycles: those that it came too late for.
         process_id: number of the driver's process on the kernel's machine.
+        halted: whether motions of the robot are refused until `set_mode`: it follows no more though nobody chose so.
     """
 
     robot: str
@@ -107,6 +108,7 @@ class DriverStatus:
     cycles: int
     skipped_cycles: int
     process_id: int
+    halted: bool
 
     @staticmethod
     def of(message: driver_pb2.DriverStatus) -> DriverStatus:
@@ -126,7 +128,7 @@ class DriverStatus:
             tuple(message.outside_limits),
             np.array(message.following_error, dtype=float),
             *(message.follows_badly, message.speed_scaling, message.lead_seconds, message.play_rate),
-            *(message.played_tick, message.cycles, message.skipped_cycles, message.process_id),
+            *(message.played_tick, message.cycles, message.skipped_cycles, message.process_id, message.halted),
         )
 
 
@@ -218,6 +220,9 @@ class Drivers:
         what its twin does, a lead later; it needs a lease of the robot (`robot.lease()`), the collision guard, and time
         that follows the wall clock.
 
+        After a fault, or a stop that nobody chose for this robot, its motions are refused until a mode is chosen: so no
+        twin moves alone unnoticed. `simulated` can be chosen in ERROR, too.
+
         Raises:
             WrongStateError: when something of that isn't so; `aspect` in its metadata names it.
             LeasedError: when somebody else has the robot.
@@ -229,7 +234,7 @@ class Drivers:
         return DriverStatus.of(self._services.driver.SetDriverMode(request, timeout=LONG_TIMEOUT_SECONDS).driver)
 
     def reset(self, robot: str) -> DriverStatus:
-        """Clear a fault at the controller, where that helps, and connect again; nothing moves.
+        """Clear a fault at the controller, where that helps, and connect again; nothing moves before `set_mode`.
 
         Raises:
             DriverFaultError: when it doesn't help, in the controller's own words.

@@ -16,7 +16,7 @@ MOST_ITEMS = 10_000
 
 
 class Backlog(Generic[T]):
-    """Items that wait for one reader. One thread at a time puts in and another takes out; neither waits for the other."""
+    """Items that wait for one reader. One thread puts in and another takes out; neither waits for the other."""
 
     def __init__(self, size_of: Callable[[T], int], most_items: int = MOST_ITEMS, most_bytes: int = MOST_BYTES) -> None:
         """Begin empty; `size_of` tells about how many bytes an item keeps from being freed."""

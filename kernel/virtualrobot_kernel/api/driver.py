@@ -160,6 +160,7 @@ def message(status: Status) -> driver_pb2.DriverStatus:
         outputs=link.outputs,
         lead_seconds=link.asked.lead,
         process_id=link.process.pid,
+        halted=link.halted,
     )
     if report is not None:
         told.controller_mode = CONTROLLER_MODES.write(report.mode)

@@ -101,26 +101,29 @@ class KernelServices:
         finally:
             gone.set()
 
-    def submitting(self, context: object) -> Callable[..., Future[Applied]]:
+    def submitting(self, context: object, *checks: Permit) -> Callable[..., Future[Applied]]:
         """Return what queues the commands of a client's call, from any thread: (commands, expected revision or None).
 
-        Commands are refused when they touch robots that others have leased; an operator's also when nobody has.
+        Commands are refused when they touch robots that others have leased; an operator's also when nobody has, and
+        where one of the `checks` raises.
         """
         # Asked for here and now: what a call carries is known to its own task only.
-        who, permit = author(context), self.permit()
+        who, permit = author(context), self.permit(*checks)
 
         def submit(commands: Sequence[Command], expected_revision: int | None = None) -> Future[Applied]:
             return self.world.submit(commands, who, expected_revision, permit)
 
         return submit
 
-    def permit(self) -> Permit:
-        """Return what lets those commands into the world that the call of this task may give."""
+    def permit(self, *checks: Permit) -> Permit:
+        """Return what lets those commands into the world that this task's call may give, where they pass the checks."""
         leased = self.leases.permit(CARRIED.get(), CALLER.get().moves_leased_only)
 
         def check(snapshot: Snapshot, commands: Sequence[Command]) -> None:
             self.limits.check_nodes(snapshot, commands)
             leased(snapshot, commands)
+            for one in checks:
+                one(snapshot, commands)
 
         return check
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 from collections import Counter
-from collections.abc import AsyncIterator, Iterator, Sequence
+from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import aclosing, contextmanager
 from functools import partial
@@ -12,21 +12,31 @@ from functools import partial
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 
 from virtualrobot_kernel.api.author import person
+from virtualrobot_kernel.api.collision import TURN
 from virtualrobot_kernel.api.convert.program import NOTE, program_text
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.holding import Holds, check_can_be_held, held_at_start
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requested, touching_notes
-from virtualrobot_kernel.api.motion_plans import check_for_real_robots, checked_motion, planned_motion
+from virtualrobot_kernel.api.motion_plans import (
+    check_for_real_robot,
+    check_startable,
+    checked_motion,
+    found_plan,
+    planned_motion,
+)
 from virtualrobot_kernel.api.open_programs import OpenPrograms
 from virtualrobot_kernel.api.program_decisions import Decisions
 from virtualrobot_kernel.api.publications import pause_seconds
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.api.setpoints import stream_setpoints
+from virtualrobot_kernel.api.shown_plans import ShownPlan, ShownPlans
 from virtualrobot_kernel.collision.clearance import near_by
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.formats import program_file
 from virtualrobot_kernel.messages.values import check_enum, expected_revision, stamp
-from virtualrobot_kernel.planning.plan_motion import plan_motion
+from virtualrobot_kernel.planning.plan_motion import PlannedMotion, plan_motion
+from virtualrobot_kernel.planning.program import GivenUp
 from virtualrobot_kernel.world.commands import (
     CancelMotion,
     Command,
@@ -58,6 +68,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self._decisions = Decisions(kernel, self._programs)
         self._bound: dict[str, asyncio.TimerHandle] = {}
         self._holds = Holds(kernel)
+        self._plans = ShownPlans()
 
     async def StartMotion(
         self, request: motion_pb2.StartMotionRequest, context: object
@@ -68,31 +79,73 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         return await self._repeats.once(request, lambda: self._start(request, context))
 
     async def _start(self, request: motion_pb2.StartMotionRequest, context: object) -> motion_pb2.StartMotionResponse:
-        world, expected = self._kernel.world, expected_revision(request)
-        check_revision(world.snapshot.structure, expected)
+        world = self._kernel.world
+        check_revision(world.snapshot.structure, expected_revision(request))
+        if request.HasField("plan"):
+            return await self._start_shown(request, context)
         said = request.spec
         if request.hold:
             check_can_be_held(said)
         text = await self._kernel.in_worker(program_text, said.steps, said.programs, request.breakpoints)
         spec, joints, robots = await requested(self._kernel, said, text)
         await make_way(self._kernel, lambda _: joints, request.busy_policy, context)
-        await check_for_real_robots(self._kernel, said, joints)
         near_of = near_by(self._kernel.collisions)
-        # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
-        planned = await self._kernel.limiter.run_while_wanted(
-            robots,
-            lambda given_up: plan_motion(
-                world.snapshot,
-                spec,
-                self._kernel.solvers.of,
-                given_up,
-                near_of,
-                open=request.open or text.rest is not None,
-            ),
-        )
-        command = held_at_start(planned.command) if request.hold else planned.command
+        is_played = self._kernel.links.is_executing({uid for uid, _ in joints})
+
+        def work(given_up: GivenUp) -> PlannedMotion:
+            # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
+            snapshot, is_open = world.snapshot, request.open or text.rest is not None
+            planned = plan_motion(snapshot, spec, self._kernel.solvers.of, given_up, near_of, open=is_open)
+            if is_played:
+                check_for_real_robot(self._kernel, snapshot, spec, planned, given_up)
+            return planned
+
+        planned = await self._kernel.limiter.run_while_wanted({*robots, TURN} if is_played else robots, work)
         submit = self._kernel.submitting(context)
-        applied = submit([command], expected)
+        response = await self._submitted(request, planned, submit)
+        if text.rest is not None:
+            self._decisions.take_on(response.motion.id, text.rest, submit, open=request.open)
+        return response
+
+    async def _start_shown(
+        self, request: motion_pb2.StartMotionRequest, context: object
+    ) -> motion_pb2.StartMotionResponse:
+        """Start a plan as it was shown."""
+        shown = found_plan(self._plans, request)
+        for field in ("open", "breakpoints"):
+            if getattr(request, field):
+                raise KernelError(f"a plan is started as it was shown; leave out `{field}`", field=field)
+        if request.busy_policy == motion_pb2.BUSY_POLICY_PREEMPT:
+            raise KernelError(
+                "a plan starts where its joints stood when it was made, so it can't take over from a motion; leave out "
+                "PREEMPT, or give the motion as `spec`",
+                field="busy_policy",
+            )
+        await make_way(self._kernel, lambda _: set(shown.joints), request.busy_policy, context)
+        if shown.surroundings is None and self._kernel.links.is_executing({uid for uid, _ in shown.joints}):
+            shown = await self._checked_for_real_robot(shown)
+        return await self._submitted(request, shown.planned, self._kernel.submitting(context, shown.check))
+
+    async def _checked_for_real_robot(self, shown: ShownPlan) -> ShownPlan:
+        """Return a plan as it is once it was checked as a whole; raise KernelError with its first violation."""
+
+        def work(given_up: GivenUp) -> ShownPlan:
+            snapshot = self._kernel.world.snapshot
+            check_startable(shown, snapshot)
+            check_for_real_robot(self._kernel, snapshot, shown.spec, shown.planned, given_up)
+            return shown.checked_in(snapshot)
+
+        return await self._kernel.limiter.run_while_wanted({*shown.robots, TURN}, work)
+
+    async def _submitted(
+        self,
+        request: motion_pb2.StartMotionRequest,
+        planned: PlannedMotion,
+        submit: Callable[..., Future[Applied]],
+    ) -> motion_pb2.StartMotionResponse:
+        """Start what was planned, between two ticks."""
+        command = held_at_start(planned.command) if request.hold else planned.command
+        applied = submit([command], expected_revision(request))
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after an await: a client that vanishes there would leave a motion that nothing stops.
             applied.add_done_callback(partial(self._started, asyncio.get_running_loop()))
@@ -101,8 +154,6 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self._programs.remember(motion.id, planned.end)
         if request.hold:
             self._holds.remember(motion.id)
-        if text.rest is not None:
-            self._decisions.take_on(motion.id, text.rest, submit, open=request.open)
         notes = (*planned.notes, *touching_notes(self._kernel.monitor.latest, snapshot, motion))
         return motion_pb2.StartMotionResponse(
             stamp=stamp(snapshot), motion=motion_message(snapshot, motion), notes=map(NOTE.write, notes)
@@ -116,13 +167,13 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
 
     async def PlanMotion(self, request: motion_pb2.PlanMotionRequest, context: object) -> motion_pb2.PlanMotionResponse:
         """Tell what StartMotion would do."""
-        return await planned_motion(self._kernel, request)
+        return await planned_motion(self._kernel, self._plans, request)
 
     async def CheckMotion(
         self, request: motion_pb2.CheckMotionRequest, context: object
     ) -> motion_pb2.CheckMotionResponse:
         """Tell whether a motion keeps all limits."""
-        return await checked_motion(self._kernel, request)
+        return await checked_motion(self._kernel, self._plans, request)
 
     async def StreamSetpoints(
         self, request_iterator: AsyncIterator[motion_pb2.StreamSetpointsRequest], context: object

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.collision import TURN
 from virtualrobot_kernel.api.convert.plans import check_message, plan_message
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import requested
+from virtualrobot_kernel.api.shown_plans import ShownPlan, ShownPlans
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.collision.program_sweep import first_of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.values import expected_revision, not_negative, stamp
-from virtualrobot_kernel.planning.check import check_motion
+from virtualrobot_kernel.planning.check import FirstContact, check_motion, check_planned
 from virtualrobot_kernel.planning.foreseen import after
-from virtualrobot_kernel.planning.plan_motion import plan_motion
-from virtualrobot_kernel.planning.program import GivenUp
+from virtualrobot_kernel.planning.plan_motion import PlannedMotion, plan_motion
+from virtualrobot_kernel.planning.program import GivenUp, MotionSpec
+from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.sampling import check_size, sample_times, sampled
 from virtualrobot_kernel.planning.together import moved_arms
 from virtualrobot_kernel.planning.violations import Contact
+from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.state import Snapshot
@@ -34,7 +35,7 @@ FINEST, COARSEST = 1e-6, 0.1
 
 
 async def planned_motion(
-    kernel: KernelServices, request: motion_pb2.PlanMotionRequest
+    kernel: KernelServices, plans: ShownPlans, request: motion_pb2.PlanMotionRequest
 ) -> motion_pb2.PlanMotionResponse:
     """Return a motion in samples, planned in a thread on the snapshot of that moment."""
     seconds = _sample_seconds(kernel.world.snapshot, request.sample_seconds)
@@ -49,57 +50,87 @@ async def planned_motion(
         samples = sampled(snapshot, program, joints, sample_times(program.duration, seconds), given_up, arms)
         message = plan_message(samples, planned.notes)
         message.stamp.CopyFrom(stamp(snapshot))
+        if kept := plans.keep(snapshot, spec, planned, frozenset(robots), checked=False):
+            message.plan.CopyFrom(kept.message)
         return message
 
     return await kernel.limiter.run_while_wanted(robots, work)
 
 
 async def checked_motion(
-    kernel: KernelServices, request: motion_pb2.CheckMotionRequest
+    kernel: KernelServices, plans: ShownPlans, request: motion_pb2.CheckMotionRequest
 ) -> motion_pb2.CheckMotionResponse:
-    """Return the check of a motion, made in a thread on the snapshot of that moment."""
+    """Return the check of a motion, or of a plan that was shown, made in a thread on the snapshot of that moment."""
     margin = not_negative(request.min_singular_value, "min_singular_value")
     resolution = _resolution(request.resolution_meters)
-    spec, _, robots = await requested(kernel, request.spec)
+    shown = None
+    if request.HasField("plan"):
+        shown = found_plan(plans, request)
+        spec, robots = shown.spec, shown.robots
+    else:
+        spec, _, asked = await requested(kernel, request.spec)
+        robots = frozenset(asked)
     turns: set[int | str] = {*robots} if request.ignore_collisions else {*robots, TURN}
 
     def work(given_up: GivenUp) -> motion_pb2.CheckMotionResponse:
         snapshot = _snapshot(kernel, request)
-
-        def first_contact(snapshot: Snapshot, command: StartMotion, until: float) -> Contact | None:
-            with kernel.collisions.scene() as scene:
-                return contact_of(scene, snapshot, command, until, resolution, given_up)
-
-        looked_for = None if request.ignore_collisions else first_contact
-        near_of = near_by(kernel.collisions)
-        checked = check_motion(snapshot, spec, kernel.solvers.of, margin, given_up, looked_for, near_of)
+        looked_for = None if request.ignore_collisions else contact_finder(kernel, resolution, given_up)
+        if shown is None:
+            near_of = near_by(kernel.collisions)
+            checked = check_motion(snapshot, spec, kernel.solvers.of, margin, given_up, looked_for, near_of)
+        else:
+            check_startable(shown, snapshot)
+            checked = check_planned(snapshot, spec, shown.planned, margin, given_up, looked_for)
         message = check_message(checked)
         message.stamp.CopyFrom(stamp(snapshot))
+        if checked.first_violation is None and checked.planned is not None:
+            kept = plans.keep(snapshot, spec, checked.planned, robots, checked=not request.ignore_collisions)
+            if kept is not None:
+                message.plan.CopyFrom(kept.message)
         return message
 
     return await kernel.limiter.run_while_wanted(turns, work)
 
 
-async def check_for_real_robots(
-    kernel: KernelServices, said: motion_pb2.MotionSpec, joints: Collection[tuple[int, str]]
-) -> None:
-    """Check a motion as a whole that a real robot will play; raise KernelError with its first violation.
+def found_plan(plans: ShownPlans, request: motion_pb2.StartMotionRequest | motion_pb2.CheckMotionRequest) -> ShownPlan:
+    """Return the plan that a request names; raise KernelError where it says a motion, too."""
+    if request.HasField("spec"):
+        raise KernelError("say either a motion, `spec`, or a plan, `plan`, not both", field="plan")
+    return plans.find(request.plan)
 
-    `joints` (robot uid, name) are those that it needs. Twins alone are not asked about.
-    """
-    if not kernel.links.is_executing({robot for robot, _ in joints}):
+
+def check_startable(shown: ShownPlan, snapshot: Snapshot) -> None:
+    """Raise the error that a start of a plan would be refused with in a world."""
+    shown.check(snapshot)
+    apply(snapshot.structure, snapshot.state, [shown.planned.command], world_poses)
+
+
+def contact_finder(kernel: KernelServices, resolution: float, given_up: GivenUp) -> FirstContact:
+    """Return what finds the first contact of a motion."""
+
+    def first_contact(snapshot: Snapshot, command: StartMotion, until: float) -> Contact | None:
+        with kernel.collisions.scene() as scene:
+            return contact_of(scene, snapshot, command, until, resolution, given_up)
+
+    return first_contact
+
+
+def check_for_real_robot(
+    kernel: KernelServices, snapshot: Snapshot, spec: MotionSpec, planned: PlannedMotion, given_up: GivenUp
+) -> None:
+    """Check a planned motion as a whole that a real robot will play; raise KernelError with its first violation."""
+    finder = contact_finder(kernel, RESOLUTION, given_up)
+    found = check_planned(snapshot, spec, planned, 0.0, given_up, finder).first_violation
+    if found is None:
         return
-    checked = await checked_motion(kernel, motion_pb2.CheckMotionRequest(spec=said))
-    if checked.HasField("first_violation"):
-        found = checked.first_violation
-        collides = found.kind == motion_pb2.VIOLATION_KIND_COLLISION
-        raise KernelError(
-            f"a real robot would play this, and nothing was sent: {found.message}",
-            reason=Reason.COLLISION if collides else Reason.LIMIT_EXCEEDED,
-            **({"first": found.first, "second": found.second} if collides else {}),
-            robot=found.robot,
-            step=found.step,
-        )
+    first, second = ("", "") if found.contact is None else (name for name, _ in found.contact)
+    raise KernelError(
+        f"a real robot would play this, and nothing was sent: {found.message}",
+        reason=Reason.LIMIT_EXCEEDED if found.contact is None else Reason.COLLISION,
+        **({} if found.contact is None else {"first": first, "second": second}),
+        robot=found.robot,
+        step=found.step,
+    )
 
 
 def contact_of(

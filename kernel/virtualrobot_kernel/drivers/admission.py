@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 
 import numpy as np
 
@@ -48,8 +48,14 @@ def check(
             raise refuse("its joints cannot be measured by anybody else")
         if after.state.collisions is not before.state.collisions and not is_guarded(after, uid):
             raise refuse("the collision guard must stay on for it")
-    if not unchanged(before.state.motions, after.state.motions):
-        _check_started(before, after, set(robots).difference(ready))
+    _check_started(before, after, set(robots).difference(ready))
+
+
+def check_orders(before: Snapshot, after: Snapshot, refusals: Mapping[int, KernelError]) -> None:
+    """Raise the error of a robot (uid) that has one, where a motion begins to move it."""
+    for uid in _started(before, after):
+        if uid in refusals:
+            raise refusals[uid]
 
 
 def is_guarded(snapshot: Snapshot, uid: int) -> bool:
@@ -59,11 +65,19 @@ def is_guarded(snapshot: Snapshot, uid: int) -> bool:
 
 def _check_started(before: Snapshot, after: Snapshot, unready: Collection[int]) -> None:
     """Raise KernelError for a motion that begins to move a robot which is not ready."""
+    for uid in _started(before, after):
+        if uid in unready:
+            raise _refusal(before.structure.nodes[uid].name)("it begins or ends to execute; wait until it has")
+
+
+def _started(before: Snapshot, after: Snapshot) -> Iterator[int]:
+    """Yield the robots (uids) that motions begin to move."""
+    if unchanged(before.state.motions, after.state.motions):
+        return
     known = {motion.id for motion in before.state.motions}
     for motion in after.state.motions:
-        for uid in motion.robots if motion.id not in known else ():
-            if uid in unready:
-                raise _refusal(before.structure.nodes[uid].name)("it begins or ends to execute; wait until it has")
+        if motion.id not in known:
+            yield from motion.robots
 
 
 def _refusal(name: str) -> Callable[[str], KernelError]:

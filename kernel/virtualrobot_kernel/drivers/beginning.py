@@ -37,6 +37,7 @@ class Beginning:
     def execute(self, robot: str, link: Link) -> Floats | None:
         """Let a robot do what its twin does; see SetDriverMode in the contract."""
         self._settling.hold_clock(link, True)
+        halted = link.halted
         try:
             report = reported(robot, link)
             self._check_conditions(robot, link, report)
@@ -52,12 +53,14 @@ class Beginning:
             except DriverFault as error:
                 if link.state is State.BEGINNING:
                     report = link.newest()
-                    in_error = report is None or report.state is State.ERROR
-                    link.words, link.state = error.words, State.ERROR if in_error else State.INACTIVE
+                    if report is None or report.state is State.ERROR:
+                        link.halt(error.words, State.ERROR)
+                    else:
+                        link.words, link.state = error.words, State.INACTIVE
                 raise told(error, robot) from error
             return moved
         except BaseException:
-            link.mode = LinkMode.SIMULATED
+            link.mode, link.halted = LinkMode.SIMULATED, link.halted or halted
             if link.state is State.BEGINNING:
                 link.state = State.INACTIVE
             self._settling.hold_clock(link, False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from virtualrobot_sdk.drivers import Mode as ControllerMode
-from virtualrobot_sdk.drivers.shared import Report
+from virtualrobot_sdk.drivers.shared import Report, State
 
 from virtualrobot_kernel.drivers.admission import is_guarded
 from virtualrobot_kernel.drivers.link import STOPPED, Link
@@ -58,6 +58,28 @@ def check_conditions(
 def refused(robot: str, aspect: str, why: str) -> KernelError:
     """Return the error of what a robot's driver is not ready for."""
     return KernelError(f"the robot {robot!r}: {why}", reason=Reason.WRONG_STATE, robot=robot, aspect=aspect)
+
+
+def halted_error(robot: str, link: Link) -> KernelError:
+    """Return the error of an order to a robot that follows no more though nobody chose so: its twin would go alone."""
+    alone = "or choose SIMULATED to move its twin alone"
+    words = link.words
+    if link.state is not State.ERROR:
+        why = words.text or "its driver was connected again after a fault"
+        said = f"it does not follow: {why}; let it follow again with mode EXECUTE, {alone}"
+        return refused(robot, "mode", said)
+    remedy = (
+        "clear that with ResetDriver, then choose its mode"
+        if words.clears
+        else "see to it at the controller, connect its driver again, then choose its mode"
+    )
+    return KernelError(
+        f"the robot {robot!r}: its driver is in ERROR: {words.text}; {remedy}, {alone}",
+        reason=Reason.DRIVER_FAULT,
+        robot=robot,
+        code=words.code,
+        clears=words.clears,
+    )
 
 
 def name_of(now: Snapshot, link: Link) -> str:

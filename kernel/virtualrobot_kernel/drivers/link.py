@@ -66,6 +66,9 @@ class Link:
     mode: LinkMode = LinkMode.SIMULATED
     state: State = State.INACTIVE
     words: Words = field(default_factory=Words)
+    halted: bool = False
+    """True while motions of the twin are refused: the connection failed, or the robot follows no more unasked; until a
+    mode is chosen."""
     outputs: int = 0
     played: Played | None = None
     """Record of what went out since the robot was let follow last; None before."""
@@ -114,9 +117,21 @@ class Link:
         state = now.state
         return self.ring.put(state.tick, play_ns, state.q[at_q], state.v[at_v], self.outputs, rows)
 
+    def halt(self, words: Words, state: State) -> None:
+        """Follow no more though nobody chose so, for the reason that the words tell."""
+        self.words, self.state = words, state
+        self.halted = True  # last: `take_orders`, in another thread, looks at the state after it has taken this back
+
+    def take_orders(self) -> None:
+        """Let the twin be moved again, as somebody has chosen; a fault that has come meanwhile stays."""
+        self.halted = False
+        if self.state is State.ERROR:
+            self.halted = True
+
     def begin_anew(self, tick: int) -> None:
         """Forget what was played before."""
         self.forget_faults()
+        self.halted = False
         self.played = Played(self.twin.uid, tick)
         self.follows_badly = False
         self.ring.clear()

@@ -118,8 +118,9 @@ class Links:
                     component=link.asked.component,
                 )
             signals: tuple[str, ...] = ()
+            halted = False
             if link is not None:
-                signals = link.signals
+                signals, halted = link.signals, link.halted
                 self._forget(link)
             self._open()
             process, ring = self._site.connection(twin, asked, round(snapshot.tick_seconds * 1e9))
@@ -133,7 +134,7 @@ class Links:
                 self._remove_signals(twin.uid, signals)
                 self._rest_if_none()
                 raise told(error, robot) from error
-            self._cell.add(twin.uid, Link(twin, asked, process, ring, about, signals))
+            self._cell.add(twin.uid, Link(twin, asked, process, ring, about, signals, halted=halted))
             return self.status(robot)
 
     def disconnect(self, robot: str) -> Status:
@@ -151,16 +152,22 @@ class Links:
         """Choose how a robot and its twin go together; return the link, and how far the twin was put, (k,) or None."""
         link = self.status(robot).link
         with self._alone(link.twin.uid, robot):
-            if link.state is State.ERROR:
-                raise refused(robot, "state", f"its connection is in ERROR ({link.words.text}); reset or connect it")
-            if mode is link.mode:
+            if link.state is State.ERROR and mode is LinkMode.SIMULATED:
+                link.halted = False  # the twin alone is what is wanted
+                return self.status(robot), None
+            _refuse_in_error(robot, link)
+            if mode is link.mode and not link.halted:
                 return self.status(robot), None
             self._settling.leave(link, f"its mode becomes {mode.name}")
-            moved = self._beginning.execute(robot, link) if mode is LinkMode.EXECUTE else None
+            if mode is LinkMode.EXECUTE:
+                moved = self._beginning.execute(robot, link)
+                return self.status(robot), moved
             if mode is LinkMode.MONITOR:
+                _refuse_in_error(robot, link)
                 reported(robot, link)
                 link.mode = LinkMode.MONITOR
-            return self.status(robot), moved
+            link.take_orders()
+            return self.status(robot), None
 
     def reset(self, robot: str) -> Status:
         """Clear the fault at a controller, where that may help, and connect again."""
@@ -285,6 +292,13 @@ class _Alone:
 
     def __exit__(self, *_: object) -> None:
         self._lock.release()
+
+
+def _refuse_in_error(robot: str, link: Link) -> None:
+    """Raise KernelError (WRONG_STATE) where a connection is in ERROR."""
+    if link.state is State.ERROR:
+        said = f"its connection is in ERROR ({link.words.text}); reset or connect it, or choose SIMULATED"
+        raise refused(robot, "state", said)
 
 
 def _await_reading(process: Process, ring: TickRing) -> None:

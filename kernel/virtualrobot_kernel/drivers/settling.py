@@ -94,7 +94,7 @@ class Settling:
                 link.process.end()
                 link.state = State.INACTIVE
         except DriverFault as error:
-            link.words, link.state = error.words, State.ERROR
+            link.halt(error.words, State.ERROR)
             if link.mode is LinkMode.MONITOR:
                 link.mode = LinkMode.SIMULATED
                 self.measure_no_more(link)
@@ -102,7 +102,7 @@ class Settling:
             log.warning("%s", error)
         except Exception:
             log.exception("a driver could not be ended")
-            link.words, link.state = Words("the driver could not be ended; the log tells why"), State.ERROR
+            link.halt(Words("the driver could not be ended; the log tells why"), State.ERROR)
         finally:
             link.mode = LinkMode.SIMULATED
             self.hold_clock(link, False)

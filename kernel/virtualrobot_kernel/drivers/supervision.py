@@ -15,9 +15,9 @@ import numpy as np
 from virtualrobot_sdk.drivers import DriverFault, Words
 from virtualrobot_sdk.drivers.shared import NEVER, State
 
-from virtualrobot_kernel.drivers.admission import check
+from virtualrobot_kernel.drivers.admission import check, check_orders
 from virtualrobot_kernel.drivers.cell import Cell
-from virtualrobot_kernel.drivers.conditions import name_of
+from virtualrobot_kernel.drivers.conditions import halted_error, name_of
 from virtualrobot_kernel.drivers.link import Link, LinkMode
 from virtualrobot_kernel.drivers.settling import Settling, author_of
 from virtualrobot_kernel.drivers.signals import bits_of, inputs_changed
@@ -67,8 +67,13 @@ class Supervision:
         self._signals: Mapping[str, Signal] | None = None
 
     def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
-        """Refuse what would put a twin elsewhere that its robot follows."""
+        """Refuse what would put a twin elsewhere that its robot follows, and what would move one alone unasked."""
         cell, links = self._cell, self._cell.links
+        there = before.structure.robots
+        if halted := {uid: link for uid, link in links.items() if link.halted and uid in there}:
+            check_orders(
+                before, after, {uid: halted_error(name_of(before, link), link) for uid, link in halted.items()}
+            )
         played = [uid for uid, link in links.items() if link.is_played and uid in before.structure.robots]
         if played:
             may_begin = cell.block is not None and not cell.is_stopped
@@ -114,8 +119,7 @@ class Supervision:
             return self._stop_unleased(played, now)
         for link in played:
             if link.state is State.ACTIVE:
-                link.words = link.words if link.words.text else Words(why)
-                link.state = State.STOPPING
+                link.halt(link.words if link.words.text else Words(why), State.STOPPING)
                 self._settling.later(link)
         return _stop(played, now, cause, why)
 
@@ -140,7 +144,7 @@ class Supervision:
             self._settling.aside(_ask_words, link)
         if words is None:
             return None
-        link.words, link.state = words, State.ERROR
+        link.halt(words, State.ERROR)
         self._settling.later(link)
         return words
 
@@ -148,7 +152,7 @@ class Supervision:
         """Stop robots that nobody has leased any more."""
         free = [link for link in played if link.state is State.ACTIVE and not self._leased(link.twin.uid)]
         for link in free:
-            link.words, link.state = Words("nobody has leased the robot any more"), State.STOPPING
+            link.halt(Words("nobody has leased the robot any more"), State.STOPPING)
             self._settling.later(link)
         return _stop(free, now, EndCause.LEASE_EXPIRED, "nobody has leased the robot any more") if free else ()
 

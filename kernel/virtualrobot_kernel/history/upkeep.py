@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import sqlite3
 import threading
 import time
 from collections import deque
@@ -194,9 +195,11 @@ class Upkeep:
             if self._is_due():
                 self.checkpoint()
             self._thin()
-        except Exception:
+        except Exception as error:
             if not self._failed:
-                log.exception("the history can't be looked after; it is tried again")
+                is_disk = isinstance(error, (sqlite3.Error, OSError))  # it is full, or gone: no fault of the program's
+                trace = error if not is_disk or log.isEnabledFor(logging.DEBUG) else None
+                log.error("the history can't be looked after; it is tried again: %s", error, exc_info=trace)
             self._failed = True
         else:
             self._failed = False

@@ -43,12 +43,14 @@ class Checked:
     """Result of a check: the first violation (None: none), and the motion's measures if it can be planned.
 
     duration: s, 0 where it can't be planned. min_singular_value: of those arms that move, None where none does.
+    planned: what was looked at; None where it can't be planned.
     """
 
     first_violation: Violation | None
     duration: float = 0.0
     min_singular_value: float | None = None
     notes: tuple[Note, ...] = ()
+    planned: PlannedMotion | None = None
 
 
 def check_motion(
@@ -74,7 +76,20 @@ def check_motion(
         if error.reason not in ANSWERS:
             raise
         return _refused(snapshot, spec, solver_of, min_singular_value, given_up, first_contact, near_of, error)
-    return _looked_at(snapshot, snapshot, spec, planned, min_singular_value, given_up, first_contact)
+    return check_planned(snapshot, spec, planned, min_singular_value, given_up, first_contact)
+
+
+def check_planned(
+    snapshot: Snapshot,
+    spec: MotionSpec,
+    planned: PlannedMotion,
+    min_singular_value: float,
+    given_up: GivenUp,
+    first_contact: FirstContact | None = None,
+) -> Checked:
+    """Return whether a motion that was planned keeps all limits as it is; see `check_motion`."""
+    found = _looked_at(snapshot, snapshot, spec, planned, min_singular_value, given_up, first_contact)
+    return replace(found, planned=planned)
 
 
 def _looked_at(

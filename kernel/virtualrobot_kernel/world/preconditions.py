@@ -6,7 +6,7 @@ Other changes, such as another robot's joints, a signal or a new name, don't mak
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -134,22 +134,24 @@ def holds(fact: Precondition, structure: Structure, state: State) -> bool:
 
 def check(preconditions: Preconditions, structure: Structure, state: State) -> None:
     """Raise KernelError (PLAN_OUTDATED) that names the first node that is no more what the plan assumes."""
+    for fact, name, what in broken(preconditions, structure, state):
+        raise KernelError(
+            f"{name!r} is not what the motion was planned with: {what}; plan again",
+            reason=Reason.PLAN_OUTDATED,
+            node=name,
+            aspect=fact.aspect.name,
+        )
+
+
+def broken(preconditions: Preconditions, structure: Structure, state: State) -> Iterator[tuple[Precondition, str, str]]:
+    """Yield each fact that is so no more, what its node is called, and what has become of it in words."""
     for fact in preconditions:
         node = structure.nodes.get(fact.uid)
         if node is None:
-            raise _outdated(fact, fact.name, "it was removed")
-        if not holds(fact, structure, state):
+            yield fact, fact.name, "it was removed"
+        elif not holds(fact, structure, state):
             what = f"{fact.aspect.value} {fact.key!r}" if fact.key and isinstance(fact.key, str) else fact.aspect.value
-            raise _outdated(fact, node.name, f"{what} has changed")
-
-
-def _outdated(fact: Precondition, name: str, what: str) -> KernelError:
-    return KernelError(
-        f"{name!r} is not what the motion was planned with: {what}; plan again",
-        reason=Reason.PLAN_OUTDATED,
-        node=name,
-        aspect=fact.aspect.name,
-    )
+            yield fact, node.name, f"{what} has changed"
 
 
 def _same(aspect: Aspect, now: object, then: object) -> bool:

@@ -8,31 +8,25 @@ out all end in ERROR, with the cell stopped: the robot isn't moved any more, and
 from __future__ import annotations
 
 import contextlib
-import queue
 import sys
 import threading
 import time
 import traceback
 from collections.abc import Callable
-from collections.abc import Mapping as Settings
-from concurrent.futures import Future
-from importlib.metadata import EntryPoint
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from virtualrobot_sdk.drivers import realtime
-from virtualrobot_sdk.drivers.driver import About, Driver, DriverFault, Mode, Pace, Reading, Safety, Words, finite
+from virtualrobot_sdk.drivers.asked import Requests
+from virtualrobot_sdk.drivers.cadence import Cadence, wait_until
+from virtualrobot_sdk.drivers.driver import About, Driver, DriverFault, Mode, Pace, Reading, Safety, Words
 from virtualrobot_sdk.drivers.jobs import Jobs
-from virtualrobot_sdk.drivers.player import SLACK_SECONDS, Play, Player, Setpoint
-from virtualrobot_sdk.drivers.robot_side import MOST_OUTPUTS, Gate, Mapping, RobotSide, check_fits
+from virtualrobot_sdk.drivers.measured import Measured
+from virtualrobot_sdk.drivers.outgoing import Outgoing
+from virtualrobot_sdk.drivers.player import Play, Player
+from virtualrobot_sdk.drivers.robot_side import MOST_OUTPUTS, Mapping, RobotSide, check_fits
 from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Floats, Report, State, TickRing
 from virtualrobot_sdk.errors import ArgumentError, PluginError
-from virtualrobot_sdk.registration import ComponentKind
-
-SILENT_SECONDS = 0.1
-"""Time (s) for which the controller's own clock may stand still; three cycles where they are longer."""
 
 BEGIN_SECONDS = 10.0
 """Longest time (s) for a controller to let its robot follow."""
@@ -44,9 +38,6 @@ STOP_WATCH_NS = 5_000_000
 """Time (ns) between two looks at whether the cell was stopped, while a robot goes to points by itself."""
 
 STOPPED_ON_ITS_WAY = "{} while the robot went to its points: it was stopped on its way"
-
-LATEST_NS = 20_000_000
-"""Time (ns) since the setpoint before, or three longer cycles, up to which the next may go on from it."""
 
 STALE_NS = 1_000_000_000
 """Time (ns) for which the newest tick may be over when a robot begins; one that is older is of another time."""
@@ -60,58 +51,26 @@ REST_NS = 1_000_000_000
 OK = (Safety.NORMAL, Safety.REDUCED)
 
 
-def make_host(
-    entry_point: tuple[str, str, str],
-    component: str,
-    settings: Settings[str, Any],
-    side: RobotSide,
-    ring: Path,
-    cell: Path,
-) -> Host:
-    """Make the host of a plugin's driver, in the process of a worker; connected to nothing yet.
-
-    Raises ArgumentError for settings that the driver refuses, and PluginError where the plugin has no such driver.
-    """
-    from virtualrobot_sdk.loading import load
-    from virtualrobot_sdk.worker import child
-    from virtualrobot_sdk.worker.host import factory_of
-
-    child.ORPHAN_SECONDS = ORPHAN_SECONDS
-    _, registrations, _ = load(EntryPoint(*entry_point))
-    driver = factory_of(registrations, entry_point[0], ComponentKind.ROBOT_DRIVER, component, settings)()
-    if not isinstance(driver, Driver):
-        name = type(driver).__name__
-        raise PluginError(f"{component!r} made a {name}; a driver is a virtualrobot_sdk.drivers.Driver")
-    host = Host(driver, side, TickRing.attach(ring, len(side.joints)), CellBlock.attach(cell))
-    host.start()
-    return host
-
-
 class Host:
     """Host of one driver; its public methods are what the kernel asks for, each answered after the cycle under way."""
 
     def __init__(self, driver: Driver, side: RobotSide, ring: TickRing, cell: CellBlock) -> None:
         """Host a driver that is connected to nothing yet."""
         self._driver, self._side, self._ring, self._cell = driver, side, ring, cell
-        self._gate = Gate(side)
-        self._requests: queue.SimpleQueue[tuple[Callable[[], Any], Future[Any]]] = queue.SimpleQueue()
+        self._out = Outgoing(driver, side, cell)
+        self._requests, self._cadence = Requests(), Cadence()
         self._thread = threading.Thread(target=self._run, name="driver")  # no daemon: a robot that moves comes to rest
         self._over = False
         self._words, self._words_number = Words(), 0
-        self._refused = ""
         self._rest_ns = 0
         self.state = State.DISCONNECTED
         self._about = About(len(side.joints), 100.0)
         self._mapping: Mapping | None = None
         self._player: Player | None = None
         self._jobs: Jobs | None = None
-        self._reading: Reading | None = None
-        self._q = self._v = self._error = np.zeros(len(side.joints))
-        self._sent: tuple[int, Floats] | None = None
-        self._stamp, self._stamp_ns = 0.0, 0
+        self._measured = Measured(len(side.joints))
+        self._error = np.zeros(len(side.joints))
         self._begun_ns = 0
-        self._cycles = self._skipped = self._lateness = 0
-        self._due = 0
 
     def start(self) -> None:
         """Start the loop's thread."""
@@ -121,23 +80,23 @@ class Host:
 
     def connect(self) -> About | Words:
         """Connect to the controller; return what it is, or in its words why not. DISCONNECTED or ERROR -> INACTIVE."""
-        return self._asked(self._connect)
+        return self._requests.ask(self._connect)
 
     def begin(self) -> Words:
         """Let the robot follow its twin; return why not, or words without text. INACTIVE -> BEGINNING -> ACTIVE."""
-        return self._asked(self._begin)
+        return self._requests.ask(self._begin)
 
     def end(self) -> Words:
         """Let the robot, which is at rest, no longer follow: ACTIVE -> INACTIVE."""
-        return self._asked(self._end)
+        return self._requests.ask(self._end)
 
     def reset(self) -> Words:
         """Have the controller clear its fault; return why it couldn't, or words without text."""
-        return self._asked(self._reset)
+        return self._requests.ask(self._reset)
 
     def set_tool(self, mass: float, center: Floats, flange_t_tcp: Floats) -> Words:
         """Tell the controller of the tool; return why it couldn't, or words without text."""
-        return self._asked(lambda: self._told(lambda: self._driver.set_tool(mass, center, flange_t_tcp)))
+        return self._requests.ask(lambda: self._told(lambda: self._driver.set_tool(mass, center, flange_t_tcp)))
 
     def words(self) -> Words:
         """Return the newest words."""
@@ -155,12 +114,12 @@ class Host:
         realtime.calm()
         orphan = threading.main_thread()
         while True:
-            self._do_requests()
+            self._requests.do()
             if (self._over or not orphan.is_alive()) and self._may_end():
                 break
             if self.state in (State.DISCONNECTED, State.ERROR):
                 self._say(time.monotonic_ns())
-                self._do_requests(0.05)
+                self._requests.do(0.05)
                 continue
             try:
                 self._cycle()
@@ -179,57 +138,38 @@ class Host:
 
     def _cycle(self) -> None:
         """Read; play and send what is due; report."""
-        period = int(1e9 / self._about.rate)
-        if self._about.pace is Pace.CONTROLLER:
-            reading = self._driver.read()
-            ns = time.monotonic_ns()
-            self._due += period
-            # Packets come with the network's jitter; the robot's clock has none, and is followed slowly.
-            off = ns - self._due
-            self._due = ns if abs(off) > 2 * period else self._due + max(-period // 100, min(period // 100, off))
-        else:
-            self._due += period
-            now = time.monotonic_ns()
-            if self._due < now - period:
-                # Cycles that are over are left out, not made up for.
-                missed = (now - self._due) // period
-                self._skipped += missed if self._cycles else 0
-                self._due += missed * period
-            self._await_due()
-            reading = self._driver.read()
+        cadence = self._cadence
+        reading = cadence.read(self._driver, self._about, self._await)
         now = time.monotonic_ns()
-        self._lateness = now - self._due
+        cadence.lateness = now - cadence.due
         self._take(reading, now)
         if self.state is State.BEGINNING:
             self._await_running(reading, now)
         if self.state in (State.BEGINNING, State.ACTIVE, State.STOPPING):
-            self._move(self._due)
-        self._cycles += 1
+            self._move(cadence.due)
+        cadence.cycles += 1
         self._say(now)
 
-    def _await_due(self) -> None:
-        """Sleep until the next cycle; a robot that goes to its points is stopped meanwhile: cycles may be long."""
-        while self._jobs is not None and not self._jobs.done and time.monotonic_ns() < self._due:
+    def _await(self, ns: int) -> None:
+        """Sleep until a time (ns); a robot that goes to its points is stopped meanwhile: cycles may be long."""
+
+        def goes() -> bool:
+            if self._jobs is None or self._jobs.done:
+                return False
             if self._cell.stop_ns <= time.monotonic_ns():
                 raise DriverFault(STOPPED_ON_ITS_WAY.format("the cell was stopped"))
-            realtime.sleep_until(min(self._due, time.monotonic_ns() + STOP_WATCH_NS))
-        realtime.sleep_until(self._due)
+            return True
+
+        wait_until(ns, goes, STOP_WATCH_NS)
 
     def _take(self, reading: Reading, now: int) -> None:
         """Take a reading; raise DriverFault for one that is no number, or old, or tells of a stop."""
         assert self._mapping is not None
-        if wrong := finite(reading, self._about.joints):
-            raise DriverFault(f"the controller sent nonsense: {wrong}")
-        if reading.stamp != self._stamp:
-            self._stamp, self._stamp_ns = reading.stamp, now
-        silent = (now - self._stamp_ns) * 1e-9
-        if silent > max(SILENT_SECONDS, 3.0 / self._about.rate):
-            raise DriverFault(f"the controller's own time has stood still for {silent:.2f} s; it hangs, or is gone")
-        q, v = self._mapping.joints(reading)
-        seconds = max((now - self._due) * 1e-9, 0.0) + 1.0 / self._about.rate
-        self._v = v if v is not None else (q - self._q) / seconds if self._reading is not None else np.zeros_like(q)
-        self._q, self._reading = q, reading
-        played = self._jobs.nearest(q) if self._jobs is not None else self._sent[1] if self._sent is not None else q
+        measured = self._measured
+        measured.take(reading, now, now - self._cadence.due, self._about, self._mapping)
+        q = measured.q
+        sent = self._out.sent
+        played = self._jobs.nearest(q) if self._jobs is not None else sent[1] if sent is not None else q
         self._error = q - played
         if self.state in (State.ACTIVE, State.STOPPING):
             if reading.safety not in OK:
@@ -251,49 +191,23 @@ class Host:
 
     def _move(self, ns: int) -> None:
         """Send what is due: the place where it was held until the controller runs, then what the twin did."""
-        assert self._mapping is not None and self._sent is not None
-        held = Setpoint(self._sent[1], np.zeros_like(self._q), 0)
+        assert self._mapping is not None
+        out, held = self._out, self._out.held
         if self.state is State.BEGINNING:
             if self._about.pace is not Pace.JOBS:
-                self._send(held)
+                self._driver.send(*self._mapping.raw(held.q, held.v), held.outputs)
             return
         player = self._player
         assert player is not None
         if self._jobs is not None:
-            self._jobs.step(ns, player, self._reading)
-            self._sent = (ns, self._jobs.held)
+            self._jobs.step(ns, player, self._measured.reading)
+            out.sent = (ns, self._jobs.held)
         else:
-            due = player.step(ns, self._reading.speed_scaling if self._reading is not None else 1.0)
-            setpoint = held if due is None else self._passed(due, player, ns)
-            self._sent = (ns, setpoint.q)
-            self._send(setpoint)
+            reading = self._measured.reading
+            due = player.step(ns, reading.speed_scaling if reading is not None else 1.0)
+            setpoint = held if due is None else out.passed(due, player, ns, self._about.rate)
+            out.send(setpoint, ns, self._mapping)
         self._follow(player)
-
-    def _send(self, setpoint: Setpoint) -> None:
-        assert self._mapping is not None
-        self._driver.send(*self._mapping.raw(setpoint.q, setpoint.v), setpoint.outputs)
-
-    def _passed(self, setpoint: Setpoint, player: Player, ns: int) -> Setpoint:
-        """Return a setpoint that may go out, or the brake's from the one before; raise DriverFault for neither."""
-        assert self._sent is not None
-        before_ns, before = self._sent
-        # However late this is: who was silent for longer must not go on as if nothing had been.
-        longest = max(LATEST_NS, round(3e9 / self._about.rate))
-        seconds = min(ns - before_ns, longest) * 1e-9
-        fault = self._gate.fault(setpoint.q, before, seconds)
-        if not fault and player.late:
-            fault = f"the controller goes slower than it was told, and is over {SLACK_SECONDS:g} s late"
-        if fault and not self._refused:
-            self._refused = f"{fault}; it was not sent, and the robot braked before it"
-            braked = player.halt()
-            self._cell.stop()
-            braking = player.step(ns) if braked else None
-            if braking is None or (fault := self._gate.fault(braking.q, before, seconds)):
-                raise DriverFault(f"{fault}; nothing was sent")
-            return braking
-        if fault and not player.late:
-            raise DriverFault(f"{fault}; nothing was sent")
-        return setpoint
 
     def _follow(self, player: Player) -> None:
         """Go on to STOPPING when the play clock slows or ticks are missing, and to INACTIVE when the robot rests."""
@@ -306,18 +220,19 @@ class Host:
                 # Its controller goes on by itself, whatever the play clock does.
                 raise DriverFault(STOPPED_ON_ITS_WAY.format(why))
             self.state = State.STOPPING
-            self._tell(self._refused or (f"{why}: the robot brakes on its path" if starved else why))
-        if player.state is Play.RESTS and self._refused:
-            raise DriverFault(self._refused)
+            self._tell(self._out.refused or (f"{why}: the robot brakes on its path" if starved else why))
+        if player.state is Play.RESTS and self._out.refused:
+            raise DriverFault(self._out.refused)
         if player.state is Play.RESTS and self.state is State.STOPPING and self._stands():
             self._driver.end()
             self._let_go(State.INACTIVE)
 
     def _stands(self) -> bool:
         """Return whether the robot has come to rest, too, after its setpoints: a real one lags, and must get there."""
-        self._rest_ns = self._rest_ns or self._due
-        still = self._due > self._rest_ns and float(np.abs(self._v).max()) <= REST_SPEED
-        return still or self._due - self._rest_ns > REST_NS
+        due = self._cadence.due
+        self._rest_ns = self._rest_ns or due
+        still = due > self._rest_ns and float(np.abs(self._measured.v).max()) <= REST_SPEED
+        return still or due - self._rest_ns > REST_NS
 
     def _fail(self, error: BaseException) -> None:
         """Come to ERROR: stop the cell, let the controller stop, and keep the words."""
@@ -334,18 +249,19 @@ class Host:
 
     def _let_go(self, state: State) -> None:
         """Play nothing any more, in this state."""
-        self._player = self._jobs = self._sent = None
+        self._player = self._jobs = self._out.sent = None
         self.state = state
 
     def _say(self, ns: int) -> None:
-        reading, player = self._reading, self._player
+        measured, cadence, player = self._measured, self._cadence, self._player
+        reading = measured.reading
         self._ring.report(
             Report(
                 ns=ns,
                 state=self.state,
-                cycles=self._cycles,
-                skipped=self._skipped,
-                lateness_ns=self._lateness,
+                cycles=cadence.cycles,
+                skipped=cadence.skipped,
+                lateness_ns=cadence.lateness,
                 tick=int(player.tick) if player is not None else -1,
                 on_brake=player is not None and player.on_brake,
                 mode=reading.mode if reading is not None else Mode.OFF,
@@ -354,10 +270,10 @@ class Host:
                 words=self._words_number,
                 rate=player.rate if player is not None else 1.0,
                 speed_scaling=reading.speed_scaling if reading is not None else 1.0,
-                q=self._q,
-                v=self._v,
+                q=measured.q,
+                v=measured.v,
                 error=self._error,
-                is_faulty=bool(self._refused) and self.state is not State.ERROR,
+                is_faulty=bool(self._out.refused) and self.state is not State.ERROR,
             )
         )
 
@@ -366,7 +282,7 @@ class Host:
     def _connect(self) -> About | Words:
         if self.state not in (State.DISCONNECTED, State.ERROR):
             raise ArgumentError(f"the driver is connected already, it is {self.state.name}")
-        self.state, self._reading, self._refused = State.CONNECTING, None, ""
+        self.state, self._measured.reading, self._out.refused = State.CONNECTING, None, ""
         self._say(time.monotonic_ns())
         try:
             about = self._driver.connect()
@@ -382,7 +298,8 @@ class Host:
             self._fail(error)
             return self._words
         now = time.monotonic_ns()
-        self._due, self._stamp, self._stamp_ns, self._cycles = now, float("nan"), now, 0
+        self._measured.begin(now)
+        self._cadence.due, self._cadence.cycles = now, 0
         self.state = State.INACTIVE
         return about
 
@@ -396,18 +313,18 @@ class Host:
     def _begin(self) -> Words:
         if self.state is not State.INACTIVE:
             return self._tell(f"the driver is {self.state.name}; only from INACTIVE a robot begins to follow")
-        if self._reading is None:
+        if self._measured.reading is None:
             return self._tell("nothing was read yet; ask again in a moment")
         newest = self._cell.newest_braked
         record = self._ring.get(newest) if newest >= 0 else None
         if record is None or record.play_ns < time.monotonic_ns() - STALE_NS:
             return self._tell("the twin tells no ticks")
-        off = np.abs(record.q - self._q)
+        off = np.abs(record.q - self._measured.q)
         if off.max() > self._side.begin_tolerance:
             joint = int(off.argmax())
             return self._tell(
                 f"the twin's {self._side.names[joint]!r} is at {record.q[joint]:.6g}, and the robot's at "
-                f"{self._q[joint]:.6g}; they may be {self._side.begin_tolerance:g} apart"
+                f"{self._measured.q[joint]:.6g}; they may be {self._side.begin_tolerance:g} apart"
             )
         held = record.q
         try:
@@ -420,14 +337,16 @@ class Host:
         self._player = Player(self._ring, self._cell, self._side.tick_ns)
         if self._about.pace is Pace.JOBS:
             self._jobs = Jobs(self._driver, self._mapping, self._side, held)
-        self._sent, self._begun_ns, self._due, self._refused, self._rest_ns = (now, held), now, now, "", 0
+        self._out.sent, self._out.refused = (now, held), ""
+        self._begun_ns, self._rest_ns = now, 0
+        self._cadence.due = now
         self.state = State.BEGINNING
         return Words()
 
     def _end(self) -> Words:
         if self.state in (State.INACTIVE, State.DISCONNECTED, State.ERROR):
             return Words()
-        if np.abs(self._v).max(initial=0.0) > REST_SPEED:
+        if np.abs(self._measured.v).max(initial=0.0) > REST_SPEED:
             return self._tell("the robot moves; stop its twin first")
         try:
             self._driver.end()
@@ -466,24 +385,6 @@ class Host:
     def _cell_stop_if_moving(self) -> None:
         if self.state in (State.ACTIVE, State.STOPPING, State.BEGINNING):
             self._cell.stop()
-
-    def _asked(self, work: Callable[[], Any]) -> Any:  # noqa: ANN401 what the work returns
-        """Have the loop's thread do some work; return what it returns."""
-        done: Future[Any] = Future()
-        self._requests.put((work, done))
-        return done.result()
-
-    def _do_requests(self, seconds: float = 0.0) -> None:
-        while True:
-            try:
-                work, done = self._requests.get(timeout=seconds) if seconds else self._requests.get_nowait()
-            except queue.Empty:
-                return
-            seconds = 0.0
-            try:
-                done.set_result(work())
-            except BaseException as error:
-                done.set_exception(error)
 
 
 def _said(error: BaseException) -> tuple[str, str, bool]:

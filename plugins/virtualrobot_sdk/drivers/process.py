@@ -21,7 +21,7 @@ CALL_SECONDS = 15.0
 QUICK_SECONDS = 3.0
 """Longest time (s) for one that doesn't."""
 
-_HOST = "virtualrobot_sdk.drivers.host:make_host"
+_HOST = "virtualrobot_sdk.drivers.host_process:make_host"
 
 
 class DriverProcess:

@@ -87,6 +87,40 @@ def test_a_program_is_planned_and_checked(client: Client, bent: Robot) -> None:
     assert far.time > plan.duration
 
 
+def test_a_plan_is_checked_and_started_as_it_was_shown(client: Client, bent: Robot) -> None:
+    client.scene.add_part("box", virtualrobot.box(0.1, 0.1, 0.1), pose=virtualrobot.pose(2.0))
+    shown = bent.plan(bent.ptp({"lbr_iiwa_joint_1": 0.5}))
+    checked = client.check_plan(shown)
+    assert checked.ok and checked.reference != shown.reference
+    client.scene.set_pose("box", virtualrobot.pose(2.5))
+    with pytest.raises(virtualrobot.PlanOutdatedError, match="has changed of 'box'") as refused:
+        client.start_plan(checked)
+    assert refused.value.metadata["changes"] == "where it is fixed on its parent has changed of 'box'"
+    checked = client.check_plan(shown)
+    motion = client.start_plan(checked)
+    assert motion.planned_duration == shown.duration
+    np.testing.assert_allclose(bent.positions[0], 0.5, atol=1e-12)
+    with pytest.raises(virtualrobot.PlanOutdatedError, match=r"'lbr_iiwa_joint_1' of 'iiwa' stands at 0\.5, not at 0"):
+        client.start_plan(shown)
+    with pytest.raises(virtualrobot.UnknownNameError, match="no plan 'plan-0' is remembered"):
+        client.start_plan(virtualrobot.PlanReference("plan-0"))
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"is not to be started: .*leaves its range"):
+        client.start_plan(bent.check(bent.ptp({"lbr_iiwa_joint_1": 4.0})))
+    belt = virtualrobot.Tracking("box", window=0.1)
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="leave out tracking"):
+        client.start_plan(checked, tracking=belt)
+
+
+def test_a_plan_is_started_from_the_command_line(run: Run, bent: Robot) -> None:
+    *_, last = run("check", "iiwa", "lbr_iiwa_joint_1=0.3").splitlines()
+    name = last.removeprefix("as it is here: virtualrobot start ")
+    assert "has the digest" in run("start", name, "--digest", "0", code=1)
+    assert run("start", name).endswith("reached its goal\n")
+    np.testing.assert_allclose(bent.positions[0], 0.3, atol=1e-12)
+    assert "stands at 0.3, not at 0" in run("start", name, code=1)
+    assert "--hold needs a terminal" in run("start", name, "--hold", code=2)
+
+
 PROGRAM = """
 schema_version: 1
 steps:
@@ -122,7 +156,7 @@ def code_of(*arguments: str) -> object:
 def test_check_has_a_verdict_and_an_exit_code(run: Run, bent: Robot, capsys: pytest.CaptureFixture[str]) -> None:
     told = run("check", "iiwa", "lbr_iiwa_joint_1=0.5")
     assert told.startswith("iiwa keeps all limits and touches nothing: the motion takes ")
-    assert told.count("\n") == 1
+    assert told.count("\n") == 2
     assert code_of("check", "iiwa", "lbr_iiwa_joint_1=4") == 1
     captured = capsys.readouterr()
     assert captured.out.startswith("the joint 'lbr_iiwa_joint_1' of 'iiwa' leaves its range") and not captured.err
@@ -142,7 +176,7 @@ def test_plan_shows_peaks_or_samples(run: Run, bent: Robot, tmp_path: Path) -> N
     peak = np.abs(robot.velocities[:, 0]).max()
     assert float(velocity) == pytest.approx(peak, abs=6e-4)
     assert share == f"({100.0 * peak / bent.limits[name].velocity:.0f}%)"
-    assert told[-1].startswith(f"{plan.duration:.3f} s; the tool centre point moves at up to ")
+    assert told[-2].startswith(f"{plan.duration:.3f} s; the tool centre point moves at up to ")
 
     table = run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--table", "--every", "0.1").splitlines()
     assert table[0].split() == ["time", "lbr_iiwa_joint_1", "x", "y", "z", "tcp_speed"]

@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import threading
 
 import numpy as np
 import pytest
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
-from virtualrobot import Client, Robot
+from virtualrobot import Client, Phase, Robot
+from virtualrobot.cli.key_hold import hold_by_key
 from virtualrobot.cli.key_jog import jog_by_keys
 from virtualrobot.cli.options import Session, Target
 from virtualrobot.cli.shell import begun_word, interactive, run_line, split
+
+from tests.waiting import until
 
 COMMAND = [sys.executable, "-m", "virtualrobot", "shell"]
 
@@ -62,6 +66,56 @@ def test_keys_jog(client: Client, iiwa: Robot) -> None:
     np.testing.assert_allclose(iiwa.positions - before, [0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.0], atol=1e-9)
     _keys(client, iiwa, "[[2-fxRq\x1b")
     assert client.motions() == []
+
+
+def test_the_space_key_holds_a_motion(iiwa: Robot) -> None:
+    """It runs while the key is held, stands on its path when it is let go, and ends at q."""
+    motion = iiwa.move_joints([1.0] * 7, speed_factor=0.2, hold=True)
+    with create_pipe_input() as keys:
+        over = threading.Event()
+
+        def hold_until(progress: float) -> None:
+            while motion.progress < progress and not over.is_set():  # a terminal repeats the key of who holds it
+                keys.send_text(" ")
+                over.wait(0.05)
+
+        def press() -> None:
+            try:
+                hold_until(0.01)
+                until(lambda: motion.phase is Phase.PAUSED)
+                hold_until(0.3)
+            finally:
+                keys.send_text("q")
+
+        presser = threading.Thread(target=press)
+        presser.start()
+        try:
+            hold_by_key(motion, keys, DummyOutput())
+        finally:
+            over.set()
+            presser.join()
+    assert motion.phase is Phase.CANCELLED and 0.3 <= motion.progress < 1.0
+    np.testing.assert_allclose(iiwa.positions, iiwa.positions[0], atol=1e-9)  # on its path, which is a straight one
+
+
+def test_a_motion_that_is_held_to_its_end_ends_the_wait(iiwa: Robot) -> None:
+    motion = iiwa.move_joints([0.05] * 7, hold=True)
+    with create_pipe_input() as keys:
+        over = threading.Event()
+
+        def press() -> None:
+            while not over.is_set():
+                keys.send_text(" ")
+                over.wait(0.05)
+
+        presser = threading.Thread(target=press)
+        presser.start()
+        try:
+            hold_by_key(motion, keys, DummyOutput())
+        finally:
+            over.set()
+            presser.join()
+    assert motion.phase is Phase.SUCCEEDED
 
 
 def _keys(client: Client, robot: Robot, text: str) -> None:

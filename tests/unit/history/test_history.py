@@ -367,3 +367,17 @@ def test_a_checkpoint_has_all_that_was_answered_before(tmp_path: Path, rng: np.r
             made = settled(history).checkpoints.create("", "ann")
             left = image(history.store, history.codec, made.id)
             assert differ(Moment(0, left.structure, left.state), world) == ""
+
+
+def test_a_disk_that_is_full_is_told_in_one_line(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    def full() -> None:
+        raise sqlite3.OperationalError("database or disk is full")
+
+    with kernel(None) as (_, history):
+        monkeypatch.setattr(history.store, "tidy", full)
+        for _ in range(3):
+            history.upkeep.look_after()
+    assert caplog.text.count("the history can't be looked after; it is tried again: database or disk is full") == 1
+    assert "Traceback" not in caplog.text

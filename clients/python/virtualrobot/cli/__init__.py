@@ -33,6 +33,7 @@ _COMMANDS = {
     "move": ("virtualrobot.cli.move", "Move a robot."),
     "plan": ("virtualrobot.cli.plan", "Show what a move would do."),
     "check": ("virtualrobot.cli.plan", "Tell whether a move keeps all limits."),
+    "start": ("virtualrobot.cli.start", "Start a plan as it was shown or checked."),
     "path": ("virtualrobot.cli.path", "Find a way round what stands in between."),
     "drive": ("virtualrobot.cli.drive", "Drive a craft for some seconds."),
     "teleop": ("virtualrobot.cli.teleop", "Drive a craft by keys or a gamepad, while one is held."),

@@ -82,7 +82,8 @@ def list_drivers(target: Target) -> None:
 def mode(target: Target, robot: str, mode: str) -> None:
     """Choose how ROBOT and its twin go together.
 
-    execute needs a lease of the robot and ends with it: in 'virtualrobot shell', lease it first.
+    execute needs a lease of the robot and ends with it: in 'virtualrobot shell', lease it first. After a fault motions
+    of the robot are refused until its mode is chosen.
     """
     with target.connect() as client:
         click.echo(_line(client.drivers.set_mode(robot, mode)))
@@ -130,4 +131,5 @@ def _joint(text: str) -> DriverJoint:
 def _line(status: DriverStatus) -> str:
     words = f": {status.text}" if status.text else ""
     number = f" {status.code}" if status.code else ""
-    return f"{status.robot}  {status.component}  {status.mode}  {status.state}{number}{words}"
+    halted = "; motions are refused until 'virtualrobot driver mode'" if status.halted else ""
+    return f"{status.robot}  {status.component}  {status.mode}  {status.state}{number}{words}{halted}"

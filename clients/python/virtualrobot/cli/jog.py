@@ -7,6 +7,7 @@ import sys
 
 import click
 
+from virtualrobot.cli.key_hold import check_terminal, hold_option
 from virtualrobot.cli.move import start_and_follow
 from virtualrobot.cli.names import NODE, ROBOT
 from virtualrobot.cli.options import GO_ON, Numbers, Target, degrees_option, target_options
@@ -34,6 +35,7 @@ Examples:
 @click.option("--distance", type=float, help="m or rad [as far as it goes].")
 @click.option("--keys", is_flag=True, help="Jog by the keys of this terminal until q; it tells which do what.")
 @click.option("--preempt", is_flag=True, help="Stop what the robot does and take over.")
+@hold_option
 @group_options
 @degrees_option
 @target_options
@@ -49,6 +51,7 @@ def jog(
     distance: float | None,
     keys: bool,
     preempt: bool,
+    hold: bool,
     degrees: bool,
     group: Part,
 ) -> None:
@@ -57,7 +60,7 @@ def jog(
     Ctrl-C, like a key that is released, stops it on its path.
     """
     if keys:
-        if joint is not None or along or about or frame or node or velocity is not None or distance is not None:
+        if joint is not None or along or about or frame or node or velocity is not None or distance is not None or hold:
             raise click.UsageError("with --keys the keys say what moves, and how far")
         if sys.stdin is None or not sys.stdin.isatty():
             raise click.UsageError("--keys needs a terminal; without one give JOINT, --along or --about")
@@ -76,6 +79,7 @@ def jog(
         raise click.UsageError("a joint needs a --velocity, whose sign says which way")
     if frame and node:
         raise click.UsageError("--frame or --node, not both")
+    check_terminal(hold)
     with target.connect() as client:
         handle = part_of(client.robot(robot), group)
         turns = about is not None or joint in angles(handle)
@@ -88,4 +92,4 @@ def jog(
             order = handle.cartesian_jog(along, rotation=about, frame=frame, node=node, velocity=speed, distance=way)
         if client.clock.mode == "stepped":
             click.echo(f"time stands still: the motion goes on with each 'virtualrobot step'; {GO_ON}", err=True)
-        start_and_follow(handle, order, preempt, no_wait=False)
+        start_and_follow(handle, order, preempt, no_wait=False, hold=hold)

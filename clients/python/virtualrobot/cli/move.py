@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from virtualrobot.cli.key_hold import check_terminal, hold_by_key, hold_option
 from virtualrobot.cli.names import ROBOT
 from virtualrobot.cli.options import GO_ON, Target, target_options
 from virtualrobot.cli.orders import Order, order_options
@@ -34,15 +35,17 @@ Examples:
 @order_options
 @click.option("--preempt", is_flag=True, help="Stop what the robot does and take over.")
 @click.option("--no-wait", is_flag=True, help="Return at once; the motion goes on.")
+@hold_option
 @target_options
-def move(target: Target, robot: str, order: Order, preempt: bool, no_wait: bool) -> None:
+def move(target: Target, robot: str, order: Order, preempt: bool, no_wait: bool, hold: bool) -> None:
     """Move a robot and show how far it is; Ctrl-C stops it on its path."""
+    check_terminal(hold, no_wait)
     with target.connect() as client:
         handle = client.robot(robot)
         wish = order.move(handle)
         if client.clock.mode == "stepped" and not no_wait:
             click.echo(f"time stands still: the motion goes on with each 'virtualrobot step'; {GO_ON}", err=True)
-        start_and_follow(handle, wish, preempt, no_wait)
+        start_and_follow(handle, wish, preempt, no_wait, hold)
 
 
 @click.command()
@@ -58,14 +61,24 @@ def stop(target: Target, robots: tuple[str, ...]) -> None:
             click.echo("nothing moves")
 
 
-def start_and_follow(robot: Robot | Group, wish: Move, preempt: bool, no_wait: bool) -> None:
+def start_and_follow(robot: Robot | Group, wish: Move, preempt: bool, no_wait: bool, hold: bool) -> None:
     """Start a move and show how far it is, or leave it alone."""
-    motion = robot.start(wish, wait=False, preempt=preempt, on_disconnect="continue" if no_wait else "stop")
+    on_disconnect = "continue" if no_wait else "stop"
+    motion = robot.start(wish, wait=False, preempt=preempt, on_disconnect=on_disconnect, hold=hold)
     show_notes(motion)
+    follow_to_its_end(motion, no_wait, hold)
+
+
+def follow_to_its_end(motion: Motion, no_wait: bool, hold: bool) -> None:
+    """Show how far a motion is until it is where it was to go, or leave it alone; `hold`: it is held by a key."""
     if no_wait:
         click.echo(f"started {motion.id}: {motion.planned_duration:.2f} s")
         return
-    follow(motion)
+    if hold:
+        hold_by_key(motion)
+        motion.wait()
+    else:
+        follow(motion)
     ends_early = any(note.kind == "JOG_ENDS" for note in motion.notes)
     click.echo(f"{motion.id} reached its {'end' if ends_early else 'goal'}")
 

@@ -76,6 +76,7 @@ def plan(target: Target, robot: str, order: Order, every: float | None, file: st
     click.echo(f"{planned.duration:.3f} s{fastest}")
     for note in planned.notes:
         click.echo(note.message)
+    tell_start(planned)
 
 
 @click.command(epilog=_CHECK_EXAMPLES)
@@ -111,7 +112,14 @@ def verdict(what: str, found: MotionCheck, limits_only: bool) -> int:
     near = "" if margin is None else f", and its smallest singular value is {margin:.3g}"
     keeps = "keeps all limits" if limits_only else "keeps all limits and touches nothing"
     click.echo(f"{what} {keeps}: the motion takes {found.duration:.3f} s{near}")
+    tell_start(found)
     return 0
+
+
+def tell_start(shown: MotionPlan | MotionCheck) -> None:
+    """Tell by which command a plan is started as it is."""
+    if shown.reference is not None:
+        click.echo(f"as it is here: virtualrobot start {shown.reference.id}")
 
 
 def peaks(told: RobotTrajectory, limits: dict[str, JointLimits], exact: RobotTrajectory) -> list[list[str]]:

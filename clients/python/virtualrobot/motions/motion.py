@@ -367,17 +367,17 @@ def start_spec(
     **options: Unpack[StartOptions],
 ) -> Motion:
     """Start a motion; return its handle, after its end with `wait` unless it is `open`."""
+    check_not_empty(spec)
+    asked = motion_pb2.StartMotionRequest(spec=spec, open=open, breakpoints=breakpoints)
+    return start_request(services, asked, **options)
+
+
+def start_request(services: Services, asked: motion_pb2.StartMotionRequest, **options: Unpack[StartOptions]) -> Motion:
+    """Start what a request names, with these options; return its handle as `start_spec` does."""
     check_options(options, StartOptions, "besides its move's own a start")
     preempt, on_disconnect, tracking = (options.get(name) for name in ("preempt", "on_disconnect", "tracking"))
     revision = options.get("expected_structure_revision")
-    check_not_empty(spec)
-    asked = motion_pb2.StartMotionRequest(
-        spec=spec,
-        open=open,
-        breakpoints=breakpoints,
-        request_id=options.get("request_id"),
-        hold=bool(options.get("hold")),
-    )
+    asked.request_id, asked.hold = options.get("request_id") or "", bool(options.get("hold"))
     policies = {"stop": motion_pb2.DISCONNECT_POLICY_STOP, "continue": motion_pb2.DISCONNECT_POLICY_CONTINUE}
     if on_disconnect is not None:
         if on_disconnect not in policies:
@@ -388,12 +388,14 @@ def start_spec(
     if revision is not None:
         asked.expected_structure_revision = revision
     if tracking is not None:
+        if asked.HasField("plan"):
+            raise InvalidArgumentError("a plan is started as it was shown; leave out tracking")
         asked.spec.tracking.CopyFrom(tracking._message)
     if asked.hold and options.get("wait"):
         raise InvalidArgumentError(
             "a motion runs only while it is held, so its start can't wait for it; leave out wait"
         )
-    waits = options.get("wait", True) and not open and not asked.hold
+    waits = options.get("wait", True) and not asked.open and not asked.hold
     if waits:
         check_time_follows_the_wall(services)
     # A program of thousands of steps takes its time to plan.

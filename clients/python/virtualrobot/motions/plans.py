@@ -14,10 +14,11 @@ from virtualrobot._wire.messages import array_of, pose_of, value_or_default
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown
+from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix, poses_from_rows
-from virtualrobot.motions.motion import Tracking, check_not_empty
+from virtualrobot.motions.motion import Motion, StartOptions, Tracking, check_not_empty, start_request
 from virtualrobot.motions.moves import Move, messages_of
-from virtualrobot.motions.state import PlanNote
+from virtualrobot.motions.state import PlanNote, PlanReference
 from virtualrobot.v1 import motion_pb2
 
 Floats = NDArray[np.float64]
@@ -99,6 +100,8 @@ class MotionPlan:
         steps: (n,), the step of a program that each sample belongs to, from 0.
         robots: the trajectory of each robot, by its name.
         notes: the differences of the plan from what was asked.
+        reference: what `Client.start_plan` starts it by; None for one that belongs to the moment: along a moving frame,
+            or with steps that are planned when they are reached.
     """
 
     duration: float
@@ -106,6 +109,7 @@ class MotionPlan:
     steps: NDArray[np.int32]
     robots: dict[str, RobotTrajectory]
     notes: tuple[PlanNote, ...]
+    reference: PlanReference | None
 
     @staticmethod
     def of(message: motion_pb2.PlanMotionResponse) -> MotionPlan:
@@ -116,6 +120,7 @@ class MotionPlan:
             array_of(message.steps),
             {robot.robot: RobotTrajectory.of(robot) for robot in message.robots},
             tuple(map(PlanNote.of, message.notes)),
+            PlanReference.of(message),
         )
 
 
@@ -206,12 +211,15 @@ class MotionCheck:
         duration: duration at full speed factors (s); 0 where it can't be planned.
         min_singular_value: the smallest one on the way, of those arms that move; None where there is none.
         notes: the differences of the plan from what was asked.
+        reference: what `Client.start_plan` starts that by which was looked at; None where it violates something, and
+            where a `MotionPlan` has none.
     """
 
     first_violation: Violation | None
     duration: float
     min_singular_value: float | None
     notes: tuple[PlanNote, ...]
+    reference: PlanReference | None
 
     @property
     def ok(self) -> bool:
@@ -226,6 +234,7 @@ class MotionCheck:
             message.duration_seconds,
             message.min_singular_value if message.HasField("min_singular_value") else None,
             tuple(map(PlanNote.of, message.notes)),
+            PlanReference.of(message),
         )
 
 
@@ -265,15 +274,49 @@ def plan(services: Services, spec: motion_pb2.MotionSpec, **options: Unpack[Plan
 
 def check(services: Services, spec: motion_pb2.MotionSpec, **options: Unpack[CheckOptions]) -> MotionCheck:
     """Return whether a motion keeps all limits and touches nothing; see `Client.check`."""
-    check_options(options, CheckOptions, "a check")
     check_not_empty(spec)
-    request = motion_pb2.CheckMotionRequest(
-        spec=spec,
-        min_singular_value=value_or_default(options.get("min_singular_value"), "min_singular_value"),
-        ignore_collisions=not options.get("collisions", True),
-        resolution_meters=value_or_default(options.get("resolution"), "resolution"),
-    )
+    return _checked(services, motion_pb2.CheckMotionRequest(spec=spec), **options)
+
+
+def check_plan(services: Services, shown: ShownPlan, **options: Unpack[CheckOptions]) -> MotionCheck:
+    """Return whether a plan keeps all limits and touches nothing as it is; see `Client.check_plan`."""
+    request = motion_pb2.CheckMotionRequest(plan=reference_of(shown)._message)
+    return _checked(services, request, **options)
+
+
+def _checked(
+    services: Services, request: motion_pb2.CheckMotionRequest, **options: Unpack[CheckOptions]
+) -> MotionCheck:
+    """Return the check that a request names the motion of."""
+    check_options(options, CheckOptions, "a check")
+    request.min_singular_value = value_or_default(options.get("min_singular_value"), "min_singular_value")
+    request.ignore_collisions = not options.get("collisions", True)
+    request.resolution_meters = value_or_default(options.get("resolution"), "resolution")
     return MotionCheck.of(services.motion.CheckMotion(request, timeout=LONG_TIMEOUT_SECONDS))
+
+
+def start_plan(services: Services, shown: ShownPlan, **options: Unpack[StartOptions]) -> Motion:
+    """Start a plan as it was shown; see `Client.start_plan`."""
+    request = motion_pb2.StartMotionRequest(plan=reference_of(shown)._message)
+    return start_request(services, request, **options)
+
+
+ShownPlan = MotionPlan | MotionCheck | PlanReference
+"""Plan as it was shown or checked, or its reference."""
+
+
+def reference_of(shown: ShownPlan) -> PlanReference:
+    """Return what the kernel calls a plan; raise InvalidArgumentError for one that it doesn't remember."""
+    if isinstance(shown, PlanReference):
+        return shown
+    if shown.reference is not None:
+        return shown.reference
+    if isinstance(shown, MotionCheck) and shown.first_violation is not None:
+        raise InvalidArgumentError(f"what was checked is not to be started: {shown.first_violation}")
+    raise InvalidArgumentError(
+        "a motion along a moving frame, or with steps that are planned when they are reached, belongs to the moment: "
+        "start it as moves or as a program"
+    )
 
 
 def motion_of(moves: Iterable[Move], tracking: Tracking | None = None) -> motion_pb2.MotionSpec:

@@ -121,6 +121,28 @@ class MotionState:
 
 
 @dataclass(frozen=True, slots=True)
+class PlanReference:
+    """Plan that the kernel remembers, by which it is started as it was shown, or checked.
+
+    Attributes:
+        id: its name, never used again.
+        digest: SHA-256, in hexadecimal, of the plan and of all that it has used of the world.
+    """
+
+    id: str
+    digest: str = ""
+
+    @property
+    def _message(self) -> motion_pb2.PlanReference:
+        return motion_pb2.PlanReference(id=self.id, digest=self.digest)
+
+    @staticmethod
+    def of(message: motion_pb2.PlanMotionResponse | motion_pb2.CheckMotionResponse) -> PlanReference | None:
+        """Return the plan that an answer names; None where it names none."""
+        return PlanReference(message.plan.id, message.plan.digest) if message.HasField("plan") else None
+
+
+@dataclass(frozen=True, slots=True)
 class PlanNote:
     """Something that the planner made other than asked; `kind` is as in `PlanNoteKind` of the contract.
 

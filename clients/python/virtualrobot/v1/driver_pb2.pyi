@@ -121,7 +121,7 @@ class ControllerDescription(_message.Message):
     def __init__(self, joint_count: _Optional[int] = ..., rate_hertz: _Optional[float] = ..., pace: _Optional[_Union[ControllerPace, str]] = ..., watchdog_seconds: _Optional[float] = ..., model: _Optional[str] = ..., version: _Optional[str] = ..., serial: _Optional[str] = ..., has_speed_scaling: bool = ..., input_count: _Optional[int] = ..., output_count: _Optional[int] = ...) -> None: ...
 
 class DriverStatus(_message.Message):
-    __slots__ = ("robot", "component", "mode", "state", "controller_mode", "controller_safety", "text", "code", "clears", "controller", "joint_names", "positions", "velocities", "outside_limits", "following_error", "following_warning", "following_limit", "follows_badly", "speed_scaling", "inputs", "outputs", "lead_seconds", "play_rate", "played_tick", "cycles", "skipped_cycles", "lateness_seconds", "process_id")
+    __slots__ = ("robot", "component", "mode", "state", "controller_mode", "controller_safety", "text", "code", "clears", "controller", "joint_names", "positions", "velocities", "outside_limits", "following_error", "following_warning", "following_limit", "follows_badly", "speed_scaling", "inputs", "outputs", "lead_seconds", "play_rate", "played_tick", "cycles", "skipped_cycles", "lateness_seconds", "process_id", "halted")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     COMPONENT_FIELD_NUMBER: _ClassVar[int]
     MODE_FIELD_NUMBER: _ClassVar[int]
@@ -150,6 +150,7 @@ class DriverStatus(_message.Message):
     SKIPPED_CYCLES_FIELD_NUMBER: _ClassVar[int]
     LATENESS_SECONDS_FIELD_NUMBER: _ClassVar[int]
     PROCESS_ID_FIELD_NUMBER: _ClassVar[int]
+    HALTED_FIELD_NUMBER: _ClassVar[int]
     robot: str
     component: str
     mode: DriverMode
@@ -178,7 +179,8 @@ class DriverStatus(_message.Message):
     skipped_cycles: int
     lateness_seconds: float
     process_id: int
-    def __init__(self, robot: _Optional[str] = ..., component: _Optional[str] = ..., mode: _Optional[_Union[DriverMode, str]] = ..., state: _Optional[_Union[DriverState, str]] = ..., controller_mode: _Optional[_Union[ControllerMode, str]] = ..., controller_safety: _Optional[_Union[ControllerSafety, str]] = ..., text: _Optional[str] = ..., code: _Optional[str] = ..., clears: bool = ..., controller: _Optional[_Union[ControllerDescription, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., outside_limits: _Optional[_Iterable[str]] = ..., following_error: _Optional[_Iterable[float]] = ..., following_warning: _Optional[float] = ..., following_limit: _Optional[float] = ..., follows_badly: bool = ..., speed_scaling: _Optional[float] = ..., inputs: _Optional[int] = ..., outputs: _Optional[int] = ..., lead_seconds: _Optional[float] = ..., play_rate: _Optional[float] = ..., played_tick: _Optional[int] = ..., cycles: _Optional[int] = ..., skipped_cycles: _Optional[int] = ..., lateness_seconds: _Optional[float] = ..., process_id: _Optional[int] = ...) -> None: ...
+    halted: bool
+    def __init__(self, robot: _Optional[str] = ..., component: _Optional[str] = ..., mode: _Optional[_Union[DriverMode, str]] = ..., state: _Optional[_Union[DriverState, str]] = ..., controller_mode: _Optional[_Union[ControllerMode, str]] = ..., controller_safety: _Optional[_Union[ControllerSafety, str]] = ..., text: _Optional[str] = ..., code: _Optional[str] = ..., clears: bool = ..., controller: _Optional[_Union[ControllerDescription, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., outside_limits: _Optional[_Iterable[str]] = ..., following_error: _Optional[_Iterable[float]] = ..., following_warning: _Optional[float] = ..., following_limit: _Optional[float] = ..., follows_badly: bool = ..., speed_scaling: _Optional[float] = ..., inputs: _Optional[int] = ..., outputs: _Optional[int] = ..., lead_seconds: _Optional[float] = ..., play_rate: _Optional[float] = ..., played_tick: _Optional[int] = ..., cycles: _Optional[int] = ..., skipped_cycles: _Optional[int] = ..., lateness_seconds: _Optional[float] = ..., process_id: _Optional[int] = ..., halted: bool = ...) -> None: ...
 
 class CellStatus(_message.Message):
     __slots__ = ("stopped", "reason", "stopper_address", "stopper_key")

@@ -101,7 +101,9 @@ class DriverServiceServicer(object):
     def SetDriverMode(self, request, context):
         """Chooses how a robot and its twin go together. EXECUTE is refused as WRONG_STATE unless the call carries a lease of the
         robot, the collision guard is on for it, time follows the wall clock at factor 1, nothing of it moves and the controller
-        is ready: metadata has `aspect`, the first of these that is not so. The twin is first put to where the robot stands.
+        is ready: metadata has `aspect`, the first of these that is not so. The twin is first put to where the robot stands. A
+        robot that is `halted` takes motions again after this call; of one in ERROR only SIMULATED can be chosen, which lets its
+        twin move alone.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -109,7 +111,7 @@ class DriverServiceServicer(object):
 
     def ResetDriver(self, request, context):
         """Clears a fault at the controller, where it says that this may help, and connects again: the robot is INACTIVE, in mode
-        SIMULATED, and nothing moves.
+        SIMULATED, nothing moves, and it stays `halted` until SetDriverMode.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -138,7 +140,7 @@ class DriverServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def ReleaseCell(self, request, context):
-        """Ends a stop of the cell. Nothing moves by that: robots are in mode SIMULATED, and each is set to EXECUTE again by its own
+        """Ends a stop of the cell. Nothing moves by that: robots are `halted`, and each is set to EXECUTE again by its own
         call. Refused as WRONG_STATE while a robot is not at rest.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)

@@ -235,7 +235,7 @@ class SubProgram(_message.Message):
     def __init__(self, steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ...) -> None: ...
 
 class StartMotionRequest(_message.Message):
-    __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id", "open", "breakpoints", "hold")
+    __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id", "open", "breakpoints", "hold", "plan")
     SPEC_FIELD_NUMBER: _ClassVar[int]
     BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
     ON_DISCONNECT_FIELD_NUMBER: _ClassVar[int]
@@ -244,6 +244,7 @@ class StartMotionRequest(_message.Message):
     OPEN_FIELD_NUMBER: _ClassVar[int]
     BREAKPOINTS_FIELD_NUMBER: _ClassVar[int]
     HOLD_FIELD_NUMBER: _ClassVar[int]
+    PLAN_FIELD_NUMBER: _ClassVar[int]
     spec: MotionSpec
     busy_policy: BusyPolicy
     on_disconnect: DisconnectPolicy
@@ -252,7 +253,16 @@ class StartMotionRequest(_message.Message):
     open: bool
     breakpoints: _containers.RepeatedScalarFieldContainer[str]
     hold: bool
-    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., open: bool = ..., breakpoints: _Optional[_Iterable[str]] = ..., hold: bool = ...) -> None: ...
+    plan: PlanReference
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., open: bool = ..., breakpoints: _Optional[_Iterable[str]] = ..., hold: bool = ..., plan: _Optional[_Union[PlanReference, _Mapping]] = ...) -> None: ...
+
+class PlanReference(_message.Message):
+    __slots__ = ("id", "digest")
+    ID_FIELD_NUMBER: _ClassVar[int]
+    DIGEST_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    digest: str
+    def __init__(self, id: _Optional[str] = ..., digest: _Optional[str] = ...) -> None: ...
 
 class AppendMotionRequest(_message.Message):
     __slots__ = ("id", "steps", "last", "expected_step_count", "expected_structure_revision", "request_id", "programs", "breakpoints")
@@ -813,20 +823,22 @@ class PlanMotionRequest(_message.Message):
     def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., sample_seconds: _Optional[float] = ..., expected_structure_revision: _Optional[int] = ...) -> None: ...
 
 class PlanMotionResponse(_message.Message):
-    __slots__ = ("stamp", "duration_seconds", "times", "steps", "robots", "notes")
+    __slots__ = ("stamp", "duration_seconds", "times", "steps", "robots", "notes", "plan")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
     TIMES_FIELD_NUMBER: _ClassVar[int]
     STEPS_FIELD_NUMBER: _ClassVar[int]
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
     NOTES_FIELD_NUMBER: _ClassVar[int]
+    PLAN_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     duration_seconds: float
     times: _geometry_pb2.NumericArray
     steps: _geometry_pb2.NumericArray
     robots: _containers.RepeatedCompositeFieldContainer[RobotTrajectory]
     notes: _containers.RepeatedCompositeFieldContainer[PlanNote]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., duration_seconds: _Optional[float] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., steps: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotTrajectory, _Mapping]]] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ...) -> None: ...
+    plan: PlanReference
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., duration_seconds: _Optional[float] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., steps: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotTrajectory, _Mapping]]] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ..., plan: _Optional[_Union[PlanReference, _Mapping]] = ...) -> None: ...
 
 class RobotTrajectory(_message.Message):
     __slots__ = ("robot", "joint_names", "positions", "velocities", "accelerations", "efforts", "world_t_tcp", "tcp_speeds", "groups")
@@ -861,18 +873,20 @@ class GroupTrajectory(_message.Message):
     def __init__(self, group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., tcp_speeds: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class CheckMotionRequest(_message.Message):
-    __slots__ = ("spec", "min_singular_value", "ignore_collisions", "resolution_meters", "expected_structure_revision")
+    __slots__ = ("spec", "min_singular_value", "ignore_collisions", "resolution_meters", "expected_structure_revision", "plan")
     SPEC_FIELD_NUMBER: _ClassVar[int]
     MIN_SINGULAR_VALUE_FIELD_NUMBER: _ClassVar[int]
     IGNORE_COLLISIONS_FIELD_NUMBER: _ClassVar[int]
     RESOLUTION_METERS_FIELD_NUMBER: _ClassVar[int]
     EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
+    PLAN_FIELD_NUMBER: _ClassVar[int]
     spec: MotionSpec
     min_singular_value: float
     ignore_collisions: bool
     resolution_meters: float
     expected_structure_revision: int
-    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., min_singular_value: _Optional[float] = ..., ignore_collisions: bool = ..., resolution_meters: _Optional[float] = ..., expected_structure_revision: _Optional[int] = ...) -> None: ...
+    plan: PlanReference
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., min_singular_value: _Optional[float] = ..., ignore_collisions: bool = ..., resolution_meters: _Optional[float] = ..., expected_structure_revision: _Optional[int] = ..., plan: _Optional[_Union[PlanReference, _Mapping]] = ...) -> None: ...
 
 class Violation(_message.Message):
     __slots__ = ("kind", "step", "robot", "joint", "time_seconds", "path_fraction", "world_t_tcp", "value", "limit", "message", "first", "second", "first_point", "second_point", "step_path")
@@ -909,18 +923,20 @@ class Violation(_message.Message):
     def __init__(self, kind: _Optional[_Union[ViolationKind, str]] = ..., step: _Optional[int] = ..., robot: _Optional[str] = ..., joint: _Optional[str] = ..., time_seconds: _Optional[float] = ..., path_fraction: _Optional[float] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., value: _Optional[float] = ..., limit: _Optional[float] = ..., message: _Optional[str] = ..., first: _Optional[str] = ..., second: _Optional[str] = ..., first_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., second_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., step_path: _Optional[str] = ...) -> None: ...
 
 class CheckMotionResponse(_message.Message):
-    __slots__ = ("stamp", "first_violation", "duration_seconds", "min_singular_value", "notes")
+    __slots__ = ("stamp", "first_violation", "duration_seconds", "min_singular_value", "notes", "plan")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     FIRST_VIOLATION_FIELD_NUMBER: _ClassVar[int]
     DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
     MIN_SINGULAR_VALUE_FIELD_NUMBER: _ClassVar[int]
     NOTES_FIELD_NUMBER: _ClassVar[int]
+    PLAN_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     first_violation: Violation
     duration_seconds: float
     min_singular_value: float
     notes: _containers.RepeatedCompositeFieldContainer[PlanNote]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., first_violation: _Optional[_Union[Violation, _Mapping]] = ..., duration_seconds: _Optional[float] = ..., min_singular_value: _Optional[float] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ...) -> None: ...
+    plan: PlanReference
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., first_violation: _Optional[_Union[Violation, _Mapping]] = ..., duration_seconds: _Optional[float] = ..., min_singular_value: _Optional[float] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ..., plan: _Optional[_Union[PlanReference, _Mapping]] = ...) -> None: ...
 
 class SetpointTarget(_message.Message):
     __slots__ = ("robot", "joint_names", "mode", "timeout_seconds", "busy_policy")

@@ -10,8 +10,8 @@ from virtualrobot.errors import VirtualRobotError
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.state import MotionState, Phase
 
+from virtualrobot_apps.connections.expressions import Value
 from virtualrobot_apps.connections.file import BeltDevice, ToolDevice
-from virtualrobot_apps.connections.logic import Value
 
 Say = Callable[[str], None]
 

@@ -7,19 +7,16 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from virtualrobot_apps.cell_io.yaml_file import Item, nearest, read_file
-from virtualrobot_apps.connections.logic import (
+from virtualrobot_apps.connections.expressions import (
     GREATEST_INTEGER,
     KIND_NAMES,
     LEAST_INTEGER,
-    MANY,
-    OPERATORS,
-    TWO,
     Connection,
     Expression,
     Value,
-    in_order,
-    kind_of,
 )
+from virtualrobot_apps.connections.logic import in_order
+from virtualrobot_apps.connections.operators import MANY, OPERATORS, TWO, kind_of
 
 LONGEST_SECONDS = 86400.0
 

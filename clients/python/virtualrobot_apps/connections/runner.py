@@ -13,8 +13,9 @@ from virtualrobot.errors import VirtualRobotError, WrongStateError
 from virtualrobot.signals import SignalChange
 
 from virtualrobot_apps.connections.devices import Device, DrivenBelt, DrivenTool
+from virtualrobot_apps.connections.expressions import Value
 from virtualrobot_apps.connections.file import ConnectionFile
-from virtualrobot_apps.connections.logic import Logic, Result, Value
+from virtualrobot_apps.connections.logic import Logic, Result
 
 IDLE_SECONDS = 0.5
 POLL_SECONDS = 0.01

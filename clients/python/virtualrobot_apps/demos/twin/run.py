@@ -157,7 +157,7 @@ def do_all(client: Client, tallies: Mapping[str, Tally], left: Callable[[], Mapp
         ends = {robot: client.robot(robot).positions for robot in programs}
         execute(client, tallies)
         lift(client, tallies)
-        if done:  # a robot stopped before it began: its twin was there alone, and both go there now
+        if done:  # a robot stopped on the last bit, a lead after its twin had come there: both go there now
             do_all(client, tallies, ways_to(client, ends))
     raise VirtualRobotError(f"the robots had to brake {TRIES} times: this computer has too much else to do")
 
@@ -172,18 +172,16 @@ def meet_carton(client: Client, tallies: Mapping[str, Tally], left: Callable[[],
         execute(client, tallies)
         stood = client.drivers[robot].positions
         try:
-            motion = programs[robot].start(wait=False)
+            programs[robot].start(wait=False)
         except CollisionError as error:
             tallies[robot].refused += 1
             print(f"{robot} refuses: {error}", flush=True)
             break
-        except WrongStateError:
+        except (DriverFaultError, WrongStateError):
             continue  # a robot stopped just now
-        motion.cancel("its robot had stopped just before, so that the twin was alone")
-        with suppress(MotionEndedError):
-            motion.wait(timeout=PATIENCE)
-    else:
         raise VirtualRobotError(f"{robot} was to refuse an order that would collide with a carton, and did not")
+    else:
+        raise VirtualRobotError(f"the robots had to brake {TRIES} times: this computer has too much else to do")
     order(client, tallies, {one: programs[one] for one in others})
     moved = np.abs(client.drivers[robot].positions - stood).max()
     print(f"{robot} stood still: it moved by {1e3 * moved:.2f} mrad", flush=True)
@@ -228,7 +226,7 @@ def boxes_left(client: Client, number: int, place: int) -> Callable[[], dict[str
 
 
 def are_ready(client: Client, robots: Iterable[str]) -> bool:
-    """Return whether all robots do what their twins do: an order to one that doesn't would move its twin alone."""
+    """Return whether all robots do what their twins do: an order to one that doesn't is refused."""
     follow = {one.robot for one in client.drivers.list() if (one.mode, one.state) == ("execute", "active")}
     return follow.issuperset(robots)
 
@@ -242,7 +240,7 @@ def order(client: Client, tallies: Mapping[str, Tally], programs: Mapping[str, P
         try:
             motions[robot] = program.start(wait=False)
             tallies[robot].sent += 1
-        except WrongStateError as error:  # the other robot had to brake meanwhile, and so this one
+        except (DriverFaultError, WrongStateError) as error:  # a robot had to brake meanwhile, and so did both
             went_well = False
             print(f"{robot} is not ready: {error}", flush=True)
     for robot, motion in motions.items():

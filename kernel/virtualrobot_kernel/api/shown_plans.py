@@ -1,0 +1,152 @@
+"""Plans that clients have been shown: kept by name, started as they were, or refused with what has changed."""
+
+from __future__ import annotations
+
+import secrets
+import threading
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from hashlib import sha256
+
+from virtualrobot.v1 import motion_pb2
+
+from virtualrobot_kernel.collision.surroundings import Difference, Surroundings, surroundings_of
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.history.classes import world_codec
+from virtualrobot_kernel.planning.plan_motion import PlannedMotion
+from virtualrobot_kernel.planning.program import MotionSpec
+from virtualrobot_kernel.world.apply_motions import START_TOLERANCE
+from virtualrobot_kernel.world.change import joint_places
+from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.measured import commanded
+from virtualrobot_kernel.world.preconditions import broken
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind
+
+MOST_REMEMBERED = 100
+"""Greatest number of plans that are remembered; the oldest goes first."""
+
+TOLD = 3
+"""Greatest number of changes that the message of a refusal names; its metadata have all."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ShownPlan:
+    """Plan as a client was shown it.
+
+    Attributes:
+        id, digest: what it is called, and the SHA-256 of all that is below.
+        spec: what was asked for.
+        planned: the command that starts it.
+        joints: what it moves, as (robot uid, joint name).
+        robots: the robots (uids) whose components it needed.
+        surroundings: what stood around it when it was checked for collisions; None: it was not.
+    """
+
+    id: str
+    digest: str
+    spec: MotionSpec
+    planned: PlannedMotion
+    joints: tuple[tuple[int, str], ...]
+    robots: frozenset[int]
+    surroundings: Surroundings | None
+
+    @property
+    def message(self) -> motion_pb2.PlanReference:
+        """Return what clients call it by."""
+        return motion_pb2.PlanReference(id=self.id, digest=self.digest)
+
+    def checked_in(self, snapshot: Snapshot) -> ShownPlan:
+        """Return the plan as one that was checked for collisions in a world: it depends on what stands there."""
+        return replace(self, surroundings=surroundings_of(snapshot, self.joints))
+
+    def check(self, now: Snapshot, commands: Sequence[Command] = ()) -> None:
+        """Raise KernelError (PLAN_OUTDATED) with all that it has used and that is another one now."""
+        structure, command = now.structure, self.planned.command
+        differences = [
+            Difference(robot, "NAME", f"another robot is called {robot!r}")
+            for (robot, _), (uid, _) in zip(command.joints, self.joints, strict=True)
+            if structure.uid_by_name.get(robot) != uid
+        ]
+        differences += [
+            Difference(name, fact.aspect.name, f"of {name!r} {what}")
+            for fact, name, what in broken(command.preconditions, structure, now.state)
+        ]
+        differences += self._strays(now)
+        if self.surroundings is not None:
+            differences += self.surroundings.differences(now)
+        if not differences:
+            return
+        words = list(dict.fromkeys(one.words for one in differences))
+        more = f", and {len(words) - TOLD} more" if len(words) > TOLD else ""
+        raise KernelError(
+            f"the world is not the one that {self.id!r} was made for: {'; '.join(words[:TOLD])}{more}; plan again",
+            reason=Reason.PLAN_OUTDATED,
+            plan=self.id,
+            node=differences[0].node,
+            aspect=differences[0].aspect,
+            changes="\n".join(words),
+        )
+
+    def _strays(self, now: Snapshot) -> list[Difference]:
+        """Return the joints that don't stand where the plan starts."""
+        command, robots = self.planned.command, now.structure.robots
+        if not all(uid in robots and joint in robots[uid].coordinates for uid, joint in self.joints):
+            return []  # that is told already
+        here = commanded(now.structure, now.state)[0][joint_places(now.structure, self.joints)[0]]
+        places = zip(command.joints, here.tolist(), command.program.start.tolist(), strict=True)
+        return [
+            Difference(robot, "START", f"{joint!r} of {robot!r} stands at {now_at:g}, not at {start:g}")
+            for (robot, joint), now_at, start in places
+            if abs(now_at - start) > START_TOLERANCE
+        ]
+
+
+class ShownPlans:
+    """Plans that were shown, the newest of them; for any thread."""
+
+    def __init__(self) -> None:
+        """Begin with none."""
+        self._plans: OrderedDict[str, ShownPlan] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def keep(
+        self, snapshot: Snapshot, spec: MotionSpec, planned: PlannedMotion, robots: frozenset[int], *, checked: bool
+    ) -> ShownPlan | None:
+        """Keep a plan that was made in a world, and return it; None for one that belongs to the moment.
+
+        checked: whether it was checked for collisions, by which it depends on all that can collide.
+        """
+        if spec.tracking is not None or spec.deferred:
+            return None
+        command = planned.command
+        joints = tuple((snapshot.structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in command.joints)
+        around = surroundings_of(snapshot, joints) if checked else None
+        facts = () if around is None else [(uid, aspect.name, value) for (uid, aspect), value in around.facts.items()]
+        digest = sha256(world_codec().encode((command, tuple(facts)))).hexdigest()
+        shown = ShownPlan(f"plan-{secrets.token_hex(6)}", digest, spec, planned, joints, robots, around)
+        with self._lock:
+            self._plans[shown.id] = shown
+            if len(self._plans) > MOST_REMEMBERED:
+                self._plans.popitem(last=False)
+        return shown
+
+    def find(self, reference: motion_pb2.PlanReference) -> ShownPlan:
+        """Return a plan; raise KernelError for one that is not remembered, and for another digest than its own."""
+        shown = self._plans.get(reference.id)
+        if shown is None:
+            raise KernelError(
+                f"no plan {reference.id!r} is remembered: the kernel keeps the last {MOST_REMEMBERED}, until it ends; "
+                "plan again",
+                reason=Reason.UNKNOWN_NAME,
+                kind="plan",
+                name=reference.id,
+            )
+        if reference.digest not in ("", shown.digest):
+            raise KernelError(
+                f"{shown.id!r} has the digest {shown.digest}, not {reference.digest!r}: another plan is meant",
+                field="plan.digest",
+                plan=shown.id,
+            )
+        return shown

@@ -1,0 +1,49 @@
+"""Measured joints of a robot: readings of its controller, each looked at before anything is done with it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from virtualrobot_sdk.drivers.driver import About, DriverFault, Reading, finite
+from virtualrobot_sdk.drivers.robot_side import Mapping
+from virtualrobot_sdk.drivers.shared import Floats
+
+SILENT_SECONDS = 0.1
+"""Time (s) for which the controller's own clock may stand still; three cycles where they are longer."""
+
+
+class Measured:
+    """Newest reading of one connection, in the robot's joints.
+
+    Attributes:
+        reading: the reading; None before the first one.
+        q, v: (k,) where the joints were measured, rad and m, per s; 0 before.
+    """
+
+    def __init__(self, joints: int) -> None:
+        """Begin without a reading of so many joints."""
+        self.reading: Reading | None = None
+        self.q: Floats = np.zeros(joints)
+        self.v: Floats = np.zeros(joints)
+        self._stamp, self._stamp_ns = float("nan"), 0
+
+    def begin(self, ns: int) -> None:
+        """Take it that the controller has told its time just now (ns)."""
+        self._stamp, self._stamp_ns = float("nan"), ns
+
+    def take(self, reading: Reading, ns: int, late_ns: int, about: About, mapping: Mapping) -> None:
+        """Take a reading that came at a time, and so long after it was due (ns).
+
+        Raises DriverFault for one that is no number, and where the controller's own clock stands still.
+        """
+        if wrong := finite(reading, about.joints):
+            raise DriverFault(f"the controller sent nonsense: {wrong}")
+        if reading.stamp != self._stamp:
+            self._stamp, self._stamp_ns = reading.stamp, ns
+        silent = (ns - self._stamp_ns) * 1e-9
+        if silent > max(SILENT_SECONDS, 3.0 / about.rate):
+            raise DriverFault(f"the controller's own time has stood still for {silent:.2f} s; it hangs, or is gone")
+        q, v = mapping.joints(reading)
+        seconds = max(late_ns * 1e-9, 0.0) + 1.0 / about.rate
+        self.v = v if v is not None else (q - self.q) / seconds if self.reading is not None else np.zeros_like(q)
+        self.q, self.reading = q, reading
