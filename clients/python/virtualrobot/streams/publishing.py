@@ -29,7 +29,7 @@ class Publisher:
         self._setpoints: SetpointStream | None = None
         self._send: Callable[[GivenValue | Mapping[str, float] | ArrayLike], None]
         if stream.watch == "signals":
-            self._send = lambda value: _set(services, stream.about, value)
+            self._send = lambda value: _set(services, stream.about, value)  # pyright: ignore[reportArgumentType] it says what is wrong
             return
         robot = Robots(services)[stream.about]
         self._setpoints = (

@@ -95,7 +95,9 @@ class Lockstep:
                     return Run(steps, now, "the controller is done")
                 steps += 1
                 due = start + round(steps * self._period / self._tick)
-                given = {_option(kind): {self._robot.name: command[kind]} for kind in KINDS if kind in command}
+                given: dict[str, Any] = {
+                    _option(kind): {self._robot.name: command[kind]} for kind in KINDS if kind in command
+                }
                 kinds |= given.keys()
                 signals = command.get("signals")
                 seen = clock.step(due - seen.stamp.tick, signals=signals, sensors=self._sensors, **given)

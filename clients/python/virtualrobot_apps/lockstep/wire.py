@@ -150,7 +150,7 @@ def listen(port: int) -> socket.socket:
     """Return a socket that listens at a port of this machine alone (0: a free one)."""
     server = socket.socket()
     if hasattr(socket, "SO_EXCLUSIVEADDRUSE"):
-        server.setsockopt(socket.SOL_SOCKET, socket.SO_EXCLUSIVEADDRUSE, 1)
+        server.setsockopt(socket.SOL_SOCKET, getattr(socket, "SO_EXCLUSIVEADDRUSE"), 1)  # noqa: B009 of Windows alone
     else:
         server.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     try:

@@ -7,7 +7,7 @@ import time
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 from virtualrobot.cli.options import FiniteRange, Target, target_options
@@ -315,7 +315,7 @@ def _live(target: Target, names: Sequence[str], curves: Sequence[str], seconds: 
     return samples
 
 
-def _as_signal(client: Client, name: str, value: object) -> object:
+def _as_signal(client: Client, name: str, value: Any) -> Any:  # noqa: ANN401 what a signal has
     """Return a value as the type of a signal has it: 1 for a number that is 1.0, and words as they are."""
     now = client.signals[name]
     if isinstance(now, float) and isinstance(value, int) and not isinstance(value, bool):
