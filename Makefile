@@ -46,8 +46,10 @@ test-long:
 	@if command -v apt-get > /dev/null; then tools/install_toolchains.sh; fi
 	@$(MAKE) -j2 pyright-tests pytest-long
 
-# By file, in order: the long files come first. Three workers for two cores, since tests wait for motions in real time.
-PYTEST := $(BIN)/python -m pytest -q -n 3 --dist loadfile --no-loadscope-reorder
+# By file, in order: the long files come first. Three workers for two cores, since tests wait for motions in real time; long
+# ones start kernels, browsers and controllers of their own, and have two.
+WORKERS := 3
+PYTEST = $(BIN)/python -m pytest -q -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 # Deadlines of components are no time to compile in.
 pytest: $(VENV)/installed-dev
@@ -55,6 +57,7 @@ pytest: $(VENV)/installed-dev
 	@echo "testing ..."
 	@$(PYTEST) --junitxml=$(VENV)/tests.xml $(ARGS)
 
+pytest-long: WORKERS := 2
 pytest-long: $(VENV)/installed-dev
 	@echo "testing what takes long ..."
 	@$(PYTEST) -m "long or drawn" $(ARGS)

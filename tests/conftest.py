@@ -10,8 +10,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from _pytest.runner import runtestprotocol
 
 from tests.tiers import Draws
+
+TRIES = 3
+"""Number of times that a patient test is tried."""
+
+ROOT = Path(__file__).resolve().parent.parent
+
+IN_REAL_TIME = ("apps", "drawing", "drivers")
+"""Rooms whose long tests play demos, browsers and controllers in real time, and so are patient."""
 
 # A shell that starts the tests in the background makes them ignore Ctrl-C, and they would hand that on to the processes
 # that some tests send Ctrl-C to.
@@ -35,12 +44,15 @@ def seed_of(node: pytest.Item | pytest.Collector) -> int:
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Mark what `make test-all` does again with all draws, and what `make hunt` has other seeds for."""
+    """Mark what `make test-all` does with all draws, what `make hunt` has other seeds for, and what is patient."""
     fixtures = getattr(item, "fixturenames", ())
     if "draws" in fixtures:
         item.add_marker("drawn")
     if "seed" in fixtures or hasattr(getattr(item, "cls", None), "seed"):
         item.add_marker("seeded")
+    if item.get_closest_marker("long") and ROOT.joinpath("tests") in item.path.parents:
+        if item.path.relative_to(ROOT).parts[1] in IN_REAL_TIME:
+            item.add_marker("patient")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -55,6 +67,23 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def pytest_runtest_setup(item: pytest.Item) -> None:
     """Give the plugins' test suites, and programs that a test starts, the seed of the test's class or file."""
     os.environ["VIRTUALROBOT_TEST_SEED"] = str(seed_of(item.parent or item))
+
+
+def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
+    """Try a patient test up to three times, with new fixtures of its own; only the last try is told."""
+    if item.get_closest_marker("patient") is None:
+        return None
+    item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+    for _ in range(TRIES):
+        item._initrequest()  # pyright: ignore[reportAttributeAccessIssue]
+        reports = runtestprotocol(item, log=False, nextitem=nextitem)
+        if not any(report.failed for report in reports):
+            break
+        item.session._setupstate.teardown_exact(None)  # what the file's tests share is made anew, too
+    for report in reports:
+        item.ihook.pytest_runtest_logreport(report=report)
+    item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    return True
 
 
 def pytest_collection_finish() -> None:

@@ -41,6 +41,27 @@ class ModelTool:
 
 
 @dataclass(frozen=True, slots=True)
+class ModelWheel:
+    """Wheel of a craft that turns without end about the y axis of its joint.
+
+    Attributes:
+        velocity: greatest speed (rad/s).
+        acceleration: greatest acceleration (rad/s^2).
+        link: the link that it is on, where the file has no joint of this name; one is made, and a cylinder to look at.
+        position: x, y, z of such a one in the frame of the link (m).
+        radius: of the cylinder (m).
+        width: of the cylinder (m).
+    """
+
+    velocity: Annotated[float, msgspec.Meta(gt=0.0)]
+    acceleration: Annotated[float, msgspec.Meta(gt=0.0)]
+    link: str = ""
+    position: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    radius: Annotated[float, msgspec.Meta(gt=0.0)] = 0.1
+    width: Annotated[float, msgspec.Meta(gt=0.0)] = 0.05
+
+
+@dataclass(frozen=True, slots=True)
 class ModelCraft:
     """Craft that a robot is once it stands on a planar or floating base.
 
@@ -50,6 +71,9 @@ class ModelCraft:
         drives: joint and ratio of each drive and passive wheel, joint = ratio * drive.
         center: where the component has the origin of the base, in the frame of the robot's root link (m).
         heading: how far forward is turned to the left of that link's x axis (rad).
+        wheels: joints by name that turn then, though the file fixes them or has none of them.
+        fixed: joints of the file that stand for driving; they move no more then.
+        flange: link of the file that tools are mounted on, since wheels that turn leave more than one end.
     """
 
     kinematics: Annotated[str, msgspec.Meta(min_length=1)]
@@ -57,6 +81,9 @@ class ModelCraft:
     drives: Mapping[str, tuple[str, float]] = field(default_factory=dict)
     center: tuple[float, float] = (0.0, 0.0)
     heading: float = 0.0
+    wheels: Mapping[str, ModelWheel] = field(default_factory=dict)
+    fixed: tuple[str, ...] = ()
+    flange: str = ""
 
 
 @dataclass(frozen=True, slots=True)

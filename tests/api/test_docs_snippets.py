@@ -89,7 +89,8 @@ RUNNABLE = [page for page in PAGES if any(blocks(page.read_text("utf-8")))]
 
 def tiered(page: Path) -> ParameterSet:
     """Return a page as the parameter of a test, long for tutorials whose programs take their time."""
-    return pytest.param(page, id=page.relative_to(ROOT).as_posix(), marks=[pytest.mark.long] * (page.name in LONG))
+    marks = [pytest.mark.long, pytest.mark.patient] if page.name in LONG else []
+    return pytest.param(page, id=page.relative_to(ROOT).as_posix(), marks=marks)
 
 
 @pytest.mark.parametrize("page", [tiered(page) for page in RUNNABLE])

@@ -63,6 +63,10 @@ def test_it_goes_on_in_its_folder_after_it_was_killed(tmp_path: Path) -> None:
         output, _ = process.communicate(timeout=280)
     assert process.returncode == 0, output
     assert f"box  {boxes} of 36" not in output and "box 36 of 36: " in output, lines
+    command = [sys.executable, "-m", "virtualrobot", "replay", str(tmp_path / "cell"), "--verify"]
+    told = subprocess.run(command, capture_output=True, text=True, timeout=280, check=False)
+    assert told.returncode == 0, told.stdout + told.stderr
+    assert re.search(r"^[1-9]\d* ticks are the same", told.stdout, re.MULTILINE), told.stdout
 
 
 @pytest.mark.timeout(300)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.collision import TURN
@@ -10,11 +12,14 @@ from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import requested
 from virtualrobot_kernel.api.shown_plans import ShownPlan, ShownPlans
 from virtualrobot_kernel.collision.clearance import near_by
+from virtualrobot_kernel.collision.joint_path import JointPath, of_program
 from virtualrobot_kernel.collision.program_sweep import first_of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION
+from virtualrobot_kernel.crafts.carrying import CarriedBases
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.values import expected_revision, not_negative, stamp
+from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.planning.check import FirstContact, check_motion, check_planned
 from virtualrobot_kernel.planning.foreseen import after
 from virtualrobot_kernel.planning.plan_motion import PlannedMotion, plan_motion
@@ -46,8 +51,10 @@ async def planned_motion(
         planned = plan_motion(snapshot, spec, kernel.solvers.of, given_up, near_by(kernel.collisions))
         program, joints = planned.command.program, planned.command.joints
         arms = moved_arms(snapshot, spec.every_move)
-        check_size(program.duration, seconds, len(joints), len({robot for robot, _ in joints}))
-        samples = sampled(snapshot, program, joints, sample_times(program.duration, seconds), given_up, arms)
+        bases = following(kernel, given_up)(snapshot, program, joints)
+        columns = len(joints) + (0 if bases is None else len(bases.places))
+        check_size(program.duration, seconds, columns, len({robot for robot, _ in joints}))
+        samples = sampled(snapshot, program, joints, sample_times(program.duration, seconds), given_up, arms, bases)
         message = plan_message(samples, planned.notes)
         message.stamp.CopyFrom(stamp(snapshot))
         if kept := plans.keep(snapshot, spec, planned, frozenset(robots), checked=False):
@@ -74,13 +81,14 @@ async def checked_motion(
 
     def work(given_up: GivenUp) -> motion_pb2.CheckMotionResponse:
         snapshot = _snapshot(kernel, request)
-        looked_for = None if request.ignore_collisions else contact_finder(kernel, resolution, given_up)
+        follow = following(kernel, given_up)
+        looked_for = None if request.ignore_collisions else contact_finder(kernel, resolution, given_up, follow)
         if shown is None:
             near_of = near_by(kernel.collisions)
-            checked = check_motion(snapshot, spec, kernel.solvers.of, margin, given_up, looked_for, near_of)
+            checked = check_motion(snapshot, spec, kernel.solvers.of, margin, given_up, looked_for, near_of, follow)
         else:
             check_startable(shown, snapshot)
-            checked = check_planned(snapshot, spec, shown.planned, margin, given_up, looked_for)
+            checked = check_planned(snapshot, spec, shown.planned, margin, given_up, looked_for, follow)
         message = check_message(checked)
         message.stamp.CopyFrom(stamp(snapshot))
         if checked.first_violation is None and checked.planned is not None:
@@ -105,12 +113,13 @@ def check_startable(shown: ShownPlan, snapshot: Snapshot) -> None:
     apply(snapshot.structure, snapshot.state, [shown.planned.command], world_poses)
 
 
-def contact_finder(kernel: KernelServices, resolution: float, given_up: GivenUp) -> FirstContact:
-    """Return what finds the first contact of a motion."""
+def contact_finder(kernel: KernelServices, resolution: float, given_up: GivenUp, follow: Follow) -> FirstContact:
+    """Return what finds the first contact of a motion, with the bases that it moves."""
 
     def first_contact(snapshot: Snapshot, command: StartMotion, until: float) -> Contact | None:
+        bases = follow(snapshot, command.program, command.joints)
         with kernel.collisions.scene() as scene:
-            return contact_of(scene, snapshot, command, until, resolution, given_up)
+            return contact_of(scene, snapshot, command, until, resolution, given_up, bases)
 
     return first_contact
 
@@ -119,8 +128,9 @@ def check_for_real_robot(
     kernel: KernelServices, snapshot: Snapshot, spec: MotionSpec, planned: PlannedMotion, given_up: GivenUp
 ) -> None:
     """Check a planned motion as a whole that a real robot will play; raise KernelError with its first violation."""
-    finder = contact_finder(kernel, RESOLUTION, given_up)
-    found = check_planned(snapshot, spec, planned, 0.0, given_up, finder).first_violation
+    follow = following(kernel, given_up)
+    finder = contact_finder(kernel, RESOLUTION, given_up, follow)
+    found = check_planned(snapshot, spec, planned, 0.0, given_up, finder, follow).first_violation
     if found is None:
         return
     first, second = ("", "") if found.contact is None else (name for name, _ in found.contact)
@@ -140,17 +150,44 @@ def contact_of(
     until: float,
     resolution: float,
     given_up: GivenUp,
+    bases: CarriedBases | None = None,
 ) -> Contact | None:
-    """Return the first contact of a motion that starts in a snapshot, before a time of it (s); None: there is none."""
+    """Return the first contact of a motion that starts in a snapshot, before a time of it (s); None: there is none.
+
+    `bases` has the bases that its drives move.
+    """
     structure = snapshot.structure
     joints = tuple((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in command.joints)
     q_index = joint_places(structure, joints)[0]
     tool_states = [(step, structure.node(tool).uid, state) for step, tool, state in command.tool_states]
     worlds = after(snapshot, command.joints, command.program)
-    found = first_of_program(scene, worlds, command.program, q_index, tool_states, until, resolution, given_up)
+    path = None
+    if bases is not None:
+        path = JointPath(0.0, command.program.duration, bases.at, bases.travel, bases.wobble)
+    found = first_of_program(scene, worlds, command.program, q_index, tool_states, until, resolution, given_up, path)
     if found is None:
         return None
     return Contact(found.time, found.first, found.second, found.distance, resolution, found.points)
+
+
+Follow = Callable[[Snapshot, Program, Sequence[tuple[str, str]]], CarriedBases | None]
+"""Function that tells where a program takes the bases of crafts (`planning/carried_bases.py`)."""
+
+
+def following(kernel: KernelServices, given_up: GivenUp) -> Follow:
+    """Return what tells where a program takes the bases of crafts (`planning/carried_bases.py`), each found once."""
+    found: dict[int, tuple[Program, CarriedBases | None]] = {}
+
+    def follow(snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]]) -> CarriedBases | None:
+        if id(program) not in found:
+            structure = snapshot.structure
+            named = tuple((structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in joints)
+            path = of_program(snapshot.state.q, joint_places(structure, named)[0], program)
+            carried = kernel.crafts.carried(structure, path.at, path.travel, program.begins, given_up)
+            found[id(program)] = program, carried
+        return found[id(program)][1]
+
+    return follow
 
 
 def _resolution(meters: float) -> float:

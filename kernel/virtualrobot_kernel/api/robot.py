@@ -14,6 +14,7 @@ from virtualrobot_sdk.selfcheck import SelfCheck
 from virtualrobot_kernel.api.convert.commands import kinematics_command
 from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named
+from virtualrobot_kernel.api.driving import reckoned_drives, solved_drives
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.message_parts import TOGETHER_BYTES, parts
 from virtualrobot_kernel.collision.clearance import near_by
@@ -48,9 +49,6 @@ MOST_POINTS = 10_000
 
 MOST_PAGES = 16
 """So many of the latest snapshots are kept as messages: who is told each tick gets several at once."""
-
-MOST_PARTS = 1000
-"""Greatest number of parts of a way in one call of SolveDrives."""
 
 EFFORT_VIOLATION = Table(EffortViolation, robot_pb2.EffortViolation)
 SELF_CHECK = Table(
@@ -235,24 +233,13 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         self, request: robot_pb2.SolveDrivesRequest, context: object
     ) -> robot_pb2.SolveDrivesResponse:
         """Tell where drives of a craft have to be for a way."""
-        snapshot = self._kernel.world.snapshot
-        node = snapshot.structure.node(request.robot, Kind.ROBOT)
-        parts = array(request.parts, (None, 3), "parts")
-        if len(parts) > MOST_PARTS:
-            raise KernelError(
-                f"a way has {MOST_PARTS} parts at most, not {len(parts)}", reason=Reason.TOO_LARGE, parts=len(parts)
-            )
-        craft = self._kernel.crafts.driven(node.uid)
-        way = await self._kernel.in_worker(craft.way, snapshot.state.q, parts)
-        x, y, heading = craft.place(snapshot.state.q).tolist()
-        return robot_pb2.SolveDrivesResponse(
-            stamp=stamp(snapshot),
-            joint_names=craft.drives.joints,
-            positions=array_message(way),
-            x_meters=x,
-            y_meters=y,
-            heading_radians=heading,
-        )
+        return await solved_drives(self._kernel, request)
+
+    async def ReckonDrives(
+        self, request: robot_pb2.ReckonDrivesRequest, context: object
+    ) -> robot_pb2.ReckonDrivesResponse:
+        """Tell where drives have taken a craft."""
+        return await reckoned_drives(self._kernel, request)
 
     async def SetKinematics(
         self, request: robot_pb2.SetKinematicsRequest, context: object

@@ -69,6 +69,7 @@ def first_of_program(
     until: float,
     resolution: float = RESOLUTION,
     given_up: Callable[[], bool] | None = None,
+    path: JointPath | None = None,
 ) -> SweptContact | None:
     """Return the first contact of a program that starts in a world, up to a nominal time; None: there is none.
 
@@ -85,8 +86,9 @@ def first_of_program(
         until: the nominal time (s) up to which it is looked at.
         resolution: what comes nearer than this (m) may be told as a contact.
         given_up: whether nobody waits for it any more.
+        path: its way with the bases that drives move; None: it moves none.
     """
-    path = of_program(worlds[0][1].state.q, q_index, program)
+    path = path or of_program(worlds[0][1].state.q, q_index, program)
     switches = program_switches(program, tool_states)
     ends = [*(begin for begin, _ in worlds[1:]), path.end]
     for place, ((begin, world), end) in enumerate(zip(worlds, ends, strict=True)):

@@ -14,6 +14,7 @@ from virtualrobot_sdk.poses import from_quaternion, inverse
 
 from virtualrobot_kernel.components.running import ComponentHandle
 from virtualrobot_kernel.crafts.fitting import Fitted, Moved, center_of, checked, checked_step, fitted, standing
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.crafts import base_joint
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Craft, JointType, Node, Structure
@@ -97,12 +98,13 @@ class CraftAtWork:
         commands, rates = (end - states) / seconds, later_v[self.drives.v] / self.drives.ratio
         if not commands.any() and not rates.any():
             return None
-        base = self._pose(now)
+        base = self.pose(now)
         begin = base @ self.base_t_center
-        pose, reached = self._stepped(begin, states, commands, seconds)
-        there = self._coordinates(now, pose @ self.center_t_base, begin, pose)
-        q = dict(zip(self.base_coordinates, there, strict=True))
-        v = dict(zip(self.base_rates, self._rates(pose, self.twist(reached, rates)), strict=True))
+        pose, reached = self.stepped(begin, states, commands, seconds)
+        places = self.base_coordinates
+        there = self.coordinates(now[places.start : places.stop], pose @ self.center_t_base, begin, pose)
+        q = dict(zip(places, there, strict=True))
+        v = dict(zip(self.base_rates, self.rates(pose, self.twist(reached, rates)), strict=True))
         if self.passive_places:
             q |= self._turned(now, states, commands, seconds)
             v |= {
@@ -153,9 +155,30 @@ class CraftAtWork:
             rows.append(states)
         return np.array(rows).reshape(-1, len(states)) * self.drives.ratio
 
+    def can(self, twist: Floats, q: Floats) -> bool:
+        """Return whether its component makes commands for a twist (3,), however long it steers before."""
+        try:
+            self.component.call("drive_commands", twist, self.states(q), LONG_SECONDS)
+        except KernelError as error:
+            if error.reason is not Reason.INVALID_ARGUMENT:
+                raise
+            return False
+        return True
+
+    def standing_at(self, q: Floats, x: float, y: float, heading: float) -> Floats:
+        """Return coordinates (nq,) with the base level at x, y (m) and a heading (rad), as high as it is."""
+        after = q.copy()
+        after[self.base_q : self.base_q + 2] = x, y
+        if self.is_planar:
+            after[self.base_q + 2] = heading
+        else:
+            half = heading / 2.0
+            after[self.base_q + 3 : self.base_q + 7] = 0.0, 0.0, math.sin(half), math.cos(half)
+        return after
+
     def place(self, q: Floats) -> Floats:
         """Return x, y (m) and heading (rad) of the base in the frame of its joint."""
-        pose = self._pose(q)
+        pose = self.pose(q)
         return np.array([pose[0, 3], pose[1, 3], math.atan2(pose[1, 0], pose[0, 0])])
 
     def carry(self, positions: Floats, seconds: float) -> None:
@@ -165,18 +188,18 @@ class CraftAtWork:
         if last < 1 or not (states != states[0]).any():
             return
         rows = np.unique(np.linspace(0, last, MOST_STEPS + 1).round().astype(int)).tolist()
-        pose = self._pose(positions[0]) @ self.base_t_center
+        pose = self.pose(positions[0]) @ self.base_t_center
         own = list(self.base_coordinates)
         for begin, end in pairwise(rows):
             time = (end - begin) * seconds
-            there, _ = self._stepped(pose, states[begin], (states[end] - states[begin]) / time, time)
+            there, _ = self.stepped(pose, states[begin], (states[end] - states[begin]) / time, time)
             base = there @ self.center_t_base
-            positions[end, own] = self._coordinates(positions[begin], base, pose, there)
+            positions[end, own] = self.coordinates(positions[begin, own], base, pose, there)
             shares = np.arange(1, end - begin)[:, None] / (end - begin)
             positions[begin + 1 : end, own] = positions[begin, own] * (1.0 - shares) + positions[end, own] * shares
-            pose = self._pose(positions[end]) @ self.base_t_center
+            pose = self.pose(positions[end]) @ self.base_t_center
 
-    def _pose(self, q: Floats) -> Floats:
+    def pose(self, q: Floats) -> Floats:
         """Return the pose (4, 4) of the base in the frame of its joint."""
         at, pose = self.base_q, np.eye(4)
         if self.is_planar:
@@ -188,19 +211,21 @@ class CraftAtWork:
         pose[:3, 3] = q[at : at + 3]
         return pose
 
-    def _coordinates(self, before: Floats, pose: Floats, begin: Floats, end: Floats) -> list[float]:
-        """Return the coordinates of the base at a pose (4, 4), after it has turned as from `begin` to `end`."""
+    def coordinates(self, before: Floats, pose: Floats, begin: Floats, end: Floats) -> list[float]:
+        """Return the coordinates of the base at a pose (4, 4), after it has turned as from `begin` to `end`.
+
+        `before` are those of the base there, (3,) or (7,).
+        """
         turned = begin[:3, :3].T @ end[:3, :3]
         angle = math.atan2(turned[1, 0] - turned[0, 1], turned[0, 0] + turned[1, 1])
-        at = self.base_q
         if self.is_planar:
-            return [float(pose[0, 3]), float(pose[1, 3]), float(before[at + 2]) + angle]
-        x, y, z, w = (before[at + 3 : at + 7] / np.linalg.norm(before[at + 3 : at + 7])).tolist()
+            return [float(pose[0, 3]), float(pose[1, 3]), float(before[2]) + angle]
+        x, y, z, w = (before[3:] / np.linalg.norm(before[3:])).tolist()
         sine, cosine = math.sin(angle / 2.0), math.cos(angle / 2.0)
         turn = [x * cosine + y * sine, y * cosine - x * sine, z * cosine + w * sine, w * cosine - z * sine]
         return [*pose[:3, 3].tolist(), *turn]
 
-    def _rates(self, pose: Floats, twist: Floats) -> list[float]:
+    def rates(self, pose: Floats, twist: Floats) -> list[float]:
         """Return the velocities of the base's joint at a twist (3,) of the component's base at `pose`."""
         vx, vy, omega = twist.tolist()
         x, y = self.center_t_base[:2, 3].tolist()
@@ -215,7 +240,8 @@ class CraftAtWork:
         after = self._numbers("passive_states", before.shape, before, states, commands, seconds)
         return dict(zip(passive.q.tolist(), (after[places] * passive.ratio).tolist(), strict=True))
 
-    def _stepped(self, pose: Floats, states: Floats, commands: Floats, seconds: float) -> tuple[Floats, Floats]:
+    def stepped(self, pose: Floats, states: Floats, commands: Floats, seconds: float) -> tuple[Floats, Floats]:
+        """Return where the component's base (4, 4) and drives are after a step; raise KernelError for nonsense."""
         answer = self.component.call("step", pose, states, commands, seconds)
         after, reached = checked_step(self.component, answer, "a pose and the states of drives", (4, 4), states.shape)
         return after, reached

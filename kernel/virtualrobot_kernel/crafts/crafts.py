@@ -7,7 +7,8 @@ or returns nonsense stops its own craft, with its name; all else goes on.
 from __future__ import annotations
 
 import logging
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import ComponentHandle, start
+from virtualrobot_kernel.crafts.carrying import At, CarriedBase, CarriedBases, Travel
 from virtualrobot_kernel.crafts.craft import CraftAtWork, at_work
 from virtualrobot_kernel.crafts.fitting import Moved
 from virtualrobot_kernel.crafts.vessel import Vessel, vessel
@@ -67,7 +69,7 @@ def crafts_made(commands: Iterable[Command]) -> list[tuple[Craft, str]]:
 
 
 class Crafts:
-    """A supervisor of a world; asked by the world thread alone, but for `check`, `fault_of` and `of`."""
+    """A supervisor of a world; asked by the world thread alone, but for `check`, `fault_of`, `of` and `carried`."""
 
     author = "crafts"
 
@@ -120,6 +122,23 @@ class Crafts:
             robot=craft.node.name,
         )
 
+    @contextmanager
+    def believed(self, uid: int, settings: Mapping[str, object]) -> Iterator[CraftAtWork]:
+        """Lend a craft as it would be with other settings of its component (none: its own); any thread may ask.
+
+        Raises KernelError as `driven` does, and for settings that the component refuses.
+        """
+        craft = self.driven(uid)
+        if not settings:
+            yield craft
+            return
+        other = replace(craft.craft, settings={**craft.craft.settings, **settings})
+        component = self._started(other)
+        try:
+            yield at_work(self._world.snapshot.structure, craft.node, craft.craft, component)
+        finally:
+            component.close()
+
     def fault_of(self, uid: int) -> str:
         """Return why a craft stands, in words; empty where it may move."""
         fault = self._faults.get(uid)
@@ -159,6 +178,45 @@ class Crafts:
                     craft.carry(positions, now.tick_seconds)
                 except KernelError as error:
                     self._fail(craft, error)
+
+    def carried(
+        self,
+        structure: Structure,
+        at: At,
+        travel: Travel,
+        times: Sequence[float],
+        given_up: Callable[[], bool] = lambda: False,
+    ) -> CarriedBases | None:
+        """Return a way of all coordinates with bases where drives take them; None where it moves no craft.
+
+        Any thread may ask. Raises KernelError for a craft whose component fails.
+
+        Args:
+            structure: that of the world.
+            at: the way, on which bases stand: coordinates (nq,) at a time.
+            travel: how far each coordinate goes at the most between two times.
+            times: rising ones, from its begin to its end, between which the way is smooth.
+            given_up: whether nobody waits for it any more.
+        """
+        moved = travel(times[0], times[-1])
+        bases: list[CarriedBase] = []
+        for craft in self._of_structure(structure):
+            if moved[craft.drives.q].any():
+                self.of(craft.node.uid)
+                bases.append(CarriedBase(craft, at, travel, times, given_up))
+        return CarriedBases(at, travel, bases, len(moved)) if bases else None
+
+    def _of_structure(self, structure: Structure) -> list[CraftAtWork]:
+        """Return the crafts on wheels of a structure, which may be another one than that of the world as it is."""
+        if structure is self._structure:
+            return [craft for craft in list(self._at_work.values()) if isinstance(craft, CraftAtWork)]
+        made = dict(self._made)
+        found = (
+            _at_work(structure, node, craft, made[node.uid][1])
+            for node, _, craft in crafts(structure)
+            if node.uid in made and made[node.uid][0] == craft
+        )
+        return [craft for craft in found if isinstance(craft, CraftAtWork)]
 
     def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
         """Raise KernelError (PLUGIN_FAILED) for a motion that a craft should make whose component has failed."""

@@ -13,6 +13,7 @@ from virtualrobot_kernel.formats import model_table
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import UNSCALED, MeshLibrary, Scale
 from virtualrobot_kernel.formats.meshes import MESH_FORMATS
+from virtualrobot_kernel.formats.model_craft import as_craft
 from virtualrobot_kernel.formats.references import ending, needs_xacro
 from virtualrobot_kernel.formats.srdf import read_srdf, with_allowed, with_semantics
 from virtualrobot_kernel.formats.translate import Settings, Translated, translate
@@ -21,14 +22,11 @@ from virtualrobot_kernel.formats.xml import FileWarning, malformed, place_in
 from virtualrobot_kernel.world.figures import Figure, Mesh, Pose, identity
 from virtualrobot_kernel.world.structure import (
     WORLD_NAME,
-    Craft,
-    CraftDrive,
     JointType,
     Kind,
     LinkPair,
     NodeSpec,
     PartData,
-    RobotData,
     ToolData,
     ToolWidth,
 )
@@ -183,8 +181,8 @@ def import_model(
             warnings.extend(semantics.warnings)
         warnings[:0] = translated.warnings if translated else ()
         robot = with_allowed(robot, (LinkPair(*pair) for pair in touching))
-        robot = with_craft(robot, craft) if craft else robot
-        nodes = (robot, *model.nodes[1:], *([tool_of(tool, robot.name)] if tool else []))
+        own = (robot, *model.nodes[1:])
+        nodes = (*(as_craft(own, craft) if craft else own), *([tool_of(tool, robot.name)] if tool else []))
         return ImportedModel(nodes, model.mesh_count, (*warnings, *model.warnings))
     if srdf_uri:
         raise _bad_argument(f"{uri} is no robot: the SRDF file {srdf_uri!r} has nothing to describe", file=srdf_uri)
@@ -203,19 +201,6 @@ def import_model(
         data=PartData() if as_part else None,
     )
     return ImportedModel((node,), 1, tuple(warnings))
-
-
-def with_craft(robot: NodeSpec, craft: ModelCraft) -> NodeSpec:
-    """Return a robot as the craft that a table of models tells."""
-    assert isinstance(robot.data, RobotData)
-    drives = tuple(CraftDrive(drive, joint, ratio) for drive, (joint, ratio) in craft.drives.items())
-    return replace(
-        robot,
-        data=replace(
-            robot.data,
-            craft=Craft(craft.kinematics, dict(craft.settings), drives, "", *craft.center, craft.heading),
-        ),
-    )
 
 
 def tool_of(tool: ModelTool, robot: str) -> NodeSpec:

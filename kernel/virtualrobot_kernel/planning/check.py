@@ -12,6 +12,7 @@ from virtualrobot_sdk.poses import rotation_matrix
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.motion.resolved_rate import SMALLEST_SINGULAR_VALUE
+from virtualrobot_kernel.planning.carried_bases import Follow
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.plan_motion import PlannedMotion, plan_motion
@@ -61,10 +62,12 @@ def check_motion(
     given_up: GivenUp,
     first_contact: FirstContact | None = None,
     near_of: NearOf | None = None,
+    follow: Follow | None = None,
 ) -> Checked:
     """Return whether a motion keeps all limits, and else the first one in time that it violates.
 
-    With `first_contact` it is looked for contacts, too: one that is sooner than any other violation is told.
+    With `first_contact` it is looked for contacts, too: one that is sooner than any other violation is told. `follow`
+    tells where drives take bases.
 
     A motion that meets the ends of joints, or moves faster than they can by times of its own, is planned as if there
     were no ends, to find where it does; one that can't be planned even so is told with the place that its planner
@@ -75,8 +78,8 @@ def check_motion(
     except KernelError as error:
         if error.reason not in ANSWERS:
             raise
-        return _refused(snapshot, spec, solver_of, min_singular_value, given_up, first_contact, near_of, error)
-    return check_planned(snapshot, spec, planned, min_singular_value, given_up, first_contact)
+        return _refused(snapshot, spec, solver_of, min_singular_value, given_up, first_contact, near_of, follow, error)
+    return check_planned(snapshot, spec, planned, min_singular_value, given_up, first_contact, follow)
 
 
 def check_planned(
@@ -86,9 +89,10 @@ def check_planned(
     min_singular_value: float,
     given_up: GivenUp,
     first_contact: FirstContact | None = None,
+    follow: Follow | None = None,
 ) -> Checked:
     """Return whether a motion that was planned keeps all limits as it is; see `check_motion`."""
-    found = _looked_at(snapshot, snapshot, spec, planned, min_singular_value, given_up, first_contact)
+    found = _looked_at(snapshot, snapshot, spec, planned, min_singular_value, given_up, first_contact, follow)
     return replace(found, planned=planned)
 
 
@@ -100,17 +104,19 @@ def _looked_at(
     min_singular_value: float,
     given_up: GivenUp,
     first_contact: FirstContact | None,
+    follow: Follow | None,
 ) -> Checked:
     """Return the check of a planned motion against the limits of `snapshot`."""
     program, joints = planned.command.program, planned.command.joints
     arms = moved_arms(planned_on, spec.every_move)
-    samples = sampled(planned_on, program, joints, _times(program, snapshot.tick_seconds), given_up, arms)
-    violation = first_of(snapshot, program, joints, samples, min_singular_value, arms)
+    bases = None if follow is None else follow(snapshot, program, joints)
+    samples = sampled(planned_on, program, joints, _times(program, snapshot.tick_seconds), given_up, arms, bases)
+    violation = first_of(snapshot, program, joints, samples, min_singular_value, arms, bases)
     if first_contact is not None:
         until = program.duration if violation is None or violation.time is None else violation.time
         contact = first_contact(snapshot, planned.command, until)
         if contact is not None:
-            violation = touching(snapshot, program, joints, contact, arms)
+            violation = touching(snapshot, program, joints, contact, arms, bases)
     return Checked(violation, program.duration, _least_singular_value(snapshot, samples), planned.notes)
 
 
@@ -139,6 +145,7 @@ def _refused(
     given_up: GivenUp,
     first_contact: FirstContact | None,
     near_of: NearOf | None,
+    follow: Follow | None,
     error: KernelError,
 ) -> Checked:
     """Return the first violation of a motion that can't be planned."""
@@ -150,13 +157,13 @@ def _refused(
             if other.reason not in ANSWERS:
                 raise
         else:
-            found = _looked_at(snapshot, loose, spec, planned, min_singular_value, given_up, first_contact)
+            found = _looked_at(snapshot, loose, spec, planned, min_singular_value, given_up, first_contact, follow)
             if found.first_violation is not None:
                 return Checked(found.first_violation)
     if (step := int(error.metadata.get("step", "0"))) > 0:
         # What the steps before it violate comes first.
         steps = replace(spec, steps=spec.steps[:step])
-        before = check_motion(snapshot, steps, solver_of, min_singular_value, given_up, first_contact, near_of)
+        before = check_motion(snapshot, steps, solver_of, min_singular_value, given_up, first_contact, near_of, follow)
         if before.first_violation is not None:
             return Checked(before.first_violation)
     return Checked(_told_by(snapshot, error))

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.motion.resolved_rate import lever_arm
+from virtualrobot_kernel.planning.carried_bases import CarriedBases
 from virtualrobot_kernel.planning.dynamics import solve_inverse_dynamics
 from virtualrobot_kernel.planning.foreseen import after
 from virtualrobot_kernel.planning.program import GivenUp
@@ -48,11 +49,21 @@ class ToolSamples:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class BaseSamples:
+    """Base of a craft in n samples: its k coordinates by name, with their rates where each has one (n, k)."""
+
+    names: tuple[str, ...]
+    positions: Floats
+    velocities: Floats
+    accelerations: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class RobotSamples:
     """One robot's motion in n samples of k joints; `columns` (k,) are the joints' places among those of the motion.
 
     positions, velocities, accelerations, efforts (n, k): rad or m, per s, per s², N m or N. tools: of the robot itself,
-    then of its groups that are moved.
+    then of its groups that are moved. base: that of a craft whose drives the motion moves.
     """
 
     robot: Node
@@ -63,6 +74,7 @@ class RobotSamples:
     accelerations: Floats
     efforts: Floats
     tools: tuple[ToolSamples, ...]
+    base: BaseSamples | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,13 +120,14 @@ def sampled(
     times: Floats,
     given_up: GivenUp,
     arms: Sequence[Arm] = (),
+    bases: CarriedBases | None = None,
 ) -> Samples:
     """Return the samples of a motion planned on `snapshot` at `times` (n,), growing from 0, at full speed factors.
 
     `joints` names the program's columns as (robot, joint). All else stands as it is in the snapshot, but for what steps
     of the program change, such as what is held; gravity, tools and held parts count as in `solve_inverse_dynamics`; for
     efforts a base that the motion moves stands still. `arms` are
-    those that it is for: of their groups the tool centre points are told too.
+    those that it is for: of their groups the tool centre points are told too. `bases` tells where drives take bases.
     """
     states = joint_states(program, times)
     steps = steps_at(program, times)
@@ -127,6 +140,7 @@ def sampled(
     ]
     nodes = [snapshot.structure.node(robot, Kind.ROBOT) for robot, _ in joints]
     places = [single_joint(snapshot.structure, node, name)[1] for node, (_, name) in zip(nodes, joints, strict=True)]
+    carried = None if bases is None else _carried(bases, len(snapshot.state.q), places, times, states[1], given_up)
     robots = []
     for node in dict.fromkeys(nodes):
         columns = tuple(column for column, other in enumerate(nodes) if other is node)
@@ -141,6 +155,8 @@ def sampled(
             everything = np.tile(world.state.q, (len(efforts[-1]), 1))
             rates = np.zeros_like(everything)
             everything[:, places], rates[:, places] = states[0][rows], states[1][rows]
+            if bases is not None and carried is not None:
+                everything[:, bases.places], rates[:, bases.places] = (values[rows] for values in carried)
             for group, lever, parts in zip(groups, levers, tools, strict=True):
                 tool = tool_states(tool_chain(world, node, group), everything, rates)
                 speeds = np.linalg.norm(tool.velocities, axis=1)
@@ -149,8 +165,39 @@ def sampled(
             ToolSamples(group, *(np.concatenate(column) for column in zip(*parts, strict=True)))
             for group, parts in zip(groups, tools, strict=True)
         )
-        robots.append(RobotSamples(node, names, columns, q, v, a, np.concatenate(efforts), told))
+        base = None
+        if bases is not None and carried is not None:
+            base = _base(snapshot, node, bases.places, times, *carried)
+        robots.append(RobotSamples(node, names, columns, q, v, a, np.concatenate(efforts), told, base))
     return Samples(times, steps, tuple(robots))
+
+
+def _carried(
+    bases: CarriedBases, count: int, places: Sequence[int], times: Floats, velocities: Floats, given_up: GivenUp
+) -> tuple[Floats, Floats]:
+    """Return the coordinates of bases and their rates at times (n,), (n, k) each, of joints `places` of so many."""
+    q, v = np.zeros((len(times), len(bases.places))), np.zeros((len(times), len(bases.places)))
+    rates = np.zeros(count)
+    for row, time in enumerate(times.tolist()):
+        if row % CHUNK == 0 and given_up():
+            raise KernelError("nobody waits for these samples any more")
+        everything = bases.at(time)
+        rates[places] = velocities[row]
+        q[row], v[row] = everything[bases.places], bases.rates(everything, rates)
+    return q, v
+
+
+def _base(
+    snapshot: Snapshot, node: Node, places: NDArray[np.int64], times: Floats, q: Floats, v: Floats
+) -> BaseSamples | None:
+    """Return the base of a robot among the carried coordinates (n, k); None where it is none of them."""
+    by_place = {one.q: name for name, one in snapshot.structure.robots[node.uid].coordinates.items()}
+    own = [column for column, place in enumerate(places.tolist()) if place in by_place]
+    if not own:
+        return None
+    names = tuple(by_place[int(places[column])] for column in own)
+    bends = np.gradient(v[:, own], times, axis=0) if len(times) > 1 else np.zeros((len(times), len(own)))
+    return BaseSamples(names, q[:, own], v[:, own], bends)
 
 
 def _efforts(snapshot: Snapshot, robot: Node, names: Sequence[str], q: Floats, v: Floats, a: Floats) -> Floats:

@@ -14,6 +14,7 @@ from virtualrobot_kernel.motion.limits import TOLERANCE
 from virtualrobot_kernel.motion.planned import Plan, Track
 from virtualrobot_kernel.motion.polynomial import Excursion, PiecewisePolynomial
 from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.planning.carried_bases import CarriedBases
 from virtualrobot_kernel.planning.dynamics import first_violation
 from virtualrobot_kernel.planning.foreseen import after, at
 from virtualrobot_kernel.planning.robots import Arm
@@ -100,6 +101,7 @@ def first_of(
     samples: Samples,
     min_singular_value: float,
     arms: Sequence[Arm] = (),
+    bases: CarriedBases | None = None,
 ) -> Violation | None:
     """Return the first violation in time of a motion, whose columns are `joints` (robot, joint); None without one.
 
@@ -110,7 +112,7 @@ def first_of(
     found = [*_exact(snapshot, program, joints), *_sampled(snapshot, joints, samples, min_singular_value)]
     if not found:
         return None
-    return _placed(snapshot, program, joints, min(found, key=lambda one: one.time), arms)
+    return _placed(snapshot, program, joints, min(found, key=lambda one: one.time), arms, bases)
 
 
 def single_joints(snapshot: Snapshot, joints: Sequence[tuple[str, str]]) -> list[Joint]:
@@ -215,7 +217,12 @@ def _rate(track: Track) -> float:
 
 
 def _placed(
-    snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], found: _Found, arms: Sequence[Arm]
+    snapshot: Snapshot,
+    program: Program,
+    joints: Sequence[tuple[str, str]],
+    found: _Found,
+    arms: Sequence[Arm],
+    bases: CarriedBases | None,
 ) -> Violation:
     """Return a violation with its place, in words too."""
     snapshot = at(after(snapshot, joints, program), found.time)
@@ -224,7 +231,7 @@ def _placed(
     if joint:
         node = snapshot.structure.node(found.robot, Kind.ROBOT)
         group = _group_moved(arms, found.robot, single_joint(snapshot.structure, node, joint)[1])
-    pose = tool_pose(snapshot, program, joints, found.robot, found.time, group)
+    pose = tool_pose(snapshot, program, joints, found.robot, found.time, group, bases)
     where = f"after {found.time:.4g} s, {_at(pose)}"
     if found.kind is ViolationKind.SINGULARITY:
         message = (
@@ -252,7 +259,12 @@ def _group_moved(arms: Sequence[Arm], robot: str, place: int) -> Group:
 
 
 def touching(
-    snapshot: Snapshot, program: Program, joints: Sequence[tuple[str, str]], contact: Contact, arms: Sequence[Arm] = ()
+    snapshot: Snapshot,
+    program: Program,
+    joints: Sequence[tuple[str, str]],
+    contact: Contact,
+    arms: Sequence[Arm] = (),
+    bases: CarriedBases | None = None,
 ) -> Violation:
     """Return the violation that a contact on the way of a motion is, with its place, in words too."""
     snapshot = at(after(snapshot, joints, program), contact.time)
@@ -266,7 +278,7 @@ def touching(
     rows = (structure.rows[node.uid] for uid in (first.uid, second.uid) for node in structure.ancestors(uid))
     places = (place for row in rows for place in structure.coordinates_at(row))
     group = next((one for place in places if (one := _group_moved(arms, robot, place)) != WHOLE), WHOLE)
-    pose = tool_pose(snapshot, program, joints, robot, contact.time, group)
+    pose = tool_pose(snapshot, program, joints, robot, contact.time, group, bases)
     when = f"after {contact.time:.4g} s" if contact.time > 0.0 else "where the motion starts"
     step = int(steps_at(program, np.array([contact.time]))[0])
     return Violation(
@@ -306,13 +318,16 @@ def tool_pose(
     robot: str,
     time: float,
     group: Group = WHOLE,
+    bases: CarriedBases | None = None,
 ) -> Pose:
-    """Return world_t_tcp (4, 4) of a robot, or a group of it, at a time of a motion, in s."""
+    """Return world_t_tcp (4, 4) of a robot, or a group of it, at a time of a motion, in s; `bases` are carried."""
     node = snapshot.structure.node(robot, Kind.ROBOT)
     structure = snapshot.structure
     places = [single_joint(structure, structure.node(name, Kind.ROBOT), joint)[1] for name, joint in joints]
     q = snapshot.state.q[None].copy()
     q[:, places] = joint_states(program, np.array([time]))[0]
+    if bases is not None:
+        q[:, bases.places] = bases.at(time)[bases.places]
     return tool_states(tool_chain(snapshot, node, group), q, np.zeros_like(q)).world_t_tcp[0]
 
 

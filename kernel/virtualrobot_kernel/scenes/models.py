@@ -12,7 +12,8 @@ from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.dh import read_table
 from virtualrobot_kernel.formats.files import Files
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
-from virtualrobot_kernel.formats.models import ImportedModel, TranslatedScene, import_model, with_craft
+from virtualrobot_kernel.formats.model_craft import with_craft
+from virtualrobot_kernel.formats.models import ImportedModel, TranslatedScene, import_model
 from virtualrobot_kernel.formats.xml import place_in, refuse_warnings
 from virtualrobot_kernel.messages.dh import denavit_hartenberg, refuse_file_fields, row_inertials
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, node_spec

@@ -22,13 +22,13 @@ from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
 from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.clock import CATCH_UP_SECONDS, Clock, Mode, Pacer
-from virtualrobot_kernel.world.commands import CancelMotion, Command, GoOn
+from virtualrobot_kernel.world.commands import CancelMotion, Command, GoOn, SetDynamics, SetParts
 from virtualrobot_kernel.world.journal import Entry, Journal
 from virtualrobot_kernel.world.listeners import Listeners
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot, State
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.supervisor import Supervisor
-from virtualrobot_kernel.world.tick import advance
+from virtualrobot_kernel.world.tick import advance, told_more
 from virtualrobot_kernel.world.tick_inputs import InputSource, taken
 
 MAX_STEPS = 10_000
@@ -36,6 +36,9 @@ MAX_STEPS = 10_000
 
 MOST_INTERVENTIONS = 100
 """Greatest number of times that supervisors may change the world before one tick."""
+
+TOLD_FOR_TICK = (SetDynamics, SetParts)
+"""Commands that change nothing before the next tick, in which what they tell becomes true."""
 
 log = logging.getLogger(__name__)
 
@@ -297,7 +300,10 @@ class World:
             supervisor.admit(before, after, commands)
         entry = Entry(before.state.tick, author, commands, after.wall_time)
         self._journal.append(entry, Change(before.structure, before.state), change)
-        self._publish(after)
+        if all(isinstance(command, TOLD_FOR_TICK) for command in commands):
+            self.snapshot = after  # nothing is seen of it before the tick, and it is told with that
+        else:
+            self._publish(after)
         return change
 
     def _step(self, ticks: int, until: Callable[[Snapshot], bool] | None) -> Snapshot:
@@ -337,13 +343,20 @@ class World:
         state = self._with_inputs(self.snapshot.state)
         if state is not self.snapshot.state:
             self.snapshot = self._later(self.snapshot.structure, state)  # told with the tick
+        before = self.snapshot.state
+        later = self._later(self.snapshot.structure, self._ticked(before))
         for _ in range(MOST_INTERVENTIONS):
-            later = self._later(self.snapshot.structure, self._ticked(self.snapshot.state))
-            if not any(self._enacted(one, one.before_tick, self.snapshot, later) for one in self._supervisors):
+            enacted = self._first_enacted(later)
+            if not enacted:
                 break
+            now, structure, ticked = self.snapshot.state, self.snapshot.structure, None
+            if all(isinstance(command, TOLD_FOR_TICK) for command in enacted):
+                ticked = told_more(structure, before, now, later.state)
+            if ticked is None:
+                before, ticked = now, self._ticked(now)
+            later = self._later(structure, ticked)
         else:
             log.error("supervisors have changed the world %d times before one tick; it goes on", MOST_INTERVENTIONS)
-            later = self._later(self.snapshot.structure, self._ticked(self.snapshot.state))
         self._publish(later)
         self._journal.ticked(later.structure, later.state)
         self._supervise_change()
@@ -374,20 +387,29 @@ class World:
             self._applied((*cast("list[Command]", commands), GoOn(motion.id)), motion.id, self._supervisors)
             self._supervise_change()
 
+    def _first_enacted(self, later: Snapshot) -> Sequence[Command]:
+        """Do what the first supervisor wants done that wants anything before time goes on to `later`; return that."""
+        for supervisor in self._supervisors:
+            if commands := self._enacted(supervisor, supervisor.before_tick, self.snapshot, later):
+                return commands
+        return ()
+
     def _supervise_change(self) -> None:
         for supervisor in self._supervisors:
             self._enacted(supervisor, supervisor.after_change, self.snapshot)
 
-    def _enacted(self, supervisor: Supervisor, ask: Callable[..., Sequence[Command]], *about: Snapshot) -> bool:
-        """Do what a supervisor wants done; return whether that was anything."""
+    def _enacted(
+        self, supervisor: Supervisor, ask: Callable[..., Sequence[Command]], *about: Snapshot
+    ) -> Sequence[Command]:
+        """Do what a supervisor wants done, and return it."""
         try:
             commands = tuple(ask(*about))
             if commands:
                 self._applied(commands, supervisor.author)
         except Exception:
             log.exception("%s failed inside the kernel", supervisor.author)
-            return False
-        return bool(commands)
+            return ()
+        return commands
 
     def _with_inputs(self, state: State) -> State:
         """Return a state with the inputs of the tick that begins."""

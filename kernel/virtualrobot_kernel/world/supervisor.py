@@ -25,7 +25,8 @@ class Supervisor(Protocol):
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
         """Return commands to apply to `now` before time goes on to `later`, which is not published yet.
 
-        When there are some, `later` is made again and all supervisors are asked again.
+        When there are some, `later` is made again, or only what they tell for the tick is put into it, and all
+        supervisors are asked again.
         """
         ...
 

@@ -94,6 +94,21 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
     return replace(later, motions=going, ended=(*state.ended, *ended)[-REMEMBERED:])
 
 
+def told_more(structure: Structure, before: State, now: State, later: State) -> State | None:
+    """Return the state one tick after `now`, made of `later`, which is the one after `before`; None where it can't be.
+
+    `now` is `before` with coordinates and parts that were told for this tick. No motion looks at these, so that it need
+    not be advanced again; but where a search has just ended, whose result tells where the tool centre point is then.
+    """
+    if now.readings or before.moved_parts is not None:
+        return None
+    if any(motion.search is not None for motion in later.motions):
+        return None
+    if any(motion.search is not None and motion.end_tick == later.tick for motion in later.ended):
+        return None
+    return _arrived(structure, replace(later, dynamics=now.dynamics, moved_parts=now.moved_parts))
+
+
 def _arrived(structure: Structure, state: State) -> State:
     """Return the state with what was computed and measured since the tick before; what is measured counts."""
     return measured.arrived(structure, dynamics.arrived(physics.arrived(structure, state)))

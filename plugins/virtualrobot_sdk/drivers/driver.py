@@ -113,6 +113,8 @@ class About:
         units: rad or m per unit of the controller, one for all joints or one each: `math.radians(1.0)` for degrees.
         watchdog: time (s) after which the controller stops the robot by itself when nothing is sent; 0: it doesn't, and
             a user must consent to that.
+        silence: time (s) for which the controller's own clock may stand still before it is given up; never less than
+            0.1 s or three cycles.
         model, version, serial: what the controller says it is; empty where it doesn't.
         speed_scaling: whether readings tell how much slower than it was told the controller goes.
         inputs, outputs: number of the controller's digital inputs and outputs that come with each cycle, at most 64.
@@ -123,6 +125,7 @@ class About:
     pace: Pace = Pace.HOST
     units: float | tuple[float, ...] = 1.0
     watchdog: float = 0.0
+    silence: float = 0.0
     model: str = ""
     version: str = ""
     serial: str = ""

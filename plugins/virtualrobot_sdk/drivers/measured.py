@@ -9,7 +9,7 @@ from virtualrobot_sdk.drivers.robot_side import Mapping
 from virtualrobot_sdk.drivers.shared import Floats
 
 SILENT_SECONDS = 0.1
-"""Time (s) for which the controller's own clock may stand still; three cycles where they are longer."""
+"""Shortest time (s) for which the controller's own clock may stand still; three cycles where they are longer."""
 
 
 class Measured:
@@ -41,7 +41,7 @@ class Measured:
         if reading.stamp != self._stamp:
             self._stamp, self._stamp_ns = reading.stamp, ns
         silent = (ns - self._stamp_ns) * 1e-9
-        if silent > max(SILENT_SECONDS, 3.0 / about.rate):
+        if silent > max(SILENT_SECONDS, about.silence, 3.0 / about.rate):
             raise DriverFault(f"the controller's own time has stood still for {silent:.2f} s; it hangs, or is gone")
         q, v = mapping.joints(reading)
         seconds = max(late_ns * 1e-9, 0.0) + 1.0 / about.rate

@@ -297,8 +297,9 @@ def _wrong(about: About, facts: DriverFacts) -> str:
     units = np.asarray(about.units, dtype=np.float64)
     if units.shape not in ((), (about.joints,)) or not (np.isfinite(units).all() and (units > 0.0).all()):
         return f"units are {about.units!r}; they must be rad or m per unit, above 0, one for all or one a joint"
-    if not (np.isfinite(about.watchdog) and about.watchdog >= 0.0):
-        return f"watchdog is {about.watchdog!r}; it must be seconds, 0 for none"
+    for name in ("watchdog", "silence"):
+        if not (np.isfinite(getattr(about, name)) and getattr(about, name) >= 0.0):
+            return f"{name} is {getattr(about, name)!r}; it must be seconds, 0 for none"
     for name in ("inputs", "outputs"):
         if not 0 <= getattr(about, name) <= 64:
             return f"{name} is {getattr(about, name)!r}; it must be 0 to 64"

@@ -118,7 +118,7 @@ def test_a_plan_is_started_from_the_command_line(run: Run, bent: Robot) -> None:
     assert run("start", name).endswith("reached its goal\n")
     np.testing.assert_allclose(bent.positions[0], 0.3, atol=1e-12)
     assert "stands at 0.3, not at 0" in run("start", name, code=1)
-    assert "--hold needs a terminal" in run("start", name, "--hold", code=2)
+    assert "--hold needs a terminal" in run("start", name, "--hold", code=2, warns=4)
 
 
 PROGRAM = """
@@ -198,7 +198,8 @@ def test_plan_shows_peaks_or_samples(run: Run, bent: Robot, tmp_path: Path) -> N
 
     goal = ",".join(f"{value:.17g}" for value in bent.tcp[:3, 3] + (0.0, 0.1, 0.0))
     line = run("plan", "iiwa", "--pose", goal, "--linear", "--velocity", "0.08")
-    assert line.endswith("moves at up to 0.0800 m/s\n")
+    *_, told, start = line.splitlines()
+    assert told.endswith("moves at up to 0.0800 m/s") and "virtualrobot start plan-" in start
     for wrong in (["--velocity", "0.08"], ["--linear", "--velocity", "0"]):
         run("plan", "iiwa", "--pose", goal, *wrong, code=2, warns=4)
 

@@ -70,7 +70,7 @@ def test_keys_jog(client: Client, iiwa: Robot) -> None:
 
 def test_the_space_key_holds_a_motion(iiwa: Robot) -> None:
     """It runs while the key is held, stands on its path when it is let go, and ends at q."""
-    motion = iiwa.move_joints([1.0] * 7, speed_factor=0.2, hold=True)
+    motion = iiwa.move_joints([1.0] * 7, speed_factor=0.03, hold=True)
     with create_pipe_input() as keys:
         over = threading.Event()
 
@@ -83,7 +83,7 @@ def test_the_space_key_holds_a_motion(iiwa: Robot) -> None:
             try:
                 hold_until(0.01)
                 until(lambda: motion.phase is Phase.PAUSED)
-                hold_until(0.3)
+                hold_until(0.05)
             finally:
                 keys.send_text("q")
 
@@ -94,7 +94,7 @@ def test_the_space_key_holds_a_motion(iiwa: Robot) -> None:
         finally:
             over.set()
             presser.join()
-    assert motion.phase is Phase.CANCELLED and 0.3 <= motion.progress < 1.0
+    assert motion.phase is Phase.CANCELLED and 0.05 <= motion.progress < 1.0
     np.testing.assert_allclose(iiwa.positions, iiwa.positions[0], atol=1e-9)  # on its path, which is a straight one
 
 

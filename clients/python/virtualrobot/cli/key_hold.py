@@ -105,7 +105,10 @@ def hold_by_key(motion: Motion, source: Input | None = None, output: Output | No
                 failed.append(error)
         app.exit()
 
-    app.run(pre_run=lambda: app.create_background_task(follow()))
+    def begin() -> None:
+        app.create_background_task(follow())
+
+    app.run(pre_run=begin)
     if failed:
         motion.cancel("it could not be held")
         raise failed[0]

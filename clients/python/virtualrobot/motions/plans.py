@@ -52,7 +52,8 @@ class RobotTrajectory:
 
     Attributes:
         robot: the robot.
-        joint_names: the joints that move, in the order of the columns.
+        joint_names: the joints that move, in the order of the columns; of a craft whose drives do the coordinates of
+            its base after them.
         positions: (n, k), radians or meters.
         velocities: (n, k), rad/s or m/s.
         accelerations: (n, k), rad/s^2 or m/s^2.

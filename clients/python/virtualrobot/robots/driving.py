@@ -7,19 +7,24 @@ from typing import Unpack
 
 import numpy as np
 
-from virtualrobot._wire.arguments import ArrayLike, checked
-from virtualrobot._wire.messages import array_message, array_of
-from virtualrobot.errors import InvalidArgumentError
-from virtualrobot.geometry import Matrix
+from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
+from virtualrobot._wire.messages import array_message, value_or_default
+from virtualrobot.errors import CollisionError, InvalidArgumentError, UnreachableError
+from virtualrobot.geometry import checked_pose
 from virtualrobot.motions.motion import Motion, StartOptions
-from virtualrobot.motions.program import Program
 from virtualrobot.motions.setpoints import SetpointStream, StreamState
+from virtualrobot.robots.mechanism import JointPositions
 from virtualrobot.robots.mover import Mover
+from virtualrobot.robots.odometry import Odometry
+from virtualrobot.robots.reaching import moved, places_round
+from virtualrobot.robots.solver import Solver
+from virtualrobot.robots.ways import Way
+from virtualrobot.sensors.motion_sensors import EncoderReading
 from virtualrobot.v1 import motion_pb2, robot_pb2
 
 
 @checked
-class Driving(Mover):
+class Driving(Mover, Solver):
     """Motions of a craft as a whole; `Robot` has them, and a robot that is no craft refuses them."""
 
     def stream_twist(self, *, timeout: float = 0.2, preempt: bool = False) -> SetpointStream:
@@ -108,43 +113,183 @@ class Driving(Mover):
         Example:
             >>> robot.drive_path([[1.0, 0.0, 0.0], [0.0, 0.0, np.pi / 2]])
         """
-        way = self._way(np.array(parts, dtype=float))
-        return self._driven(way, **options)
+        return self.way(parts).start(**options)
 
-    def drive_to(self, x: float, y: float, heading: float | None = None, **options: Unpack[StartOptions]) -> Motion:
-        """Drive a craft that turns on the spot to a place: turn, go straight, and turn again.
+    def drive_to(
+        self,
+        x: float,
+        y: float,
+        heading: float | None = None,
+        *,
+        reverse: bool = False,
+        turning_radius: float | None = None,
+        **options: Unpack[StartOptions],
+    ) -> Motion:
+        """Drive a craft to a place, by the shortest way of lines and arcs: that of `way_to`.
 
         Args:
             x: where to, in the frame of the robot (m).
             y: where to.
             heading: how far it is turned to the left in the end (rad); None leaves it as it comes.
+            reverse: whether it may go back on its way, too.
+            turning_radius: radius of the arcs (m); by default as narrow as it can turn.
             options: of the start, as of any motion.
 
-        Raises what `drive_path` does.
+        Raises what `way_to` does, and what a start of a motion raises.
 
         Example:
             >>> robot.drive_to(1.0, 0.5, heading=0.0)
         """
-        here = self._way(np.zeros((0, 3)))
-        across, up = x - here.x_meters, y - here.y_meters
-        distance = float(np.hypot(across, up))
-        bearing = float(np.arctan2(up, across)) if distance > 0.0 else here.heading_radians
-        first = float(np.remainder(bearing - here.heading_radians + np.pi, 2.0 * np.pi) - np.pi)
-        last = 0.0 if heading is None else float(np.remainder(heading - bearing + np.pi, 2.0 * np.pi) - np.pi)
-        return self.drive_path([[0.0, 0.0, first], [distance, 0.0, 0.0], [0.0, 0.0, last]], **options)
+        way = self.way_to(x, y, heading, reverse=reverse, turning_radius=turning_radius)
+        return way.start(**options)
 
-    def _way(self, parts: Matrix) -> robot_pb2.SolveDrivesResponse:
-        request = robot_pb2.SolveDrivesRequest(robot=self.name, parts=array_message(parts))
-        return self._services.robot.SolveDrives(request)
+    def way(self, parts: ArrayLike, *, joints: JointPositions | None = None) -> Way:
+        """Return a way of a craft along lines and arcs, as `drive_path` drives it; nothing moves.
 
-    def _driven(self, way: robot_pb2.SolveDrivesResponse, **options: Unpack[StartOptions]) -> Motion:
-        """Start the moves of drives from row to row of a way."""
-        program, before = Program(self._services), None
-        for row in array_of(way.positions):
-            if before is None or np.abs(row - before).max() > 0.0:
-                program.move(self.ptp(dict(zip(way.joint_names, row.tolist(), strict=True))))
-            before = row
-        return program.start(**options)
+        Args:
+            parts: as of `drive_path`.
+            joints: other joints of the robot, such as those of an arm on it, and where they are in the end: they go
+                along evenly with the way.
+
+        Raises what `drive_path` does, but for what a start raises.
+
+        Example:
+            >>> way = robot.way([[1.0, 0.0, 0.0], [0.5, 0.0, np.pi / 2]])
+            >>> if way.check().ok:
+            ...     way.start()
+        """
+        rows = np.array(parts, dtype=float)
+        message = array_message(rows if rows.size else rows.reshape(0, 3))
+        request = robot_pb2.SolveDrivesRequest(robot=self.name, parts=message)
+        return Way(self._services, self, self._services.robot.SolveDrives(request), self._along(joints))
+
+    def way_to(
+        self,
+        x: float,
+        y: float,
+        heading: float | None = None,
+        *,
+        reverse: bool = False,
+        turning_radius: float | None = None,
+        joints: JointPositions | None = None,
+    ) -> Way:
+        """Return the shortest way of a craft to a place; nothing moves.
+
+        What turns on the spot turns, goes straight, and turns again, unless a radius is given. Otherwise it goes on
+        arcs and lines: the shortest word of Dubins, and with `reverse` of Reeds and Shepp. Nothing that stands in the
+        way is gone round; `Way.check` tells of it.
+
+        Args:
+            x: where to, in the frame of the robot (m).
+            y: where to.
+            heading: how far it is turned to the left in the end (rad); None leaves it as it comes.
+            reverse: whether it may go back on its way, too.
+            turning_radius: radius of the arcs (m); by default as narrow as its component can turn.
+            joints: as of `way`.
+
+        Raises:
+            InvalidArgumentError: for a radius that is narrower than it can turn, and numbers that are not finite.
+            WrongStateError: when the robot is no craft, or its base is tilted.
+            CollisionError: when it would touch something at its goal that it does not touch now.
+            PluginFailedError: when its component has failed.
+
+        Example:
+            >>> robot.way_to(2.0, 1.0, heading=np.pi / 2, reverse=True).word
+            'LSR-'
+        """
+        goal = robot_pb2.DriveGoal(
+            x_meters=x,
+            y_meters=y,
+            heading_radians=heading,
+            may_reverse=reverse,
+            turning_radius_meters=value_or_default(turning_radius, "turning_radius"),
+        )
+        request = robot_pb2.SolveDrivesRequest(robot=self.name, goal=goal)
+        return Way(self._services, self, self._services.robot.SolveDrives(request), self._along(joints))
+
+    def way_to_reach(self, world_t_tcp: PoseLike, *, reverse: bool = False, turning_radius: float | None = None) -> Way:
+        """Return a way on which base and arm of a mobile manipulator bring its tool centre point to a pose together.
+
+        Where the arm reaches the pose as the base stands, it moves alone. Otherwise the base goes to one of places
+        round the pose, headed for it: the nearest from which the arm reaches it and on whose way nothing is touched.
+        Both begin and end together.
+
+        Args:
+            world_t_tcp: the pose (4x4) in the world's frame.
+            reverse: as of `way_to`.
+            turning_radius: as of `way_to`.
+
+        Raises:
+            UnreachableError: when there is no such place.
+
+        And what `way_to` raises.
+
+        Example:
+            >>> robot.way_to_reach(virtualrobot.pose(2.0, 1.0, 0.8, roll=np.pi)).start()
+        """
+        goal = checked_pose(world_t_tcp)
+        here = next(iter(self.solve_forward().world_t_link.values()))
+        begin, refused = self.way([]).begin, "the arm reaches it from nowhere round it"
+        for base in places_round(np.linalg.inv(here) @ goal):
+            found = self.solve_inverse(here @ np.linalg.inv(base) @ np.linalg.inv(here) @ goal)
+            if not len(found.solutions):
+                continue
+            joints = dict(zip(found.joint_names, found.best.tolist(), strict=True))
+            x, y, heading = moved(begin, base)
+            try:
+                if np.array_equal(base, np.eye(4)):
+                    way = self.way([], joints=joints)
+                else:
+                    way = self.way_to(x, y, heading, reverse=reverse, turning_radius=turning_radius, joints=joints)
+            except CollisionError as error:
+                refused = str(error)
+                continue
+            if (checked := way.check()).ok:
+                return way
+            refused = checked.first_violation.message if checked.first_violation else refused
+        raise UnreachableError(f"{self.name!r} reaches the pose from no place that it gets to: {refused}")
+
+    def odometry(
+        self,
+        *,
+        counts_per_turn: int | None = None,
+        settings: Mapping[str, object] | None = None,
+        variance_per_radian: float = 0.0,
+        encoders: EncoderReading | None = None,
+    ) -> Odometry:
+        """Return what reckons the way of a craft from the angles of its drives, from now on.
+
+        Args:
+            counts_per_turn: whole counts alone are seen of each drive; None: all of its angle, or what encoders say.
+            settings: what its component is thought to have otherwise than it has, such as the radius of a wheel.
+            variance_per_radian: variance of what a drive is thought to have turned, for each radian (rad).
+            encoders: what its encoders say now, where updates come from these; None: where the joints are.
+
+        Raises:
+            WrongStateError: when the robot is no craft.
+            InvalidArgumentError: for numbers that make no sense.
+
+        Example:
+            >>> odometry = robot.odometry(counts_per_turn=64)
+            >>> robot.drive(0.3, seconds=2.0)
+            >>> odometry.update().pose
+            array([...])
+        """
+        return Odometry(
+            self._services,
+            self.name,
+            counts_per_turn=counts_per_turn,
+            settings=settings,
+            variance_per_radian=variance_per_radian,
+            encoders=encoders,
+        )
+
+    def _along(self, joints: JointPositions | None) -> dict[str, tuple[float, float]] | None:
+        """Return from where to where other joints go along with a way."""
+        if joints is None:
+            return None
+        now = self._joints_now()
+        return {name: (now[name], end) for name, end in self._named(joints).items()}
 
 
 def _named(setpoint: Mapping[str, float | ArrayLike]) -> Mapping[str, float]:

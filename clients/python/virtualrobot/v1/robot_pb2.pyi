@@ -321,28 +321,84 @@ class SolveInverseResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., solutions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., configurations: _Optional[_Iterable[str]] = ..., position_error_meters: _Optional[float] = ..., rotation_error_radians: _Optional[float] = ..., explanation: _Optional[str] = ..., arm_angles_radians: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class SolveDrivesRequest(_message.Message):
-    __slots__ = ("robot", "parts")
+    __slots__ = ("robot", "parts", "goal")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     PARTS_FIELD_NUMBER: _ClassVar[int]
+    GOAL_FIELD_NUMBER: _ClassVar[int]
     robot: str
     parts: _geometry_pb2.NumericArray
-    def __init__(self, robot: _Optional[str] = ..., parts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+    goal: DriveGoal
+    def __init__(self, robot: _Optional[str] = ..., parts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., goal: _Optional[_Union[DriveGoal, _Mapping]] = ...) -> None: ...
+
+class DriveGoal(_message.Message):
+    __slots__ = ("x_meters", "y_meters", "heading_radians", "may_reverse", "turning_radius_meters")
+    X_METERS_FIELD_NUMBER: _ClassVar[int]
+    Y_METERS_FIELD_NUMBER: _ClassVar[int]
+    HEADING_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    MAY_REVERSE_FIELD_NUMBER: _ClassVar[int]
+    TURNING_RADIUS_METERS_FIELD_NUMBER: _ClassVar[int]
+    x_meters: float
+    y_meters: float
+    heading_radians: float
+    may_reverse: bool
+    turning_radius_meters: float
+    def __init__(self, x_meters: _Optional[float] = ..., y_meters: _Optional[float] = ..., heading_radians: _Optional[float] = ..., may_reverse: bool = ..., turning_radius_meters: _Optional[float] = ...) -> None: ...
 
 class SolveDrivesResponse(_message.Message):
-    __slots__ = ("stamp", "joint_names", "positions", "x_meters", "y_meters", "heading_radians")
+    __slots__ = ("stamp", "joint_names", "positions", "x_meters", "y_meters", "heading_radians", "parts", "length_meters", "word", "turning_radius_meters")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     X_METERS_FIELD_NUMBER: _ClassVar[int]
     Y_METERS_FIELD_NUMBER: _ClassVar[int]
     HEADING_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    PARTS_FIELD_NUMBER: _ClassVar[int]
+    LENGTH_METERS_FIELD_NUMBER: _ClassVar[int]
+    WORD_FIELD_NUMBER: _ClassVar[int]
+    TURNING_RADIUS_METERS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     positions: _geometry_pb2.NumericArray
     x_meters: float
     y_meters: float
     heading_radians: float
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., x_meters: _Optional[float] = ..., y_meters: _Optional[float] = ..., heading_radians: _Optional[float] = ...) -> None: ...
+    parts: _geometry_pb2.NumericArray
+    length_meters: float
+    word: str
+    turning_radius_meters: float
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., x_meters: _Optional[float] = ..., y_meters: _Optional[float] = ..., heading_radians: _Optional[float] = ..., parts: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., length_meters: _Optional[float] = ..., word: _Optional[str] = ..., turning_radius_meters: _Optional[float] = ...) -> None: ...
+
+class ReckonDrivesRequest(_message.Message):
+    __slots__ = ("robot", "joint_names", "positions", "settings", "x_meters", "y_meters", "heading_radians", "covariance", "variance_per_radian")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    SETTINGS_FIELD_NUMBER: _ClassVar[int]
+    X_METERS_FIELD_NUMBER: _ClassVar[int]
+    Y_METERS_FIELD_NUMBER: _ClassVar[int]
+    HEADING_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    COVARIANCE_FIELD_NUMBER: _ClassVar[int]
+    VARIANCE_PER_RADIAN_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    positions: _geometry_pb2.NumericArray
+    settings: _struct_pb2.Struct
+    x_meters: float
+    y_meters: float
+    heading_radians: float
+    covariance: _geometry_pb2.NumericArray
+    variance_per_radian: float
+    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., x_meters: _Optional[float] = ..., y_meters: _Optional[float] = ..., heading_radians: _Optional[float] = ..., covariance: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., variance_per_radian: _Optional[float] = ...) -> None: ...
+
+class ReckonDrivesResponse(_message.Message):
+    __slots__ = ("stamp", "poses", "covariances")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    POSES_FIELD_NUMBER: _ClassVar[int]
+    COVARIANCES_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    poses: _geometry_pb2.NumericArray
+    covariances: _geometry_pb2.NumericArray
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., poses: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., covariances: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class KinematicsChoice(_message.Message):
     __slots__ = ("robot", "kinematics", "settings", "group")

@@ -80,6 +80,11 @@ class RobotServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesResponse.FromString,
                 _registered_method=True)
+        self.ReckonDrives = channel.unary_unary(
+                '/virtualrobot.v1.RobotService/ReckonDrives',
+                request_serializer=virtualrobot_dot_v1_dot_robot__pb2.ReckonDrivesRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_robot__pb2.ReckonDrivesResponse.FromString,
+                _registered_method=True)
 
 
 class RobotServiceServicer(object):
@@ -152,6 +157,13 @@ class RobotServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def ReckonDrives(self, request, context):
+        """Reckons the way of a craft from where its drives were, as odometry does, by its component or one of other settings.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
 
 def add_RobotServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -199,6 +211,11 @@ def add_RobotServiceServicer_to_server(servicer, server):
                     servicer.SolveDrives,
                     request_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesResponse.SerializeToString,
+            ),
+            'ReckonDrives': grpc.unary_unary_rpc_method_handler(
+                    servicer.ReckonDrives,
+                    request_deserializer=virtualrobot_dot_v1_dot_robot__pb2.ReckonDrivesRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_robot__pb2.ReckonDrivesResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -445,6 +462,33 @@ class RobotService(object):
             '/virtualrobot.v1.RobotService/SolveDrives',
             virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesRequest.SerializeToString,
             virtualrobot_dot_v1_dot_robot__pb2.SolveDrivesResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def ReckonDrives(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.RobotService/ReckonDrives',
+            virtualrobot_dot_v1_dot_robot__pb2.ReckonDrivesRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_robot__pb2.ReckonDrivesResponse.FromString,
             options,
             channel_credentials,
             insecure,

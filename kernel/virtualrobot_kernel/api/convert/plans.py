@@ -32,13 +32,26 @@ def plan_message(samples: Samples, notes: Sequence[Note]) -> motion_pb2.PlanMoti
 
 def _robot_message(robot: RobotSamples) -> motion_pb2.RobotTrajectory:
     whole, *groups = robot.tools
+    names, base = robot.joint_names, robot.base
+    positions, velocities, accelerations, efforts = (
+        robot.positions,
+        robot.velocities,
+        robot.accelerations,
+        robot.efforts,
+    )
+    if base is not None:
+        names = (*names, *base.names)
+        positions = np.hstack([positions, base.positions])
+        velocities = np.hstack([velocities, base.velocities])
+        accelerations = np.hstack([accelerations, base.accelerations])
+        efforts = np.hstack([efforts, np.zeros_like(base.positions)])
     return motion_pb2.RobotTrajectory(
         robot=robot.robot.name,
-        joint_names=robot.joint_names,
-        positions=array_message(robot.positions),
-        velocities=array_message(robot.velocities),
-        accelerations=array_message(robot.accelerations),
-        efforts=array_message(robot.efforts),
+        joint_names=names,
+        positions=array_message(positions),
+        velocities=array_message(velocities),
+        accelerations=array_message(accelerations),
+        efforts=array_message(efforts),
         world_t_tcp=poses_array(whole.world_t_tcp),
         tcp_speeds=array_message(whole.tcp_speeds),
         groups=[

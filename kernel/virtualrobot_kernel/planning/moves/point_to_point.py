@@ -22,6 +22,7 @@ from virtualrobot_kernel.planning.robots import SolverOf, arm_of
 from virtualrobot_kernel.units import MOST_ANGLE, degrees_question
 from virtualrobot_kernel.world.actuators import joint_positions
 from virtualrobot_kernel.world.change import coordinate_of
+from virtualrobot_kernel.world.crafts import craft_of
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, joints_of
 from virtualrobot_kernel.world.state import Snapshot
@@ -138,7 +139,8 @@ def move_to_joints(
     goal = np.array([positions[name] for name in names])
     for columns in map(list, limits.quaternions):
         goal[columns] = unit(goal[columns], f"the goal of {node.name!r}")
-    _check_turns(node, limits, start, goal)
+    if craft_of(node) is None:  # wheels turn as far as the way is
+        _check_turns(node, limits, start, goal)
     speed_factor = speed_factor or 1.0
     return PlannedMove(node, names, plan_ptp(start, goal, limits, speed_factor, time_law), speed_factor=speed_factor)
 

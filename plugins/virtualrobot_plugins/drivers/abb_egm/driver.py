@@ -116,6 +116,7 @@ class AbbEgm(DatagramDriver):
             pace=Pace.CONTROLLER,
             units=tuple(units),
             watchdog=settings.timeout,
+            silence=settings.silence,
             model="ABB, Externally Guided Motion",
             inputs=1,
             outputs=1,

@@ -135,6 +135,7 @@ class KukaRsi(DatagramDriver):
                 *[1e-3 if axis in settings.sliding else radians(1.0) for axis in range(1, settings.external + 1)],
             ),
             watchdog=settings.late * settings.cycle * 1e-3,
+            silence=settings.silence,
             model="KUKA, Robot Sensor Interface",
             inputs=32 if settings.inputs_tag else 0,
             outputs=32 if settings.outputs_tag else 0,

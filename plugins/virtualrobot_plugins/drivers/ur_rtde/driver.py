@@ -178,6 +178,7 @@ class UrRtde(Driver):
             rate=float(settings.rate),
             pace=Pace.HOST,
             watchdog=settings.watchdog,
+            silence=settings.silence,
             model=f"Universal Robots {model}",
             version=".".join(map(str, version)),
             serial=serial,
