@@ -116,8 +116,6 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{CLIENT}/testing.py": ("virtualrobot", "pytest"),
     # Serial ports are listed by pyserial, where it is installed.
     f"{CLIENT}/cli/ports.py": ("virtualrobot", "click", "serial"),
-    # Gamepads are read by inputs, where it is installed.
-    f"{CLIENT}/cli/gamepad.py": ("virtualrobot", "inputs"),
     # Recordings are written by the libraries of their formats, where these are installed.
     f"{CLIENT}/recording": ("virtualrobot", "numpy", "google"),
     f"{CLIENT}/recording/mcap_file.py": ("virtualrobot", "google", "mcap"),

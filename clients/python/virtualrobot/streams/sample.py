@@ -105,10 +105,8 @@ def _floating(q: list[float], v: list[float]) -> dict[str, float]:
     for name, value in zip("xyzw", q[3:], strict=True):
         setattr(message.orientation, name, value)
     along = pose_of(message)[:3, :3].T @ np.array(v[:3])
-    found: dict[str, float] = dict(zip(_POSE, q, strict=True)) | dict(
-        zip(("vx", "vy", "vz"), along.tolist(), strict=True)
-    )
-    return found | dict(zip(("wx", "wy", "wz"), v[3:], strict=True))
+    names = (*_POSE, "vx", "vy", "vz", "wx", "wy", "wz")
+    return dict(zip(names, (*q, *along.tolist(), *v[3:]), strict=True))
 
 
 def of_pose(pose: geometry_pb2.Pose) -> dict[str, float]:

@@ -37,6 +37,14 @@ _WAIT_SECONDS = 0.2
 _BEGIN_SECONDS = 30.0
 """Longest time (s) until all watches have begun."""
 
+_MOVING = (
+    motion_pb2.MOTION_PHASE_RUNNING,
+    motion_pb2.MOTION_PHASE_PAUSING,
+    motion_pb2.MOTION_PHASE_PAUSED,
+    motion_pb2.MOTION_PHASE_STOPPING,
+)
+"""Phases of motions that have not ended: what had ended before a watch began it doesn't tell."""
+
 
 class StreamWatch:
     """Samples of streams as they come, every tick and every reading, until it is closed. `Streams.watch` makes it.
@@ -255,7 +263,7 @@ class StreamWatch:
             while not self._closed.is_set():
                 answer = self._services.motion.ListMotions(motion_pb2.ListMotionsRequest())
                 for motion in answer.motions:
-                    if told.get(motion.id) != motion and (begun.is_set() or motion.progress < 1.0):
+                    if told.get(motion.id) != motion and (begun.is_set() or motion.phase in _MOVING):
                         values = {
                             "id": motion.id,
                             "phase": motion_pb2.MotionPhase.Name(motion.phase).removeprefix("MOTION_PHASE_"),
