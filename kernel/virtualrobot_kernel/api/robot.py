@@ -37,6 +37,7 @@ from virtualrobot_kernel.messages.values import (
 from virtualrobot_kernel.planning.dynamics import EffortViolation, solve_inverse_dynamics
 from virtualrobot_kernel.planning.free_joints import solve_inverse
 from virtualrobot_kernel.planning.jacobian import Point, solve_jacobian
+from virtualrobot_kernel.planning.points import solve_points
 from virtualrobot_kernel.planning.robots import arm_if_chain, arm_of, forward_links
 from virtualrobot_kernel.planning.solvers import chosen
 from virtualrobot_kernel.world.groups import Group, joints_of
@@ -49,6 +50,9 @@ MOST_POINTS = 10_000
 
 MOST_PAGES = 16
 """So many of the latest snapshots are kept as messages: who is told each tick gets several at once."""
+
+MOST_PLACES = 100_000
+"""Greatest number of points in one call of SolvePoints."""
 
 EFFORT_VIOLATION = Table(EffortViolation, robot_pb2.EffortViolation)
 SELF_CHECK = Table(
@@ -227,6 +231,31 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
             rotation_error_radians=result.rotation_error,
             explanation=result.reason,
             arm_angles_radians=result.arm_angles,
+        )
+
+    async def SolvePoints(
+        self, request: robot_pb2.SolvePointsRequest, context: object
+    ) -> robot_pb2.SolvePointsResponse:
+        """Tell which joints reach points, in a worker thread."""
+        snapshot = self._kernel.world.snapshot
+        node = snapshot.structure.node(request.robot, Kind.ROBOT)
+        reference = snapshot.structure.node(request.reference)
+        points = array(request.points, (None, 3), "points")
+        if len(points) > MOST_PLACES:
+            raise KernelError(
+                f"{len(points)} points are too many; give at most {MOST_PLACES} at a time",
+                reason=Reason.TOO_LARGE,
+                field="points",
+            )
+        options = reference.uid, dict(request.seed), group_selection(request.group, "group")
+        found = await self._kernel.in_worker(partial(solve_points, snapshot, node, points, *options))
+        return robot_pb2.SolvePointsResponse(
+            stamp=stamp(snapshot),
+            status=getattr(robot_pb2, f"INVERSE_STATUS_{found.status.name}"),
+            joint_names=found.joint_names,
+            positions=array_message(found.positions),
+            position_error_meters=found.position_error,
+            explanation=found.reason,
         )
 
     async def SolveDrives(

@@ -22,7 +22,7 @@ MOST_STEPS = 12
 
 
 @inlined
-def _solve(matrix: Floats, right: Floats, n: int) -> bool:
+def solve_definite(matrix: Floats, right: Floats, n: int) -> bool:
     """Solve a symmetric positive definite system in place by Cholesky's method; False when it is not definite."""
     for i in range(n):
         for j in range(i + 1):
@@ -60,7 +60,7 @@ def _project(jacobian: Floats, gram: Floats, column: Floats, null_space: Floats)
                 for m in range(k):
                     total += jacobian[a, m] * jacobian[b, m]
                 gram[a, b] = total
-        if not _solve(gram, column, 6):
+        if not solve_definite(gram, column, 6):
             return False
         for i in range(k):
             total = 1.0 if i == j else 0.0
@@ -195,7 +195,7 @@ def follow_frame(
                     for a in range(6):
                         total += jacobian[a, i] * jacobian[a, j]
                     matrix[i, j] = total
-            if not _solve(matrix, step, k):
+            if not solve_definite(matrix, step, k):
                 break
             largest = 0.0
             for i in range(k):

@@ -8,7 +8,7 @@
         arm: {joints: [...], flange: [...], home: [...]}
 
 An entry has the fields of `Model`, those of the table's `defaults` unless it says otherwise, and where there is no file
-`arm` (see `arms.Arm`), `jaws` or `cups` (see `grippers`).
+`arm` (see `arms.Arm`), `jaws` or `cups` (see `grippers`), or `walker` (see `walkers.Walker`).
 """
 
 from __future__ import annotations
@@ -24,11 +24,13 @@ from virtualrobot_sdk.settings import make_settings
 
 from virtualrobot_plugins.models.arms import Arm, arm_scene
 from virtualrobot_plugins.models.grippers import Cups, Jaws, cups_scene, jaws_scene
+from virtualrobot_plugins.models.walkers import Walker, walker_scene
 
 _SCENES: dict[str, tuple[type[Any], Callable[..., str]]] = {
     "arm": (Arm, arm_scene),
     "jaws": (Jaws, jaws_scene),
     "cups": (Cups, cups_scene),
+    "walker": (Walker, walker_scene),
 }
 """Geometries of models without a file, by the key of an entry."""
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)

@@ -93,6 +93,30 @@ def test_a_mesh_is_an_object_a_part_or_a_figure(client: Client) -> None:
     assert mirrored._message.figures[0].mesh.sha256 == part._message.figures[0].mesh.sha256
 
 
+def test_a_mesh_is_made_of_arrays(client: Client, tmp_path: Path) -> None:
+    """A ramp that rises by 0.2 for 1 m, felt by rays, saved with its file and loaded again."""
+    corners = np.array([(0.0, 0.0, 0.0), (1.0, 0.0, 0.2), (1.0, 1.0, 0.2), (0.0, 1.0, 0.0)])
+    ramp = client.assets.triangles(corners, [(0, 1, 2), (0, 2, 3)], color="green", pose=pose(x=2.0))
+
+    def height(x: float) -> float:
+        return 1.0 - client.rays.cast([x, 0.3, 1.0], [(0.0, 0.0, -1.0)]).distances[0]
+
+    client.scene.add_object("ramp", ramp)
+    assert height(2.25) == pytest.approx(0.05, abs=1e-6) and height(2.9) == pytest.approx(0.18, abs=1e-6)
+    client.scene.save(tmp_path / "ramp.yaml", bundle=True)
+    client.scene.load_scene(tmp_path / "ramp.yaml")
+    assert height(2.5) == pytest.approx(0.1, abs=1e-6)
+    for places, numbers, said in (
+        ([(0.0, 0.0)], [(0, 0, 0)], "corners are finite numbers of shape"),
+        (np.full((3, 3), np.nan), [(0, 1, 2)], "corners are finite"),
+        (corners, np.zeros((0, 3), int), "triangles are whole numbers of shape"),
+        (corners, [(0.0, 1.0, 2.0)], "triangles are whole numbers"),
+        (corners, [(0, 1, 2), (0, 2, 4)], r"triangle 1 has the corners \[0, 2, 4\] of 4"),
+    ):
+        with pytest.raises(virtualrobot.InvalidArgumentError, match=said):
+            client.assets.triangles(places, numbers)
+
+
 def test_bytes_come_back(client: Client, rng: np.random.Generator) -> None:
     for size in (0, 1, 1024 * 1024, 3 * 1024 * 1024 + 1):
         data = rng.bytes(size)

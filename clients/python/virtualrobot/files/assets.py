@@ -7,6 +7,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path, PurePosixPath
 
+import numpy as np
+
 from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import settings_message, vector_message
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
@@ -94,6 +96,45 @@ class Assets:
             files=[message for message in upload._messages() if message.uri != upload.uri],
         )
         return styled(nodes_pb2.Figure(mesh=mesh), color, pose, roles)
+
+    def triangles(
+        self,
+        corners: ArrayLike,
+        triangles: ArrayLike,
+        *,
+        color: str | ArrayLike | None = None,
+        pose: PoseLike | None = None,
+        roles: Sequence[str] = (),
+    ) -> Figure:
+        """Return a mesh of arrays as a figure, uploaded, such as ground from a height field.
+
+        Args:
+            corners: (n, 3) in meters.
+            triangles: (m, 3), one at least: the numbers of their corners from 0, to the left around from outside.
+            color: as in `virtualrobot.box`, like `pose` and `roles`.
+            pose: `node_t_figure`, 4x4.
+            roles: `visual`, `collision`; both without.
+
+        Example:
+            >>> ramp = client.assets.triangles([(0, 0, 0), (1, 0, 0), (1, 1, 0.2), (0, 1, 0.2)], [(0, 1, 2), (0, 2, 3)])
+            >>> client.scene.add_object("ramp", ramp)
+        """
+        places, numbers = np.asarray(corners, dtype=float), np.asarray(triangles)
+        if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
+            raise InvalidArgumentError(f"corners are finite numbers of shape (n, 3), not of {places.shape}")
+        if numbers.ndim != 2 or numbers.shape[1] != 3 or not len(numbers) or numbers.dtype.kind not in "iu":
+            raise InvalidArgumentError(
+                f"triangles are whole numbers of shape (m, 3), not {numbers.dtype} {numbers.shape}"
+            )
+        if (outside := (numbers < 0) | (numbers >= len(places))).any():
+            row = int(np.nonzero(outside.any(axis=1))[0][0])
+            raise InvalidArgumentError(f"triangle {row} has the corners {numbers[row].tolist()} of {len(places)}")
+        mesh = np.zeros(len(numbers), [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attributes", "<u2")])
+        mesh["corners"] = places[numbers]
+        sha256 = self.upload(bytes(80) + np.array(len(numbers), "<u4").tobytes() + mesh.tobytes())
+        return styled(
+            nodes_pb2.Figure(mesh=nodes_pb2.Mesh(uri=f"{sha256[:12]}.stl", sha256=sha256)), color, pose, roles
+        )
 
     def upload_with_references(
         self,

@@ -6,8 +6,18 @@ import logging
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import numpy as np
+
 from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
-from virtualrobot._wire.messages import array_of, pose_message, pose_of, settings_message, settings_of, vector_message
+from virtualrobot._wire.messages import (
+    array_message,
+    array_of,
+    pose_message,
+    pose_of,
+    settings_message,
+    settings_of,
+    vector_message,
+)
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import poses_from_rows
@@ -17,7 +27,7 @@ from virtualrobot.robots.dynamics import InverseDynamics, Samples, movement_mess
 from virtualrobot.robots.kinematics_check import KinematicsCheck
 from virtualrobot.robots.mechanism import JointPositions, Mechanism
 from virtualrobot.robots.redundancy import Lock, Prefer, redundancy
-from virtualrobot.robots.values import ForwardSolution, InverseSolution, Jacobians
+from virtualrobot.robots.values import ForwardSolution, InverseSolution, Jacobians, PointSolution
 from virtualrobot.v1 import robot_pb2
 
 log = logging.getLogger(__name__)
@@ -109,6 +119,40 @@ class Solver(Mechanism):
             group=self._group,
         )
         return InverseSolution.of(self._services.robot.SolveInverse(request))
+
+    def solve_points(
+        self, points: ArrayLike, seed: JointPositions | None = None, reference: str = "world"
+    ) -> PointSolution:
+        """Return the joints that bring the tool centre point to each of many points, however it is turned there.
+
+        So a leg of three joints gets its foot to places on the ground. Each point is solved from the one before, so
+        that a row of near points gives a smooth path; where that fails, from other postures within limits.
+
+        Args:
+            points: (n, 3) in meters, at most 100,000.
+            seed: the joint positions to start from; joints that are not named start as they are now.
+            reference: the node in whose frame the points are given.
+
+        Raises:
+            UnknownNameError: when there is no such joint or node.
+            LimitError: when the seed is outside limits.
+            TooLargeError: for more points.
+
+        Example:
+            >>> leg.solve_points([[0.2, 0.1, -0.1], [0.21, 0.1, -0.1]], reference="body").all
+            array([[...]])
+        """
+        places = np.asarray(points, dtype=float)
+        if places.ndim != 2 or places.shape[1] != 3:
+            raise InvalidArgumentError(f"points have the shape (n, 3), not {places.shape}")
+        request = robot_pb2.SolvePointsRequest(
+            robot=self.name,
+            points=array_message(places),
+            reference=reference,
+            seed=self._named(seed),
+            group=self._group,
+        )
+        return PointSolution.of(self._services.robot.SolvePoints(request, timeout=LONG_TIMEOUT_SECONDS))
 
     @property
     def calibration(self) -> Calibration:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import Stamp, array_of, pose_of, stamp_of
 from virtualrobot._wire.showing import shown
-from virtualrobot.errors import UnreachableError
+from virtualrobot.errors import LimitError, UnreachableError
 from virtualrobot.geometry import Matrix
 from virtualrobot.v1 import geometry_pb2, nodes_pb2, robot_pb2
 
@@ -276,3 +276,44 @@ class InverseSolution:
     def by_name(self) -> dict[str, float]:
         """Return the best solution by joint name; raises UnreachableError when there is none."""
         return dict(zip(self.joint_names, self.best.tolist(), strict=True))
+
+
+@shown
+@dataclass(frozen=True, slots=True, eq=False)
+class PointSolution:
+    """Joint positions that bring the tool centre point to points, one after the other.
+
+    Attributes:
+        joint_names: the joints that were solved for, in order.
+        positions: (m, k), radians or meters, for the first m points: all of them where it is solved.
+        solved: True where all points are reached.
+        position_error: how far the best attempt at the first point that is not reached was off (m).
+        explanation: which point is not reached, and why, in words; empty where all are.
+        outside_limits: that point is not reached, but is by postures outside the limits of joints.
+    """
+
+    joint_names: tuple[str, ...]
+    positions: NDArray[np.float64]
+    solved: bool
+    position_error: float
+    explanation: str
+    outside_limits: bool
+
+    @staticmethod
+    def of(message: robot_pb2.SolvePointsResponse) -> PointSolution:
+        """Return the solution that a message tells."""
+        return PointSolution(
+            tuple(message.joint_names),
+            array_of(message.positions).reshape(-1, len(message.joint_names)),
+            message.status == robot_pb2.INVERSE_STATUS_SOLVED,
+            message.position_error_meters,
+            message.explanation,
+            message.status == robot_pb2.INVERSE_STATUS_OUTSIDE_LIMITS,
+        )
+
+    @property
+    def all(self) -> NDArray[np.float64]:
+        """Positions for all points, (n, k); raises UnreachableError, or LimitError, where one is not reached."""
+        if not self.solved:
+            raise (LimitError if self.outside_limits else UnreachableError)(self.explanation)
+        return self.positions

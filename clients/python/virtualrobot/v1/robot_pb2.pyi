@@ -320,6 +320,43 @@ class SolveInverseResponse(_message.Message):
     arm_angles_radians: _containers.RepeatedScalarFieldContainer[float]
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., solutions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., configurations: _Optional[_Iterable[str]] = ..., position_error_meters: _Optional[float] = ..., rotation_error_radians: _Optional[float] = ..., explanation: _Optional[str] = ..., arm_angles_radians: _Optional[_Iterable[float]] = ...) -> None: ...
 
+class SolvePointsRequest(_message.Message):
+    __slots__ = ("robot", "group", "points", "reference", "seed")
+    class SeedEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
+    POINTS_FIELD_NUMBER: _ClassVar[int]
+    REFERENCE_FIELD_NUMBER: _ClassVar[int]
+    SEED_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    group: _nodes_pb2.GroupSelection
+    points: _geometry_pb2.NumericArray
+    reference: str
+    seed: _containers.ScalarMap[str, float]
+    def __init__(self, robot: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., points: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., reference: _Optional[str] = ..., seed: _Optional[_Mapping[str, float]] = ...) -> None: ...
+
+class SolvePointsResponse(_message.Message):
+    __slots__ = ("stamp", "status", "joint_names", "positions", "position_error_meters", "explanation")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    STATUS_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    POSITION_ERROR_METERS_FIELD_NUMBER: _ClassVar[int]
+    EXPLANATION_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    status: InverseStatus
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    positions: _geometry_pb2.NumericArray
+    position_error_meters: float
+    explanation: str
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., status: _Optional[_Union[InverseStatus, str]] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., position_error_meters: _Optional[float] = ..., explanation: _Optional[str] = ...) -> None: ...
+
 class SolveDrivesRequest(_message.Message):
     __slots__ = ("robot", "parts", "goal")
     ROBOT_FIELD_NUMBER: _ClassVar[int]

@@ -65,6 +65,11 @@ class RobotServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseResponse.FromString,
                 _registered_method=True)
+        self.SolvePoints = channel.unary_unary(
+                '/virtualrobot.v1.RobotService/SolvePoints',
+                request_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolvePointsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolvePointsResponse.FromString,
+                _registered_method=True)
         self.SetKinematics = channel.unary_unary(
                 '/virtualrobot.v1.RobotService/SetKinematics',
                 request_serializer=virtualrobot_dot_v1_dot_robot__pb2.SetKinematicsRequest.SerializeToString,
@@ -134,6 +139,14 @@ class RobotServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def SolvePoints(self, request, context):
+        """Which joints bring the tool centre point to each of many points, however it is turned there, as the foot of a leg;
+        nothing moves.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def SetKinematics(self, request, context):
         """Gives a robot another kinematics component, or makes its own anew. The component is tried on this robot first and
         refused as PLUGIN_FAILED, with the numbers, when it doesn't fit. A motion that runs goes on as it was planned.
@@ -196,6 +209,11 @@ def add_RobotServiceServicer_to_server(servicer, server):
                     servicer.SolveInverse,
                     request_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolveInverseResponse.SerializeToString,
+            ),
+            'SolvePoints': grpc.unary_unary_rpc_method_handler(
+                    servicer.SolvePoints,
+                    request_deserializer=virtualrobot_dot_v1_dot_robot__pb2.SolvePointsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_robot__pb2.SolvePointsResponse.SerializeToString,
             ),
             'SetKinematics': grpc.unary_unary_rpc_method_handler(
                     servicer.SetKinematics,
@@ -381,6 +399,33 @@ class RobotService(object):
             '/virtualrobot.v1.RobotService/SolveInverse',
             virtualrobot_dot_v1_dot_robot__pb2.SolveInverseRequest.SerializeToString,
             virtualrobot_dot_v1_dot_robot__pb2.SolveInverseResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def SolvePoints(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.RobotService/SolvePoints',
+            virtualrobot_dot_v1_dot_robot__pb2.SolvePointsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_robot__pb2.SolvePointsResponse.FromString,
             options,
             channel_credentials,
             insecure,

@@ -1,4 +1,4 @@
-"""`virtualrobot demo auv` and `ugv`: they start a kernel, lead a vehicle through its mission, and end it."""
+"""`virtualrobot demo auv`, `ugv` and `hexapod`: they start a kernel, lead a machine on its way, and end it."""
 
 from __future__ import annotations
 
@@ -57,6 +57,36 @@ def ugv(target: Target, side: float, plot: Path | None, headless: bool, speed: f
 
     with stepped(target, plot, headless) as client:
         ugv.main(client, side, plot, pace_of(speed, headless))
+
+
+GROUND = click.option(
+    "--ground", type=click.Choice(["level", "rolling"]), default="rolling", show_default=True, help="What it walks on."
+)
+SEED = click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of rolling ground.")
+
+
+@click.command()
+@click.option(
+    "--gait", type=click.Choice(["tripod", "ripple", "wave"]), default="tripod", show_default=True, help="How it steps."
+)
+@GROUND
+@SEED
+@PLOT
+@HEADLESS
+@SPEED
+@target_options
+def hexapod(
+    target: Target, gait: str, ground: str, seed: int, plot: Path | None, headless: bool, speed: float | None
+) -> None:
+    """Watch a hexapod walk: its steps, its support polygon, and how far it is from falling.
+
+    In steps, as fast as the wall clock, without viewer as fast as it can. Starts a kernel of its own and ends it; with
+    --address the hexapod replaces the world of a kernel that runs already.
+    """
+    from virtualrobot_apps.vehicles.walking import demo
+
+    with stepped(target, plot, headless) as client:
+        demo.main(client, "hexapod", gait, ground, seed, plot, pace_of(speed, headless))
 
 
 @contextmanager

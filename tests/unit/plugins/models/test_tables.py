@@ -29,6 +29,7 @@ def arm(**fields: object) -> dict:
         (arm(joints=[JOINT[:-1]]), "joints"),
         (arm(joints=[]), "joints"),
         ({"description": "x", "cups": {"plate": [60, 60, 0], "cups": [[0, 0, 20]], "height": 30, "mass": 1}}, "plate"),
+        ({"description": "x", "walker": {"body": [200, 90, 40], "mass": 1, "hips": {}, "rows": [], "foot": 8}}, "rows"),
     ],
 )
 def test_what_is_wrong_in_an_entry_is_named(entry: dict, said: str) -> None:

@@ -9,7 +9,7 @@ from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
 from virtualrobot_apps.demos.twin.command import twin
-from virtualrobot_apps.vehicles.command import auv, ugv
+from virtualrobot_apps.vehicles.command import auv, hexapod, ugv
 
 
 @click.group(short_help="Watch two robots palletize.", invoke_without_command=True)
@@ -61,3 +61,4 @@ def demo(
 demo.add_command(twin)
 demo.add_command(auv)
 demo.add_command(ugv)
+demo.add_command(hexapod)

@@ -1,0 +1,93 @@
+"""Walking machines in a kernel: feet that don't slip, support that holds, speed as commanded, ground that is felt."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import virtualrobot
+from click.testing import CliRunner
+from virtualrobot.cli import cli
+from virtualrobot_apps.vehicles.walking import demo
+from virtualrobot_apps.vehicles.walking.course import Part
+from virtualrobot_apps.vehicles.walking.gaits import HEXAPOD_GAITS
+from virtualrobot_apps.vehicles.walking.machine import HEXAPOD_LEGS, hexapod
+from virtualrobot_apps.vehicles.walking.play import play
+from virtualrobot_apps.vehicles.walking.terrain import SensedGround
+from virtualrobot_apps.vehicles.walking.walk import plan_walk
+
+from tests.kernels import KernelProcess
+
+
+def test_a_leg_is_that_of_its_table(steps: virtualrobot.Client) -> None:
+    """The table that README.md of the models prints, against the nodes."""
+    machine = hexapod(steps)
+    table = {
+        "convention": "standard",
+        "rows": [{"a_meters": 0.052, "alpha_radians": np.pi / 2}, {"a_meters": 0.066}, {"a_meters": 0.133}],
+    }
+    leg = machine.legs[3].mechanism
+    assert leg.set_kinematics("dh", table).forward_position_error < 1e-9
+    assert leg.chain_joint_names == ["coxa", "femur", "tibia"]
+    assert [steps.scene.node(f"hexapod.{name}").parent for name in HEXAPOD_LEGS] == ["hexapod.body"] * 6
+    # However a tibia is tilted, its end lies within the ball of the foot, which touches the ground before it.
+    shank = steps.scene.node("hexapod.left_rear.tibia")._message.figures[0].capsule
+    assert 0.133 / 2.0 < (shank.length_meters + 2.0 * shank.radius_meters) / 2.0 < 0.133 / 2.0 + 0.008
+    assert shank.radius_meters < 0.008
+    assert not steps.collisions.check().pairs
+
+
+def test_a_hexapod_walks_without_slipping_or_falling(steps: virtualrobot.Client) -> None:
+    machine, ground = demo.build(steps)
+    stand, gait = demo.stand_of(machine), HEXAPOD_GAITS["tripod"]
+    speed = gait.speed(0.06)
+    walk = plan_walk(gait, stand, [Part(1.5 * gait.cycle, speed, 0.0, 0.3)], ground)
+    record = play(machine, walk)
+    assert record.slips.max() < 1e-4
+    assert record.margins.min() > 0.0
+    assert record.speed(gait.cycle, 1.5 * gait.cycle) == pytest.approx(0.06 / (0.5 * gait.cycle), rel=1e-4)
+    # In each tick feet and body are where the walk has them.
+    for place in range(3):
+        planned = [np.interp(record.times, walk.times, walk.feet[:, leg, place]) for leg in range(6)]
+        assert np.abs(record.feet[:, :, place] - np.transpose(planned)).max() < 2e-4
+    assert record.bodies[-1] == pytest.approx(walk.bodies[-1], abs=1e-6)
+    assert record.feet[record.stance][:, 2] == pytest.approx(0.008, abs=1e-4)
+    # Nothing but feet touches the ground, and no leg another one.
+    assert not steps.collisions.check().pairs
+
+
+def test_a_hexapod_walks_on_rolling_ground(steps: virtualrobot.Client, seed: int) -> None:
+    machine, ground = demo.build(steps, ground_name="rolling", seed=seed)
+    assert isinstance(ground, SensedGround)
+    gait = HEXAPOD_GAITS["ripple"]
+    walk = plan_walk(gait, demo.stand_of(machine, ground_name="rolling"), [Part(gait.cycle, 0.08)], ground)
+    record = play(machine, walk)
+    assert record.slips.max() < 1e-4
+    assert record.margins.min() > 0.0
+    heights = np.array([step.goal[2] for of in walk.steps for step in of])
+    assert np.ptp(heights) > 0.002
+
+
+def test_what_cannot_be_walked_is_refused(steps: virtualrobot.Client) -> None:
+    machine, ground = demo.build(steps)
+    stand, gait = demo.stand_of(machine), HEXAPOD_GAITS["tripod"]
+    with pytest.raises(virtualrobot.VirtualRobotError, match=r"the point \d+ is not reached"):
+        play(machine, plan_walk(gait, stand, [Part(2.0, 0.9)], ground), shown=False)
+    with pytest.raises(ValueError, match="there is no ground for a foot at x"):
+        plan_walk(gait, stand, [Part(2.0, 0.1)], ground, (2.9, 0.0, 0.0))
+    with pytest.raises(ValueError, match="the ground is level or rolling, not 'ice'"):
+        demo.build(steps, ground_name="ice")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("gait", ["tripod", "wave"])
+def test_the_demo_tells_its_numbers(stepped_kernel: KernelProcess, tmp_path: Path, gait: str) -> None:
+    plot = tmp_path / "hexapod.svg"
+    given = ["demo", "hexapod", "--address", stepped_kernel.address, "--gait", gait, "--plot", str(plot), "--headless"]
+    result = CliRunner().invoke(cli, given)
+    assert result.exit_code == 0, result.output
+    assert "mm at most, of feet on the ground" in result.output
+    assert "stability margin  " in result.output
+    assert ElementTree.parse(plot).getroot().tag.endswith("svg")
