@@ -106,14 +106,17 @@ picture: $(VENV)/installed-dev
 	@$(BIN)/python tools/picture.py docs/pictures
 	@$(BIN)/python tools/picture_sensors.py docs/pictures
 	@$(BIN)/python tools/picture_cameras.py docs/pictures
+	@$(BIN)/python tools/picture_boebot.py docs/pictures
 
-# The pictures of docs/motion-profiles.md, docs/sensor-models.md, docs/recording.md, docs/avoidance.md and docs/ugv.md.
+# The pictures of docs/motion-profiles.md, docs/sensor-models.md, docs/recording.md, docs/avoidance.md, docs/ugv.md and docs/boebot.md.
 profiles: $(VENV)/installed-dev
 	@$(BIN)/python tools/plot_motions.py docs/pictures
 	@$(BIN)/python tools/plot_sensor_models.py docs/pictures
 	@$(BIN)/python tools/plot_recording.py docs/pictures
 	@$(BIN)/virtualrobot avoid --headless --stepped --plot docs/pictures/avoidance.svg
 	@$(BIN)/virtualrobot demo ugv --headless --plot docs/pictures/ugv.svg
+	@$(BIN)/virtualrobot demo boebot --headless --plot docs/pictures/boebot.svg
+	@$(BIN)/virtualrobot demo maze --headless --plot docs/pictures/maze.svg
 
 clean:
 	@rm -rf $(VENV) node_modules clients/node/node_modules clients/node/dist build dist *.egg-info .pytest_cache .ruff_cache

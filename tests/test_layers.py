@@ -110,6 +110,9 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # What they say is read from YAML.
     f"{APPS}/vehicles/vehicle_file.py": ("virtualrobot", "numpy", "yaml"),
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),
+    # The Boe-Bot's worlds are written as YAML, and its pictures looked at by OpenCV, where that is installed.
+    f"{APPS}/vehicles/boebot/worlds.py": ("virtualrobot_apps", "numpy", "yaml"),
+    f"{APPS}/vehicles/boebot/line_follower.py": ("virtualrobot", "numpy", "cv2"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
     # Fixtures, which pytest finds.

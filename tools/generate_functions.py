@@ -143,7 +143,10 @@ GROUPS = (
     Group(
         "Physics",
         services=("PhysicsService",),
-        batch=("SetPhysics",),
+        batch=(
+            "SetPhysics",
+            "SetJointEfforts",
+        ),
         python={"client.physics": "physics:Physics"},
         commands=("physics",),
     ),

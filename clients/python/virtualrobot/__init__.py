@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from virtualrobot.motions.state import PlanReference as PlanReference
     from virtualrobot.motions.state import Search as Search
     from virtualrobot.motions.steps import Pattern as Pattern
+    from virtualrobot.physics import JointMotor as JointMotor
     from virtualrobot.progress import Progress as Progress
     from virtualrobot.robots.dynamics import inertial as inertial
     from virtualrobot.robots.group import Group as Group
@@ -106,6 +107,7 @@ _MODULES = {
     "scene.node": ("NodeInfo",),
     "scene.target": ("Target",),
     "view.ghosts": ("Ghost",),
+    "physics": ("JointMotor",),
     "robots.group": ("Group",),
     "leases": ("Lease", "LeaseInfo"),
     "history.values": ("Checkpoint", "Step"),

@@ -1,4 +1,4 @@
-"""Physics: parts that fall, slide, roll, and are pushed by what moves."""
+"""Physics: parts that fall, slide, roll, and are pushed by what moves; robots whose joints have motors."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
-from virtualrobot._wire.messages import settings_message, settings_of, vector_message, vector_of
+from virtualrobot._wire.messages import joint_map, settings_message, settings_of, vector_message, vector_of
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import shown, told
+from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.v1 import nodes_pb2, physics_pb2, scene_pb2
 
 
@@ -57,6 +58,42 @@ class PhysicsStatus:
     contacts: tuple[PhysicsContact, ...]
 
 
+_MODES = {
+    "usual": nodes_pb2.MOTOR_MODE_UNSPECIFIED,
+    "free": nodes_pb2.MOTOR_MODE_FREE,
+    "velocity": nodes_pb2.MOTOR_MODE_VELOCITY,
+    "position": nodes_pb2.MOTOR_MODE_POSITION,
+    "effort": nodes_pb2.MOTOR_MODE_EFFORT,
+}
+_NAMES = {number: name for name, number in _MODES.items()}
+
+
+@shown
+@dataclass(frozen=True, slots=True)
+class JointMotor:
+    """Motor of a joint of a robot under physics.
+
+    Attributes:
+        mode: `velocity` holds the velocity that motions command, as a wheel's motor does; `position` goes along with
+            the position that they command; `effort` exerts what `set_efforts` says; `free` is none, as of a caster;
+            `usual` is `velocity` for a joint that turns without end and `position` for others.
+        stiffness: of the spring to the position that is commanded, N m/rad or N/m; 0 means as stiff as the engine's
+            motors are.
+        damping: beside a stiffness, N m s/rad or N s/m.
+        max_effort: N m or N; 0 means that of the joint's limits, and no limit where that is 0, too.
+    """
+
+    mode: str = "usual"
+    stiffness: float = 0.0
+    damping: float = 0.0
+    max_effort: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse modes that there are not."""
+        if self.mode not in _MODES:
+            raise InvalidArgumentError(f"the mode of a motor is one of {', '.join(_MODES)}, not {self.mode!r}")
+
+
 @checked
 class Physics:
     """Handle of the physics of one kernel."""
@@ -94,22 +131,75 @@ class Physics:
         )
         self._services.apply([scene_pb2.Command(set_physics=command)])
 
-    def enable(self, *parts: str) -> None:
-        """Let parts move by forces.
+    def enable(self, *names: str) -> None:
+        """Let parts and robots move by forces; a robot's motions command its motors then.
 
         Raises:
-            UnknownNameError: when there is no such part.
-            VirtualRobotError: for a part without a mass, or one that no rigid body can be.
+            UnknownNameError: when there is no such part or robot.
+            VirtualRobotError: for a part without a mass, or one that no rigid body can be; for a robot with a link that
+                moves and has none, with a joint that physics do not know, or that hangs on what moves.
         """
-        self._set_dynamic(parts, True)
+        self._set_dynamic(names, True)
 
-    def disable(self, *parts: str) -> None:
-        """Let parts stay where they are, and go with what they hang on.
+    def disable(self, *names: str) -> None:
+        """Let parts stay where they are, and go with what they hang on; let robots move by their motions alone.
 
         Raises:
-            UnknownNameError: when there is no such part.
+            UnknownNameError: when there is no such part or robot.
+            RobotBusyError: while a robot moves.
         """
-        self._set_dynamic(parts, False)
+        self._set_dynamic(names, False)
+
+    def motors(self, robot: str) -> dict[str, JointMotor]:
+        """Return the motors of a robot's joints that are not the usual ones, by joint.
+
+        Raises:
+            UnknownNameError: when there is no such robot.
+        """
+        return {
+            one.joint: JointMotor(_NAMES.get(one.mode, "usual"), one.stiffness, one.damping, one.max_effort)
+            for one in self._nodes((robot,))[0].robot.motors
+        }
+
+    def set_motors(self, robot: str, motors: Mapping[str, JointMotor]) -> None:
+        """Choose the motors of some of a robot's joints; other joints keep theirs.
+
+        Raises:
+            UnknownNameError: when there is no such robot or joint.
+            RobotBusyError: while the robot moves.
+
+        Example:
+            >>> client.physics.set_motors("dog", {"knee": JointMotor("position", stiffness=80.0, damping=2.0)})
+        """
+        node = self._nodes((robot,))[0]
+        if node.WhichOneof("kind") != "robot":
+            raise InvalidArgumentError(f"{robot!r} is no robot; motors are of robots")
+        kept = [one for one in node.robot.motors if one.joint not in motors]
+        given = [
+            nodes_pb2.JointMotor(
+                joint=joint,
+                mode=_MODES[one.mode],
+                stiffness=one.stiffness,
+                damping=one.damping,
+                max_effort=one.max_effort,
+            )
+            for joint, one in motors.items()
+        ]
+        del node.robot.motors[:]
+        node.robot.motors.extend([*kept, *given])
+        self._services.apply([_updated(node, "robot")])
+
+    def set_efforts(self, robot: str, efforts: Mapping[str, float]) -> None:
+        """Set what motors of the mode `effort` exert from now on, by joint: N m or N; others keep theirs.
+
+        Stopping the robot sets them to 0.
+
+        Raises:
+            WrongStateError: for a robot that is not dynamic, and for a motor of another mode.
+            UnknownNameError: when there is no such robot or joint.
+        """
+        command = scene_pb2.SetJointEfforts(robot=robot, efforts=joint_map(efforts))
+        self._services.apply([scene_pb2.Command(set_joint_efforts=command)])
 
     @property
     def status(self) -> PhysicsStatus:
@@ -128,20 +218,20 @@ class Physics:
             ),
         )
 
-    def _set_dynamic(self, parts: tuple[str, ...], dynamic: bool) -> None:
-        if not parts:
-            return
-        scene = self._services.scene.GetScene(scene_pb2.GetSceneRequest(names=parts))
-        known = {node.name: node.part for node in scene.nodes if node.HasField("part")}
+    def _set_dynamic(self, names: tuple[str, ...], dynamic: bool) -> None:
         commands = []
-        for name in parts:
-            part = nodes_pb2.Part()
-            part.CopyFrom(known.get(name, part))
-            part.dynamic = dynamic
-            update = scene_pb2.UpdateNode(name=name, node=nodes_pb2.Node(part=part))
-            update.update_mask.paths.append("part")
-            commands.append(scene_pb2.Command(update_node=update))
-        self._services.apply(commands)
+        for node in self._nodes(names):
+            kind = "robot" if node.WhichOneof("kind") == "robot" else "part"
+            getattr(node, kind).dynamic = dynamic
+            commands.append(_updated(node, kind))
+        if commands:
+            self._services.apply(commands)
+
+    def _nodes(self, names: tuple[str, ...]) -> list[nodes_pb2.Node]:
+        """Return nodes as they are; one that is not there has its name alone, for the kernel to refuse."""
+        scene = self._services.scene.GetScene(scene_pb2.GetSceneRequest(names=names))
+        known = {node.name: node for node in scene.nodes}
+        return [known.get(name) or nodes_pb2.Node(name=name) for name in names]
 
     def __repr__(self) -> str:
         """Return a line for people."""
@@ -152,3 +242,10 @@ class Physics:
             return f"engine {now.engine}, {len(now.moving_parts)} parts move{ill}"
 
         return told(type(self).__name__, say)
+
+
+def _updated(node: nodes_pb2.Node, kind: str) -> scene_pb2.Command:
+    """Return the command that gives a node what it says of its kind."""
+    update = scene_pb2.UpdateNode(name=node.name, node=node)
+    update.update_mask.paths.append(kind)
+    return scene_pb2.Command(update_node=update)

@@ -50,9 +50,12 @@ def chart(
     return "\n".join([*parts, "</svg>\n"])
 
 
-def plan(ways: Mapping[str, NDArray[np.float64]], size: int = 400) -> str:
-    """Return an SVG of ways (n, 2) from above, by name: x (m) to the right, and y up, at the same scale."""
-    points = np.vstack(list(ways.values()))
+def plan(ways: Mapping[str, NDArray[np.float64]], size: int = 400, areas: Sequence[NDArray[np.float64]] = ()) -> str:
+    """Return an SVG of ways (n, 2) from above, by name: x (m) to the right, and y up, at the same scale.
+
+    `areas` are polygons (m, 2) below them, such as walls.
+    """
+    points = np.vstack([*ways.values(), *areas])
     low, high = points.min(axis=0), points.max(axis=0)
     scale = size / max(float((high - low).max()), 1e-6)
     parts = _head(TOP + size + BOTTOM)
@@ -67,6 +70,9 @@ def plan(ways: Mapping[str, NDArray[np.float64]], size: int = 400) -> str:
         parts.append(f'<text x="{x(value)}" y="{y(float(low[1])) + 20:g}" text-anchor="middle">{value:g}</text>')
     for value in (tick for tick in ticks(float(low[1]), float(high[1]), 6) if low[1] <= tick <= high[1]):
         parts.append(f'<text x="{LEFT - 12}" y="{y(value) + 4:g}" text-anchor="end">{value:g}</text>')
+    for area in areas:
+        corners = " ".join(f"{x(float(east)):g},{y(float(north)):g}" for east, north in area)
+        parts.append(f'<polygon points="{corners}" fill="#ddd5c8"/>')
     for place, (name, way) in enumerate(ways.items()):
         drawn = " ".join(f"{x(float(east)):g},{y(float(north)):g}" for east, north in way)
         parts += _curve(drawn, place, name, LEFT + size + 40, TOP)

@@ -395,7 +395,7 @@ def _quiet(before: Snapshot, after: Snapshot) -> bool:
 
 
 TOLD = (
-    *("q", "v", "commanded", "parent_t_node", "motions", "tool_states", "selections", "speed_factors"),
-    "tcp_speed_limits",
+    *("q", "v", "commanded", "motored", "parent_t_node", "motions", "tool_states", "selections"),
+    *("speed_factors", "tcp_speed_limits"),
 )
 """Fields of State that RobotState tells of."""

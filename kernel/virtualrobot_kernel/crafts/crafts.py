@@ -38,6 +38,7 @@ from virtualrobot_kernel.world.commands import (
     UpdateNode,
 )
 from virtualrobot_kernel.world.crafts import crafts
+from virtualrobot_kernel.world.motored import under_physics
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Craft, Node, NodeSpec, RobotData, Structure
@@ -234,8 +235,9 @@ class Crafts:
             return steered
         found: list[Moved] = []
         stopped: list[Command] = []
+        by_forces = {node.uid for node in under_physics(now.structure, now.state)}
         for uid, craft in self._at_work.items():
-            if uid in self._faults or uid in now.state.commanded:
+            if uid in self._faults or uid in now.state.commanded or uid in by_forces:
                 continue
             key = (now.state.tick, craft.key(now, later))
             asked = self._asked.get(uid)

@@ -26,7 +26,8 @@ from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
-from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.commands import Command, SetDynamics
+from virtualrobot_kernel.world.figures import Material
 from virtualrobot_kernel.world.state import Motion, State
 from virtualrobot_kernel.world.structure import Craft, Node, PartData, RobotData
 
@@ -41,15 +42,20 @@ PARTS = (Node, Motion, Plan, Program)
 TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 """Name in documents of a class, where that isn't its own: two have the same name, or it was renamed."""
 
-VERSIONS: Mapping[type, int] = {State: 4, RobotData: 2, Craft: 2, PartData: 2}
+VERSIONS: Mapping[type, int] = {State: 5, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 2}
 """Version of each class whose fields aren't those of its first one."""
 
 MIGRATIONS: Mapping[tuple[str, int], Migration] = {
     ("Craft", 1): lambda fields: [*fields, None],  # water
     ("RobotData", 1): lambda fields: [*fields, None],  # craft
+    ("RobotData", 2): lambda fields: [*fields, False, ()],  # dynamic, motors
+    ("SetDynamics", 1): lambda fields: [*fields, ()],  # motored
     ("State", 1): lambda fields: [*fields, {}],  # tcp_speed_limits
     ("State", 2): lambda fields: [*fields, None],  # dynamics
     ("State", 3): lambda fields: [*fields, None, None, {}],  # physics, moved_parts, twists
+    ("State", 4): lambda fields: [*fields, {}, {}],  # motored, efforts
+    # restitution, rolling_friction, spinning_friction, stiffness, damping
+    ("Material", 1): lambda fields: [*fields, 0.0, 0.0, 0.0, 0.0, 0.0],
     ("PartData", 1): lambda fields: [*fields, False],  # dynamic
 }
 """Function that makes the written fields of a class (its tag, a version) those of the next version."""

@@ -242,6 +242,10 @@ def _computed(command: commands.SetDynamics, done: Done) -> Iterable[Phrase]:
     yield Phrase("computed", "", f" {len(command.q_index)} coordinates")
 
 
+def _exerts(command: commands.SetJointEfforts, done: Done) -> Iterable[Phrase]:
+    yield Phrase("set the efforts of", repr(command.robot))
+
+
 def _moved(command: commands.SetParts, done: Done) -> Iterable[Phrase]:
     yield Phrase("moved", "", f" {len(command.parts)} parts by forces")
 
@@ -325,6 +329,7 @@ LABELS: dict[type, Callable[[Any, Done], Iterable[Phrase]]] = {
     commands.EndSetpoints: _of_motion("ended the setpoints of"),
     commands.SetMeasuredJoints: _measured,
     commands.SetDynamics: _computed,
+    commands.SetJointEfforts: _exerts,
     commands.SetParts: _moved,
     commands.SetPhysics: _physics,
     commands.PauseMotion: _of_motion("paused"),

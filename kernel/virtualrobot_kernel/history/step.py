@@ -46,6 +46,7 @@ KINDS: dict[type, StepKind] = {
     commands.EndSetpoints: StepKind.MOTION,
     commands.SetMeasuredJoints: StepKind.MOTION,
     commands.SetDynamics: StepKind.MOTION,
+    commands.SetJointEfforts: StepKind.MOTION,
     commands.SetParts: StepKind.MOTION,
     commands.PauseMotion: StepKind.MOTION,
     commands.ResumeMotion: StepKind.MOTION,

@@ -72,6 +72,8 @@ def _check_material(material: Material, what: str) -> None:
         raise KernelError(f"{what}.reflectance must be 0 to 1, not {material.reflectance:g}", field=what)
     if not 0.0 <= material.friction < math.inf:
         raise KernelError(f"{what}.friction must be 0 or more, not {material.friction:g}", field=what)
+    if not 0.0 <= material.restitution <= 1.0:
+        raise KernelError(f"{what}.restitution must be 0 to 1, not {material.restitution:g}", field=what)
 
 
 def _bytes(*shape: int) -> Pair:
@@ -105,7 +107,15 @@ GEOMETRY = OneOf(
     frame=Table(Frame, nodes_pb2.Frame, length=OrDefault(NOT_NEGATIVE)),
     label=Table(Label, nodes_pb2.Label, check=_check_label),
 )
-MATERIAL = Table(Material, nodes_pb2.Material, check=_check_material)
+MATERIAL = Table(
+    Material,
+    nodes_pb2.Material,
+    rolling_friction=NOT_NEGATIVE,
+    spinning_friction=NOT_NEGATIVE,
+    stiffness=NOT_NEGATIVE,
+    damping=NOT_NEGATIVE,
+    check=_check_material,
+)
 FIGURE = Table(
     Figure,
     nodes_pb2.Figure,

@@ -5,9 +5,20 @@ from __future__ import annotations
 from virtualrobot.v1 import nodes_pb2
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.messages.codecs import BY_NAME, FINITE, POSITIVE, OrDefault, Pair, distinct, named
+from virtualrobot_kernel.messages.codecs import (
+    BY_NAME,
+    FINITE,
+    NOT_NEGATIVE,
+    POSITIVE,
+    EnumTable,
+    OrDefault,
+    Pair,
+    distinct,
+    named,
+)
 from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.world.groups import Group
+from virtualrobot_kernel.world.motors import JointMotor, MotorMode
 from virtualrobot_kernel.world.structure import Actuator, Craft, CraftDrive, JointGroup, LinkPair, RobotData, Water
 
 
@@ -34,6 +45,12 @@ WATER = Table(Water, nodes_pb2.Water, density=OrDefault(POSITIVE))
 CRAFT = Table(
     Craft, nodes_pb2.Craft, drives=Table(CraftDrive, nodes_pb2.CraftDrive, ratio=OrDefault(FINITE)), water=WATER
 )
+MOTOR = Table(
+    JointMotor,
+    nodes_pb2.JointMotor,
+    mode=EnumTable(MotorMode, nodes_pb2.MotorMode),
+    numbers=NOT_NEGATIVE,
+)
 ROBOT = Table(
     RobotData,
     nodes_pb2.Robot,
@@ -42,6 +59,7 @@ ROBOT = Table(
     allowed_collisions=Table(LinkPair, nodes_pb2.LinkPair),
     actuators=ACTUATORS,
     craft=CRAFT,
+    motors=MOTOR,
     without=("joint_names",),
 )
 

@@ -1,39 +1,51 @@
-"""Bodies of a world for a physics engine: free parts, what joints move, and what stands."""
+"""Bodies of a world for a physics engine: free parts, robots with motors, what other joints move, and what stands."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.physics import WORLD, Body, BodyJoint, BodyShape, PhysicsModel, Surface
 from virtualrobot_sdk.physics_checks import check_inertia
-from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.physics.solids import Hulls, Spread, evenly, shape_of, spread_of
+from virtualrobot_kernel.physics.solids import Hulls, Spread, evenly, placed, shape_of, spread_of, together
+from virtualrobot_kernel.world import motored
 from virtualrobot_kernel.world.figures import Material
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Node, PartData, Structure
+from virtualrobot_kernel.world.structure import JointType, LinkData, Node, PartData, Structure, ToolData
+
+Floats = NDArray[np.float64]
 
 _PLAIN = Material()
+_JOINTS = {
+    JointType.FLOATING: BodyJoint.FREE,
+    JointType.REVOLUTE: BodyJoint.REVOLUTE,
+    JointType.CONTINUOUS: BodyJoint.REVOLUTE,
+    JointType.PRISMATIC: BodyJoint.PRISMATIC,
+}
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Scene:
-    """Model of a world, and which nodes its bodies are.
+    """Model of a world, and which nodes its bodies are: uids, each list in the order of the model.
 
     Attributes:
         model: the bodies.
-        free: (k,) rows in the world of the parts that forces move, in the order of the model.
-        free_uids: their uids.
-        driven: (d,) rows in the world of what joints move, in the order of the model.
+        parts: the parts that forces move.
+        links: the links of robots that forces move.
+        driven: the links that other joints move.
+        rows: row in the model of each of them.
     """
 
     model: PhysicsModel
-    free: tuple[int, ...]
-    free_uids: tuple[int, ...]
+    parts: tuple[int, ...]
+    links: tuple[int, ...]
     driven: tuple[int, ...]
+    rows: dict[int, int]
 
 
 def movers(structure: Structure) -> dict[int, int]:
@@ -55,50 +67,146 @@ def is_dynamic(node: Node) -> bool:
     return isinstance(node.data, PartData) and node.data.dynamic
 
 
-def scene_of(snapshot: Snapshot, hull: Hulls, substep_seconds: float) -> Scene:
-    """Return the bodies of a world: what stands, what joints move, and the parts that forces move.
+def moves_by_forces(node: Node) -> bool:
+    """Return whether a node is a part or a robot that moves by forces where an engine is set."""
+    return is_dynamic(node) or motored.is_dynamic(node)
 
-    Raises KernelError, by the name of the node, for a part that no rigid body can be, and for a mesh without volume.
+
+def scene_of(snapshot: Snapshot, hull: Hulls, substep_seconds: float) -> Scene:
+    """Return the bodies of a world: what stands, what joints move, and the parts and robots that forces move.
+
+    Raises KernelError, by the name of the node, for what no rigid body can be, for a mesh without volume, and for a
+    robot whose joints an engine doesn't have or that hangs on what moves.
     """
     structure = snapshot.structure
     mover_of = movers(structure)
-    rows = {row: uid for uid, row in structure.rows.items()}
+    uids = {row: uid for uid, row in structure.rows.items()}
     bodies: list[Body] = []
-    place_of: dict[int, int] = {}
-    free: list[int] = []
+    rows: dict[int, int] = {}
+    masses: dict[int, list[Spread]] = {}
+    mover_t: dict[int, Floats] = {}
+    parts: list[int] = []
+    links: list[int] = []
     driven: list[int] = []
     for row in structure.forest.order.tolist():
-        node = structure.nodes[rows[row]]
-        mover = mover_of[node.uid]
-        pose = snapshot.world_t_node[row]
+        node = structure.nodes[uids[row]]
+        mover, pose = mover_of[node.uid], snapshot.state.parent_t_node[row]
+        # Where it is in what it moves with, or in the world where it stands.
+        above_t_node = mover_t.get(node.parent, np.eye(4)) @ pose
+        mover_t[node.uid] = np.eye(4) if mover == node.uid else above_t_node
         made = [*_surfaced(node, hull)]
         if mover == node.uid:
             # The first of its materials is the body's own; others hang on it.
-            own = replace(made.pop(0) if made else Body(node.name), joint=BodyJoint.FREE, driven=node.is_moved)
-            (driven if node.is_moved else free).append(row)
-            place_of[mover] = len(bodies)
-            bodies.append(own if node.is_moved else _weighed(node, hull, own))
-        parent, at = WORLD, pose
-        if mover:
-            parent, at = place_of[mover], inverse(snapshot.world_t(mover)) @ pose
-            if mover != node.uid and is_dynamic(node) and not structure.nodes[mover].is_moved:
-                made.append(_weighed(node, hull, Body(node.name)))
-        bodies += [replace(body, parent=parent, parent_t_body=at) for body in made]
+            own = made.pop(0) if made else Body(node.name)
+            rows[mover] = len(bodies)
+            if not node.is_moved:
+                parts.append(node.uid)
+                own = replace(own, joint=BodyJoint.FREE)
+            elif _is_of_dynamic(structure, node):
+                links.append(node.uid)
+                own = _jointed(structure, node, own, above_t_node, mover_of[node.parent], rows)
+            else:
+                driven.append(node.uid)
+                own = replace(own, joint=BodyJoint.FREE, driven=True)
+                _refuse_on_dynamic(structure, node, mover_of[node.parent])
+            bodies.append(own)
+        if mover and mover not in driven:
+            found = _spreads(structure, node, mover, hull)
+            masses.setdefault(mover, []).extend(placed(one, mover_t[node.uid]) for one in found)
+        parent = rows[mover] if mover else WORLD
+        bodies += [replace(body, parent=parent, parent_t_body=mover_t[node.uid]) for body in made]
+    for uid in (*parts, *links):
+        bodies[rows[uid]] = _weighed(structure.nodes[uid], bodies[rows[uid]], together(masses[uid]))
     model = PhysicsModel(tuple(bodies), snapshot.state.physics_settings.gravity, substep_seconds)
-    uids = tuple(rows[row] for row in free)
-    return Scene(model, tuple(free), uids, tuple(driven))
+    return Scene(model, tuple(parts), tuple(links), tuple(driven), rows)
 
 
-def _weighed(node: Node, hull: Hulls, body: Body) -> Body:
-    """Return a body with the mass of its part; raise KernelError, by its name, where no rigid body has it."""
-    assert isinstance(node.data, PartData)
-    spread = _spread(node, node.data, hull)
+def _is_of_dynamic(structure: Structure, link: Node) -> bool:
+    robot = structure.robot_of(link.uid)
+    return robot is not None and motored.is_dynamic(robot)
+
+
+def _jointed(
+    structure: Structure, node: Node, body: Body, above_t_node: Floats, above: int, rows: dict[int, int]
+) -> Body:
+    """Return the body of a link of a robot that forces move, on what it hangs on (uid; 0: what stands)."""
+    assert isinstance(node.data, LinkData)
+    joint = node.data.joint
+    robot = structure.robot_of(node.uid)
+    assert robot is not None
+
+    def refused(why: str) -> KernelError:
+        return KernelError(
+            f"the joint {joint.name!r} of {robot.name!r} {why}, which physics do not know; keep {robot.name!r} from "
+            "being dynamic",
+            robot=robot.name,
+            joint=joint.name,
+        )
+
+    if joint.mimic is not None:
+        raise refused(f"mimics {joint.mimic.joint!r}")
+    if joint.type not in _JOINTS:
+        raise refused(f"is {joint.type.value[0]}")
+    if above and joint.type is JointType.FLOATING:
+        raise refused(f"floats and hangs on {structure.nodes[above].name!r}")
+    if above and not _moves_by_forces(structure, structure.nodes[above]):
+        raise refused(f"hangs on {structure.nodes[above].name!r}, which joints without motors move")
+    if joint.type is JointType.FLOATING:
+        return replace(body, joint=BodyJoint.FREE)
+    return replace(
+        body,
+        parent=rows[above] if above else WORLD,
+        joint=_JOINTS[joint.type],
+        parent_t_body=above_t_node,
+        axis=joint.axis,
+        lower=joint.limits.lower,
+        upper=joint.limits.upper,
+    )
+
+
+def _moves_by_forces(structure: Structure, mover: Node) -> bool:
+    return not mover.is_moved or _is_of_dynamic(structure, mover)
+
+
+def _refuse_on_dynamic(structure: Structure, node: Node, above: int) -> None:
+    """Raise KernelError for a link that a joint without a motor moves against a robot that forces move."""
+    if above and structure.nodes[above].is_moved and _is_of_dynamic(structure, structure.nodes[above]):
+        robot, carrier = structure.robot_of(node.uid), structure.robot_of(above)
+        assert robot is not None and carrier is not None
+        raise KernelError(
+            f"{robot.name!r} hangs on {carrier.name!r}, which moves by forces; make {robot.name!r} dynamic, too",
+            robot=robot.name,
+        )
+
+
+def _spreads(structure: Structure, node: Node, mover: int, hull: Hulls) -> Iterator[Spread]:
+    """Yield the mass that a node adds to what it moves with, in its own frame."""
+    of_part = not structure.nodes[mover].is_moved
+    if isinstance(node.data, PartData) and (node.data.dynamic or (not of_part and node.data.mass > 0.0)):
+        spread = _spread(node, node.data, hull)
+        _check(node, spread)
+        yield spread
+    elif isinstance(node.data, LinkData | ToolData) and node.data.inertial is not None and node.data.inertial.mass:
+        yield spread_of(node.data.inertial)
+
+
+def _weighed(node: Node, body: Body, spread: Spread) -> Body:
+    """Return a body with the mass of all that moves with it; raise KernelError, by its name, where no body has it."""
+    if not spread.mass:
+        raise KernelError(
+            f"the link {node.name!r} has no mass; what moves by forces needs an inertial with one above 0",
+            node=node.name,
+        )
+    _check(node, spread)
+    x, y, z = spread.center.tolist()
+    return replace(body, mass=spread.mass, center_of_mass=(x, y, z), inertia=spread.inertia)
+
+
+def _check(node: Node, spread: Spread) -> None:
     try:
         check_inertia(node.name, spread.mass, spread.inertia)
     except ArgumentError as error:
         raise KernelError(str(error), node=node.name) from error
-    x, y, z = spread.center.tolist()
-    return replace(body, mass=spread.mass, center_of_mass=(x, y, z), inertia=spread.inertia)
 
 
 def _spread(node: Node, data: PartData, hull: Hulls) -> Spread:
@@ -116,11 +224,22 @@ def _spread(node: Node, data: PartData, hull: Hulls) -> Spread:
 
 
 def _surfaced(node: Node, hull: Hulls) -> Iterator[Body]:
-    """Yield a body without mass for each material of the figures of a node that are touched."""
-    groups: dict[Material, list[BodyShape]] = {}
+    """Yield a body without mass for each surface of the figures of a node that are touched."""
+    groups: dict[Surface, list[BodyShape]] = {}
     for figure in node.figures:
         # A tool that looks otherwise in each state is touched as it looks in all of them.
         if figure.collision and not figure.tool_state and (shape := shape_of(figure, hull, node.name)) is not None:
-            groups.setdefault(figure.material or _PLAIN, []).append(shape)
-    for material, shapes in groups.items():
-        yield Body(node.name, shapes=tuple(shapes), surface=Surface(material.friction))
+            groups.setdefault(_surface(figure.material or _PLAIN), []).append(shape)
+    for surface, shapes in groups.items():
+        yield Body(node.name, shapes=tuple(shapes), surface=surface)
+
+
+def _surface(material: Material) -> Surface:
+    return Surface(
+        friction=material.friction,
+        spinning=material.spinning_friction,
+        rolling=material.rolling_friction,
+        restitution=material.restitution,
+        stiffness=material.stiffness,
+        damping=material.damping,
+    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -94,29 +94,37 @@ def spread_of(inertial: Inertial) -> Spread:
     return Spread(inertial.mass, np.asarray(inertial.link_t_inertial)[:3, 3], rotation @ moments @ rotation.T)
 
 
+def placed(spread: Spread, pose: Floats) -> Spread:
+    """Return a spread as seen from a frame in which its own is at `pose` (4, 4)."""
+    turn = pose[:3, :3]
+    return Spread(spread.mass, turn @ spread.center + pose[:3, 3], turn @ spread.inertia @ turn.T)
+
+
+def together(pieces: Sequence[Spread]) -> Spread:
+    """Return what some spreads, in one frame, are as one body; one of no mass is nothing."""
+    mass = sum(piece.mass for piece in pieces)
+    if not mass:
+        return Spread(0.0, np.zeros(3), np.zeros((3, 3)))
+    if len(pieces) == 1:
+        return pieces[0]
+    center = np.sum([piece.mass * piece.center for piece in pieces], axis=0) / mass
+    inertia = np.sum([piece.inertia + _steiner(piece.mass, piece.center - center) for piece in pieces], axis=0)
+    return Spread(mass, center, inertia)
+
+
 def evenly(mass: float, shapes: Iterable[BodyShape], node: str) -> Spread:
     """Return a mass that is spread evenly in some shapes; what is in two of them counts twice.
 
     Raises KernelError where there are none, by the name of their `node`.
     """
-    pieces = [_unit(shape) for shape in shapes]
-    volume = sum(piece.mass for piece in pieces)
-    if not volume:
+    whole = together([placed(_own(shape), shape.body_t_shape) for shape in shapes])
+    if not whole.mass:
         raise KernelError(f"{node!r} has no figure with a volume, and no `inertial`; to move by forces it needs one")
-    center = np.sum([piece.mass * piece.center for piece in pieces], axis=0) / volume
-    inertia = np.sum([piece.inertia + _steiner(piece.mass, piece.center - center) for piece in pieces], axis=0)
-    return Spread(mass, center, inertia * (mass / volume))
-
-
-def _unit(shape: BodyShape) -> Spread:
-    """Return a shape with a density of 1, in the frame of its node."""
-    own = _own(shape)
-    pose = shape.body_t_shape
-    rotation = pose[:3, :3]
-    return Spread(own.mass, pose[:3, :3] @ own.center + pose[:3, 3], rotation @ own.inertia @ rotation.T)
+    return Spread(mass, whole.center, whole.inertia * (mass / whole.mass))
 
 
 def _own(shape: BodyShape) -> Spread:
+    """Return a shape with a density of 1, in its own frame."""
     origin = np.zeros(3)
     if shape.kind is ShapeKind.BOX:
         x, y, z = (2.0 * half for half in shape.size)

@@ -229,6 +229,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.EndSetpoints: _motion,
     commands.SetMeasuredJoints: _nothing,
     commands.SetDynamics: _nothing,
+    commands.SetJointEfforts: _robot,
     commands.SetParts: _nothing,
     commands.SetPhysics: _nothing,
     commands.PauseMotion: _nothing,

@@ -22,6 +22,7 @@ from virtualrobot_kernel.world import (
     crafts,
     dynamics,
     measured,
+    motored,
     physics,
 )
 from virtualrobot_kernel.world.change import Change, Forward, frozen
@@ -63,6 +64,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.EndSetpoints: apply_setpoints.end_setpoints,
     commands.SetMeasuredJoints: measured.set_measured_joints,
     commands.SetDynamics: dynamics.set_dynamics,
+    commands.SetJointEfforts: motored.set_joint_efforts,
     commands.SetParts: physics.set_parts,
     commands.SetPhysics: physics.set_physics,
     commands.PauseMotion: apply_motions.pause_motion,

@@ -17,7 +17,17 @@ from virtualrobot_kernel.world.state import EndCause, State
 
 def checkpoint_of(change: Change, name: str) -> RestoreWorld:
     """Return the command that puts the world back to how it is now; motions and measured joints are left out."""
-    state = replace(change.state, motions=(), ended=(), commanded={}, readings={}, dynamics=None, moved_parts=None)
+    state = replace(
+        change.state,
+        motions=(),
+        ended=(),
+        commanded={},
+        readings={},
+        motored={},
+        efforts={},
+        dynamics=None,
+        moved_parts=None,
+    )
     return RestoreWorld(name, tuple(change.structure.nodes.values()), state)
 
 
@@ -46,6 +56,8 @@ def restore_world(change: Change, command: RestoreWorld, forward: Forward) -> Ch
         motion_count=max(now.motion_count, then.motion_count),
         commanded={},
         readings={},
+        motored={},
+        efforts={},
         dynamics=None,
         moved_parts=None,
         twists={},

@@ -42,6 +42,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.crafts import refuse_base
 from virtualrobot_kernel.world.measured import commanded
+from virtualrobot_kernel.world.motored import refuse_unmotored
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, State
 
 START_TOLERANCE = 1e-6
@@ -131,6 +132,7 @@ def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
     joints = tuple((structure.robot(robot)[0].uid, joint) for robot, joint in command.joints)
     own = len(motion.joints)
     refuse_base(structure, joints[own:])
+    refuse_unmotored(structure, state, joints[own:])
     for (robot, name), *ends in zip(command.joints, program.lowest.tolist(), program.highest.tolist(), strict=True):
         # Limits may have changed since the motion was planned.
         joint = single_joint(structure, structure.robot(robot)[0], name)[0]
@@ -240,6 +242,8 @@ def restart_world(change: Change, command: RestartWorld, forward: Forward) -> Ch
             v=np.zeros_like(state.v),
             commanded={},
             readings={},
+            motored={},
+            efforts={},
             dynamics=None,
             motions=(),
             ended=(*state.ended, *aborted),
@@ -249,7 +253,10 @@ def restart_world(change: Change, command: RestartWorld, forward: Forward) -> Ch
 
 
 def _all_cancelled(change: Change, robots: set[int] | None, cancellation: Cancellation) -> Change:
-    """Cancel every motion that moves one of these robots (None: every motion)."""
+    """Cancel every motion that moves one of these robots (None: every motion); motors exert no effort of their own."""
+    if efforts := change.state.efforts:
+        kept = {uid: one for uid, one in efforts.items() if robots is not None and uid not in robots}
+        change = replace(change, state=replace(change.state, efforts=kept))
     for motion in change.state.motions:
         if robots is None or not robots.isdisjoint(motion.robots):
             change = replaced(change, _cancelled(motion, cancellation))

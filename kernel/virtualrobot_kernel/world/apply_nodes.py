@@ -25,6 +25,7 @@ from virtualrobot_kernel.world.consistency import (
     refuse_while_tools_move,
 )
 from virtualrobot_kernel.world.figures import Pose
+from virtualrobot_kernel.world.motored import is_dynamic, left
 from virtualrobot_kernel.world.renaming import with_joint_renamed, with_nodes_renamed
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light, MotionSensor, RangeSensor
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Selection, State
@@ -139,6 +140,7 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
         refuse_while_named(change.state, [old for uid, old in before.nodes.items() if now[uid].name != old.name])
         change = replace(change, structure=with_nodes_renamed(before, change.structure))
     if rejointed and (robot := change.structure.robot_of(node.uid)):
+        change = change if is_dynamic(robot) else left(change, (robot.uid,))
         check_robot(change, robot.uid)
     if command.data is not None and node.kind is Kind.TARGET:
         check_target(change.structure, new)

@@ -33,6 +33,7 @@ from virtualrobot_kernel.world.difference import (
     with_settings,
     with_values,
 )
+from virtualrobot_kernel.world.motored import is_dynamic, left
 from virtualrobot_kernel.world.records import EVERYWHERE, Key, Presence, Values
 from virtualrobot_kernel.world.state import Signal
 from virtualrobot_kernel.world.structure import Kind, Node, Structure, ToolData
@@ -89,7 +90,7 @@ def restore_records(change: Change, command: RestoreRecords, forward: Forward) -
     after = replace(after, state=state)
     _check_nothing_else(change, after, command)
     _check_consistent(after, command.restored)
-    return after
+    return left(after, [uid for uid in after.state.motored if not is_dynamic(after.structure.nodes[uid])])
 
 
 def words(structure: Structure, table: str, key: Key, *values: object) -> str:

@@ -34,6 +34,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.consistency import check_names
 from virtualrobot_kernel.world.groups import named_group
+from virtualrobot_kernel.world.motored import stood
 from virtualrobot_kernel.world.state import Selection
 from virtualrobot_kernel.world.structure import Kind, Node, RobotData, Structure, ToolData
 
@@ -125,7 +126,10 @@ def set_joint_positions(change: Change, command: SetJointPositions, forward: For
         q[robot.q_slice] = check_coordinates(node, robot.joints, np.asarray(command.coordinates, float).reshape(-1))
     q = with_positions(change.structure, node, q, command.joint_positions)
     check_actuators(change.structure, node, q)
-    return replace(change, state=replace(change.state, q=q))
+    state = replace(change.state, q=q)
+    if node.uid in state.motored:
+        state = stood(change.structure, state, (node.uid,))
+    return replace(change, state=state)
 
 
 def set_kinematics(change: Change, command: SetKinematics, forward: Forward) -> Change:
@@ -202,9 +206,10 @@ def set_tool_state(change: Change, command: SetToolState, forward: Forward) -> C
         for name, value in positions.items():
             q[single_joint(change.structure, robot, name)[1]] = value
         check_actuators(change.structure, robot, q)
-    return replace(
-        change, state=replace(change.state, q=q, tool_states={**change.state.tool_states, tool.uid: command.state})
-    )
+    state = replace(change.state, q=q, tool_states={**change.state.tool_states, tool.uid: command.state})
+    if robot is not None and robot.uid in state.motored:
+        state = stood(change.structure, state, (robot.uid,))
+    return replace(change, state=state)
 
 
 def tool_state(structure: Structure, tool: str, state: str) -> tuple[Node, dict[str, float]]:

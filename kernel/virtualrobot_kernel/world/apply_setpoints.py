@@ -17,6 +17,7 @@ from virtualrobot_kernel.world.change import Change, Forward, joint_limits, join
 from virtualrobot_kernel.world.commands import EndSetpoints, SetSetpoint, StartSetpointMotion
 from virtualrobot_kernel.world.crafts import refuse_base
 from virtualrobot_kernel.world.measured import commanded
+from virtualrobot_kernel.world.motored import refuse_unmotored
 from virtualrobot_kernel.world.state import Motion
 from virtualrobot_kernel.world.structure import Node, Structure
 from virtualrobot_kernel.world.tcp import refuse_limited
@@ -32,6 +33,7 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
     limits, couplings = _limits(structure, node, names)
     joints = tuple((node.uid, name) for name in names)
     refuse_base(structure, joints)
+    refuse_unmotored(structure, state, joints)
     refuse_while_moving(change, node, set(joints))
     refuse_limited(structure, state, [node.uid])
     q_index, v_index, rated = joint_places(structure, joints)

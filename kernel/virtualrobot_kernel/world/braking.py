@@ -30,7 +30,7 @@ HARMLESS: frozenset[type] = frozenset(
         *(commands.CancelMotion, commands.StopMotions, commands.StopRobots, commands.PlayedTicks),
         *(commands.CreateSignal, commands.RemoveSignal, commands.SetSignal),
         *(commands.RunSensors, commands.SetRangeComponents, commands.SetKinematics, commands.SelectTool),
-        *(commands.SetGroups, commands.SetPostures),
+        *(commands.SetGroups, commands.SetPostures, commands.SetJointEfforts),
     }
 )
 """Commands that put nothing elsewhere and change no way of braking: a motion starts at rest, and goes by ticks."""

@@ -101,6 +101,8 @@ def _among(old: Structure, new: Structure, state: State) -> State:
         signals=_owned(state.signals, alive),
         commanded=_kept(old, new, state.commanded),
         readings=_kept(old, new, state.readings),
+        motored=_kept(old, new, state.motored),
+        efforts={uid: efforts for uid, efforts in state.efforts.items() if uid in alive},
         dynamics=None,  # its places may be those of others now
         twists={uid: twist for uid, twist in state.twists.items() if uid in alive},
         tool_states={uid: name for uid, name in state.tool_states.items() if uid in alive},

@@ -354,13 +354,23 @@ class SetDynamics:
     q_index (k,), q (k,): places among all coordinates, rising, and the values, rad or m (of floating joints x, y, z and
     a unit quaternion x, y, z, w). v_index (m,), v (m,): the same of velocities, per second (of floating joints the
     rates of x, y, z and the angular velocity about the axes of what they move). What is not named stays as it is; a
-    later command of the same tick counts where both name a place.
+    later command of the same tick counts where both name a place. motored: robots (uids) whose motions command motors
+    from now on, in place of joints.
     """
 
     q_index: NDArray[np.int32]
     q: NDArray[np.float64]
     v_index: NDArray[np.int32]
     v: NDArray[np.float64]
+    motored: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SetJointEfforts:
+    """Command to set what motors of the mode EFFORT exert from now on, by joint: N m or N."""
+
+    robot: str
+    efforts: Mapping[str, float]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -511,6 +521,7 @@ Command = (
     | EndSetpoints
     | SetMeasuredJoints
     | SetDynamics
+    | SetJointEfforts
     | SetParts
     | SetPhysics
     | PauseMotion

@@ -19,6 +19,7 @@ from virtualrobot_kernel.world.change import (
 from virtualrobot_kernel.world.crafts import check_craft
 from virtualrobot_kernel.world.figures import Figure
 from virtualrobot_kernel.world.groups import Group, chain_links
+from virtualrobot_kernel.world.motored import check_motors
 from virtualrobot_kernel.world.structure import Kind, Node, NodeData, RobotData, Structure, TargetData, ToolData
 from virtualrobot_kernel.world.targets import check_target, taught_with
 
@@ -48,6 +49,7 @@ def check_names(structure: Structure, node: Node) -> None:
         _check_groups(structure, node, node.data)
         _check_actuators(structure, node, node.data)
         check_craft(structure, node)
+        check_motors(structure, node)
     if isinstance(node.data, TargetData):
         check_target(structure, node)
     if isinstance(node.data, ToolData):
@@ -83,7 +85,8 @@ def check_robot(change: Change, robot: int) -> None:
     structure = change.structure
     node, found = structure.nodes[robot], structure.robots[robot]
     for joint, place in zip(found.joints, found.q_start, strict=True):
-        if joint.type.coordinate_count == 1:
+        # What forces move may be a little beyond its limits: these are soft.
+        if joint.type.coordinate_count == 1 and robot not in change.state.motored:
             check_joint_value(node.name, joint, float(change.state.q[place]))
     for named in (node, *structure.tools_of(robot), *taught_with(structure.nodes.values(), node.name)):
         check_names(structure, named)

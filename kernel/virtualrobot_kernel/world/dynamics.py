@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.world import motored
 from virtualrobot_kernel.world.change import Change, Forward, frozen
 from virtualrobot_kernel.world.commands import SetDynamics
 from virtualrobot_kernel.world.state import Dynamics, State
@@ -37,16 +38,18 @@ def set_dynamics(change: Change, command: SetDynamics, forward: Forward) -> Chan
         q, v = _merged((kept.q_index, kept.q), q), _merged((kept.v_index, kept.v), v)
     dynamics = Dynamics(*q, *v)
     _check_quaternions(structure, state.q, q)
+    if command.motored:
+        state = motored.enter(structure, state, command.motored)
     return replace(change, state=replace(state, dynamics=dynamics))
 
 
-def arrived(state: State) -> State:
+def arrived(structure: Structure, state: State) -> State:
     """Return the state in which what was kept for this tick has become true."""
     if (kept := state.dynamics) is None:
         return state
     q, v = state.q.copy(), state.v.copy()
     q[kept.q_index], v[kept.v_index] = kept.q, kept.v
-    return replace(state, q=frozen(q), v=frozen(v), dynamics=None)
+    return motored.followed(structure, replace(state, q=frozen(q), v=frozen(v), dynamics=None))
 
 
 def _values(what: str, index: NDArray[np.int32], values: NDArray[np.float64], count: int) -> Values:

@@ -123,11 +123,21 @@ Geometry = Box | Sphere | Cylinder | Cone | Capsule | Mesh | Points | Lines | Fr
 
 @dataclass(frozen=True, slots=True)
 class Material:
-    """Material of a figure: colour (red, green, blue, alpha from 0 to 1), reflectance and friction."""
+    """Material of a figure: colour (red, green, blue, alpha from 0 to 1), reflectance, and how it is touched by forces.
+
+    friction: of sliding. restitution: speed after a normal impact as a part of that before, 0 to 1. rolling_friction,
+    spinning_friction: torque against rolling, and against spinning about the normal, per normal force (m). stiffness
+    (N/m) and damping (N s/m) of a contact; a stiffness of 0 means as stiff as the engine likes.
+    """
 
     color: tuple[float, float, float, float] | None = None
     reflectance: float = 0.5
     friction: float = 0.5
+    restitution: float = 0.0
+    rolling_friction: float = 0.0
+    spinning_friction: float = 0.0
+    stiffness: float = 0.0
+    damping: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

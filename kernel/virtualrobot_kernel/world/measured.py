@@ -1,11 +1,13 @@
 """Measured joints: positions that a robot's real joints have, beside those that motions command. Pure.
 
 The state's q and v are where joints are. Of a robot that nobody measures, they are what motions command; of one that is
-measured, they are the newest reading, and what motions command is kept apart (`State.commanded`).
+measured, they are the newest reading, and what motions command is kept apart (`State.commanded`). So it is of one whose
+joints are moved by motors under physics (`State.motored`).
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +18,8 @@ from virtualrobot_kernel.world.change import Change, Forward, check_coordinates,
 from virtualrobot_kernel.world.commands import SetMeasuredJoints
 from virtualrobot_kernel.world.state import JointValues, Snapshot, State
 from virtualrobot_kernel.world.structure import Structure
+
+Floats = NDArray[np.float64]
 
 
 def set_measured_joints(change: Change, command: SetMeasuredJoints, forward: Forward) -> Change:
@@ -49,10 +53,10 @@ def set_measured_joints(change: Change, command: SetMeasuredJoints, forward: For
 
 def commanded(structure: Structure, state: State) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return all coordinates q (nq,) and velocities v (nv,) as motions command them; the state's own where they can."""
-    if not state.commanded:
+    if not (state.commanded or state.motored):
         return state.q, state.v
     q, v = state.q.copy(), state.v.copy()
-    for uid, values in state.commanded.items():
+    for uid, values in _apart(state).items():
         q[structure.robots[uid].q_slice], v[structure.robots[uid].v_slice] = values.q, values.v
     return q, v
 
@@ -60,10 +64,10 @@ def commanded(structure: Structure, state: State) -> tuple[NDArray[np.float64], 
 def as_commanded(snapshot: Snapshot, forward: Forward) -> Snapshot:
     """Return the world with each joint where motions command it: what the next motion is planned from."""
     state = snapshot.state
-    if not state.commanded:
+    if not (state.commanded or state.motored):
         return snapshot
     q, v = commanded(snapshot.structure, state)
-    state = replace(state, q=q, v=v, commanded={}, readings={})
+    state = replace(state, q=q, v=v, commanded={}, readings={}, motored={})
     return replace(snapshot, state=state, world_t_node=forward(snapshot.structure, state))
 
 
@@ -77,16 +81,25 @@ def arrived(structure: Structure, state: State) -> State:
     return replace(state, q=frozen(q), v=frozen(v), readings={})
 
 
-def parted(
-    structure: Structure, before: State, q: NDArray[np.float64], v: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], dict[int, JointValues]]:
-    """Return joints as they are, q (nq,) and v (nv,), and those that are commanded of measured robots.
+def parted(structure: Structure, before: State, after: State, q: Floats, v: Floats) -> State:
+    """Return a state after its joints have moved: what is commanded of measured and motored robots is kept apart.
 
-    `q` and `v` are what motions command, and are written to; what is measured stays as in the state before.
+    `q` (nq,) and `v` (nv,) are what motions command, and are written to; where joints are stays as in the state before.
     """
     kept: dict[int, JointValues] = {}
-    for uid in before.commanded:
+    for uid in _apart(before):
         places, rates = structure.robots[uid].q_slice, structure.robots[uid].v_slice
         kept[uid] = JointValues(frozen(q[places].copy()), frozen(v[rates].copy()))
         q[places], v[rates] = before.q[places], before.v[rates]
-    return q, v, kept
+    return replace(
+        after,
+        q=frozen(q),
+        v=frozen(v),
+        commanded={uid: kept[uid] for uid in before.commanded} if before.commanded else before.commanded,
+        motored={uid: kept[uid] for uid in before.motored} if before.motored else before.motored,
+    )
+
+
+def _apart(state: State) -> Mapping[int, JointValues]:
+    """Return what motions command of the robots whose joints may be elsewhere; who measures one knows best."""
+    return {**state.motored, **state.commanded}

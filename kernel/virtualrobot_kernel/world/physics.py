@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.world import motored
 from virtualrobot_kernel.world.change import Change, Forward, frozen
 from virtualrobot_kernel.world.commands import SetParts, SetPhysics
 from virtualrobot_kernel.world.state import MovedParts, State
@@ -42,7 +43,8 @@ def set_parts(change: Change, command: SetParts, forward: Forward) -> Change:
 def set_physics(change: Change, command: SetPhysics, forward: Forward) -> Change:
     """Change how forces move what is dynamic; without an engine it rests.
 
-    Raises KernelError for gravity that is not finite, LimitError for substeps out of range.
+    Raises KernelError for gravity that is not finite, and (ROBOT_BUSY) where a robot moves that would be without an
+    engine; LimitError for substeps out of range.
     """
     changes = {
         name: value
@@ -63,6 +65,7 @@ def set_physics(change: Change, command: SetPhysics, forward: Forward) -> Change
         changes.setdefault("engine_settings", {})
     settings = replace(change.state.physics_settings, **changes)
     twists = change.state.twists if settings.engine else {}
+    change = change if settings.engine else motored.left(change, change.state.motored)
     return replace(change, state=replace(change.state, physics=settings, twists=twists))
 
 

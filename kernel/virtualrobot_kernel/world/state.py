@@ -236,6 +236,9 @@ class State:
     moved_parts: parts that forces have moved since the tick before: they are there with the next tick.
     twists: velocity (6,) of each part (a uid) that forces move and that is not at rest: of its origin in the axes of
         the world (m/s), and about its own axes (rad/s).
+    motored: what motions command of the robots (uids) whose joints are moved by motors under physics; where they are
+        say q and v.
+    efforts: what clients have motors exert, by robot (a uid) and joint: N m or N.
     """
 
     tick: int
@@ -262,6 +265,8 @@ class State:
     physics: PhysicsSettings | None = None
     moved_parts: MovedParts | None = None
     twists: Mapping[int, NDArray[np.float64]] = field(default_factory=dict)
+    motored: Mapping[int, JointValues] = field(default_factory=dict)
+    efforts: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
 
     @property
     def physics_settings(self) -> PhysicsSettings:

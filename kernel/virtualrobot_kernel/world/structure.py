@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import UnknownNameError
 from virtualrobot_kernel.world.figures import Figure, Pose, identity
+from virtualrobot_kernel.world.motors import JointMotor
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light, MotionSensor, RangeSensor
 
 WORLD_UID = 1
@@ -225,7 +226,9 @@ class Craft:
 class RobotData:
     """Data of a robot; an empty flange means the last link before the robot branches into moving parts.
 
-    `kinematics_settings` are plain values as JSON has them; the component `kinematics` says what they may be.
+    `kinematics_settings` are plain values as JSON has them; the component `kinematics` says what they may be. One
+    that is `dynamic` moves by forces wherever the world has an engine for them: its base by what pushes it, its joints
+    by `motors`, each the usual one where it is not named.
     """
 
     flange: str = ""
@@ -237,6 +240,8 @@ class RobotData:
     allowed_collisions: tuple[LinkPair, ...] = ()
     actuators: tuple[Actuator, ...] = ()
     craft: Craft | None = None
+    dynamic: bool = False
+    motors: tuple[JointMotor, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 from virtualrobot_kernel.motion.running_motion import Phase, TickContext
 from virtualrobot_kernel.world import dynamics, measured, physics
 from virtualrobot_kernel.world.apply_motions import override
-from virtualrobot_kernel.world.change import Forward, frozen
+from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Search, Signal, State
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tcp import world_t_tcp
@@ -72,13 +72,9 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
                 q[motion.q_index] = measured.commanded(structure, state)[0][motion.q_index]
                 v[motion.v_index] = 0.0
     motions = [advanced[motion.id] for motion in state.motions]
-    q, v, commanded = measured.parted(structure, state, q, v) if state.commanded else (q, v, state.commanded)
     later = replace(
-        state,
-        commanded=commanded,
+        measured.parted(structure, state, state, q, v),
         tick=state.tick + 1,
-        q=frozen(q),
-        v=frozen(v),
         signals={**state.signals, **signals} if signals else state.signals,
         # The same object as long as it is the same: whoever shows or sees tools goes by that.
         tool_states={**state.tool_states, **tool_states} if tool_states else state.tool_states,
@@ -98,9 +94,10 @@ def told_more(structure: Structure, before: State, now: State, later: State) -> 
     """Return the state one tick after `now`, made of `later`, which is the one after `before`; None where it can't be.
 
     `now` is `before` with coordinates and parts that were told for this tick. No motion looks at these, so that it need
-    not be advanced again; but where a search has just ended, whose result tells where the tool centre point is then.
+    not be advanced again; but where a search has just ended, whose result tells where the tool centre point is then,
+    and where robots have come under physics, whose motions have moved joints until now and command motors from now on.
     """
-    if now.readings or before.moved_parts is not None:
+    if now.readings or before.moved_parts is not None or now.motored is not before.motored:
         return None
     if any(motion.search is not None for motion in later.motions):
         return None
@@ -111,7 +108,7 @@ def told_more(structure: Structure, before: State, now: State, later: State) -> 
 
 def _arrived(structure: Structure, state: State) -> State:
     """Return the state with what was computed and measured since the tick before; what is measured counts."""
-    return measured.arrived(structure, dynamics.arrived(physics.arrived(structure, state)))
+    return measured.arrived(structure, dynamics.arrived(structure, physics.arrived(structure, state)))
 
 
 def _failed(motion: Motion, why: str) -> Motion:

@@ -37,21 +37,51 @@ def use(target: Target, engine: str, gravity: tuple[float, ...] | None, substeps
 
 
 @physics.command()
-@click.argument("parts", nargs=-1, required=True, type=NODE)
+@click.argument("names", nargs=-1, required=True, type=NODE)
 @target_options
-def enable(target: Target, parts: tuple[str, ...]) -> None:
-    """Let PARTS move by forces."""
+def enable(target: Target, names: tuple[str, ...]) -> None:
+    """Let parts and robots, by their NAMES, move by forces."""
     with target.connect() as client:
-        client.physics.enable(*parts)
+        client.physics.enable(*names)
 
 
 @physics.command()
-@click.argument("parts", nargs=-1, required=True, type=NODE)
+@click.argument("names", nargs=-1, required=True, type=NODE)
 @target_options
-def disable(target: Target, parts: tuple[str, ...]) -> None:
-    """Let PARTS stay where they are."""
+def disable(target: Target, names: tuple[str, ...]) -> None:
+    """Let parts, by their NAMES, stay where they are, and robots move by their motions alone."""
     with target.connect() as client:
-        client.physics.disable(*parts)
+        client.physics.disable(*names)
+
+
+@physics.command()
+@click.argument("robot", type=NODE)
+@click.argument("joint", required=False)
+@click.argument("mode", required=False, type=click.Choice(["usual", "free", "velocity", "position", "effort"]))
+@click.option("--stiffness", type=click.FloatRange(min=0.0), default=0.0, help="N m/rad or N/m, of position.")
+@click.option("--damping", type=click.FloatRange(min=0.0), default=0.0, help="N m s/rad or N s/m, of position.")
+@click.option("--max-effort", type=click.FloatRange(min=0.0), default=0.0, help="N m or N [that of the joint].")
+@target_options
+def motor(
+    target: Target,
+    robot: str,
+    joint: str | None,
+    mode: str | None,
+    stiffness: float,
+    damping: float,
+    max_effort: float,
+) -> None:
+    """Show the motors of ROBOT, or set what that of JOINT does: MODE."""
+    from virtualrobot.physics import JointMotor
+
+    with target.connect() as client:
+        if joint is not None:
+            client.physics.set_motors(robot, {joint: JointMotor(mode or "usual", stiffness, damping, max_effort)})
+        for name, one in client.physics.motors(robot).items():
+            click.echo(
+                f"{name}: {one.mode}, stiffness {one.stiffness:g}, damping {one.damping:g}, "
+                f"greatest effort {one.max_effort:g}"
+            )
 
 
 def status_lines(status: PhysicsStatus) -> Iterator[str]:

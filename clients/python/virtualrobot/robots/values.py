@@ -57,8 +57,10 @@ class RobotState:
         speed_factor: the factor by which its motions are slowed.
         motion_ids: the motions that move it or its grippers.
         actuator_positions: positions of its actuators, in their units, in the order of `Robot.actuators`.
-        commanded_positions: coordinates as motions command them; `positions` unless the joints are measured.
-        commanded_velocities: velocities as motions command them; `velocities` unless the joints are measured.
+        commanded_positions: coordinates as motions command them; `positions` unless the joints are measured or
+            moved by motors.
+        commanded_velocities: velocities as motions command them; `velocities` unless the joints are measured or
+            moved by motors.
         tool_widths: how wide each mounted tool is open, in meters; of those that have widths.
         tcp_speed_limit: the greatest speed of its tool centre point (m/s); 0: it has none.
     """

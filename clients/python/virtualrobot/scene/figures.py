@@ -27,6 +27,45 @@ class Figure(Wrapped[nodes_pb2.Figure]):
     __slots__ = ()
     _called = "a figure, such as virtualrobot.box(0.1, 0.1, 0.2)"
 
+    @checked
+    def with_surface(
+        self,
+        *,
+        friction: float | None = None,
+        restitution: float | None = None,
+        rolling_friction: float | None = None,
+        spinning_friction: float | None = None,
+        stiffness: float | None = None,
+        damping: float | None = None,
+    ) -> Figure:
+        """Return the same figure with another surface; what is not given stays. It counts under physics.
+
+        Args:
+            friction: coefficient of sliding friction; 0.5 unless it is said.
+            restitution: speed after a normal impact as a part of that before, 0 to 1.
+            rolling_friction: torque against rolling, per normal force (m).
+            spinning_friction: torque against spinning about the normal, per normal force (m).
+            stiffness: of a contact, N/m; 0 means as stiff as the engine likes.
+            damping: of a contact, N s/m; counts with a stiffness alone.
+
+        Example:
+            >>> ball = virtualrobot.sphere(0.05).with_surface(friction=0.8, restitution=0.7)
+        """
+        message = nodes_pb2.Figure()
+        message.CopyFrom(self._message)
+        given = {
+            "friction": friction,
+            "restitution": restitution,
+            "rolling_friction_meters": rolling_friction,
+            "spinning_friction_meters": spinning_friction,
+            "stiffness": stiffness,
+            "damping": damping,
+        }
+        for field, value in given.items():
+            if value is not None:
+                setattr(message.material, field, value)
+        return Figure(message)
+
 
 Figures: TypeAlias = Figure | Iterable[Figure]
 _ROLES = {"visual": nodes_pb2.FIGURE_ROLE_VISUAL, "collision": nodes_pb2.FIGURE_ROLE_COLLISION}

@@ -10,6 +10,14 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 
 DESCRIPTOR: _descriptor.FileDescriptor
 
+class MotorMode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    MOTOR_MODE_UNSPECIFIED: _ClassVar[MotorMode]
+    MOTOR_MODE_FREE: _ClassVar[MotorMode]
+    MOTOR_MODE_VELOCITY: _ClassVar[MotorMode]
+    MOTOR_MODE_POSITION: _ClassVar[MotorMode]
+    MOTOR_MODE_EFFORT: _ClassVar[MotorMode]
+
 class JointType(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
     JOINT_TYPE_UNSPECIFIED: _ClassVar[JointType]
@@ -25,6 +33,11 @@ class FigureRole(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     FIGURE_ROLE_UNSPECIFIED: _ClassVar[FigureRole]
     FIGURE_ROLE_VISUAL: _ClassVar[FigureRole]
     FIGURE_ROLE_COLLISION: _ClassVar[FigureRole]
+MOTOR_MODE_UNSPECIFIED: MotorMode
+MOTOR_MODE_FREE: MotorMode
+MOTOR_MODE_VELOCITY: MotorMode
+MOTOR_MODE_POSITION: MotorMode
+MOTOR_MODE_EFFORT: MotorMode
 JOINT_TYPE_UNSPECIFIED: JointType
 JOINT_TYPE_FIXED: JointType
 JOINT_TYPE_REVOLUTE: JointType
@@ -118,7 +131,7 @@ class Part(_message.Message):
     def __init__(self, mass_kilograms: _Optional[float] = ..., inertial: _Optional[_Union[Inertial, _Mapping]] = ..., dynamic: bool = ...) -> None: ...
 
 class Robot(_message.Message):
-    __slots__ = ("joint_names", "flange", "kinematics", "postures", "source", "kinematics_settings", "groups", "allowed_collisions", "actuators", "craft")
+    __slots__ = ("joint_names", "flange", "kinematics", "postures", "source", "kinematics_settings", "groups", "allowed_collisions", "actuators", "craft", "dynamic", "motors")
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     FLANGE_FIELD_NUMBER: _ClassVar[int]
     KINEMATICS_FIELD_NUMBER: _ClassVar[int]
@@ -129,6 +142,8 @@ class Robot(_message.Message):
     ALLOWED_COLLISIONS_FIELD_NUMBER: _ClassVar[int]
     ACTUATORS_FIELD_NUMBER: _ClassVar[int]
     CRAFT_FIELD_NUMBER: _ClassVar[int]
+    DYNAMIC_FIELD_NUMBER: _ClassVar[int]
+    MOTORS_FIELD_NUMBER: _ClassVar[int]
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     flange: str
     kinematics: str
@@ -139,7 +154,23 @@ class Robot(_message.Message):
     allowed_collisions: _containers.RepeatedCompositeFieldContainer[LinkPair]
     actuators: _containers.RepeatedCompositeFieldContainer[Actuator]
     craft: Craft
-    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., groups: _Optional[_Iterable[_Union[JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[LinkPair, _Mapping]]] = ..., actuators: _Optional[_Iterable[_Union[Actuator, _Mapping]]] = ..., craft: _Optional[_Union[Craft, _Mapping]] = ...) -> None: ...
+    dynamic: bool
+    motors: _containers.RepeatedCompositeFieldContainer[JointMotor]
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., flange: _Optional[str] = ..., kinematics: _Optional[str] = ..., postures: _Optional[_Iterable[_Union[NamedPosture, _Mapping]]] = ..., source: _Optional[str] = ..., kinematics_settings: _Optional[_Union[_struct_pb2.Struct, _Mapping]] = ..., groups: _Optional[_Iterable[_Union[JointGroup, _Mapping]]] = ..., allowed_collisions: _Optional[_Iterable[_Union[LinkPair, _Mapping]]] = ..., actuators: _Optional[_Iterable[_Union[Actuator, _Mapping]]] = ..., craft: _Optional[_Union[Craft, _Mapping]] = ..., dynamic: bool = ..., motors: _Optional[_Iterable[_Union[JointMotor, _Mapping]]] = ...) -> None: ...
+
+class JointMotor(_message.Message):
+    __slots__ = ("joint", "mode", "stiffness", "damping", "max_effort")
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    MODE_FIELD_NUMBER: _ClassVar[int]
+    STIFFNESS_FIELD_NUMBER: _ClassVar[int]
+    DAMPING_FIELD_NUMBER: _ClassVar[int]
+    MAX_EFFORT_FIELD_NUMBER: _ClassVar[int]
+    joint: str
+    mode: MotorMode
+    stiffness: float
+    damping: float
+    max_effort: float
+    def __init__(self, joint: _Optional[str] = ..., mode: _Optional[_Union[MotorMode, str]] = ..., stiffness: _Optional[float] = ..., damping: _Optional[float] = ..., max_effort: _Optional[float] = ...) -> None: ...
 
 class Craft(_message.Message):
     __slots__ = ("kinematics", "settings", "drives", "base_joint", "center_x_meters", "center_y_meters", "heading_radians", "water")
@@ -417,14 +448,24 @@ class Figure(_message.Message):
     def __init__(self, node_t_figure: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., material: _Optional[_Union[Material, _Mapping]] = ..., roles: _Optional[_Iterable[_Union[FigureRole, str]]] = ..., tool_state: _Optional[str] = ..., box: _Optional[_Union[Box, _Mapping]] = ..., sphere: _Optional[_Union[Sphere, _Mapping]] = ..., cylinder: _Optional[_Union[Cylinder, _Mapping]] = ..., cone: _Optional[_Union[Cone, _Mapping]] = ..., capsule: _Optional[_Union[Capsule, _Mapping]] = ..., mesh: _Optional[_Union[Mesh, _Mapping]] = ..., points: _Optional[_Union[Points, _Mapping]] = ..., lines: _Optional[_Union[Lines, _Mapping]] = ..., frame: _Optional[_Union[Frame, _Mapping]] = ..., label: _Optional[_Union[Label, _Mapping]] = ...) -> None: ...
 
 class Material(_message.Message):
-    __slots__ = ("color", "reflectance", "friction")
+    __slots__ = ("color", "reflectance", "friction", "restitution", "rolling_friction_meters", "spinning_friction_meters", "stiffness", "damping")
     COLOR_FIELD_NUMBER: _ClassVar[int]
     REFLECTANCE_FIELD_NUMBER: _ClassVar[int]
     FRICTION_FIELD_NUMBER: _ClassVar[int]
+    RESTITUTION_FIELD_NUMBER: _ClassVar[int]
+    ROLLING_FRICTION_METERS_FIELD_NUMBER: _ClassVar[int]
+    SPINNING_FRICTION_METERS_FIELD_NUMBER: _ClassVar[int]
+    STIFFNESS_FIELD_NUMBER: _ClassVar[int]
+    DAMPING_FIELD_NUMBER: _ClassVar[int]
     color: _geometry_pb2.Color
     reflectance: float
     friction: float
-    def __init__(self, color: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., reflectance: _Optional[float] = ..., friction: _Optional[float] = ...) -> None: ...
+    restitution: float
+    rolling_friction_meters: float
+    spinning_friction_meters: float
+    stiffness: float
+    damping: float
+    def __init__(self, color: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., reflectance: _Optional[float] = ..., friction: _Optional[float] = ..., restitution: _Optional[float] = ..., rolling_friction_meters: _Optional[float] = ..., spinning_friction_meters: _Optional[float] = ..., stiffness: _Optional[float] = ..., damping: _Optional[float] = ...) -> None: ...
 
 class Box(_message.Message):
     __slots__ = ("size",)

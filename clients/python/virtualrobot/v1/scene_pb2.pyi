@@ -135,7 +135,7 @@ class CreatedNode(_message.Message):
     def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ...) -> None: ...
 
 class Command(_message.Message):
-    __slots__ = ("create_node", "update_node", "remove_node", "attach_node", "pick_part", "place_part", "set_joint_positions", "select_tool", "set_tool_state", "create_signal", "remove_signal", "set_signal", "set_speed_factor", "set_collision_settings", "set_allowed_pairs", "set_kinematics", "start_sensors", "stop_sensors", "set_groups", "set_postures", "mount_tool", "unmount_tool", "set_tcp_speed_limit", "set_craft", "set_physics")
+    __slots__ = ("create_node", "update_node", "remove_node", "attach_node", "pick_part", "place_part", "set_joint_positions", "select_tool", "set_tool_state", "create_signal", "remove_signal", "set_signal", "set_speed_factor", "set_collision_settings", "set_allowed_pairs", "set_kinematics", "start_sensors", "stop_sensors", "set_groups", "set_postures", "mount_tool", "unmount_tool", "set_tcp_speed_limit", "set_craft", "set_physics", "set_joint_efforts")
     CREATE_NODE_FIELD_NUMBER: _ClassVar[int]
     UPDATE_NODE_FIELD_NUMBER: _ClassVar[int]
     REMOVE_NODE_FIELD_NUMBER: _ClassVar[int]
@@ -161,6 +161,7 @@ class Command(_message.Message):
     SET_TCP_SPEED_LIMIT_FIELD_NUMBER: _ClassVar[int]
     SET_CRAFT_FIELD_NUMBER: _ClassVar[int]
     SET_PHYSICS_FIELD_NUMBER: _ClassVar[int]
+    SET_JOINT_EFFORTS_FIELD_NUMBER: _ClassVar[int]
     create_node: CreateNode
     update_node: UpdateNode
     remove_node: RemoveNode
@@ -186,7 +187,23 @@ class Command(_message.Message):
     set_tcp_speed_limit: SetTcpSpeedLimit
     set_craft: SetCraft
     set_physics: _physics_pb2.SetPhysics
-    def __init__(self, create_node: _Optional[_Union[CreateNode, _Mapping]] = ..., update_node: _Optional[_Union[UpdateNode, _Mapping]] = ..., remove_node: _Optional[_Union[RemoveNode, _Mapping]] = ..., attach_node: _Optional[_Union[AttachNode, _Mapping]] = ..., pick_part: _Optional[_Union[PickPart, _Mapping]] = ..., place_part: _Optional[_Union[PlacePart, _Mapping]] = ..., set_joint_positions: _Optional[_Union[SetJointPositions, _Mapping]] = ..., select_tool: _Optional[_Union[SelectTool, _Mapping]] = ..., set_tool_state: _Optional[_Union[SetToolState, _Mapping]] = ..., create_signal: _Optional[_Union[CreateSignal, _Mapping]] = ..., remove_signal: _Optional[_Union[RemoveSignal, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignal, _Mapping]] = ..., set_speed_factor: _Optional[_Union[SetSpeedFactor, _Mapping]] = ..., set_collision_settings: _Optional[_Union[_collision_pb2.SetCollisionSettings, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_kinematics: _Optional[_Union[_robot_pb2.KinematicsChoice, _Mapping]] = ..., start_sensors: _Optional[_Union[_sensor_pb2.StartSensors, _Mapping]] = ..., stop_sensors: _Optional[_Union[_sensor_pb2.StopSensors, _Mapping]] = ..., set_groups: _Optional[_Union[SetGroups, _Mapping]] = ..., set_postures: _Optional[_Union[SetPostures, _Mapping]] = ..., mount_tool: _Optional[_Union[MountTool, _Mapping]] = ..., unmount_tool: _Optional[_Union[UnmountTool, _Mapping]] = ..., set_tcp_speed_limit: _Optional[_Union[SetTcpSpeedLimit, _Mapping]] = ..., set_craft: _Optional[_Union[SetCraft, _Mapping]] = ..., set_physics: _Optional[_Union[_physics_pb2.SetPhysics, _Mapping]] = ...) -> None: ...
+    set_joint_efforts: SetJointEfforts
+    def __init__(self, create_node: _Optional[_Union[CreateNode, _Mapping]] = ..., update_node: _Optional[_Union[UpdateNode, _Mapping]] = ..., remove_node: _Optional[_Union[RemoveNode, _Mapping]] = ..., attach_node: _Optional[_Union[AttachNode, _Mapping]] = ..., pick_part: _Optional[_Union[PickPart, _Mapping]] = ..., place_part: _Optional[_Union[PlacePart, _Mapping]] = ..., set_joint_positions: _Optional[_Union[SetJointPositions, _Mapping]] = ..., select_tool: _Optional[_Union[SelectTool, _Mapping]] = ..., set_tool_state: _Optional[_Union[SetToolState, _Mapping]] = ..., create_signal: _Optional[_Union[CreateSignal, _Mapping]] = ..., remove_signal: _Optional[_Union[RemoveSignal, _Mapping]] = ..., set_signal: _Optional[_Union[SetSignal, _Mapping]] = ..., set_speed_factor: _Optional[_Union[SetSpeedFactor, _Mapping]] = ..., set_collision_settings: _Optional[_Union[_collision_pb2.SetCollisionSettings, _Mapping]] = ..., set_allowed_pairs: _Optional[_Union[_collision_pb2.SetAllowedPairs, _Mapping]] = ..., set_kinematics: _Optional[_Union[_robot_pb2.KinematicsChoice, _Mapping]] = ..., start_sensors: _Optional[_Union[_sensor_pb2.StartSensors, _Mapping]] = ..., stop_sensors: _Optional[_Union[_sensor_pb2.StopSensors, _Mapping]] = ..., set_groups: _Optional[_Union[SetGroups, _Mapping]] = ..., set_postures: _Optional[_Union[SetPostures, _Mapping]] = ..., mount_tool: _Optional[_Union[MountTool, _Mapping]] = ..., unmount_tool: _Optional[_Union[UnmountTool, _Mapping]] = ..., set_tcp_speed_limit: _Optional[_Union[SetTcpSpeedLimit, _Mapping]] = ..., set_craft: _Optional[_Union[SetCraft, _Mapping]] = ..., set_physics: _Optional[_Union[_physics_pb2.SetPhysics, _Mapping]] = ..., set_joint_efforts: _Optional[_Union[SetJointEfforts, _Mapping]] = ...) -> None: ...
+
+class SetJointEfforts(_message.Message):
+    __slots__ = ("robot", "efforts")
+    class EffortsEntry(_message.Message):
+        __slots__ = ("key", "value")
+        KEY_FIELD_NUMBER: _ClassVar[int]
+        VALUE_FIELD_NUMBER: _ClassVar[int]
+        key: str
+        value: float
+        def __init__(self, key: _Optional[str] = ..., value: _Optional[float] = ...) -> None: ...
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    EFFORTS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    efforts: _containers.ScalarMap[str, float]
+    def __init__(self, robot: _Optional[str] = ..., efforts: _Optional[_Mapping[str, float]] = ...) -> None: ...
 
 class SetCraft(_message.Message):
     __slots__ = ("robot", "craft")

@@ -1,4 +1,4 @@
-"""`virtualrobot demo auv`, `ugv` and `hexapod`: they start a kernel, lead a machine on its way, and end it."""
+"""`virtualrobot demo auv`, `boebot`, `hexapod`, `maze`, `ugv`: they start a kernel, lead a machine, and end it."""
 
 from __future__ import annotations
 
@@ -87,6 +87,49 @@ def hexapod(
 
     with stepped(target, plot, headless) as client:
         demo.main(client, "hexapod", gait, ground, seed, plot, pace_of(speed, headless))
+
+
+@click.command()
+@PLOT
+@HEADLESS
+@SPEED
+@target_options
+def boebot(target: Target, plot: Path | None, headless: bool, speed: float | None) -> None:
+    """Watch a Boe-Bot follow a line by its camera, and stop for a can that its laser sees.
+
+    In steps, as fast as the wall clock, without viewer as fast as it can. Starts a kernel of its own and ends it; with
+    --address the line replaces the world of a kernel that runs already. Needs the extra `vision`.
+    """
+    from virtualrobot_apps.vehicles.boebot import line_follower, line_run
+
+    line_follower.library()  # before a kernel is started for nothing
+    with stepped(target, plot, headless) as client:
+        line_run.main(client, plot, pace_of(speed, headless))
+
+
+@click.command()
+@click.option("--size", type=click.IntRange(2, 50), default=4, show_default=True, help="Cells along a side.")
+@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Which maze of that size.")
+@click.option("--mazes", type=click.IntRange(1, 49), default=1, show_default=True, help="How many, each a cell larger.")
+@PLOT
+@HEADLESS
+@SPEED
+@target_options
+def maze(
+    target: Target, size: int, seed: int, mazes: int, plot: Path | None, headless: bool, speed: float | None
+) -> None:
+    """Watch a Boe-Bot pass mazes by the right-hand rule and three sonars.
+
+    In steps, as fast as the wall clock, without viewer as fast as it can. Starts a kernel of its own and ends it; with
+    --address the maze replaces the world of a kernel that runs already.
+    """
+    from virtualrobot_apps.vehicles.boebot import maze_run
+    from virtualrobot_apps.vehicles.boebot.maze import LARGEST
+
+    if size + mazes - 1 > LARGEST:
+        raise click.UsageError(f"--size and --mazes: the largest maze has {LARGEST} cells along a side")
+    with stepped(target, plot, headless) as client:
+        maze_run.main(client, size, seed, mazes, plot, pace_of(speed, headless))
 
 
 @contextmanager

@@ -109,6 +109,7 @@ COMMANDS: dict[str, Callable[[Any], commands.Command]] = {
     ),
     "place_part": lambda message: commands.PlacePart(message.robot, message.part, message.parent),
     "set_joint_positions": _joints,
+    "set_joint_efforts": lambda message: commands.SetJointEfforts(message.robot, by_name(message.efforts, "efforts")),
     "set_groups": lambda message: commands.SetGroups(message.robot, GROUPS.read(message.groups, "groups")),
     "set_postures": lambda message: commands.SetPostures(
         message.robot, POSTURES.read(message.postures, "postures"), tuple(message.removed)

@@ -35,7 +35,7 @@ def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
     selection = state.selections.get(node.uid, Selection())
     frame = tcp_frame(snapshot, node)
     x, y, z, w = quaternion(frame[:3, :3])
-    commanded = state.commanded.get(node.uid)
+    commanded = state.commanded.get(node.uid) or state.motored.get(node.uid)
     tools = structure.tools_of(node.uid)
     widths = ((tool.name, width_of(structure, tool, state.q)) for tool in tools)
     return robot_pb2.RobotState(

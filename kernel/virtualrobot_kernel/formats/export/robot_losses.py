@@ -63,6 +63,8 @@ def losses(
         unsaid.append("limits of acceleration and jerk")
     if any(_has_own_feel(figure.material) for node in nodes for figure in figures[node.uid]):
         unsaid.append("reflectance and friction")
+    if any(_touches_its_own_way(figure.material) for node in nodes for figure in figures[node.uid]):
+        unsaid.append("restitution, rolling friction and stiffness of surfaces")
     if unsaid:
         found.append(f"URDF has no place for {', '.join(unsaid)} of {robot.name!r}")
     return found
@@ -78,6 +80,7 @@ def _settings(robot: Node) -> list[str]:
         "pairs of links that may touch": bool(data.allowed_collisions),
         "the kinematics component": data.kinematics != AUTOMATIC_KINEMATICS or bool(data.kinematics_settings),
         "what makes it a craft": data.craft is not None,
+        "that it is dynamic, and its motors": data.dynamic or bool(data.motors),
     }
     return [name for name, given in settings.items() if given]
 
@@ -96,3 +99,12 @@ def _has_own_rates(joint: Joint) -> bool:
 def _has_own_feel(material: Material | None) -> bool:
     plain = Material()
     return material is not None and (material.reflectance, material.friction) != (plain.reflectance, plain.friction)
+
+
+def _touches_its_own_way(material: Material | None) -> bool:
+    return material is not None and any(
+        (
+            *(material.restitution, material.rolling_friction, material.spinning_friction),
+            *(material.stiffness, material.damping),
+        )
+    )

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -190,16 +192,32 @@ def _shapes(bullet: Any, client: int, body: Body) -> int:  # noqa: ANN401
             physicsClientId=client,
             **sizes,
         )
-    return bullet.createCollisionShapeArray(
-        shapeTypes=[kinds[shape.kind] for shape in body.shapes],
-        radii=[shape.size[0] if shape.size else 1.0 for shape in body.shapes],
-        halfExtents=[shape.size if len(shape.size) == 3 else (1.0, 1.0, 1.0) for shape in body.shapes],
-        lengths=[_length(shape) for shape in body.shapes],
-        vertices=[np.asarray(s.vertices).tolist() if s.vertices is not None else [] for s in body.shapes],
-        collisionFramePositions=[shape.body_t_shape[:3, 3].tolist() for shape in body.shapes],
-        collisionFrameOrientations=[quaternion(shape.body_t_shape[:3, :3]) for shape in body.shapes],
-        physicsClientId=client,
-    )
+    with TemporaryDirectory() as folder:
+        # Of several shapes, hulls are read from files alone.
+        files = [_written(Path(folder) / f"{at}.obj", shape) for at, shape in enumerate(body.shapes)]
+        return bullet.createCollisionShapeArray(
+            shapeTypes=[kinds[shape.kind] for shape in body.shapes],
+            radii=[shape.size[0] if shape.size else 1.0 for shape in body.shapes],
+            halfExtents=[shape.size if len(shape.size) == 3 else (1.0, 1.0, 1.0) for shape in body.shapes],
+            lengths=[_length(shape) for shape in body.shapes],
+            fileNames=files,
+            meshScales=[(1.0, 1.0, 1.0)] * len(files),
+            collisionFramePositions=[shape.body_t_shape[:3, 3].tolist() for shape in body.shapes],
+            collisionFrameOrientations=[quaternion(shape.body_t_shape[:3, :3]) for shape in body.shapes],
+            physicsClientId=client,
+        )
+
+
+def _written(file: Path, shape: BodyShape) -> str:
+    """Return the path of a file that has the hull of a shape; an empty one for other shapes."""
+    if shape.vertices is None:
+        return ""
+    vertices = np.asarray(shape.vertices, float)
+    lines = [f"v {x!r} {y!r} {z!r}" for x, y, z in vertices.tolist()]
+    # Bullet takes vertices of faces alone, and makes their hull.
+    lines += [f"f {at} {at + 1} {at + 2}" for at in range(1, len(vertices) - 1)]
+    file.write_text("\n".join(lines) + "\n")
+    return str(file)
 
 
 def _length(shape: BodyShape) -> float:

@@ -1,0 +1,99 @@
+"""Engine at work on a scene: what the world was told last, and what it is told of an answer."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from virtualrobot_sdk.physics import Stepped
+
+from virtualrobot_kernel.physics.bodies import Scene
+from virtualrobot_kernel.physics.layout import Layout, poses_4
+from virtualrobot_kernel.world.commands import Command, SetDynamics, SetParts
+from virtualrobot_kernel.world.state import PhysicsSettings, Snapshot
+from virtualrobot_kernel.world.structure import Structure
+
+Floats = NDArray[np.float64]
+
+REST_SPEED = 2e-3
+"""Speed of a part that counts as being at rest (m/s); a tenth of a turn of it in a second counts, too (rad/s)."""
+REST_TURN = 1e-2
+REST_SECONDS = 0.5
+"""Time after which a part that was slower all the while rests."""
+CREEP = 1e-4
+"""Distance (m), and turn (rad), from which on a part that rests is where the engine has it."""
+
+
+@dataclass(slots=True)
+class Running:
+    """Engine with a scene, and what the world was told last."""
+
+    scene: Scene
+    layout: Layout
+    structure: Structure
+    settings: PhysicsSettings
+    poses: Floats
+    """parent_t_node (n, 4, 4) of all nodes, as it must be where nobody else has changed it."""
+    twists: Floats
+    """(k, 6) of the free parts, as the world has them."""
+    q: Floats
+    """(n,) of what forces move of robots, as the world has it."""
+    v: Floats
+    commanded: tuple[Floats, Floats]
+    """Positions and velocities of joints that motions commanded in the last tick."""
+    slow_ticks: NDArray[np.int64]
+    """(k,) number of ticks that each part was slow."""
+    still_ticks: int = 0
+    """Number of ticks that all robots were slow, and nothing else was commanded of them."""
+    stands: bool = False
+    """True where everything rests, so that the engine is not asked."""
+
+    def told(self, now: Snapshot, answer: Stepped, same: bool) -> Sequence[Command]:
+        """Return the commands for what does not rest, and remember what the world is told.
+
+        `same` says that of motors the same is commanded as in the tick before.
+        """
+        robots, robots_stand = self._robots_told(now, answer, same)
+        parts, parts_stand = self._parts_told(now, answer)
+        self.stands = robots_stand and parts_stand
+        return [*parts, *robots]
+
+    def _parts_told(self, now: Snapshot, answer: Stepped) -> tuple[Sequence[Command], bool]:
+        """Return the command for parts, and whether all rest."""
+        layout = self.layout
+        q, v = answer.q[layout.part_q], answer.v[layout.part_v]
+        slow = (np.linalg.norm(v[:, :3], axis=1) < REST_SPEED) & (np.linalg.norm(v[:, 3:], axis=1) < REST_TURN)
+        self.slow_ticks = np.where(slow, self.slow_ticks + 1, 0)
+        resting = self.slow_ticks * now.tick_seconds >= REST_SECONDS
+        poses = poses_4(q)
+        stays = resting & ~self.twists.any(axis=1)
+        stays &= np.abs(poses - now.world_t_node[layout.part_rows]).max(axis=(1, 2)) < CREEP
+        if stays.all():
+            return (), True
+        uids = layout.part_uids
+        chosen = np.flatnonzero(~stays)
+        chosen = chosen[np.argsort(uids[chosen])]
+        twists = np.where(resting[:, None], 0.0, v)[chosen]
+        placed = layout.parents[chosen] @ poses[chosen]
+        self.twists = self.twists.copy()
+        self.twists[chosen] = twists
+        self.poses = now.state.parent_t_node.copy()
+        self.poses[layout.part_rows[chosen]] = placed
+        return [SetParts(uids[chosen], placed, twists)], False
+
+    def _robots_told(self, now: Snapshot, answer: Stepped, same: bool) -> tuple[Sequence[Command], bool]:
+        """Return the command for robots, and whether all rest."""
+        layout, state = self.layout, now.state
+        entering = tuple(uid for uid in layout.robots if uid not in state.motored)
+        if not len(layout.q):
+            return (), True
+        q, v = layout.robot_state(state, answer.q, answer.v)
+        still = same and not entering and bool((np.abs(v) < REST_SPEED).all())
+        self.still_ticks = self.still_ticks + 1 if still else 0
+        rests = self.still_ticks * now.tick_seconds >= REST_SECONDS
+        if rests and not self.v.any() and np.abs(q - self.q).max() < CREEP:
+            return (), True
+        self.q, self.v = q, np.zeros(len(v)) if rests else v
+        return [SetDynamics(layout.q, q, layout.v, self.v, entering)], False
