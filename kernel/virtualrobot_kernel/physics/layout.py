@@ -175,8 +175,8 @@ def layout_of(now: Snapshot, scene: Scene) -> Layout:
     return Layout(
         part_rows=_integers([structure.rows[uid] for uid in scene.parts]),
         part_uids=np.array(scene.parts, np.int64),
-        part_q=_integers([[starts[row] + i for i in range(7)] for row in rows]).reshape(-1, 7),
-        part_v=_integers([[rates[row] + i for i in range(6)] for row in rows]).reshape(-1, 6),
+        part_q=_runs([starts[row] for row in rows], 7),
+        part_v=_runs([rates[row] for row in rows], 6),
         parents=np.array(parents).reshape(-1, 4, 4),
         driven_rows=_integers([structure.rows[uid] for uid in scene.driven]),
         robots=tuple(robots),
@@ -217,10 +217,10 @@ def _bases(
     turns = np.array([quaternion(frame[:3, :3]) for frame in frames]).reshape(-1, 4)
     return Bases(
         rows=_integers([structure.rows[uid] for uid in links]),
-        q=_integers([[place[uid][0] + i for i in range(7)] for uid in links]).reshape(-1, 7),
-        v=_integers([[place[uid][1] + i for i in range(6)] for uid in links]).reshape(-1, 6),
-        engine_q=_integers([[starts[row] + i for i in range(7)] for row in rows]).reshape(-1, 7),
-        engine_v=_integers([[rates[row] + i for i in range(6)] for row in rows]).reshape(-1, 6),
+        q=_runs([place[uid][0] for uid in links], 7),
+        v=_runs([place[uid][1] for uid in links], 6),
+        engine_q=_runs([starts[row] for row in rows], 7),
+        engine_v=_runs([rates[row] for row in rows], 6),
         turns=frames[:, :3, :3].copy(),
         quaternions=turns * [-1.0, -1.0, -1.0, 1.0],
         origins=frames[:, :3, 3].copy(),
@@ -288,3 +288,8 @@ def _product(first: Floats, second: Floats) -> Floats:
 
 def _integers(values: list) -> Integers:
     return np.array(values, np.int32)
+
+
+def _runs(firsts: list, count: int) -> Integers:
+    """Return `count` places from each first one on, (k, count)."""
+    return _integers(firsts)[:, None] + np.arange(count, dtype=np.int32)

@@ -81,22 +81,22 @@ def arrived(structure: Structure, state: State) -> State:
     return replace(state, q=frozen(q), v=frozen(v), readings={})
 
 
-def parted(structure: Structure, before: State, after: State, q: Floats, v: Floats) -> State:
+def parted(structure: Structure, state: State, q: Floats, v: Floats) -> State:
     """Return a state after its joints have moved: what is commanded of measured and motored robots is kept apart.
 
-    `q` (nq,) and `v` (nv,) are what motions command, and are written to; where joints are stays as in the state before.
+    `q` (nq,) and `v` (nv,) are what motions command, and are written to; where joints are stays as it was.
     """
     kept: dict[int, JointValues] = {}
-    for uid in _apart(before):
+    for uid in _apart(state):
         places, rates = structure.robots[uid].q_slice, structure.robots[uid].v_slice
         kept[uid] = JointValues(frozen(q[places].copy()), frozen(v[rates].copy()))
-        q[places], v[rates] = before.q[places], before.v[rates]
+        q[places], v[rates] = state.q[places], state.v[rates]
     return replace(
-        after,
+        state,
         q=frozen(q),
         v=frozen(v),
-        commanded={uid: kept[uid] for uid in before.commanded} if before.commanded else before.commanded,
-        motored={uid: kept[uid] for uid in before.motored} if before.motored else before.motored,
+        commanded={uid: kept[uid] for uid in state.commanded} if state.commanded else state.commanded,
+        motored={uid: kept[uid] for uid in state.motored} if state.motored else state.motored,
     )
 
 

@@ -73,7 +73,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
                 v[motion.v_index] = 0.0
     motions = [advanced[motion.id] for motion in state.motions]
     later = replace(
-        measured.parted(structure, state, state, q, v),
+        measured.parted(structure, state, q, v),
         tick=state.tick + 1,
         signals={**state.signals, **signals} if signals else state.signals,
         # The same object as long as it is the same: whoever shows or sees tools goes by that.

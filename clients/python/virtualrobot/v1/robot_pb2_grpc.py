@@ -140,7 +140,7 @@ class RobotServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def SolvePoints(self, request, context):
-        """Which joints bring the tool centre point to each of many points, however it is turned there, as the foot of a leg;
+        """Joints that bring the tool centre point to each of many points, however it is turned there, as the foot of a leg;
         nothing moves.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import math
-import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path as FilePath
@@ -20,6 +19,7 @@ from virtualrobot_apps.chart import Panel, chart
 from virtualrobot_apps.vehicles.autopilot import Autopilot
 from virtualrobot_apps.vehicles.guidance import Floats
 from virtualrobot_apps.vehicles.mission import Follow, Mission, Step, read_mission
+from virtualrobot_apps.vehicles.pace import Pace
 from virtualrobot_apps.vehicles.vehicle_file import VehicleFile, read
 
 ROBOT = "rov"
@@ -92,7 +92,7 @@ def sail(client: Client, vehicle: VehicleFile, mission: Mission, seconds: float 
     ticks = round(PERIOD / client.clock.read().tick_length)
     autopilot = Autopilot(vehicle)
     rows: list[tuple[float, Floats, float, float]] = []
-    begun, done = time.monotonic(), False
+    keeper, done = Pace(pace), False
     with client.robot(ROBOT).stream("velocity", list(vehicle.thrusters.names), timeout=10.0) as stream:
         before = start = client.clock.simulation_time
         state = client.clock.step(1).robots[ROBOT]
@@ -110,8 +110,7 @@ def sail(client: Client, vehicle: VehicleFile, mission: Mission, seconds: float 
             before = state.stamp.simulation_time
             stream.send(autopilot.speeds(wanted, rotation, twist, elapsed), wait=True)
             state = client.clock.step(ticks).robots[ROBOT]
-            if pace > 0.0:
-                time.sleep(max(0.0, begun + now / pace - time.monotonic()))
+            keeper.keep(now)
         stream.cancel()
     times, positions, cross_track, speeds = zip(*rows, strict=True)
     return Record(np.array(times), np.array(positions), np.array(cross_track), np.array(speeds), done)

@@ -6,7 +6,6 @@ In steps: each period the controller gets the state and says how to drive, and t
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -16,6 +15,7 @@ from virtualrobot import Client
 from virtualrobot.scene.figures import lines
 
 from virtualrobot_apps.chart import Panel, chart, plan, stacked
+from virtualrobot_apps.vehicles.pace import Pace
 from virtualrobot_apps.vehicles.waypoints import (
     CONTROLLERS,
     FASTEST,
@@ -99,7 +99,7 @@ def drive(client: Client, waypoints: Waypoints, pace: float = 0.0, robot: str = 
     client.clock.set_stepped()
     tick = client.clock.read().tick_length
     rows: list[tuple[float, ...]] = []
-    begun = time.monotonic()
+    keeper = Pace(pace)
     with client.robot(robot).stream_twist(timeout=10.0) as stream:
         state = client.clock.step(1).robots[robot]
         start = state.stamp
@@ -115,8 +115,7 @@ def drive(client: Client, waypoints: Waypoints, pace: float = 0.0, robot: str = 
             # A period need not be whole ticks: what it leaves over is made up for by the next one.
             due = start.tick + round((len(rows) * PERIOD) / tick)
             state = client.clock.step(due - state.stamp.tick).robots[robot]
-            if pace > 0.0:
-                time.sleep(max(0.0, begun + now / pace - time.monotonic()))
+            keeper.keep(now)
         stream.cancel()
     table = np.array(rows)
     return Record(table[:, 0], table[:, 1:4], table[:, 4], table[:, 5], table[:, 6:8], tuple(waypoints.reached))

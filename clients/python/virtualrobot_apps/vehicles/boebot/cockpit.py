@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from types import TracebackType
 
 import numpy as np
@@ -15,6 +14,7 @@ from virtualrobot.sensors.motion_sensors import EncoderReading
 from virtualrobot.sensors.range_sensors import RangeReading
 
 from virtualrobot_apps.vehicles.boebot.worlds import ROBOT
+from virtualrobot_apps.vehicles.pace import Pace
 
 TRACK, RADIUS = 0.116, 0.0325
 """Distance of the wheels and their radius (m), as a program knows them."""
@@ -25,11 +25,11 @@ class Cockpit:
 
     def __init__(self, client: Client, pace: float = 0.0) -> None:
         """Take a client, and simulated seconds for each second of the wall clock; 0: as fast as it can be."""
-        self._client, self._pace = client, pace
+        self._client = client
         client.clock.set_stepped()
         self.tick_length = client.clock.read().tick_length
         self._stream = client.robot(ROBOT).stream_twist(timeout=10.0)
-        self._begun = time.monotonic()
+        self._pace = Pace(pace)
         self.state: RobotState = client.clock.step(1).robots[ROBOT]
         """Robot's true state after the last step, which is for those who judge, not for the program."""
         self._start = self.state.stamp
@@ -58,8 +58,7 @@ class Cockpit:
         """Tell speed (m/s) and turning rate (rad/s), and let time go on by some ticks."""
         self._stream.send((speed, 0.0, turning), wait=True)
         self.state = self._client.clock.step(ticks).robots[ROBOT]
-        if self._pace > 0.0:
-            time.sleep(max(0.0, self._begun + self.now / self._pace - time.monotonic()))
+        self._pace.keep(self.now)
 
     def encoders(self) -> EncoderReading:
         """Return what the encoders count."""

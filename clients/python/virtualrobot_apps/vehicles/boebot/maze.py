@@ -39,9 +39,7 @@ class Maze:
 
     def is_free(self, square: Square) -> bool:
         """Return whether a square is no wall; what is outside of the map is free."""
-        row, column = square
-        inside = 0 <= row < self.walls.shape[0] and 0 <= column < self.walls.shape[1]
-        return not (inside and self.walls[row, column])
+        return not (self._is_inside(square) and self.walls[square])
 
     def blocks(self) -> Iterator[tuple[int, int, int, int]]:
         """Yield boxes of walls that cover each wall square once: bottom, top, left and right, the ends not included."""

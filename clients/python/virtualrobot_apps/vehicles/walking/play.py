@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +9,7 @@ import virtualrobot
 from numpy.typing import NDArray
 from virtualrobot.scene.figures import lines, points
 
+from virtualrobot_apps.vehicles.pace import Pace
 from virtualrobot_apps.vehicles.walking.machine import Machine
 from virtualrobot_apps.vehicles.walking.masses import masses_of
 from virtualrobot_apps.vehicles.walking.support import stability_margin, support_polygon
@@ -80,7 +80,7 @@ def play(machine: Machine, walk: Walk, pace: float = 0.0, shown: bool = True) ->
     tick = client.clock.read().tick_length
     count = round(np.ceil(walk.times[-1] / tick - 1e-6))
     rows = []
-    begun = time.monotonic()
+    keeper = Pace(pace)
     for number in range(count + 1):
         if number:
             client.clock.step(1)
@@ -92,8 +92,7 @@ def play(machine: Machine, walk: Walk, pace: float = 0.0, shown: bool = True) ->
         rows.append((now, poses[machine.trunk] @ trunk_t_body, places, center, stance, margin))
         if drawing is not None:
             drawing.draw(now, stance, places, center)
-        if pace > 0.0:
-            time.sleep(max(0.0, begun + now / pace - time.monotonic()))
+        keeper.keep(now)
     motion.state.raise_early_end()
     return Record(*(np.array(column) for column in zip(*rows, strict=True)))
 
