@@ -105,6 +105,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         "mcap",
         "pyarrow",
         "foxglove_schemas_protobuf",
+        "google",
     ),
     f"{APPS}/topic/raster.py": ("virtualrobot_apps", "virtualrobot", "numpy", "PIL"),
     # What they say is read from YAML.

@@ -117,6 +117,7 @@ def test_a_speed_beyond_limits_is_refused_with_them(ugv: virtualrobot.Client) ->
         Lockstep(ugv, "ugv", 0.05).run(Played('{"twist": [99, 0, 0]}'), GUARD)
 
 
+@pytest.mark.long
 def test_a_controller_that_never_answers_is_told_with_the_state_that_it_was_given(ugv: virtualrobot.Client) -> None:
     program = ProgramWire([sys.executable, "-c", "import time; input(); print('{}', flush=True); time.sleep(600)"])
     try:
@@ -138,6 +139,7 @@ def test_a_period_and_names_are_looked_at_first(ugv: virtualrobot.Client) -> Non
         ProgramWire(["no-such-program-anywhere"])
 
 
+@pytest.mark.long
 def test_the_controller_of_the_page_drives_its_square(ugv: virtualrobot.Client, tmp_path: Path) -> None:
     program = tmp_path / "controller.py"
     program.write_text(block("python"))
@@ -150,6 +152,7 @@ def test_the_controller_of_the_page_drives_its_square(ugv: virtualrobot.Client, 
     assert 15.0 < run.seconds < 30.0
 
 
+@pytest.mark.long
 @pytest.mark.skipif(
     OCTAVE is None, reason="no Octave: install the package octave to run the controller of docs/lockstep.md"
 )

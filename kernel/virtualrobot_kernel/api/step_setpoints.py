@@ -59,6 +59,7 @@ class StepSetpoints:
         Raises KernelError before anything is changed; what was started is stopped again when the block fails.
         """
         kernel = self._kernel
+        self._forget()
         wishes = [self._wish(request, f"setpoints[{place}]", context) for place, request in enumerate(requests)]
         if len({wish.key for wish in wishes}) < len(wishes):
             raise KernelError("a robot has two setpoints in one step; give one", field="setpoints")
@@ -66,7 +67,7 @@ class StepSetpoints:
         for wish in wishes:
             if wish.values is not None and wish.craft is None and (motion := running[wish.key]) is not None:
                 assert isinstance(motion.running, SetpointMotion)
-                motion.running.set(wish.values)  # raises for what it refuses
+                motion.running.set(wish.values)  # changes nothing: it raises for what it refuses
         started: dict[Key, str] = {}
         try:
             for wish in wishes:
@@ -86,6 +87,12 @@ class StepSetpoints:
         for wish in wishes:
             if wish.values is None:
                 self._motions.pop(wish.key, None)
+
+    def _forget(self) -> None:
+        """Forget motions that the world has forgotten, such as those of clients that have gone."""
+        state = self._kernel.world.snapshot.state
+        known = {one.id for one in (*state.motions, *state.ended)}
+        self._motions = {key: id for key, id in self._motions.items() if id in known}
 
     def _wish(self, request: kernel_pb2.StepSetpoint, field: str, context: object) -> _Wish:
         """Return what a setpoint asks for; raise KernelError for what the robot never does."""

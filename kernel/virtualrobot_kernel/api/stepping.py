@@ -41,9 +41,8 @@ class Stepping:
     async def step(self, request: kernel_pb2.StepClockRequest, context: object) -> kernel_pb2.StepClockResponse:
         """Make a step; raise KernelError for what is refused, before anything is changed."""
         world = self._kernel.world
-        first = world.snapshot
         if request.commands or request.setpoints or request.until or request.sensors:
-            self._check(request, first)
+            self._check(request)
         events = [self._event(event, f"until[{place}]") for place, event in enumerate(request.until)]
         ids: Sequence[str] = ()
         if request.setpoints:
@@ -51,7 +50,7 @@ class Stepping:
                 await self._apply(request, context)
         else:
             await self._apply(request, context)
-        first = world.snapshot
+        before = world.snapshot.state.tick
         met: list[int] = []
 
         def until(snapshot: Snapshot) -> bool:
@@ -60,19 +59,19 @@ class Stepping:
 
         snapshot = await asyncio.wrap_future(world.step(request.ticks, until if events else None))
         state = snapshot.state
-        ended = [motion for motion in state.ended if motion.end_tick > first.state.tick]
+        ended = [motion for motion in state.ended if motion.end_tick > before]
         return kernel_pb2.StepClockResponse(
             stamp=stamp(snapshot),
             robots=robot_states(snapshot, robots_named(snapshot, ())),
             signals=[signal_message(snapshot.structure, signal) for signal in state.signals.values()],
             motions=[motion_message(snapshot, motion) for motion in (*ended, *state.motions)],
             readings=[await self._read(name, request, context) for name in request.sensors],
-            ticks=state.tick - first.state.tick,
+            ticks=state.tick - before,
             events=met,
             setpoint_motion_ids=ids,
         )
 
-    def _check(self, request: kernel_pb2.StepClockRequest, snapshot: Snapshot) -> None:
+    def _check(self, request: kernel_pb2.StepClockRequest) -> None:
         """Raise KernelError for a step that cannot be made, before what goes with it is done."""
         if self._kernel.world.clock.mode is not Mode.STEPPED:
             raise KernelError(
@@ -81,7 +80,7 @@ class Stepping:
         if not 1 <= request.ticks <= MAX_STEPS:
             raise KernelError(f"a step takes 1 to {MAX_STEPS} ticks, not {request.ticks}", ticks=request.ticks)
         for name in request.sensors:
-            sensor_node(snapshot.structure, name)
+            sensor_node(self._kernel.world.snapshot.structure, name)
 
     async def _apply(self, request: kernel_pb2.StepClockRequest, context: object) -> None:
         if request.commands:

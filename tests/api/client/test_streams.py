@@ -162,7 +162,7 @@ def test_what_the_world_hears_is_published(world: Client) -> None:
     with pytest.raises(InvalidArgumentError, match="told by the world"):
         world.streams.publisher("/robots/ugv/base")
     with pytest.raises(InvalidArgumentError, match="only heard"):
-        world.streams.watch("/robots/ugv/command/twist")
+        world.streams.watch("/robots/ugv/base", "/robots/ugv/command/*")
     with pytest.raises(UnknownNameError, match="did you mean '/robots/ugv/base'"):
         world.streams.watch("/robots/ugv/bass")
 
@@ -178,15 +178,21 @@ def test_commands_list_and_show(run: Run, world: Client) -> None:
     assert "no stream named '/robots/arm/joint_state'" in run("topic", "info", "/robots/arm/joint_state", code=1)
 
 
+@pytest.mark.long
 def test_commands_measure(run: Run, client: Client) -> None:
     client.load_robot(IIWA, name="arm")
     told = run("topic", "hz", "/robots/arm/joint_states", "--seconds", "0.5")
     # Each of 250 ticks a second of simulation time, however busy the machine is.
     assert told.startswith("/robots/arm/joint_states: 250.000 Hz, period 4.000 to 4.000 ms") and "0 lost" in told
+    client.signals.create("pressure", 1.5)
+    # It ends with the time, though the signal tells nothing after its first value.
+    assert run("topic", "echo", "/signals/pressure", "--seconds", "0.1").count("\n") == 1
+    assert "too few for a rate" in run("topic", "hz", "/signals/pressure", "--seconds", "0.1")
     assert "bytes each" in run("topic", "bw", "/robots/arm/joint_states", "--seconds", "0.2")
     assert "in the mean" in run("topic", "delay", "/robots/arm/joint_states", "--seconds", "0.2")
 
 
+@pytest.mark.long
 def test_commands_plot_live_and_from_files(run: Run, client: Client, tmp_path: Path) -> None:
     client.load_robot("model://ugv", base="planar")
     svg, png, way = tmp_path / "speed.svg", tmp_path / "speed.png", tmp_path / "way.svg"
@@ -207,10 +213,12 @@ def test_commands_plot_live_and_from_files(run: Run, client: Client, tmp_path: P
     told = run("topic", "plot", "ugv/*/position", "--file", str(table), "--out", str(tmp_path / "file.svg"))
     assert "file.svg" in told
     assert "no number is called 'arm/x'" in run("topic", "plot", "arm/x", "--file", str(table), code=1)
-    run("topic", "plot", "x", "--out", "x.jpg", code=2, warns=4)
+    assert "ends with .svg or .png, not '.jpg'" in run("topic", "plot", "x", "--out", "x.jpg", code=1)
+    assert "there is no folder" in run("topic", "plot", "x", "--out", str(tmp_path / "no" / "x.svg"), code=1)
     run("topic", "plot", base, "--trail", code=2, warns=4)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("ending", [".csv", ".mcap"])
 def test_a_recording_is_played_again(run: Run, world: Client, tmp_path: Path, ending: str) -> None:
     file = tmp_path / f"run{ending}"
@@ -233,11 +241,16 @@ def test_a_recording_is_played_again(run: Run, world: Client, tmp_path: Path, en
     assert "no file" in run("topic", "play", str(tmp_path / "gone.csv"), code=1)
 
 
+@pytest.mark.long
 def test_commands_publish(run: Run, client: Client) -> None:
     client.load_robot("model://ugv", base="planar")
     client.signals.create("count", 0)
     run("topic", "pub", "/signals/count", "7")
     assert client.signals["count"] == 7
+    client.signals.create("program", "idle")
+    run("topic", "pub", "/signals/program", "on")
+    assert client.signals["program"] == "on"
+    run("topic", "pub", "/signals/count", "many", code=2, warns=4)
     run("topic", "pub", "/robots/ugv/command/twist", "0.3", "0", "0", "--seconds", "0.5")
     assert 0.01 < client.robot("ugv").tcp[0, 3] < 0.3
     run("topic", "pub", "/robots/ugv/base", "1", "--seconds", "1", code=2, warns=4)

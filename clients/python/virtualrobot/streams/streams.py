@@ -44,14 +44,15 @@ class Streams(Mapping[str, Stream]):
 
         Raises:
             UnknownNameError: for a name or pattern that fits no stream.
-            InvalidArgumentError: where there is only what the world hears and tells nobody.
+            InvalidArgumentError: for a name or pattern of what the world only hears, and tells nobody.
         """
         if not names:
             raise InvalidArgumentError("say which streams, by names or patterns; '*' is all")
-        found = chosen(self.table(), names)
-        told = [one for one in found if one.direction != IN]
-        if not told:
-            raise InvalidArgumentError(f"{found[0].name} is only heard by the world; publish to it")
+        table = self.table()
+        for name in names:
+            if all(one.direction == IN for one in chosen(table, [name])):
+                raise InvalidArgumentError(f"{name} is only heard by the world; publish to it")
+        told = [one for one in chosen(table, names) if one.direction != IN]
         return StreamWatch(self._services, told)
 
     def sample(self, name: str, timeout: float = 10.0) -> Sample:

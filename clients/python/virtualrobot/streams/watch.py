@@ -8,6 +8,8 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+import numpy as np
+
 from virtualrobot._wire.messages import array_of
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.transport import Stream as Call
@@ -73,22 +75,24 @@ class StreamWatch:
         }
         self._calls: list[Call[Any]] = []
         self._begun = {name: threading.Event() for name in by_watch}
-        self._threads = [
-            threading.Thread(
-                target=self._run,
-                args=(begins[name](list(of)), self._begun[name]),
-                name=f"streams {name}",
-                daemon=True,
-            )
-            for name, of in by_watch.items()
-        ]
-        for thread in self._threads:
-            thread.start()
+        try:
+            readers = {name: begins[name](list(of)) for name, of in by_watch.items()}
+            for name, read in readers.items():
+                threading.Thread(
+                    target=self._run, args=(read, self._begun[name]), name=f"streams {name}", daemon=True
+                ).start()
+            self._await()
+        except BaseException:
+            self.close()  # sensors would go on reading for a watch that nobody has
+            raise
+
+    def _await(self) -> None:
+        """Wait until all watches have begun."""
         due = time.monotonic() + _BEGIN_SECONDS
         for begun in self._begun.values():
-            if not begun.wait(max(due - time.monotonic(), 0.0)):
-                self.close()
-                raise CallTimeoutError(f"the kernel has not begun to tell after {_BEGIN_SECONDS:g} s")
+            while not begun.wait(_WAIT_SECONDS):
+                if time.monotonic() > due:
+                    raise CallTimeoutError(f"the kernel has not begun to tell after {_BEGIN_SECONDS:g} s")
 
     def __iter__(self) -> Iterator[Sample]:
         """Yield samples as they come; raises what ends a watch, such as a kernel that has gone."""
@@ -203,7 +207,7 @@ class StreamWatch:
             )
         )
         stream_of = {one.about: one.name for one in streams}
-        places: dict[int, tuple[str, Any]] = {}
+        places: dict[int, np.ndarray] = {}
         name_of: dict[int, str] = {}
 
         def read(begun: threading.Event) -> None:
@@ -213,12 +217,12 @@ class StreamWatch:
                     name_of.update({node.uid: node.name for node in tick.nodes})
                     for uid in tick.removed_uids:
                         places.pop(uid, None)
-                    if tick.moved_uids:
-                        for uid, row in zip(tick.moved_uids, array_of(tick.world_t_node), strict=True):
-                            places[uid] = name_of[uid], row
+                    moved = set(tick.moved_uids)
+                    if moved:
+                        places.update(zip(tick.moved_uids, array_of(tick.world_t_node), strict=True))
                     again, before = tick.stamp.tick == before, tick.stamp.tick
-                    for uid, (name, row) in places.items():
-                        if (uid in tick.moved_uids or not again) and (stream := stream_of.get(name)) is not None:
+                    for uid, row in places.items():
+                        if (uid in moved or not again) and (stream := stream_of.get(name_of[uid])) is not None:
                             self._put(sampled(stream, tick.stamp, samples.of_row(row), row.nbytes, tick.lost_ticks))
                 begun.set()
 

@@ -4,18 +4,11 @@ from __future__ import annotations
 
 import sys
 import time
-from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 from virtualrobot.cli.options import FiniteRange, Target, target_options
-
-if TYPE_CHECKING:
-    from virtualrobot.connection import Client
-    from virtualrobot.streams.sample import Sample
-    from virtualrobot.streams.watch import StreamWatch
 
 _EXAMPLES = """
 \b
@@ -90,10 +83,11 @@ def echo(
     seconds: float | None,
 ) -> None:
     """Print what streams tell, a line for each sample, every tick and every reading."""
+    from virtualrobot_apps.topic.gathering import taken, watched
     from virtualrobot_apps.topic.words import echo_json, echo_line
 
-    with target.connect() as client, client.streams.watch(*names) as watch:
-        for number, sample in enumerate(_until(watch, seconds), 1):
+    with target.connect() as client, watched(client, names) as watch, suppress(KeyboardInterrupt):
+        for number, sample in enumerate(taken(watch, names, seconds), 1):
             if fields and number == 1 and not set(fields) & sample.values.keys():
                 there = ", ".join(sample.values)
                 raise click.UsageError(f"{sample.stream} has no field {fields[0]!r}; there are {there}")
@@ -110,9 +104,10 @@ def hz(target: Target, names: tuple[str, ...], seconds: float | None) -> None:
     """Measure how often streams tell, in simulation time, and how many samples were lost."""
     from virtualrobot.streams.statistics import rate
 
+    from virtualrobot_apps.topic.gathering import gathered
     from virtualrobot_apps.topic.words import rate_line
 
-    for name, samples in _gathered(target, names, seconds).items():
+    for name, samples in gathered(target, names, seconds).items():
         click.echo(rate_line(name, rate([sample for sample, _ in samples])))
 
 
@@ -124,9 +119,10 @@ def bw(target: Target, names: tuple[str, ...], seconds: float | None) -> None:
     """Measure how many bytes streams tell in a second of simulation time."""
     from virtualrobot.streams.statistics import bandwidth
 
+    from virtualrobot_apps.topic.gathering import gathered
     from virtualrobot_apps.topic.words import bandwidth_line
 
-    for name, samples in _gathered(target, names, seconds).items():
+    for name, samples in gathered(target, names, seconds).items():
         click.echo(bandwidth_line(name, bandwidth([sample for sample, _ in samples])))
 
 
@@ -138,9 +134,10 @@ def delay(target: Target, names: tuple[str, ...], seconds: float | None) -> None
     """Measure how long after its instant each sample comes, by the clocks of both machines."""
     from virtualrobot.streams.statistics import delay as measured
 
+    from virtualrobot_apps.topic.gathering import gathered
     from virtualrobot_apps.topic.words import delay_line
 
-    for name, samples in _gathered(target, names, seconds).items():
+    for name, samples in gathered(target, names, seconds).items():
         click.echo(delay_line(name, measured(samples)))
 
 
@@ -166,18 +163,19 @@ def plot(
     from virtualrobot_apps.topic import curves as of
     from virtualrobot_apps.topic import drawing
     from virtualrobot_apps.topic import recorded as files
+    from virtualrobot_apps.topic.gathering import drawn_live
 
-    if out is not None and out.suffix.lower() not in drawing.ENDINGS:
-        raise click.UsageError(f"--out ends with {' or '.join(drawing.ENDINGS)}, not {out.suffix or out.name!r}")
+    if out is not None:
+        drawing.check(out)
     if trail and out is None:
         raise click.UsageError("a trail is drawn to a picture: say --out")
     if recorded is not None:
         found = files.curves(recorded)
     else:
         names = [part.partition(":")[0].strip() for one in curves for part in one.split(of.MINUS)]
-        found = of.of_samples(_live(target, names, curves, seconds, live=out is None))
-    if trail:
-        drawing.write(out, ways=of.trails(found, curves))  # pyright: ignore[reportArgumentType] it is given with --trail
+        found = of.of_samples(drawn_live(target, names, curves, seconds, shows=out is None and sys.stdout.isatty()))
+    if trail and out is not None:
+        drawing.write(out, ways=of.trails(found, curves))
     else:
         wanted = [one for one in of.chosen(found, curves) if len(one.times) > 1]
         if not wanted:
@@ -198,19 +196,19 @@ def plot(
 def pub(target: Target, name: str, value: tuple[str, ...], rate: float, seconds: float | None) -> None:
     """Publish VALUE to a stream that the world hears: a signal once, a command of a robot for --seconds.
 
-    VALUE is on, off, a number or a text for a signal, else numbers in order, or NAME=NUMBER. A number that is
-    negative stands behind --.
+    VALUE is for a signal on or off, a number, a text, or for a group a 0 or 1 for each of its booleans; else numbers in
+    order, or NAME=NUMBER. A number that is negative stands behind --.
     """
-    from virtualrobot_apps.topic.words import value_of_text
+    from virtualrobot.cli.signals import signal_value
+
+    from virtualrobot_apps.topic.words import numbers_of_words
 
     with target.connect() as client:
         stream = client.streams[name]
-        told = value_of_text(stream, value)
         if stream.watch == "signals":
             if seconds:
                 raise click.UsageError("a signal keeps its value; --seconds is for commands of robots")
-            with client.streams.publisher(name) as publisher:
-                publisher.send(_as_signal(client, stream.about, told))
+            client.signals[stream.about] = signal_value(client.signals[stream.about], " ".join(value))
             return
         if stream.direction != "in":
             raise click.UsageError(f"{name} is told by the world; nobody else publishes it")
@@ -218,7 +216,7 @@ def pub(target: Target, name: str, value: tuple[str, ...], rate: float, seconds:
             raise click.UsageError("say for how many --seconds")
         if client.clock.mode == "stepped":
             raise click.UsageError("time stands still; 'virtualrobot step --realtime' lets it go on by itself again")
-        begin = client.clock.simulation_time
+        told, begin = numbers_of_words(value), client.clock.simulation_time
         with client.streams.publisher(name, timeout=max(0.5, 3.0 / rate)) as publisher:
             while client.clock.simulation_time - begin < seconds:
                 publisher.send(told)
@@ -245,7 +243,7 @@ def record(
         recording = client.start_recording(output, duration=seconds, topics=patterns, rate=rate, overwrite=overwrite)
         with suppress(KeyboardInterrupt):
             while not recording.wait(0.25):
-                pass
+                continue
         recorded = recording.finish()
     counted = ", ".join(f"{count} of {name}" for name, count in sorted(recorded.counts.items()))
     click.echo(f"{output}: {recorded.end - recorded.start:.3f} s: {counted or 'nothing'}")
@@ -268,56 +266,3 @@ def play(target: Target, file: Path, patterns: tuple[str, ...], speed: float) ->
     with target.connect() as client:
         end = played(client, file, patterns, speed)
     click.echo(f"{file}: {end.rows} rows in {end.seconds:.3f} s, of {', '.join(end.names)}")
-
-
-def _until(watch: StreamWatch, seconds: float | None) -> Iterator[Sample]:
-    """Yield samples until some seconds of simulation time are over since the first, or Ctrl-C."""
-    begin: float | None = None
-    with suppress(KeyboardInterrupt):
-        for sample in watch:
-            begin = sample.time if begin is None else begin
-            if seconds is not None and sample.time - begin > seconds + 1e-9:
-                return
-            yield sample
-
-
-def _gathered(target: Target, names: Sequence[str], seconds: float | None) -> dict[str, list[tuple[Sample, float]]]:
-    """Return the samples of streams by name, each with the wall time at which it came."""
-    with target.connect() as client, client.streams.watch(*names, "/clock") as watch:
-        found: dict[str, list[tuple[Sample, float]]] = {one.name: [] for one in watch.streams}
-        for sample in _until(watch, seconds):
-            found[sample.stream].append((sample, time.time()))
-    if "/clock" not in names and "*" not in names:
-        del found["/clock"]
-    return found
-
-
-def _live(target: Target, names: Sequence[str], curves: Sequence[str], seconds: float, live: bool) -> list[Sample]:
-    """Return the samples of streams for some seconds; on a terminal they are drawn meanwhile."""
-    from virtualrobot.errors import VirtualRobotError
-
-    from virtualrobot_apps.topic import curves as of
-    from virtualrobot_apps.topic.drawing import letters
-
-    samples: list[Sample] = []
-    shows = live and sys.stdout.isatty()
-    drawn = time.monotonic()
-    with target.connect() as client, client.streams.watch(*dict.fromkeys((*names, "/clock"))) as watch:
-        for sample in _until(watch, seconds):
-            samples.append(sample)
-            if shows and time.monotonic() - drawn > 0.5:
-                with suppress(VirtualRobotError, ValueError):
-                    wanted = [one for one in of.chosen(of.of_samples(samples), curves) if len(one.times) > 1]
-                    click.echo(f"\x1b[H\x1b[2J{letters(wanted)}")
-                drawn = time.monotonic()
-    if shows:
-        click.echo("\x1b[H\x1b[2J", nl=False)
-    return samples
-
-
-def _as_signal(client: Client, name: str, value: Any) -> Any:  # noqa: ANN401 what a signal has
-    """Return a value as the type of a signal has it: 1 for a number that is 1.0, and words as they are."""
-    now = client.signals[name]
-    if isinstance(now, float) and isinstance(value, int) and not isinstance(value, bool):
-        return float(value)
-    return str(value) if isinstance(now, str) else tuple(value) if isinstance(value, list) else value

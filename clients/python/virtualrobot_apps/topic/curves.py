@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
@@ -31,19 +32,31 @@ class Curve:
 
 def of_samples(samples: Iterable[Sample]) -> dict[str, Curve]:
     """Return the numbers of samples over time, as `STREAM:FIELD`; of streams with x and y the `speed` (m/s), too."""
+    return of_numbers(
+        ((f"{one.stream}:{field}", one.time, value) for one in samples for field, value in one.numbers().items()), ":"
+    )
+
+
+def of_numbers(numbers: Iterable[tuple[str, float, float]], sign: str) -> dict[str, Curve]:
+    """Return curves of numbers (name, time, value) in order of time, with speeds.
+
+    The last of a time counts; what is not finite, such as the distance of no echo, is left out.
+    sign: what stands in names before `x`, `y`, `z` and `speed`.
+    """
     rows: dict[str, tuple[list[float], list[float]]] = {}
-    for sample in samples:
-        for field, value in sample.numbers().items():
-            times, values = rows.setdefault(f"{sample.stream}:{field}", ([], []))
-            if times and times[-1] == sample.time:
-                values[-1] = value  # a change between two ticks
-            else:
-                times.append(sample.time)
-                values.append(value)
-    return with_speeds({name: Curve(name, np.array(times), np.array(of)) for name, (times, of) in rows.items()}, ":")
+    for name, time, value in numbers:
+        if not math.isfinite(value):
+            continue
+        times, values = rows.setdefault(name, ([], []))
+        if times and times[-1] == time:
+            values[-1] = value  # a change between two ticks
+        else:
+            times.append(time)
+            values.append(value)
+    return _with_speeds({name: Curve(name, np.array(times), np.array(of)) for name, (times, of) in rows.items()}, sign)
 
 
-def with_speeds(curves: Mapping[str, Curve], sign: str) -> dict[str, Curve]:
+def _with_speeds(curves: Mapping[str, Curve], sign: str) -> dict[str, Curve]:
     """Return curves and, where x and y of something are among them, its speed (m/s) from one sample to the next."""
     found = dict(curves)
     for name, x in curves.items():
@@ -100,8 +113,11 @@ def _difference(first: list[Curve], second: list[Curve], name: str) -> Curve:
     return Curve(name, times, a.values[both] - np.interp(times, b.times, b.values))
 
 
-def trails(curves: Mapping[str, Curve], wanted: Iterable[str]) -> dict[str, Floats]:
-    """Return the ways (n, 2) in x and y of all that patterns choose which has both, by its name."""
+def trails(curves: Mapping[str, Curve], wanted: Sequence[str]) -> dict[str, Floats]:
+    """Return the ways (n, 2) in x and y of all that patterns choose which has both, by its name.
+
+    Raises UnknownNameError when nothing of it has.
+    """
     found: dict[str, Floats] = {}
     for pattern in wanted:
         for name, x in curves.items():

@@ -9,7 +9,7 @@ import numpy as np
 from virtualrobot.errors import InvalidArgumentError, WrongStateError
 
 from virtualrobot_apps.chart import COLORS, Panel, chart, plan, ticks
-from virtualrobot_apps.topic.curves import Curve, Floats, together
+from virtualrobot_apps.topic.curves import MINUS, Curve, Floats, together
 
 MOST_POINTS = 2000
 """Greatest number of points of a drawn curve: more are not seen."""
@@ -29,15 +29,22 @@ def svg(curves: Sequence[Curve]) -> str:
     return chart(times[kept], panels)
 
 
+def check(path: Path) -> None:
+    """Raise InvalidArgumentError for a picture that ends with neither .svg nor .png, or is in no folder."""
+    if path.suffix.lower() not in ENDINGS:
+        raise InvalidArgumentError(f"a picture ends with {' or '.join(ENDINGS)}, not {path.suffix or path.name!r}")
+    if not path.parent.is_dir():
+        raise InvalidArgumentError(f"there is no folder {path.parent} for the picture")
+
+
 def write(path: Path, curves: Sequence[Curve] = (), ways: Mapping[str, Floats] | None = None) -> None:
     """Write curves over time, or trails from above, to a picture.
 
     Raises:
-        InvalidArgumentError: when it ends with neither .svg nor .png.
+        InvalidArgumentError: as `check` does.
         WrongStateError: when Pillow is missing that writes a .png.
     """
-    if path.suffix.lower() not in ENDINGS:
-        raise InvalidArgumentError(f"a picture ends with {' or '.join(ENDINGS)}, not {path.suffix or path.name!r}")
+    check(path)
     if path.suffix.lower() == ".svg":
         path.write_text(svg(curves) if ways is None else plan(ways), "utf-8")
         return
@@ -62,17 +69,15 @@ def write(path: Path, curves: Sequence[Curve] = (), ways: Mapping[str, Floats] |
 def letters(curves: Sequence[Curve], width: int = 78, height: int = 16) -> str:
     """Return curves over time as lines of letters, one letter for each curve, with a legend."""
     times, table = together(curves)
-    low, high = float(np.nanmin(table)), float(np.nanmax(table))
-    scale = ticks(low, high, 4)
+    scale = ticks(float(table.min()), float(table.max()), 4)
     low, high = scale[0], scale[-1]
     field = [[" "] * width for _ in range(height)]
     span = max(float(times[-1]), 1e-9)
     for place, column in enumerate(table.T):
         for time, value in zip(times, column, strict=True):
-            if np.isfinite(value):
-                x = min(int(width * time / span), width - 1)
-                y = min(int(height * (high - value) / (high - low)), height - 1)
-                field[y][x] = _MARKS[place % len(_MARKS)]
+            x = min(int(width * time / span), width - 1)
+            y = min(int(height * (high - value) / (high - low)), height - 1)
+            field[y][x] = _MARKS[place % len(_MARKS)]
     edge = max(len(f"{high:g}"), len(f"{low:g}"))
     lines = []
     for row, cells in enumerate(field):
@@ -89,7 +94,7 @@ def _panels(curves: Sequence[Curve]) -> dict[str, list[int]]:
     found: dict[str, list[int]] = {}
     for place, one in enumerate(curves):
         word = one.name.replace(":", "/").rpartition("/")[2]
-        if " - " in one.name:
+        if MINUS in one.name:
             word = "difference"
         count = sum(len(places) for label, places in found.items() if label.split(" (")[0] == word)
         part = count // len(COLORS)
@@ -100,7 +105,7 @@ def _panels(curves: Sequence[Curve]) -> dict[str, list[int]]:
 def _short(name: str) -> str:
     """Return as much of a name as a legend has room for."""
     words = name.replace(":", "/").split("/")
-    return name if " - " not in name and len(name) < 20 else "/".join(words[-2:])[-20:]
+    return name if MINUS not in name and len(name) < 20 else "/".join(words[-2:])[-20:]
 
 
 def _thinned(count: int) -> np.ndarray:

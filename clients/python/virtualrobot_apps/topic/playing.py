@@ -36,23 +36,14 @@ def play(client: Client, file: Path, patterns: Iterable[str] = (), speed: float 
     selection = Selection(patterns)
     joints = {robot.name: set(robot.coordinates) for robot in client.robots()}
     signals = set(client.signals)
-    stepped = client.clock.mode == "stepped"
-    tick = client.clock.read().tick_length
-    begun, first, last, count = time.monotonic(), None, 0.0, 0
+    begin, first, last, count = client.clock.simulation_time, None, 0.0, 0
     names: dict[str, None] = {}
-    start = client.clock.simulation_time
     for row in _moments(rows(file)):
         positions, values = _known(row, selection, joints, signals)
         if not positions and not values:
             continue
         first = row.time if first is None else first
-        due = (row.time - first) / speed
-        if stepped:
-            ticks = round(due / tick) - round((client.clock.simulation_time - start) / tick)
-            if ticks > 0:
-                client.clock.step(ticks)
-        else:
-            time.sleep(max(0.0, begun + due - time.monotonic()))
+        _wait(client, begin + (row.time - first) / speed)
         with client.scene.batch() as batch:
             for robot, of in positions.items():
                 batch.set_joint_positions(robot, of)
@@ -65,19 +56,29 @@ def play(client: Client, file: Path, patterns: Iterable[str] = (), speed: float 
     return Played(count, last - first, tuple(names))
 
 
+def _wait(client: Client, due: float) -> None:
+    """Wait until some simulation time; where only steps let time go on, step there."""
+    now = client.clock.read()
+    left = due - now.stamp.simulation_time
+    if now.mode == "realtime":
+        time.sleep(max(0.0, left / now.speed_factor))
+    elif (ticks := round(left / now.tick_length)) > 0:
+        client.clock.step(ticks)
+
+
 def _moments(all_rows: Iterable[Row]) -> Iterator[Row]:
-    """Yield rows, those that are nearer than PERIOD as one."""
+    """Yield rows, those that come less than PERIOD after the first of them as one, with the time of the last."""
     cells: dict[str, Cell] = {}
-    begin = -PERIOD
-    now = 0.0
+    begin = end = 0.0
     for row in all_rows:
         if cells and row.time - begin >= PERIOD:
-            yield Row(now, cells)
-            cells, begin = {}, row.time
-        cells = {**cells, **row.cells}
-        now = row.time
+            yield Row(end, cells)
+            cells = {}
+        if not cells:
+            begin = row.time
+        cells, end = {**cells, **row.cells}, row.time
     if cells:
-        yield Row(now, cells)
+        yield Row(end, cells)
 
 
 def _known(

@@ -18,7 +18,7 @@ _SQUARE = 560
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Box:
-    """A box of lines by name, each x (n,) and y (n,). equal: x and y have the same scale, as on a plan."""
+    """Box of lines by name, each x (n,) and y (n,), all finite. equal: x and y have the same scale, as on a plan."""
 
     label: str
     lines: Mapping[str, tuple[Floats, Floats]]
@@ -39,7 +39,7 @@ def write(path: Path, boxes: Sequence[Box]) -> None:
 
 def _draw(draw: ImageDraw.ImageDraw, box: Box, top: int, height: int, last: bool) -> None:
     xs = np.concatenate([x for x, _ in box.lines.values()])
-    ys = np.concatenate([y[np.isfinite(y)] for _, y in box.lines.values()] or [np.zeros(1)])
+    ys = np.concatenate([y for _, y in box.lines.values()])
     across, up = ticks(float(xs.min()), float(xs.max()), 8), ticks(float(ys.min()), float(ys.max()), height // 40)
     left, low = (across[0], up[0]) if box.equal else (float(xs.min()), up[0])
     width = _WIDTH - _LEFT - _RIGHT
@@ -66,8 +66,7 @@ def _draw(draw: ImageDraw.ImageDraw, box: Box, top: int, height: int, last: bool
         draw.text((_LEFT + width / 2, top + height + 28), words, fill="black", anchor="ma")
     for place, (name, (x, y)) in enumerate(box.lines.items()):
         color = COLORS[place % len(COLORS)]
-        kept = np.isfinite(y)
-        points = [(x_of(float(one)), y_of(float(other))) for one, other in zip(x[kept], y[kept], strict=True)]
+        points = [(x_of(float(one)), y_of(float(other))) for one, other in zip(x, y, strict=True)]
         if len(points) > 1:
             draw.line(points, fill=color, width=2)
         line = top + 10 + 18 * place

@@ -8,10 +8,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from virtualrobot.errors import InvalidArgumentError, WrongStateError
 
-from virtualrobot_apps.topic.curves import Curve, with_speeds
+from virtualrobot_apps.topic.curves import Curve, of_numbers
 
 _POSE = ("x", "y", "z")
 Cell = float | bool | str
@@ -44,20 +43,14 @@ def rows(path: Path) -> Iterator[Row]:
     except ImportError as error:
         extra = "parquet" if path.suffix.lower() == ".parquet" else "record"
         raise WrongStateError(f"{path.suffix} needs more: pip install 'virtualrobot[{extra}]'") from error
-    except (ValueError, KeyError, OSError) as error:
+    except (ValueError, LookupError, OSError, csv.Error) as error:
         raise InvalidArgumentError(f"{path} cannot be read as a recording: {error}") from error
 
 
 def curves(path: Path) -> dict[str, Curve]:
     """Return the numbers of a recorded file over time, with the speeds of what has x and y; raises as `rows` does."""
-    found: dict[str, tuple[list[float], list[float]]] = {}
-    for row in rows(path):
-        for name, value in row.cells.items():
-            if not isinstance(value, str):
-                times, values = found.setdefault(name, ([], []))
-                times.append(row.time)
-                values.append(float(value))
-    return with_speeds({name: Curve(name, np.array(times), np.array(of)) for name, (times, of) in found.items()}, "/")
+    cells = ((name, row.time, value) for row in rows(path) for name, value in row.cells.items())
+    return of_numbers(((name, time, float(value)) for name, time, value in cells if not isinstance(value, str)), "/")
 
 
 def _csv(path: Path) -> Iterator[Row]:
@@ -66,7 +59,7 @@ def _csv(path: Path) -> Iterator[Row]:
         names = [name.partition(" [")[0] for name in next(lines, [])]
         if names[:1] != ["time"]:
             raise ValueError("its first column is not the time")
-        for line in lines:
+        for line in filter(None, lines):
             cells = {name: _cell(text) for name, text in zip(names[2:], line[2:], strict=False) if text}
             yield Row(float(line[0]), cells)
 
@@ -92,6 +85,7 @@ def _parquet(path: Path) -> Iterator[Row]:
 def _mcap(path: Path) -> Iterator[Row]:
     from foxglove_schemas_protobuf.JointStates_pb2 import JointStates
     from foxglove_schemas_protobuf.PoseInFrame_pb2 import PoseInFrame
+    from google.protobuf.message import DecodeError
     from mcap.exceptions import McapError
     from mcap.reader import make_reader
     from virtualrobot.v1.signal_pb2 import Signal
@@ -104,7 +98,7 @@ def _mcap(path: Path) -> Iterator[Row]:
                 if schema is not None and schema.name in types:
                     cells = _of_message(channel.topic, types[schema.name].FromString(message.data))
                     yield Row(message.log_time / 1e9, cells)
-        except McapError as error:
+        except (McapError, DecodeError) as error:
             raise ValueError(error) from error
 
 

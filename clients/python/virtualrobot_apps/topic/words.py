@@ -15,8 +15,6 @@ from virtualrobot.streams.streams import rate_words
 from virtualrobot.streams.table import Stream
 from virtualrobot.tables import aligned
 
-_MOST_SHOWN = 6
-
 
 def list_lines(streams: Sequence[Stream]) -> list[str]:
     """Return streams as lines of a table: name, type, rate, unit, frame, direction."""
@@ -97,16 +95,8 @@ def delay_line(name: str, one: Delay) -> str:
     return f"{name}: {1e3 * one.mean:.2f} ms in the mean, {span}, {one.count} samples"
 
 
-def value_of_text(stream: Stream, words: Sequence[str]) -> Any:  # noqa: ANN401 what is published
-    """Return the value that words mean: of a signal on, off, a number or a text; else numbers, or NAME=NUMBER."""
-    if stream.watch == "signals":
-        text = " ".join(words)
-        if text in ("on", "off"):
-            return text == "on"
-        try:
-            return json.loads(text)
-        except ValueError:
-            return text
+def numbers_of_words(words: Sequence[str]) -> list[float] | dict[str, float]:
+    """Return numbers in order, or by name where words are NAME=NUMBER; raise UsageError for others."""
     try:
         if all("=" in word for word in words):
             return {name: float(number) for name, _, number in (word.partition("=") for word in words)}
