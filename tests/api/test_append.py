@@ -65,6 +65,7 @@ def until(stubs: Stubs, id: str, *phases: int) -> int:
     raise AssertionError(f"it is {motion(stubs, id)}")
 
 
+@pytest.mark.long
 def test_what_is_appended_early_is_the_whole_program_at_once(stepped: Stubs) -> None:
     at = ready(stepped)
     steps = [to(pose) for pose in square(at)]

@@ -167,6 +167,7 @@ def test_a_mesh_collides_as_a_hull_when_it_shall(cell: Stubs) -> None:
     assert refusal(lambda: listed(cell, "nobody")).reason == "UNKNOWN_NAME"
 
 
+@pytest.mark.long
 def test_the_hull_of_a_million_triangles_is_small(cell: Stubs) -> None:
     """Decimated: told is how far it is off, which is what a ball leaves out of a body of 64 corners."""
     planet = meshed(cell, "planet", stl(ball(1.0, 708)))

@@ -46,7 +46,12 @@ LONG = {
     "calibration.md",
     "cell-io.md",
     "command-line.md",
+    "crafts.md",
+    "history.md",
+    "kinematics.md",
     "own-kernel.md",
+    "programs.md",
+    "recording.md",
     "tutorial-driver.md",
     "tracking.md",
     "tutorial-first-cell.md",
@@ -54,6 +59,7 @@ LONG = {
     "tutorial-teacher.md",
     "rays.md",
     "sensor-models.md",
+    "topics.md",
 }
 COMMAND_SECONDS = 300
 SPEED = 5.0

@@ -76,6 +76,7 @@ def test_a_killed_client_s_motion_stops_and_others_go_on(stubs: Stubs, kernel: K
     stubs.motion.Stop(motion_pb2.StopRequest())
 
 
+@pytest.mark.long
 def test_a_killed_client_s_motion_goes_on_if_it_said_so(stubs: Stubs, kernel: KernelProcess) -> None:
     load(stubs, IIWA, "arm")
     id, _ = killed_client(kernel, "arm", CONTINUE, 0.04)

@@ -96,6 +96,7 @@ def test_random_steering_keeps_joint_limits_and_the_path(stepped: Stubs, rng: np
     assert not np.any(velocities[-1])
 
 
+@pytest.mark.long
 def test_progress_never_falls(stepped: Stubs, rng: np.random.Generator) -> None:
     load(stepped, IIWA, "arm")
     ask = start(stepped, joints("arm", 0.5, **drawn(stepped, "arm", rng)))

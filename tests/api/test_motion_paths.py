@@ -53,6 +53,7 @@ def lines(stubs: Stubs, rng: np.random.Generator, arm: str) -> tuple[motion_pb2.
     raise AssertionError("no line in 60 could be gone")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("uri", [IIWA, PANDA])
 def test_a_line_is_straight_and_turns_evenly_at_each_tick(stepped: Stubs, rng: np.random.Generator, uri: str) -> None:
     """Slerp is scipy's."""

@@ -110,6 +110,7 @@ def _alone(move: motion_pb2.Move) -> motion_pb2.ProgramStep:
     return motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[move]))
 
 
+@pytest.mark.long
 def test_progress_comes_before_the_path_and_the_time_is_kept(stepped: Stubs) -> None:
     """Who uses all the time has told several times how far it is."""
     right = cell(stepped)
@@ -157,6 +158,7 @@ def test_a_pose_is_reached_from_elsewhere(stepped: Stubs) -> None:
     np.testing.assert_allclose(matrix(reached), matrix(there), atol=1e-6)
 
 
+@pytest.mark.long
 def test_equal_seeds_find_equal_paths(stepped: Stubs) -> None:
     right = cell(stepped)
     paths = [found(stepped, asked(right, seed=7, time_limit_seconds=60.0)) for _ in range(2)]

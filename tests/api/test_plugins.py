@@ -175,6 +175,7 @@ def test_what_a_component_refuses_is_no_fault(plugin_kernel: KernelProcess, arm:
     assert ended(plugin_kernel)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", few(AT_WORK, "raises_at_work", "crashes"))
 def test_a_fault_at_work_is_named_and_contained(
     plugin_kernel: KernelProcess, client: Client, arm: Robot, other: Robot, name: str, tmp_path: Path
@@ -258,6 +259,7 @@ def test_a_component_of_a_plugin_that_failed_is_told_with_the_reason(client: Cli
     assert arm.kinematics == "arm_angle"
 
 
+@pytest.mark.long
 def test_a_kernel_ends_though_a_component_in_its_own_process_never_returns(
     start_kernel: StartKernel, tmp_path: Path
 ) -> None:
@@ -276,6 +278,7 @@ def test_a_kernel_ends_though_a_component_in_its_own_process_never_returns(
     assert re.search(r"ended by force after \d s, while these threads ran: .*solver_\d", kernel.lines[-1])
 
 
+@pytest.mark.long
 def test_others_are_answered_while_a_component_hangs(
     plugin_kernel: KernelProcess, client: Client, arm: Robot, other: Robot, tmp_path: Path
 ) -> None:

@@ -66,6 +66,7 @@ def test_a_frame_shows_the_world_of_its_time(stepped: Stubs) -> None:
     assert [frame.image for frame in seen] == [one.image for one in captures]
 
 
+@pytest.mark.long
 def test_in_realtime_no_frame_is_left_out_though_drawing_is_slow(stubs: Stubs) -> None:
     """Pictures of 1.4 million pixels take longer than the 20 ms between them."""
     apply(stubs, create(box("a", z=0.6)))

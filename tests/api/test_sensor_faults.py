@@ -31,6 +31,7 @@ from tests.api.test_sensor import (
 )
 from tests.kernels import KernelProcess, StartKernel, Stubs, emptied
 from tests.plugins.install import environment, install
+from tests.tiers import every_fifth
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +65,7 @@ CASTERS = {
 }
 
 
-@pytest.mark.parametrize("name", CASTERS)
+@pytest.mark.parametrize("name", every_fifth(CASTERS))
 def test_a_caster_that_fails_faults_its_sensor_alone(odd: Stubs, name: str) -> None:
     apply(odd, ball(), sensor("well", pattern=FAN), sensor("odd", pattern=FAN, ray_caster=name))
     start(odd)

@@ -128,6 +128,7 @@ def among_wrong(start_kernel: StartKernel, tmp_path: Path) -> Iterator[Stubs]:
     stubs.channel.close()
 
 
+@pytest.mark.long
 def test_a_wrong_model_costs_its_own_sensor_and_no_other(among_wrong: Stubs) -> None:
     names = {"well": "ideal", "shape": "wrong_shape", "later": "raises_later"}
     sensors = [sensor(name, sensor_model=model, rate_hertz=50.0) for name, model in names.items()]

@@ -237,6 +237,7 @@ def test_a_client_that_hangs_up_has_cancelled(stubs: Stubs) -> None:
     assert ended(stubs, stream.id).end_cause == motion_pb2.END_CAUSE_UNWATCHED
 
 
+@pytest.mark.long
 def test_a_flood_of_setpoints_is_read_and_the_newest_counts(stubs: Stubs, kernel: KernelProcess) -> None:
     load(stubs, IIWA, "arm")
     stream = Sender(stubs, timeout_seconds=LONG)

@@ -69,6 +69,7 @@ def test_a_watch_tells_new_changed_and_gone_ones(stepped: Stubs) -> None:
     chosen.cancel()
 
 
+@pytest.mark.long
 def test_no_change_is_lost_or_out_of_order(stubs: Stubs, kernel: KernelProcess) -> None:
     """Two clients switch their own signal as fast as they can, and both one in common."""
     signals(stubs, "a", "b", "common")

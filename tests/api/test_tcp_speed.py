@@ -57,6 +57,7 @@ MOTIONS: dict[str, Callable[[Client, Robot], Motion]] = {
 }
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "kind", [pytest.param(kind, marks=[pytest.mark.long] * (kind != "joint jog")) for kind in MOTIONS]
 )

@@ -69,6 +69,7 @@ def run_belt(stubs: Stubs, distance: float = 10.0, share: float = 0.4) -> motion
     return start(stubs, joints("conveyor", share, belt=distance))
 
 
+@pytest.mark.long
 def test_a_part_is_picked_from_the_running_belt(cell: Stubs) -> None:
     apply(cell, create(box("part", x=0.4, z=0.05, parent="conveyor.belt")))
     run_belt(cell)  # 0.2 m/s

@@ -21,6 +21,7 @@ def client() -> Iterator[virtualrobot.Client]:
         yield client
 
 
+@pytest.mark.long
 def test_tools_of_the_file_hang_on_links_of_its_models(client: virtualrobot.Client) -> None:
     assert client.robot("iiwa").tools == ["vacuum-gripper"]
     assert client.robot("panda").tools == ["panda-hand"]
@@ -75,6 +76,7 @@ def test_the_iiwa_gets_the_speeds_of_its_data_sheet(client: virtualrobot.Client)
     np.testing.assert_allclose(np.degrees(speeds), [98, 98, 100, 130, 140, 180, 180])  # KUKA, LBR iiwa 7 R800
 
 
+@pytest.mark.long
 def test_without_pybullet_the_same_arms_come_from_rtb_data(
     client: virtualrobot.Client, monkeypatch: pytest.MonkeyPatch
 ) -> None:

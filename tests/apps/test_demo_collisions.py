@@ -61,6 +61,7 @@ def test_the_cell_is_watched_and_nothing_touches(monkeypatch) -> None:  # noqa: 
     assert [report.touching for report in reports if report.touching] == []
 
 
+@pytest.mark.long
 def test_an_arm_that_runs_into_the_conveyor_stops() -> None:
     with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
         cell.load(client)

@@ -154,6 +154,7 @@ def test_answers_that_come_late_or_from_others_are_dropped(setup: Setup) -> None
     stranger.close()
 
 
+@pytest.mark.long
 def test_a_program_moves_the_twin_in_a_kernel(kernel: KernelProcess, stubs: Stubs) -> None:
     program, base = EGM(port=0), virtualrobot.pose(0.5, 1.0, 0.2, yaw=1.0)
     base_t_world = np.linalg.inv(base)

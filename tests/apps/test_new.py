@@ -26,6 +26,7 @@ def test_nothing_is_written_over(tmp_path: Path) -> None:
     assert "is there already" in refused.output
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "name", [pytest.param(name, marks=() if name == QUICK else pytest.mark.long) for name in names()]
 )

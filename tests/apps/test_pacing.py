@@ -51,6 +51,7 @@ def filmed(speed: float, seconds: float, first: float, length: float = 600.0) ->
     return clock, most
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("speed", [0.5, 1.0, 20.0, 100.0])
 @pytest.mark.parametrize("seconds", [0.01, 0.2, 1.5])
 def test_no_picture_is_lost(speed: float, seconds: float) -> None:

@@ -65,6 +65,7 @@ def test_a_yellow_valve_wheel_is_found_and_its_place_too(
     assert 0.97 * outline < radius < 1.03 * outline * stretch
 
 
+@pytest.mark.long
 def test_a_robot_that_looks_follows_a_black_line(
     client: virtualrobot.Client, tmp_path: Path, rng: np.random.Generator
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from virtualrobot_sdk.testing import SensorModelContract
 from virtualrobot_sdk.testing.sensor_models import SensorFacts
 
@@ -16,6 +17,7 @@ class TestLaser(SensorModelContract):
     component = f"{PLUGIN}/laser"
 
 
+@pytest.mark.long
 class TestScannerWithSpot(SensorModelContract):
     component = f"{PLUGIN}/laser"
     settings = {  # noqa: RUF012  the class attribute is the kit's interface
@@ -35,6 +37,7 @@ class TestUltrasonic(SensorModelContract):
     facts = SensorFacts(nearest=0.02, farthest=4.5)
 
 
+@pytest.mark.long
 class TestUltrasonicAmongOthers(SensorModelContract):
     component = f"{PLUGIN}/ultrasonic"
     settings = {"false_echo_rate": 0.05, "roughness": 0.1, "without_echo": "farthest"}  # noqa: RUF012  as above

@@ -53,11 +53,13 @@ class TestTri(ImporterContract):
     facts = FACTS
 
 
+@pytest.mark.long
 class TestDxf(ImporterContract):
     component = f"{BUNDLED}/dxf"
     facts = ImporterFacts(samples("POLI-ALL210_12.DXF"), damaged=10)
 
 
+@pytest.mark.long
 class TestOff(ImporterContract):
     component = f"{BUNDLED}/off"
     facts = ImporterFacts(samples("torus.off"))
@@ -74,6 +76,7 @@ class TestSdf(ImporterContract):
     facts = ImporterFacts({"gripper.sdf": (Path(pybullet_data.getDataPath()) / name).read_bytes()})
 
 
+@pytest.mark.long
 class TestStep(ImporterContract):
     component = f"{BUNDLED}/step"
     facts = ImporterFacts(samples("bored_block.step"), damaged=3, uses_processes=True)

@@ -28,6 +28,7 @@ class TestDhStandard(KinematicsContract):
     chains = {"puma560": puma560()}  # noqa: RUF012  the class attribute is the kit's interface
 
 
+@pytest.mark.long
 class TestDhModified(KinematicsContract):
     component = "dh"
     settings = plain(PALLETIZER)

@@ -10,6 +10,7 @@ from virtualrobot_sdk.testing.mobile_kinematics import CraftFacts, MobileKinemat
 
 from tests.contract.breaking import broken
 from tests.contract.components.mobile_kinematics import TRACK, WHEEL_RADIUS
+from tests.tiers import every_fifth
 
 COMPONENTS = "tests.contract.components.mobile_kinematics"
 
@@ -31,6 +32,7 @@ class TestDifferentialDrive(MobileKinematicsContract):
     component = f"{COMPONENTS}:DifferentialDrive"
 
 
+@pytest.mark.long
 class TestEuler(MobileKinematicsContract):
     """What is only near keeps the laws when its author says how near."""
 
@@ -106,7 +108,7 @@ class TestBundledAckermann(MobileKinematicsContract):
     facts = STEERED
 
 
-@pytest.mark.parametrize("name", WRONG)
+@pytest.mark.parametrize("name", every_fifth(WRONG))
 def test_a_wrong_one_is_found(name: str, seed: int) -> None:
     law, said = WRONG[name]
     found = broken(MobileKinematicsContract, f"{COMPONENTS}:{name}", law, seed)

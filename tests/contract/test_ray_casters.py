@@ -23,6 +23,7 @@ from virtualrobot_sdk.testing.ray_truth import (
 
 from tests.contract.breaking import broken
 from tests.pybullet_models import pybullet
+from tests.tiers import every_fifth
 
 COMPONENTS = "tests.contract.components.ray_casters"
 LONGEST = 10.0
@@ -55,11 +56,13 @@ class TestEmbree(RayCasterContract):
     facts = CasterFacts(precision=1e-5, exact_curves=True)
 
 
+@pytest.mark.long
 class TestWithoutLibrary(RayCasterContract):
     component = f"{COMPONENTS}:WithoutLibrary"
     facts = CasterFacts(precision=1e-5)
 
 
+@pytest.mark.long
 class TestReference(RayCasterContract):
     component = "virtualrobot_plugins.rays/reference"
     facts = CasterFacts(precision=1e-6)
@@ -70,7 +73,7 @@ class TestBullet(RayCasterContract):
     facts = CasterFacts(precision=1e-6)
 
 
-@pytest.mark.parametrize("name", WRONG)
+@pytest.mark.parametrize("name", every_fifth(WRONG))
 def test_a_wrong_one_is_found(name: str, seed: int) -> None:
     law, said = WRONG[name]
     found = broken(RayCasterContract, f"{COMPONENTS}:{name}", law, seed)

@@ -58,6 +58,7 @@ WRONG = {
 }
 
 
+@pytest.mark.long
 class TestHostPaced(RobotDriverContract):
     component = f"{HERE}/remote"
     facts = dataclasses.replace(FACTS, nobody={"host": "robot.example"})

@@ -8,6 +8,7 @@ import pytest
 from virtualrobot_sdk.testing.sensor_models import SensorFacts, SensorModelContract
 
 from tests.contract.breaking import broken
+from tests.tiers import every_fifth
 
 COMPONENTS = "tests.contract.components.sensor_models"
 
@@ -40,7 +41,7 @@ class TestNoisy(SensorModelContract):
     facts = SensorFacts(valid_misses=0.01)
 
 
-@pytest.mark.parametrize("name", WRONG)
+@pytest.mark.parametrize("name", every_fifth(WRONG))
 def test_a_wrong_one_is_found(name: str, seed: int) -> None:
     law, said = WRONG[name]
     found = broken(SensorModelContract, f"{COMPONENTS}:{name}", law, seed)

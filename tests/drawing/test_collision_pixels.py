@@ -39,6 +39,7 @@ def boxes(stage: Stage) -> Stage:
     return stage
 
 
+@pytest.mark.long
 def test_what_collides_is_red_before_a_rose_background_and_gets_its_colours_back(boxes: Stage) -> None:
     boxes.touching = (touch(boxes, "left", "middle"),)
     boxes.wait(lambda: is_red(boxes.pixel(-1.0, 0.0)) and is_red(boxes.pixel(0.0, 0.0)))
@@ -98,6 +99,7 @@ def test_glass_stays_glass(stage: Stage) -> None:
     assert (rim[:, 1] > 40).any(), "the background is seen through it"
 
 
+@pytest.mark.long
 def test_a_least_distance_is_a_line_that_follows(stage: Stage) -> None:
     """From the surface of one ball to that of another: between x = -0.75 and where the other begins."""
     stage.view.update(background=(1.0, 1.0, 1.0))

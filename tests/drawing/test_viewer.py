@@ -159,6 +159,7 @@ def test_the_scene_is_framed_until_somebody_moves_the_camera(stage: Stage) -> No
     assert extent(stage)[1] == pytest.approx(right, abs=2)  # but from where the person has gone
 
 
+@pytest.mark.long
 def test_browsers_come_and_go(stage: Stage) -> None:
     stage.wait(lambda: stage.viewer.viewer_count == 1)
     browser = stage.page.context.browser
@@ -234,6 +235,7 @@ def test_an_error_is_told_once_and_drawing_goes_on(stage: Stage, caplog: pytest.
     assert len(caplog.records) == 1
 
 
+@pytest.mark.long
 def test_the_page_asks_nobody_outside_and_gets_no_tunnel(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
     tunnels: list[object] = []
     monkeypatch.setattr(viser._viser, "ViserTunnel", lambda *args, **kwargs: tunnels.append(args))

@@ -267,6 +267,7 @@ class TestBeginning:
         assert rig.host.state is State.ERROR
 
 
+@pytest.mark.long
 class TestFaultsInMotion:
     @pytest.mark.parametrize(
         ("cause", "value", "words"),

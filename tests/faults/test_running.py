@@ -32,6 +32,7 @@ class Once(RuleBasedStateMachine):
             raise AssertionError(ONCE)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("at_the_end", [False, True])
 @pytest.mark.parametrize("shrink", [False, True])
 def test_a_failure_that_does_not_come_again_is_told(at_the_end: bool, shrink: bool, seed: int) -> None:

@@ -14,6 +14,7 @@ from virtualrobot.cli.shell import completions
 from tests.api.client.conftest import MODELS, Run
 
 
+@pytest.mark.long
 def test_a_cell_is_built_piece_by_piece(run: Run, client: Client) -> None:
     run("add", "table", "bench", "--size", "1.2,0.8,0.75", "--at", "0.6,0,0")
     run("add", "part", "block", "--size", "0.1,0.1,0.1", "--at", "0,0,0.8", "--parent", "bench", "--mass", "0.5")

@@ -51,6 +51,7 @@ def test_a_robot_that_stands_on_a_table_is_not_red(cell: Client) -> None:
     assert cell.collisions.check({"kr6": {"joint_a2": 0.6, "joint_a3": 1.0}}, detail="first").pairs[0].first == "table"
 
 
+@pytest.mark.long
 def test_it_is_saved_with_the_scene_and_undone_by_one_call(cell: Client, tmp_path: Path) -> None:
     cell.scene.save(tmp_path / "cell.yaml")
     cell.scene.load_scene(tmp_path / "cell.yaml")

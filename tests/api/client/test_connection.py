@@ -129,6 +129,7 @@ def test_something_else_listens() -> None:
             thread.join()
 
 
+@pytest.mark.long
 def test_tls(start_kernel: StartKernel, tmp_path: Path) -> None:
     authority = trustme.CA()
     certificate = authority.issue_cert("localhost", "127.0.0.1")
@@ -148,6 +149,7 @@ def test_tls(start_kernel: StartKernel, tmp_path: Path) -> None:
         virtualrobot.connect(kernel.address, root_certificate=other)
 
 
+@pytest.mark.long
 def test_a_kernel_that_ends_is_told_at_once(start_kernel: StartKernel) -> None:
     kernel = start_kernel()
     client = virtualrobot.connect(kernel.address)

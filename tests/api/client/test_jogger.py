@@ -20,6 +20,7 @@ def bent(iiwa: Robot) -> Robot:
     return iiwa
 
 
+@pytest.mark.long
 def test_a_spline_through_poses_in_frames_of_several_nodes(client: Client, bent: Robot) -> None:
     client.scene.add_object("table", pose=pose(0.3, 0.2, 0.1, yaw=0.5))
     here = bent.tcp
@@ -69,6 +70,7 @@ def test_what_is_no_jog_is_refused_before_it_is_sent(bent: Robot) -> None:
         bent.jog_joint("lbr_iiwa_joint_1", 99.0)
 
 
+@pytest.mark.long
 def test_the_command_line_jogs(run: Run, bent: Robot) -> None:
     words = ["--velocity", "-40", "--distance", "9", "--degrees"]
     assert "reached its goal" in run("jog", "iiwa", "lbr_iiwa_joint_1", *words)

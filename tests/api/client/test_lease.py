@@ -181,6 +181,7 @@ def wire(kernel: KernelProcess) -> Iterator[Wire]:
     wire.close()
 
 
+@pytest.mark.long
 def test_a_short_break_of_the_connection_costs_no_lease(
     client: Client, iiwa: Robot, kernel: KernelProcess, wire: Wire
 ) -> None:

@@ -25,6 +25,7 @@ def ugv(client: Client) -> Robot:
     return client.load_robot("model://ugv", base="planar")
 
 
+@pytest.mark.long
 def test_a_wheel_that_is_thought_larger_leads_218_millimeters_astray(client: Client, ugv: Robot) -> None:
     """Round the square without counts: what is wrong is the radius alone, 0.5 % of the left wheel."""
     wrong = {"wheel_radius_meters": 0.05 * 1.005, "right_wheel_radius_meters": 0.05}

@@ -82,6 +82,7 @@ def client(start_kernel: StartKernel, site: Path) -> Iterator[Client]:
         yield client
 
 
+@pytest.mark.long
 def test_the_bundled_components_are_listed(client: Client) -> None:
     bundled = [plugin for plugin in client.plugins.list() if plugin.package == "virtualrobot"]
     assert {(plugin.state, plugin.reason, plugin.version) for plugin in bundled} == {

@@ -68,6 +68,7 @@ def test_keys_jog(client: Client, iiwa: Robot) -> None:
     assert client.motions() == []
 
 
+@pytest.mark.long
 def test_the_space_key_holds_a_motion(iiwa: Robot) -> None:
     """It runs while the key is held, stands on its path when it is let go, and ends at q."""
     motion = iiwa.move_joints([1.0] * 7, speed_factor=0.03, hold=True)

@@ -44,6 +44,7 @@ def test_a_car_goes_to_a_pose_by_the_shortest_word_and_ends_there(yard: Client) 
     np.testing.assert_allclose(place(yard, "racecar.base_link"), [0.0, 0.3, 0.0], atol=1e-5)
 
 
+@pytest.mark.long
 def test_a_check_sees_the_base_and_a_plan_shows_it_before_anything_moves(yard: Client) -> None:
     husky = yard.load_robot("model://husky", base="planar")
     way = husky.way([[1.5, 0.0, 0.6]])

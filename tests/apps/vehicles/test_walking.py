@@ -58,6 +58,7 @@ def test_a_hexapod_walks_without_slipping_or_falling(steps: virtualrobot.Client)
     assert not steps.collisions.check().pairs
 
 
+@pytest.mark.long
 def test_a_hexapod_walks_on_rolling_ground(steps: virtualrobot.Client, seed: int) -> None:
     machine, ground = demo.build(steps, ground_name="rolling", seed=seed)
     assert isinstance(ground, SensedGround)

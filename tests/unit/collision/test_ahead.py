@@ -231,6 +231,7 @@ def test_two_that_meet_in_time_both_stop(cell: Cell) -> None:
     assert not cell.touched
 
 
+@pytest.mark.long
 def test_a_slower_robot_is_looked_at_as_slow_as_it_is(cell: Cell) -> None:
     """At the same speed they meet; one at a tenth of it comes later, and is then stopped by nothing that stands."""
     crossing(cell)

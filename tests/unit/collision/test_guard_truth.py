@@ -60,6 +60,7 @@ def replayed_alike(cell: Cell) -> None:
     assert [motion.end_tick for motion in again.state.ended] == [motion.end_tick for motion in now.state.ended]
 
 
+@pytest.mark.long
 def test_random_motions_of_an_arm_among_thin_walls(kind: str, rng: np.random.Generator) -> None:
     cell = cell_of(kind, rng, arms=1, walls=8)
     try:

@@ -37,6 +37,7 @@ def obstacles(rng: np.random.Generator, count: int) -> CreateNodes:
     return CreateNodes(tuple(specs))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("kind", "count"), [("iiwa", 800), ("panda", 800), ("xarm", 400)])
 def test_touching_is_what_coal_finds(kind: str, count: int, rng: np.random.Generator) -> None:
     """The arm among obstacles, with itself too; pairs that always touch are allowed, or each sample would be one."""

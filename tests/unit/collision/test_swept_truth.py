@@ -95,6 +95,7 @@ def test_no_contact_is_missed(kind: str, count: int, rng: np.random.Generator) -
     assert between > 0.5 * count
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", ["iiwa", "panda"])
 def test_what_is_told_free_is_free(kind: str, rng: np.random.Generator) -> None:
     """Ways long and short: where no contact is found coal finds none at sixteen random times."""

@@ -30,6 +30,7 @@ def carried(course: Yard, command: StartMotion) -> CarriedBases:
     return found
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     ("craft", "goals"),
     [

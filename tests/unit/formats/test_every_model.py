@@ -27,6 +27,7 @@ from virtualrobot_kernel.world.structure import JointType, Kind, LinkData
 from xacro import substitution_args
 
 from tests.pybullet_models import pybullet
+from tests.tiers import every_fifth
 from tests.unit.formats.models import DATA, XacroAndSdf, disk, forward, imported, structure_of
 from tests.unit.formats.test_robots import joint_values
 
@@ -103,7 +104,7 @@ def loaded(file: Path) -> ImportedModel:
 
 # Files of macros alone make no robot: what is in them is told by those that include them.
 ROBOTS = [file for file in all_files() if label(file) not in MISSING and len(tree(file).findall("link"))]
-by_name = pytest.mark.parametrize("file", ROBOTS, ids=label)
+by_name = pytest.mark.parametrize("file", every_fifth(ROBOTS), ids=label)
 
 
 def test_nothing_is_left_out() -> None:

@@ -40,6 +40,7 @@ def joint_values(nodes: tuple[NodeSpec, ...], rng: np.random.Generator) -> dict[
     return values
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("robot", ROBOTS)
 def test_every_triangle_of_every_mesh_is_there(robot: str) -> None:
     model, library = load(ROBOTS[robot])

@@ -153,6 +153,7 @@ class LossyFile(MappedFile):
         self.disk.steps.append((self.name, "sync", 0, b""))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("power", [True, False])
 def test_after_a_loss_of_power_there_are_no_ghosts_and_what_was_promised_is_there(
     tmp_path: Path, rng: np.random.Generator, draws: Draws, power: bool, monkeypatch: pytest.MonkeyPatch

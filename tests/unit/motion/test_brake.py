@@ -81,6 +81,7 @@ def optimal_stop_time(velocity: float, acceleration: float, max_acceleration: fl
     return trajectory.duration
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("joints", range(1, 8))
 def test_a_cancelled_ptp_keeps_path_and_limits_and_stops_no_later_than_its_plan(
     joints: int, rng: np.random.Generator

@@ -36,6 +36,7 @@ def poses(chain: ChainKinematics, plan: Plan, times: np.ndarray, tool: np.ndarra
     return np.array([chain.forward(q)[-1] @ tool for q in plan.derivatives(times)[0]])
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_the_tcp_stays_on_the_circle_and_all_limits_are_kept(name: str, rng: np.random.Generator) -> None:
     """At each tick and ten points between two. 0.01 mm is what is promised; slerp and the arc's share are scipy's."""

@@ -64,6 +64,7 @@ class Program:
         return motion.advance(TICK, self.override)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kind", MAKERS)
 def test_requests_at_random_times_keep_path_and_limits(kind: str, rng: np.random.Generator, draws: Draws) -> None:
     phases = set()

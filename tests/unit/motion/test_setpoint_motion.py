@@ -63,6 +63,7 @@ def near(following: SetpointMotion, rng: np.random.Generator) -> np.ndarray:
     return np.clip(wanted, limits.lower, limits.upper)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("mode", SetpointMode)
 def test_random_setpoints_keep_every_limit_also_between_ticks(mode: SetpointMode, rng: np.random.Generator) -> None:
     for _ in range(4):

@@ -19,6 +19,7 @@ IIWA_READY = np.array([0.0, 0.5, 0.0, -1.4, 0.0, 1.2, 0.0])
 X, Y, Z = np.eye(3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_each_pose_is_passed_and_all_limits_are_kept(name: str, rng: np.random.Generator) -> None:
     """At each tick and ten points between two; where the TCP is by forward kinematics."""

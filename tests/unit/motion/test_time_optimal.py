@@ -176,6 +176,7 @@ def plans(rng: np.random.Generator) -> list[Plan]:
     return [ptp, lin, optimal_arc(random_arc(rng, "puma560"), "puma560")]
 
 
+@pytest.mark.long
 def test_pause_resume_override_and_cancel_stay_on_the_path_and_within_its_limits(rng: np.random.Generator) -> None:
     """Whatever is asked, and whenever; accelerations to the slack of ramps, 0.5%, and their samples."""
     for plan in plans(rng):

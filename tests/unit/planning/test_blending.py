@@ -97,6 +97,7 @@ def course(snapshot: Snapshot, move: Move, one: PlannedRun) -> Callable[[np.ndar
     return from_chords
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("kinds", every_fifth(PAIRS), ids="-".join)
 def test_all_pairs_keep_limits_and_leave_their_paths_only_in_the_zone(
     rng: np.random.Generator, draws: Draws, kinds: tuple[str, str]
@@ -131,6 +132,7 @@ def test_all_pairs_keep_limits_and_leave_their_paths_only_in_the_zone(
     assert np.linalg.norm(tcp_at(snapshot, run, middle) - corner) <= radius
 
 
+@pytest.mark.long
 def test_a_whole_run_keeps_its_limits_and_takes_less_time(rng: np.random.Generator) -> None:
     snapshot, steps = random_steps(rng, "puma560", list(rng.permutation([*KINDS, *KINDS])), Zone(percent=30.0))
     runs, notes = plan_run(snapshot, steps, solver)
@@ -149,6 +151,7 @@ def test_a_whole_run_keeps_its_limits_and_takes_less_time(rng: np.random.Generat
                            arrived(snapshot, after.joints, after.plan.start).state.q[-len(after.joints) :])  # fmt: skip
 
 
+@pytest.mark.long
 def test_two_robots_that_go_over_a_corner_together_are_never_slower_than_with_a_stop() -> None:
     """Two arms draw lines for which one law for both, which a joined path has, is slower than one for each.
 
@@ -351,6 +354,7 @@ def test_the_step_that_cannot_be_planned_is_named(rng: np.random.Generator) -> N
     assert refused.value.metadata["step"] == "6"
 
 
+@pytest.mark.long
 def test_pause_resume_override_and_cancel_never_leave_the_path(rng: np.random.Generator) -> None:
     snapshot, steps = random_steps(rng, "puma560", list(rng.permutation(KINDS)), Zone(percent=40.0))
     run = max(plan_run(snapshot, steps, solver)[0], key=lambda run: run.plan.duration)

@@ -234,6 +234,7 @@ def test_what_comes_before_a_step_that_cannot_be_planned_is_told_first() -> None
     assert (told.kind, told.step, told.robot) == (ViolationKind.REACH, 1, "arm")
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("law", TimeLaw)
 def test_programs_that_can_be_planned_keep_the_joints_limits(law: TimeLaw, rng: np.random.Generator) -> None:
     """Lines and joint moves in any order, with zones or without; planner and check share nothing but the limits."""

@@ -52,6 +52,7 @@ def free(snapshot: Snapshot, robot: str, q: np.ndarray, v: np.ndarray, a: np.nda
     return run(bodies_of(snapshot, node), gravity, q, v, a)[0]
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", FILES)
 def test_efforts_agree_with_pinocchio(rng: np.random.Generator, name: str) -> None:
     """On the same file; the base is turned at random, so that gravity comes from anywhere."""

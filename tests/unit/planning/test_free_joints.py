@@ -71,6 +71,7 @@ def test_gradients_are_those_of_the_costs(k: int, rng: np.random.Generator) -> N
             assert objective(q)[1][i] == 0.0
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", MODELS)
 @pytest.mark.parametrize("redundancy", [LIMITS, MANIPULABILITY], ids=["limits", "manipulability"])
 def test_a_pose_is_solved_where_the_wish_is_best_nearby(
@@ -122,6 +123,7 @@ def test_a_pose_is_solved_near_a_wanted_posture(solvers: Solvers, rng: np.random
         np.testing.assert_allclose(found.solutions[0], q, atol=2e-3)
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("model", MODELS)
 def test_a_line_follows_the_wish_and_stays_a_line(solvers: Solvers, model: str, rng: np.random.Generator) -> None:
     """To 0.01 mm, within the joints' limits, and to postures that cost less in the sum than without the objective.

@@ -83,6 +83,7 @@ def test_a_chain_with_locked_coordinates_is_the_chain_there(rng: np.random.Gener
         np.testing.assert_allclose(tip_pose(reduced, q[free]), tip_pose(chain, q), atol=1e-12)
 
 
+@pytest.mark.long
 def test_the_panda_with_joint_7_locked_has_all_its_solutions_in_closed_form(
     solvers: Solvers, rng: np.random.Generator
 ) -> None:

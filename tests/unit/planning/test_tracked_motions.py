@@ -44,6 +44,7 @@ def check(cell: Cell, before: tuple[np.ndarray, np.ndarray], seconds: float) -> 
         assert turned < 1e-5
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(("arm", "kind"), CASES)
 def test_a_line_is_one_in_the_moving_frame_at_ticks_and_between(arm: str, kind: str, rng: np.random.Generator) -> None:
     cell = random_cell(rng, arm, kind, 0.4, 0.15)

@@ -78,6 +78,7 @@ def line(robot: str, goal: np.ndarray) -> Linear:
     return Linear(robot, PoseGoal(goal, TRAY))
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("zone", [None, Zone(meters=0.02)])
 def test_a_program_is_done_on_the_belt(zone: Zone | None) -> None:
     """Over, down, waiting for a signal and for a while, up again: the path on the belt is that of the program."""

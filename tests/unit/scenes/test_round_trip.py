@@ -118,6 +118,7 @@ def flat(text: str) -> tuple[dict[str, float], dict[str, object]]:
     return numbers, words
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("bundled", every_fifth([True, False]))
 def test_saved_and_loaded_is_the_same(
     bundled: bool, benches: list[Bench], tmp_path: Path, rng: np.random.Generator

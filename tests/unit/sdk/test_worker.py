@@ -234,6 +234,7 @@ class TestFaultsThatEndTheProcess:
     def test_memory_that_grows_within_a_call_has_an_end(self, worker: Worker) -> None:
         assert fault_of(worker, "leak_and_hang", 200).kind is FaultKind.GREW
 
+    @pytest.mark.long
     def test_memory_that_was_there_when_the_component_was_made_does_not_count(self, worker: Worker) -> None:
         call(worker, "leak", 60)
         worker.make_from(CASES, b"x" * (80 * MIB))

@@ -64,6 +64,7 @@ def running_of(motion: Motion) -> ProgramRun:
     return motion.running
 
 
+@pytest.mark.long
 def test_appends_are_replayed_and_keep_limits(world: World, rng: np.random.Generator) -> None:
     seen: list[State] = []
     world.listen_ticks(lambda snapshot: seen.append(snapshot.state))

@@ -87,6 +87,7 @@ def steered(rng: np.random.Generator, state: State) -> Command:
     return choices[int(rng.integers(len(choices)))]
 
 
+@pytest.mark.long
 def test_a_run_is_replayed_bit_for_bit(world: World, rng: np.random.Generator) -> None:
     first = world.snapshot
     world.submit([arm(), *(CreateSignal(Signal(name, False)) for name in NAMES)]).result(GUARD)

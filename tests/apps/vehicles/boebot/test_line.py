@@ -77,6 +77,7 @@ def test_how_it_drives_by_what_it_sees() -> None:
     assert twist == (0.0, 0.0)
 
 
+@pytest.mark.long
 def test_it_follows_a_bend_and_stands_before_a_can(steps: virtualrobot.Client, tmp_path: Path) -> None:
     """It begins 0.1 m before the first bend; the can is 0.35 m into it, its face 33 mm nearer."""
     track = Track.of()

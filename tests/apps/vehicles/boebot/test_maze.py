@@ -119,6 +119,7 @@ def test_a_right_angle_takes_1309_ticks(steps: virtualrobot.Client) -> None:
         assert cockpit.pose[2] == pytest.approx(math.pi / 2.0, abs=1e-4)
 
 
+@pytest.mark.long
 def test_a_maze_is_passed_as_the_map_says(steps: virtualrobot.Client) -> None:
     maze = generated(2, 1)
     run = maze_run.passed(steps, maze)
@@ -127,6 +128,7 @@ def test_a_maze_is_passed_as_the_map_says(steps: virtualrobot.Client) -> None:
     assert np.abs(run.turned) == pytest.approx(math.pi / 2.0, abs=1e-3)
 
 
+@pytest.mark.long
 def test_the_bundled_scene_is_what_its_maze_makes(steps: virtualrobot.Client) -> None:
     file = Path(maze_run.__file__).parent / "maze.yaml"
     assert file.read_text("utf-8") == maze_world(generated(4, seed=1))

@@ -106,6 +106,7 @@ def test_pinocchio_agrees(name: str, tmp_path: Path, rng: np.random.Generator) -
                 assert np.abs(frame.homogeneous - pose).max() < 1e-12, link
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_pybullet_agrees_and_loads_every_shape(name: str, tmp_path: Path, rng: np.random.Generator) -> None:
     nodes, library = robot(name, rng)

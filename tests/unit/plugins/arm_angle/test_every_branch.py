@@ -28,6 +28,7 @@ def test_the_arm_angle_is_where_the_elbow_is(name: str, rng: np.random.Generator
         assert min(between(arm(name).arm_angle(q), straight) for straight in (0.0, np.pi)) < 1e-8
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", NAMES)
 def test_no_posture_is_missed_at_its_arm_angle(name: str, rng: np.random.Generator) -> None:
     """A numeric search from many starts finds postures with elbows anywhere; each must be found again at its angle."""

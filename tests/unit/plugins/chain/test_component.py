@@ -186,6 +186,7 @@ def test_chains_that_make_no_sense_are_refused() -> None:
         ChainKinematics(swapped._replace(joint_names=tuple("0123456")))
 
 
+@pytest.mark.long
 def test_two_processes_agree() -> None:
     program = (
         "from virtualrobot_plugins.chain.component import ChainKinematics\n"

@@ -47,6 +47,7 @@ def test_no_solution_of_a_thousand_poses_is_missed(name: str, rng: np.random.Gen
     assert missed(name, draws(POSES), rng) == []
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("name", [*OTHERS, *SHORT])
 def test_no_solution_of_other_models_is_missed(name: str, rng: np.random.Generator, draws: Draws) -> None:
     assert missed(name, draws(100), rng) == []

@@ -39,6 +39,7 @@ def singular_postures(name: str, which: int, count: int, rng: np.random.Generato
             yield q
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("which", WORDS, ids=lambda which: WORDS[which].split()[-1])
 @pytest.mark.parametrize("name", NAMED)
 def test_a_singular_pose_is_solved_near_the_seed_and_its_singularity_named(
@@ -57,6 +58,7 @@ def test_a_singular_pose_is_solved_near_the_seed_and_its_singularity_named(
                 assert WORDS[which] in result.reason
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("which", WORDS, ids=lambda which: WORDS[which].split()[-1])
 @pytest.mark.parametrize("name", NAMED)
 def test_at_a_singular_pose_no_posture_that_is_not_singular_is_missed(

@@ -46,7 +46,9 @@ def translate(importer: Importer, data: bytes, name: str) -> str:
     return ""
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] * name.endswith(".step")) for name in CASES]
+)
 def test_damaged_files(name: str, rng: np.random.Generator, draws: Draws) -> None:
     importer, data, count = CASES[name]
     assert translate(importer, data, name) == ""

@@ -57,6 +57,7 @@ def test_inches() -> None:
     )
 
 
+@pytest.mark.long
 def test_tolerances_refine() -> None:
     fine = StepSettings(linear_tolerance_meters=1e-5, angular_tolerance_radians=0.05)
     coarse, exact = meshes(StepImporter(), BLOCK, "b.step"), meshes(StepImporter(fine), BLOCK, "b.step")
@@ -80,6 +81,7 @@ def test_colours_of_solids_and_faces() -> None:
     assert bounds([pieces[1.0, 0.0, 0.0, 1.0]])[:, 0] == pytest.approx([0.0, 0.0], abs=1e-9)
 
 
+@pytest.mark.long
 def test_parts_in_other_files_are_named() -> None:
     other = "#9200 = DOCUMENT_FILE('wheel.stp','','',#9201,'',$);\n#9201 = DOCUMENT_TYPE('geometry');\nENDSEC;\nEND-ISO"
     data = other.join(BLOCK.rsplit("ENDSEC;\nEND-ISO", 1))
@@ -101,6 +103,7 @@ def test_what_is_no_step_file() -> None:
     assert re.match(r"b\.step: (broken STEP file|the file holds no solid)", refusal(StepImporter(), hollow, "b.step"))
 
 
+@pytest.mark.long
 def test_nothing_is_written_to_the_disk(monkeypatch: pytest.MonkeyPatch) -> None:
     """So that an import that is killed leaves nothing there."""
 

@@ -17,6 +17,7 @@ from virtualrobot_sdk.testing.ray_truth import random_pose, random_rays, random_
 from tests.pybullet_models import pybullet
 
 
+@pytest.mark.long
 def test_more_rays_and_triangles_than_it_takes_at_once(rng: np.random.Generator) -> None:
     shape = sphere(1.0, 7)
     assert len(shape.triangles) > 3 * bullet.TRIANGLES_AT_ONCE
@@ -30,6 +31,7 @@ def test_more_rays_and_triangles_than_it_takes_at_once(rng: np.random.Generator)
     np.testing.assert_allclose(found.distance[some], true.distance, rtol=0.0, atol=1e-6)
 
 
+@pytest.mark.long
 def test_shapes_that_come_and_go_leave_little_behind(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(bullet, "MOST_UNUSED", 50_000)
     caster, process, base, sizes = BulletCaster(), psutil.Process(), sphere(1.0, 6), []
