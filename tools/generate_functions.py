@@ -154,7 +154,11 @@ GROUPS = (
         "Sensors",
         services=("SensorService",),
         batch=("StartSensors", "StopSensors"),
-        python={"client.sensors": "sensors.sensors:Sensors", "sensor": "sensors.sensors:Sensor"},
+        python={
+            "client.sensors": "sensors.sensors:Sensors",
+            "sensor": "sensors.sensors:Sensor",
+            "client.streams": "streams.streams:Streams",
+        },
         functions=(
             *("beams", "camera", "contact_sensor", "encoders", "fan", "force_torque_sensor", "imu", "light"),
             *("looking_at", "noise", "pose_sensor", "range_sensor", "raster", "ring", "spinning"),
@@ -171,7 +175,19 @@ GROUPS = (
             "recording": "recording.recording:Recording",
         },
         client=("record", "redo", "start_recording", "undo"),
-        commands=("signal", "history", "undo", "redo", "checkpoint", "replay", "record", "connections", "bridge"),
+        commands=(
+            "signal",
+            "history",
+            "undo",
+            "redo",
+            "checkpoint",
+            "replay",
+            "record",
+            "topic",
+            "lockstep",
+            "connections",
+            "bridge",
+        ),
     ),
     Group(
         "Real robots and plugins",

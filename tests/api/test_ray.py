@@ -93,7 +93,7 @@ def test_a_range_ends_the_rays_and_hidden_nodes_are_not_met(stubs: Stubs) -> Non
 
 @pytest.mark.parametrize("component", BUNDLED)
 def test_rays_pass_through_what_is_ignored_and_all_below_it(stubs: Stubs, component: str) -> None:
-    """A foot that touches the ground at a point hides nothing of it: boxes with tops at 0 and 0.5 and one that hangs."""
+    """A foot hides nothing of the ground whose top is at 0, though a box hangs on it; nor a box whose top is at 0.5."""
     apply(stubs, create(box("ground", z=-0.05)), create(ball("foot", 0.05)), create(box("other", x=1.0, z=0.45)))
     child = box("child", z=0.5)
     child.parent = "foot"
