@@ -99,6 +99,17 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/console": ("virtualrobot_apps.console", "virtualrobot", "google", "grpc"),
     f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),
     f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot", "uvicorn"),
+    # Recorded files are read by the libraries of their formats, and PNGs drawn by Pillow, where these are installed.
+    f"{APPS}/topic/recorded.py": (
+        "virtualrobot_apps",
+        "virtualrobot",
+        "numpy",
+        "mcap",
+        "pyarrow",
+        "foxglove_schemas_protobuf",
+        "google",
+    ),
+    f"{APPS}/topic/raster.py": ("virtualrobot_apps", "virtualrobot", "numpy", "PIL"),
     # What they say is read from YAML.
     f"{APPS}/vehicles/vehicle_file.py": ("virtualrobot", "numpy", "yaml"),
     f"{APPS}/cell_io/yaml_file.py": ("virtualrobot", "yaml"),

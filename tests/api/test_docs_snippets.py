@@ -59,6 +59,7 @@ LONG = {
     "tutorial-teacher.md",
     "rays.md",
     "sensor-models.md",
+    "topics.md",
 }
 COMMAND_SECONDS = 300
 SPEED = 5.0

@@ -3,18 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from typing import Unpack
 
 from virtualrobot._wire.arguments import Count, checked
 from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default, whole
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown, told
-from virtualrobot._wire.signal_values import SignalValue, value_of
+from virtualrobot._wire.signal_values import GivenValue, SignalValue, value_of
 from virtualrobot.errors import CallTimeoutError, InvalidArgumentError
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.state import MotionState
 from virtualrobot.robots.values import RobotState
+from virtualrobot.scene.editor import Batch
+from virtualrobot.sensors.readings import Reading, reading_of
+from virtualrobot.sensors.sensors import ReadingOptions, reading_options
+from virtualrobot.stepping import Event, Values, setpoints
 from virtualrobot.v1 import kernel_pb2
 
 _MOST_TICKS = 25
@@ -50,12 +55,25 @@ class ClockState:
 @shown
 @dataclass(frozen=True, slots=True)
 class Observation:
-    """Observation after a step: all robots and signals by name, the motions that run or ended meanwhile."""
+    """Observation after a step.
+
+    Attributes:
+        stamp: the instant.
+        robots: all robots by name.
+        signals: all signals by name.
+        motions: the motions that run or ended meanwhile.
+        readings: those of the sensors that were asked for, by name.
+        ticks: how many ticks there were.
+        events: the places of those events that ended it; empty where it came to its end without.
+    """
 
     stamp: Stamp
     robots: dict[str, RobotState]
     signals: dict[str, SignalValue]
     motions: tuple[MotionState, ...]
+    readings: dict[str, Reading] = field(default_factory=dict)
+    ticks: int = 0
+    events: tuple[int, ...] = ()
 
 
 @checked
@@ -115,19 +133,68 @@ class Clock:
         """Let time go on only by `step`."""
         return _state(self._services.kernel.SetClock(kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_STEPPED)))
 
-    def step(self, ticks: Count = 1) -> Observation:
-        """Let time go on by some ticks; return the state after the last one.
+    def step(
+        self,
+        ticks: Count = 1,
+        *,
+        twists: Mapping[str, Values] | None = None,
+        positions: Mapping[str, Values] | None = None,
+        velocities: Mapping[str, Values] | None = None,
+        signals: Mapping[str, GivenValue] | None = None,
+        changes: Batch | None = None,
+        until: Iterable[Event] | None = None,
+        sensors: Iterable[str] | None = None,
+        setpoint_timeout: float = 10.0,
+        preempt: bool = False,
+        **options: Unpack[ReadingOptions],
+    ) -> Observation:
+        """Set what is given, let time go on by some ticks, and return the state after the last one: in one call.
+
+        So an outside controller has one call a period. What is refused has changed nothing, and no time has gone by.
+
+        Args:
+            ticks: how many; with `until` the most.
+            twists: of crafts by name: (vx, vy, omega) in m/s and rad/s; None lets one come to rest.
+            positions: of joints of robots by name, each by name or in order (rad, m); None as well.
+            velocities: likewise (rad/s, m/s).
+            signals: values of signals by name.
+            changes: other changes of the scene, as of `Scene.batch`.
+            until: events that end the step early, of `virtualrobot.stepping`.
+            sensors: those to read after it, by name: of one that reads at its rate the latest, else one made then.
+            setpoint_timeout: after how many seconds of simulation time without a setpoint a robot stops.
+            preempt: cancel motions in the way of setpoints instead of being refused.
+            options: of the readings, as of `Sensor.read`.
 
         Raises:
-            WrongStateError: when time follows the wall clock.
+            WrongStateError: when time follows the wall clock, or when a motion that followed setpoints was stopped.
+            RobotBusyError: when something else moves a robot that has a setpoint.
+            UnknownNameError, InvalidArgumentError, LimitError: for what is refused.
+
+        Example:
+            >>> client.clock.step(12, twists={"ugv": (0.3, 0.0, 0.1)}, sensors=["ugv.lidar"]).robots["ugv"].world_t_tcp
         """
-        request = kernel_pb2.StepClockRequest(ticks=whole(ticks, "ticks"))
+        batch = changes if changes is not None else Batch()
+        for name, value in (signals or {}).items():
+            batch.set_signal(name, value)
+        given = {"twists": twists, "positions": positions, "velocities": velocities}
+        wanted = list(sensors or ())
+        request = kernel_pb2.StepClockRequest(
+            ticks=whole(ticks, "ticks"),
+            commands=batch._commands,
+            setpoints=[one for kind, of in given.items() for one in setpoints(kind, of, setpoint_timeout, preempt)],
+            until=[event._message for event in until or ()],
+            sensors=wanted,
+            reading_options=reading_options(options) if wanted else None,
+        )
         response = self._services.kernel.StepClock(request, timeout=LONG_TIMEOUT_SECONDS)
         return Observation(
             stamp_of(response.stamp),
             {robot.name: RobotState.of(robot, response.stamp) for robot in response.robots},
             {signal.name: value_of(signal.value) for signal in response.signals},
             tuple(map(MotionState.of, response.motions)),
+            dict(zip(wanted, map(reading_of, response.readings), strict=True)),
+            response.ticks,
+            tuple(response.events),
         )
 
     def seek(self, simulation_time: float) -> ClockState:

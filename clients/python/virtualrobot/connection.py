@@ -46,6 +46,7 @@ from virtualrobot.sensors.rays import Rays
 from virtualrobot.sensors.sensors import Sensors
 from virtualrobot.session import checked_token, default_address, find_token, split_address, token_path
 from virtualrobot.signals import Signals
+from virtualrobot.streams.streams import Streams
 from virtualrobot.tokens import Tokens, role_name
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2
 from virtualrobot.view.view import View
@@ -127,6 +128,7 @@ class Client:
         tokens: who is let in, and with which role: `client.tokens.create("panel", "operator")`.
         paths: free ways around what stands in between: `client.paths.find("arm", goal)`.
         sensors: sensors by name: `client.sensors["lidar"].read()`.
+        streams: all that the world tells, by name: `client.streams.watch("/robots/arm/tcp")`.
         history: who has changed what, and the way back: `client.history.list()`, `client.history.checkpoint()`.
         info: versions, limits and capabilities of the kernel, as it was when connected, a `KernelInfo`.
     """
@@ -149,6 +151,7 @@ class Client:
         self.rays = Rays(self._services)
         self.collisions = Collisions(self._services)
         self.sensors = Sensors(self._services)
+        self.streams = Streams(self._services)
         self.paths = Paths(self._services)
         self.history = History(self._services)
         self.tokens = Tokens(self._services)

@@ -11,20 +11,14 @@ from tempfile import TemporaryDirectory
 from virtualrobot.v1 import kernel_pb2, kernel_pb2_grpc
 from virtualrobot_sdk.registration import ComponentKind
 
-from virtualrobot_kernel.api.convert.states import (
-    CLOCK,
-    MODES,
-    motion_message,
-    robot_states,
-    robots_named,
-)
+from virtualrobot_kernel.api.convert.states import CLOCK, MODES
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.limits import described
+from virtualrobot_kernel.api.stepping import Stepping
 from virtualrobot_kernel.api.token import ROLES
 from virtualrobot_kernel.api.token_table import CALLER
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
-from virtualrobot_kernel.messages.signals import signal_message
 from virtualrobot_kernel.messages.values import finite, stamp
 from virtualrobot_kernel.version import VERSION
 from virtualrobot_kernel.world.past_world import PastWorld
@@ -62,6 +56,7 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
     def __init__(self, kernel: KernelServices) -> None:
         """Serve from the kernel."""
         self._kernel = kernel
+        self._stepping = Stepping(kernel)
 
     async def GetInfo(self, request: kernel_pb2.GetInfoRequest, context: object) -> kernel_pb2.GetInfoResponse:
         """Tell versions, limits and capabilities."""
@@ -117,18 +112,8 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
         return kernel_pb2.SeekClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(world.clock))
 
     async def StepClock(self, request: kernel_pb2.StepClockRequest, context: object) -> kernel_pb2.StepClockResponse:
-        """Advance time by a number of ticks."""
-        world = self._kernel.world
-        first = world.snapshot.state.tick
-        snapshot = await asyncio.wrap_future(world.step(request.ticks))
-        state = snapshot.state
-        ended = [motion for motion in state.ended if motion.end_tick > first]
-        return kernel_pb2.StepClockResponse(
-            stamp=stamp(snapshot),
-            robots=robot_states(snapshot, robots_named(snapshot, ())),
-            signals=[signal_message(snapshot.structure, signal) for signal in state.signals.values()],
-            motions=[motion_message(snapshot, motion) for motion in (*ended, *state.motions)],
-        )
+        """Set what is given, advance time by a number of ticks or until an event, and tell what is then."""
+        return await self._stepping.step(request, context)
 
     async def GetReport(
         self, request: kernel_pb2.GetReportRequest, context: object

@@ -10,8 +10,10 @@ from collections import deque
 from collections.abc import AsyncGenerator, AsyncIterator, Callable, Sequence
 from typing import Any, TypeVar
 
+from virtualrobot_kernel.api.backlog import Backlog
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.values import not_negative
+from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.state import Motion, Snapshot
 from virtualrobot_kernel.world.store import World
 
@@ -27,6 +29,9 @@ SHORTEST_PAUSE_SECONDS = 0.001
 """Shortest pause (s) of an event loop: a watch with a shorter one is told every snapshot that comes."""
 
 DEFAULT_RATE_HERTZ = 30.0
+
+MOST_TOGETHER = 500
+"""Greatest number of ticks or readings that are told at once: others are answered between two parts."""
 
 
 def pause_seconds(max_rate_hertz: float, default: float = DEFAULT_RATE_HERTZ) -> float:
@@ -181,6 +186,100 @@ class Publications:
         finally:
             end()
 
+    async def every_tick(self, max_rate_hertz: float) -> AsyncGenerator[list[tuple[int, Snapshot]], None]:
+        """Yield the latest snapshot, and then every tick since, some together, none left out.
+
+        Each comes with how many ticks before it were lost: the reader is farther behind than a `Backlog` lets him.
+        At most so many times a second (0: the default). Where time is stepped, changes between two ticks are told, too.
+        """
+        pause = pause_seconds(max_rate_hertz)
+        backlog: Backlog[Snapshot] = Backlog(_snapshot_bytes)
+        parts = self._kept(backlog, self._listen_states)
+        try:
+            await anext(parts)
+            last = self._world.snapshot
+            yield [(0, last)]
+            async for came in parts:
+                told = []
+                for snapshot in came:
+                    if snapshot.revision > last.revision:  # else it came between listening and looking
+                        told.append((_lost(last, snapshot), snapshot))
+                        last = snapshot
+                if told:
+                    yield told
+                if pause > SHORTEST_PAUSE_SECONDS:
+                    await self.pause(pause)
+        finally:
+            await parts.aclose()
+
+    def _listen_states(self, listener: Callable[[Snapshot], None]) -> Callable[[], None]:
+        """Have a listener told each tick, and each change between two where time is stepped; return what ends it."""
+        world, told = self._world, -1
+
+        def ticked(snapshot: Snapshot) -> None:
+            nonlocal told
+            if snapshot.revision > told:
+                told = snapshot.revision
+                listener(snapshot)
+
+        def published() -> None:
+            if world.clock.mode is Mode.STEPPED:
+                ticked(world.snapshot)
+
+        ends = world.listen_ticks(ticked), world.listen(published)
+
+        def end() -> None:
+            for one in ends:
+                one()
+
+        return end
+
+    async def every_one(
+        self, subscribe: Callable[[Callable[[T], None]], Callable[[], None]], size_of: Callable[[T], int]
+    ) -> AsyncGenerator[list[T], None]:
+        """Yield nothing at once, and then all that a listener is told, in order, as far as a `Backlog` has kept it.
+
+        `subscribe` takes the listener, which any thread may call, one at a time, and returns what ends it.
+        """
+        parts = self._kept(Backlog(size_of), subscribe)
+        try:
+            async for part in parts:
+                yield part
+        finally:
+            await parts.aclose()
+
+    async def _kept(
+        self, backlog: Backlog[T], subscribe: Callable[[Callable[[T], None]], Callable[[], None]]
+    ) -> AsyncGenerator[list[T], None]:
+        """Yield nothing at once, and then what a listener is told and a backlog has kept."""
+        waits = False
+        waiter: asyncio.Future[None] | None = None
+
+        def wake() -> None:
+            if waiter is not None:
+                resolve(waiter)
+
+        def listener(told: T) -> None:
+            nonlocal waits
+            backlog.put(told)
+            if waits and not self._loop.is_closed():  # a reader who is busy looks by himself
+                waits = False
+                self._loop.call_soon_threadsafe(wake)
+
+        end = subscribe(listener)
+        try:
+            yield []
+            while True:
+                while not (came := backlog.take(MOST_TOGETHER)):
+                    waiter = self._waiter()
+                    waits = True
+                    if not backlog:  # else it came before anybody waited
+                        await self._wait(waiter, self._others)
+                    waits = False
+                yield came
+        finally:
+            end()
+
     async def every(
         self, subscribe: Callable[[Callable[[Sequence[T]], None]], Callable[[], None]]
     ) -> AsyncGenerator[Sequence[T], None]:
@@ -248,6 +347,17 @@ class Publications:
                 yield
         finally:
             end()
+
+
+def _snapshot_bytes(snapshot: Snapshot) -> int:
+    return snapshot.world_t_node.nbytes + 4 * snapshot.state.q.nbytes
+
+
+def _lost(before: Snapshot, after: Snapshot) -> int:
+    """Return how many ticks there were between two that are told one after the other."""
+    if before.state.epoch != after.state.epoch:
+        return 0
+    return max(after.state.tick - before.state.tick - 1, 0)
 
 
 def _runs(snapshot: Snapshot, id: str) -> bool:

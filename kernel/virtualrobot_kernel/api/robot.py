@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import AsyncIterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import partial
 
 import numpy as np
@@ -15,6 +16,7 @@ from virtualrobot_kernel.api.convert.redundancy import requested_redundancy
 from virtualrobot_kernel.api.convert.states import robot_states, robots_named
 from virtualrobot_kernel.api.driving import reckoned_drives, solved_drives
 from virtualrobot_kernel.api.kernel_services import KernelServices
+from virtualrobot_kernel.api.message_parts import TOGETHER_BYTES, parts
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.nodes import JOINT_TYPES, LIMITS
@@ -45,6 +47,9 @@ from virtualrobot_kernel.world.structure import Kind, Node, RobotData
 
 MOST_POINTS = 10_000
 """Greatest number of points in one call of SolveJacobian."""
+
+MOST_PAGES = 16
+"""So many of the latest snapshots are kept as messages: who is told each tick gets several at once."""
 
 MOST_PLACES = 100_000
 """Greatest number of points in one call of SolvePoints."""
@@ -132,6 +137,21 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
         fields = mask_fields(request.read_mask, robot_pb2.RobotState)
         watched = frozenset(node.uid for node in robots_named(self._kernel.world.snapshot, request.names))
         told: _Told | None = None
+        if request.every_tick:
+            async for ticks in self._kernel.publications.every_tick(request.max_rate_hertz):
+                messages = []
+                for lost, snapshot in ticks:
+                    message = robot_pb2.WatchRobotStatesResponse(stamp=stamp(snapshot), lost_ticks=lost)
+                    if told is not None and _quiet(told.snapshot, snapshot):
+                        told = replace(told, snapshot=snapshot)
+                    else:
+                        told = self._book.news(told, snapshot, watched if request.names else None, fields)
+                        if told.message is not None:
+                            message.MergeFrom(told.message)
+                    messages.append(message)
+                for part in parts(messages, TOGETHER_BYTES):
+                    yield robot_pb2.WatchRobotStatesResponse(stamp=part[-1].stamp, ticks=part)
+            return
         async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz):
             if told is not None and _quiet(told.snapshot, snapshot):
                 continue
@@ -305,30 +325,45 @@ class _Told:
     message: robot_pb2.WatchRobotStatesResponse | None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Page:
+    """Messages of one snapshot: states of robots by uid, and news by what was told before and is wanted."""
+
+    snapshot: Snapshot
+    messages: dict[int, robot_pb2.RobotState] = field(default_factory=dict)
+    news: dict[tuple, _Told] = field(default_factory=dict)
+
+
 class _Book:
-    """States of robots in the latest snapshot as messages, made once for all who watch."""
+    """States of robots in the latest snapshots as messages, made once for all who watch."""
 
     def __init__(self) -> None:
-        self._snapshot: Snapshot | None = None
-        self._messages: dict[int, robot_pb2.RobotState] = {}
-        self._news: dict[tuple, _Told] = {}
+        self._pages: OrderedDict[int, _Page] = OrderedDict()
+
+    def _page(self, snapshot: Snapshot) -> _Page:
+        page = self._pages.get(snapshot.revision)
+        if page is None or page.snapshot is not snapshot:
+            page = self._pages[snapshot.revision] = _Page(snapshot)
+            if len(self._pages) > MOST_PAGES:
+                self._pages.popitem(last=False)
+        return page
 
     def states(self, snapshot: Snapshot, robots: Sequence[Node]) -> list[robot_pb2.RobotState]:
         """Return the states of some robots; not to be changed."""
-        if snapshot is not self._snapshot:
-            self._snapshot, self._messages, self._news = snapshot, {}, {}
-        missing = [node for node in robots if node.uid not in self._messages]
+        messages = self._page(snapshot).messages
+        missing = [node for node in robots if node.uid not in messages]
         for node, message in zip(missing, robot_states(snapshot, missing), strict=True):
-            self._messages[node.uid] = message
-        return [self._messages[node.uid] for node in robots]
+            messages[node.uid] = message
+        return [messages[node.uid] for node in robots]
 
     def news(
         self, before: _Told | None, snapshot: Snapshot, watched: frozenset[int] | None, fields: frozenset[str] | None
     ) -> _Told:
         """Return the news since `before` of the watched robots (None: of all); the same for equal watches."""
         key = (before and before.snapshot.revision, watched, fields)
-        if snapshot is self._snapshot and key in self._news:
-            return self._news[key]
+        page = self._page(snapshot)
+        if key in page.news:
+            return page.news[key]
         nodes = [
             snapshot.structure.nodes[uid] for uid in snapshot.structure.robots if watched is None or uid in watched
         ]
@@ -341,8 +376,8 @@ class _Book:
         message = None
         if changed or removed or before is None:
             message = robot_pb2.WatchRobotStatesResponse(stamp=stamp(snapshot), robots=changed, removed_names=removed)
-        self._news[key] = _Told(snapshot, now, message)
-        return self._news[key]
+        page.news[key] = told = _Told(snapshot, now, message)
+        return told
 
 
 def _copy(message: robot_pb2.RobotState, fields: frozenset[str] | None) -> robot_pb2.RobotState:

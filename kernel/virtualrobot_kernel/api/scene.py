@@ -13,6 +13,7 @@ from virtualrobot_sdk.models import Model
 
 from virtualrobot_kernel.api.convert.commands import world_commands
 from virtualrobot_kernel.api.kernel_services import KernelServices
+from virtualrobot_kernel.api.message_parts import TOGETHER_BYTES, parts
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.collision.built import Named, built_pairs, mounted_pairs
 from virtualrobot_kernel.collision.readiness import is_to_be_ready, make_ready
@@ -77,6 +78,23 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         wanted = {self._kernel.world.snapshot.structure.node(name).uid for name in request.names}
         before: Snapshot | None = None
         told = scene_pb2.TwinGhosts()
+        if request.every_tick:
+            async for ticks in self._kernel.publications.every_tick(request.max_rate_hertz):
+                messages = []
+                for lost, snapshot in ticks:
+                    ghosts = _twin_ghosts(snapshot, self._kernel.links.measured(snapshot), wanted)
+                    message = scene_pb2.WatchSceneResponse(stamp=stamp(snapshot))
+                    if before is None or not _quiet(before, snapshot):
+                        message = _difference(before, snapshot, wanted, fields)
+                    if ghosts != told:
+                        message.twin_ghosts.CopyFrom(ghosts)
+                        told = ghosts
+                    message.lost_ticks = lost
+                    messages.append(message)
+                    before = snapshot
+                for part in parts(messages, TOGETHER_BYTES):
+                    yield scene_pb2.WatchSceneResponse(stamp=part[-1].stamp, ticks=part)
+            return
         async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz):
             ghosts = _twin_ghosts(snapshot, self._kernel.links.measured(snapshot), wanted)
             if before is None or ghosts != told or not _quiet(before, snapshot):

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncGenerator, AsyncIterator, Iterator
 from dataclasses import replace
-from typing import TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from virtualrobot.v1 import sensor_pb2, sensor_pb2_grpc
 
 from virtualrobot_kernel.api.convert.presets import PRESET
-from virtualrobot_kernel.api.convert.readings import STATES, checked_options, fill_reading, is_large
+from virtualrobot_kernel.api.convert.readings import STATES, checked_options, content_bytes, fill_reading, is_large
 from virtualrobot_kernel.api.kernel_services import KernelServices
+from virtualrobot_kernel.api.message_parts import parts
 from virtualrobot_kernel.api.publications import pause_seconds
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.messages.structs import settings
@@ -26,8 +27,6 @@ from virtualrobot_kernel.world.commands import SetRangeComponents
 from virtualrobot_kernel.world.sensing import RangeSensor
 from virtualrobot_kernel.world.structure import Kind
 
-TOGETHER_BYTES = 1024 * 1024
-"""Greatest size (bytes) of readings that travel together in one message."""
 FASTEST_HERTZ = 10_000.0
 
 SENSOR_KINDS = {
@@ -37,7 +36,12 @@ SENSOR_KINDS = {
 
 STATUS = Table(Status, sensor_pb2.SensorStatus, state=STATES, without=("node", "name", "kind"))
 
-Told = TypeVar("Told")
+
+class _News(NamedTuple):
+    """A reading that is told to somebody, and how many of its sensor before it were lost to him."""
+
+    reading: Reading
+    lost: int = 0
 
 
 class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
@@ -80,27 +84,82 @@ class SensorServicer(sensor_pb2_grpc.SensorServiceServicer):
             return await self._kernel.in_worker(_answer, reading, request.options)
         return _answer(reading, request.options)
 
+    async def told(self, reading: Reading, options: sensor_pb2.ReadingOptions) -> sensor_pb2.SensorReading:
+        """Return a reading that was made as a message."""
+        checked_options(options)
+        if is_large(reading):
+            return await self._kernel.in_worker(_message, _News(reading), options)
+        return _message(_News(reading), options)
+
     async def WatchReadings(
         self, request: sensor_pb2.WatchReadingsRequest, context: object
     ) -> AsyncIterator[sensor_pb2.WatchReadingsResponse]:
         """Tell the latest readings, then new ones; a slow reader gets the latest."""
         checked_options(request.options)
         pause = pause_seconds(request.max_rate_hertz, FASTEST_HERTZ)
-        sensors, publications, world = self._kernel.sensors, self._kernel.publications, self._kernel.world
-        wanted = {sensor_node(world.snapshot.structure, name).uid for name in request.sensors}
+        structure = self._kernel.world.snapshot.structure
+        wanted = frozenset(sensor_node(structure, name).uid for name in request.sensors)
+        if request.run and not wanted:
+            raise KernelError("a watch that has sensors read names them", field="sensors")
+        news = self._every_reading(wanted) if request.every_reading else self._latest_readings(wanted)
+        end = None
+        try:
+            if request.run:
+                begun, end = self._kernel.sensors.run_for(wanted)
+                await asyncio.wrap_future(begun)
+            if request.run or request.every_reading:
+                yield sensor_pb2.WatchReadingsResponse()
+            async for fresh in news:
+                small = [one for one in fresh if not is_large(one.reading)]
+                for message in _messages(small, request.options):
+                    yield message
+                for one in fresh:
+                    if is_large(one.reading):
+                        yield await self._kernel.in_worker(_watched, one, request.options)
+                if pause > 1.0 / FASTEST_HERTZ:
+                    await self._kernel.publications.pause(pause)
+        finally:
+            await news.aclose()
+            if end is not None:
+                end()
+
+    async def _latest_readings(self, wanted: frozenset[int]) -> AsyncGenerator[list[_News], None]:
+        """Yield the latest readings of sensors (uids; none: all), then the latest of those that have newer ones."""
+        sensors = self._kernel.sensors
         told: dict[int, Reading] = {}
-        async for _ in publications.each(sensors.subscribe):
+        async for _ in self._kernel.publications.each(sensors.subscribe):
             latest = {uid: one for uid, one in sensors.latest.items() if not wanted or uid in wanted}
             gone = [uid for uid in told if uid not in latest]
             fresh = [one for uid, one in latest.items() if told.get(uid) is not one]
             fresh += [_removed(told.pop(uid)) for uid in gone]
             told |= latest
-            for message in _messages([one for one in fresh if not is_large(one)], request.options):
-                yield message
-            for reading in filter(is_large, fresh):
-                yield await self._kernel.in_worker(_watched, reading, request.options)
-            if pause > 1.0 / FASTEST_HERTZ:
-                await publications.pause(pause)
+            yield list(map(_News, fresh))
+
+    async def _every_reading(self, wanted: frozenset[int]) -> AsyncGenerator[list[_News], None]:
+        """Yield the latest readings of sensors (uids; none: all), then each new one, none left out."""
+        sensors = self._kernel.sensors
+        told: dict[int, Reading] = {}
+        news = self._kernel.publications.every_one(sensors.subscribe, content_bytes)
+        try:
+            await anext(news)
+            begun = {uid: one for uid, one in sensors.latest.items() if not wanted or uid in wanted}
+            told |= begun
+            yield list(map(_News, begun.values()))
+            async for came in news:
+                fresh: list[_News] = []
+                for one in came:
+                    if one is None:
+                        gone = [uid for uid in told if uid not in sensors.latest]
+                        fresh += [_News(_removed(told.pop(uid))) for uid in gone]
+                    elif not wanted or one.uid in wanted:
+                        before = told.get(one.uid)
+                        if before is not None and before is begun.get(one.uid) and not _is_newer(one, before):
+                            continue  # it came between listening and looking
+                        fresh.append(_News(one, _lost(before, one)))
+                        told[one.uid] = one
+                yield fresh
+        finally:
+            await news.aclose()
 
     async def SetRangeComponents(
         self, request: sensor_pb2.SetRangeComponentsRequest, context: object
@@ -152,28 +211,31 @@ def _removed(last: Reading) -> Reading:
     return replace(last, state=SensorState.STOPPED, fault=fault, content=None)
 
 
-def _messages(
-    readings: list[Reading], options: sensor_pb2.ReadingOptions
-) -> Iterator[sensor_pb2.WatchReadingsResponse]:
+def _is_newer(one: Reading, before: Reading) -> bool:
+    return one is not before and one.snapshot.revision >= before.snapshot.revision and one.number >= before.number
+
+
+def _lost(before: Reading | None, one: Reading) -> int:
+    """Return how many readings a sensor has made between two that are told one after the other."""
+    if before is None or before.content is None or one.content is None:
+        return 0
+    return max(one.number - before.number - 1, 0)
+
+
+def _messages(news: list[_News], options: sensor_pb2.ReadingOptions) -> Iterator[sensor_pb2.WatchReadingsResponse]:
     """Yield small readings, many together."""
-    response, size = sensor_pb2.WatchReadingsResponse(), 0
-    for reading in readings:
-        message = sensor_pb2.SensorReading()
-        fill_reading(message, reading, options)
-        added = message.ByteSize()
-        if size and size + added > TOGETHER_BYTES:
-            yield response
-            response, size = sensor_pb2.WatchReadingsResponse(), 0
-        response.readings.append(message)
-        size += added
-    if size:
-        yield response
+    for part in parts(_message(one, options) for one in news):
+        yield sensor_pb2.WatchReadingsResponse(readings=part)
 
 
-def _watched(reading: Reading, options: sensor_pb2.ReadingOptions) -> sensor_pb2.WatchReadingsResponse:
-    response = sensor_pb2.WatchReadingsResponse()
-    fill_reading(response.readings.add(), reading, options)
-    return response
+def _message(news: _News, options: sensor_pb2.ReadingOptions) -> sensor_pb2.SensorReading:
+    message = sensor_pb2.SensorReading(lost=news.lost)
+    fill_reading(message, news.reading, options)
+    return message
+
+
+def _watched(news: _News, options: sensor_pb2.ReadingOptions) -> sensor_pb2.WatchReadingsResponse:
+    return sensor_pb2.WatchReadingsResponse(readings=[_message(news, options)])
 
 
 def _answer(reading: Reading, options: sensor_pb2.ReadingOptions) -> sensor_pb2.ReadSensorResponse:

@@ -47,7 +47,7 @@ def statuses(sensors: Sensors, snapshot: Snapshot) -> Iterator[Status]:
         except KernelError:
             rate = 0.0  # it cannot read; its fault says why
         worker = workers.get(node.uid)
-        if node.uid not in snapshot.state.running_sensors or worker is None or worker.schedule is None:
+        if node.uid not in sensors.starts or worker is None or worker.schedule is None:
             yield Status(node, SensorState.STOPPED, rate_hertz=rate)
             continue
         state = SensorState.FAULT if worker.fault else SensorState.RUNNING

@@ -24,6 +24,9 @@ from virtualrobot_kernel.world.structure import Node
 MAKE_SECONDS = 60.0
 """Longest time (s) until a sensor is ready: two components may have to be started in processes of their own."""
 
+QUICK_SECONDS = 0.02
+"""Longest mean time (s) of readings that are quick: such sensors wait behind each other, and behind no picture."""
+
 log = logging.getLogger(__name__)
 
 
@@ -51,7 +54,7 @@ class SensorWorker:
         make: Callable[[], Reader],
         tell: Callable[[Reading], None],
         now: Callable[[], Snapshot],
-        turns: CpuSlots,
+        turns: tuple[CpuSlots, CpuSlots],
         schedule: Schedule | None,
         before: SensorWorker | None = None,
         first: int = 0,
@@ -63,7 +66,7 @@ class SensorWorker:
             make: makes its reader, in the sensor's thread.
             tell: is called with each reading that was due, and with a fault; it must return at once.
             now: returns the world as it is.
-            turns: those of sensors that compute in this process.
+            turns: those of sensors that compute in this process: while their readings are quick, and of others.
             schedule: when readings are due; None: only those that are asked for are made.
             before: the worker whose readings go on to be counted here.
             first: without one, how many readings count as made: those of a kernel that has ended.
@@ -258,7 +261,8 @@ class SensorWorker:
 
     def _take_turn(self, reader: Reader) -> None:
         if reader.takes_turns:
-            self._give_back = self._turns.take()
+            quick = self._timed > 0 and self.mean_seconds <= QUICK_SECONDS
+            self._give_back = self._turns[0 if quick else 1].take()
         self._busy_since = time.monotonic()
 
     def _end_turn(self) -> None:

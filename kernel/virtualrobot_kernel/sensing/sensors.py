@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import queue
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from dataclasses import fields
 from functools import partial
@@ -60,7 +60,13 @@ class Sensors:
         self.latest: Mapping[int, Reading] = {}
         """The last reading of each sensor that was started, by uid; replaced, never changed."""
         self._structure: Structure | None = None
-        self._starts: Mapping[int, SensorStart] = {}
+        self.starts: Mapping[int, SensorStart] = {}
+        """Start of each sensor that reads (by uid): those of the world, and those that somebody watches."""
+        self._started_by_world: Mapping[int, SensorStart] = {}
+        self._watches: Mapping[object, frozenset[int]] = {}
+        self._followed_watches = self._watches
+        self._watch_starts: dict[int, SensorStart] = {}
+        self._watch_count = 0
         self._epoch = world.snapshot.state.epoch
         self._running: tuple[SensorWorker, ...] = ()
         self._asked: dict[int, int] = {}
@@ -70,7 +76,8 @@ class Sensors:
         self._telling = threading.Lock()
         self._closed = False
         # Motion sensors are read in no time and often: they wait behind no picture, and few of them wake at once.
-        self._turns, self._short_turns = CpuSlots(), CpuSlots(MOST_SHORT)
+        # Who reads quickly has turns of his own: a lidar would else read as seldom as a camera beside it.
+        self._turns, self._quick_turns, self._short_turns = CpuSlots(), CpuSlots(), CpuSlots(MOST_SHORT)
         self._most_shapes = UNUSED_SHAPES
         # Starting a thread waits for it, and forgetting shapes takes long: not in the world thread.
         self._chores: queue.SimpleQueue[SensorWorker | Structure | None] = queue.SimpleQueue()
@@ -95,6 +102,23 @@ class Sensors:
     def subscribe(self, listener: Listener) -> Callable[[], None]:
         """Have `listener` called with each new reading of any sensor; call what this returns to end that."""
         return self._listeners.add(listener)
+
+    def run_for(self, uids: Iterable[int]) -> tuple[Future[Snapshot], Callable[[], None]]:
+        """Have sensors read at their rates for somebody, whether the world has them read or not.
+
+        Returns what is done once they do, and what ends it; who reads for others goes on.
+        """
+        key = object()
+        with self._lock:
+            self._watches = {**self._watches, key: frozenset(uids)}
+        begun = self._world.between_ticks(self._published)
+
+        def end() -> None:
+            with self._lock:
+                self._watches = {other: kept for other, kept in self._watches.items() if other is not key}
+            self._world.between_ticks(self._published)
+
+        return begun, end
 
     def read(self, name: str, kinds: object | None = None) -> tuple[SensorWorker, Future[Reading]]:
         """Have one reading made of the world as it is now, whether the sensor runs or not.
@@ -122,12 +146,15 @@ class Sensors:
 
     def _published(self) -> None:
         """Follow changes of the structure and of what runs; called by the world thread after each snapshot."""
-        snapshot = self._world.snapshot
-        starts, now = self._starts, snapshot.state.running_sensors
+        snapshot, watches = self._world.snapshot, self._watches
         anew = snapshot.state.epoch != self._epoch
-        if (self._structure is snapshot.structure and starts is now and not anew) or self._closed:
+        same = self._structure is snapshot.structure and self._started_by_world is snapshot.state.running_sensors
+        if (same and self._followed_watches is watches and not anew) or self._closed:
             return
-        self._structure, self._starts, self._epoch = snapshot.structure, now, snapshot.state.epoch
+        self._structure, self._epoch, self._followed_watches = snapshot.structure, snapshot.state.epoch, watches
+        self._started_by_world = snapshot.state.running_sensors
+        starts, self.starts = self.starts, self._starts_of(snapshot, watches)
+        now = self.starts
         if anew:
             self._history = ()
         with self._lock:
@@ -152,6 +179,15 @@ class Sensors:
             self._chores.put(snapshot.structure)
         self._run(tuple(one for one in workers.values() if one.schedule is not None), snapshot)
 
+    def _starts_of(self, snapshot: Snapshot, watches: Mapping[object, frozenset[int]]) -> Mapping[int, SensorStart]:
+        """Return the starts of the world's sensors, and of those that somebody watches: their numbers are below 0."""
+        watched = frozenset().union(*watches.values()) & snapshot.structure.nodes.keys()
+        self._watch_starts = {uid: start for uid, start in self._watch_starts.items() if uid in watched}
+        for uid in sorted(watched - self._watch_starts.keys()):
+            self._watch_count += 1
+            self._watch_starts[uid] = SensorStart(-self._watch_count, snapshot.state.tick)
+        return {**self._watch_starts, **snapshot.state.running_sensors}
+
     def _followed(
         self, worker: SensorWorker | None, node: Node, snapshot: Snapshot, begun: bool, running: int
     ) -> SensorWorker | None:
@@ -159,7 +195,7 @@ class Sensors:
         if worker is None or worker.node is not node or begun:
             same = worker is not None and not worker.fault and _unchanged(worker.node, node)
             wanted, at_work = (
-                node.uid in snapshot.state.running_sensors,
+                node.uid in self.starts,
                 worker is not None and worker.schedule is not None,
             )
             if worker is None or not same or wanted != at_work:
@@ -177,7 +213,7 @@ class Sensors:
         if running >= MOST_RUNNING:
             fault = f"{MOST_RUNNING} sensors run already; stop some of them first"
         # By the state alone: so a kernel that goes on after another one gives the same readings as that would have.
-        start = snapshot.state.running_sensors[node.uid].tick
+        start = self.starts[node.uid].tick
         schedule = Schedule(start, max(1.0, 1.0 / (rate * snapshot.tick_seconds)))
         schedule.due(snapshot.state.tick)
         first = schedule.count if before is None or not before.fault else 0
@@ -193,7 +229,8 @@ class Sensors:
         fault: str = "",
         first: int = 0,
     ) -> SensorWorker:
-        turns = self._short_turns if node.kind is Kind.MOTION_SENSOR else self._turns
+        short = node.kind is Kind.MOTION_SENSOR
+        turns = (self._short_turns, self._short_turns) if short else (self._quick_turns, self._turns)
         worker = SensorWorker(node, partial(self._make, node), self._tell, self._now, turns, schedule, before, first)
         if fault:
             worker.give_up(fault)

@@ -109,7 +109,7 @@ class PastWorld(World):
         """Return the moment of a tick for people; clients seek by seconds."""
         return f"{tick * self.clock.tick_seconds:.9g} s"
 
-    def _step(self, ticks: int) -> Snapshot:
+    def _step(self, ticks: int, until: Callable[[Snapshot], bool] | None) -> Snapshot:
         left = self._recorded.last_tick - self.snapshot.state.tick
         if ticks > left:
             raise KernelError(
@@ -118,7 +118,7 @@ class PastWorld(World):
                 ticks=ticks,
                 left=left,
             )
-        return super()._step(ticks)
+        return super()._step(ticks, until)
 
     def _tick(self) -> None:
         if self.snapshot.state.tick >= self._recorded.last_tick:

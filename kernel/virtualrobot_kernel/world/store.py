@@ -155,9 +155,17 @@ class World:
 
         return self._told(hold)
 
-    def between_ticks(self) -> Future[Snapshot]:
-        """Return what is done between two ticks: a listener to ticks that has ended is called no more then."""
-        return self._told(lambda: self.snapshot)
+    def between_ticks(self, work: Callable[[], object] = lambda: None) -> Future[Snapshot]:
+        """Have work done between two ticks, which must return at once and changes nothing of the world.
+
+        A listener to ticks that has ended is called no more then.
+        """
+
+        def do() -> Snapshot:
+            work()
+            return self.snapshot
+
+        return self._told(do)
 
     def start(self) -> None:
         """Start the world thread."""
@@ -210,9 +218,12 @@ class World:
         """
         return self._queued(_Batch(tuple(commands), author, expected_revision, permit)).done
 
-    def step(self, ticks: int) -> Future[Snapshot]:
-        """Advance time by some ticks in STEPPED mode; the future gives the snapshot after the last one."""
-        return self._told(lambda: self._step(ticks))
+    def step(self, ticks: int, until: Callable[[Snapshot], bool] | None = None) -> Future[Snapshot]:
+        """Advance time by some ticks in STEPPED mode; the future gives the snapshot after the last one.
+
+        With `until` it ends after the first tick whose snapshot that is true of; it is asked in the world thread.
+        """
+        return self._told(lambda: self._step(ticks, until))
 
     def set_clock(self, mode: Mode, speed_factor: float) -> Future[Snapshot]:
         """Change how time runs, between two ticks."""
@@ -295,7 +306,7 @@ class World:
             self._publish(after)
         return change
 
-    def _step(self, ticks: int) -> Snapshot:
+    def _step(self, ticks: int, until: Callable[[Snapshot], bool] | None) -> Snapshot:
         if self.clock.mode is not Mode.STEPPED:
             raise KernelError(
                 "time follows the wall clock; set the clock to STEPPED before you step", reason=Reason.WRONG_STATE
@@ -304,12 +315,14 @@ class World:
             raise KernelError(f"a step takes 1 to {MAX_STEPS} ticks, not {ticks}", ticks=ticks)
         state = self.snapshot.state
         last = state.tick + ticks
-        publishes_each = self.publishes_each_tick or bool(self._supervisors)
+        publishes_each = self.publishes_each_tick or bool(self._supervisors) or until is not None
         for _ in range(ticks):
             if self._closing:
                 raise _closed()
             if publishes_each:
                 self._tick()
+                if until is not None and until(self.snapshot):
+                    break
                 continue
             state = self._with_inputs(state)
             before, state = state, self._ticked(state)

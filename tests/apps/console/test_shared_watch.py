@@ -168,6 +168,27 @@ def test_a_kernel_has_one_watch_for_equal_requests(kernel: KernelProcess, stubs:
     asyncio.run(once())
 
 
+def test_watches_of_every_tick_are_each_page_s_own(kernel: KernelProcess) -> None:
+    request = robot_pb2.WatchRobotStatesRequest(every_tick=True).SerializeToString()
+
+    async def one() -> AsyncGenerator[bytes, None]:
+        yield request
+
+    async def once() -> None:
+        there = Upstream(kernel.address, None)
+        pages = [there.call(METHOD, one(), ()) for _ in range(2)]
+        for page in pages:
+            await anext(page)
+        assert there.watch_count == 0
+        for page in pages:
+            await page.aclose()
+        await there.close()
+
+    asyncio.run(once())
+    assert not METHOD.is_shared(request) and METHOD.is_shared(b"")
+    assert not METHOD.is_shared(b"\xff")  # no message: the kernel refuses it
+
+
 def test_readers_are_told_that_no_kernel_is_there() -> None:
     async def nothing() -> AsyncGenerator[bytes, None]:
         yield b""

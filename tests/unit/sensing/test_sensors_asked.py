@@ -8,6 +8,7 @@ import time
 import pytest
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.sensing import sensors as module
+from virtualrobot_kernel.sensing.cpu_slots import CpuSlots
 from virtualrobot_kernel.sensing.readers import READERS
 from virtualrobot_kernel.sensing.reading import Moment
 from virtualrobot_kernel.world.commands import CreateNodes, UpdateNode
@@ -97,3 +98,28 @@ def test_motion_sensors_take_turns_of_their_own(bench: Bench, monkeypatch: pytes
     assert max(most) <= module.MOST_SHORT
     go_on.set()
     picture.result(GUARD)
+
+
+def test_quick_sensors_wait_behind_no_picture(bench: Bench, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A lidar beside a camera reads at its own rate: in the middle of a picture it has turns of its own."""
+    take = CpuSlots.take
+    monkeypatch.setattr(CpuSlots, "take", lambda self: take(self, 10.0 * GUARD))  # nobody loses patience
+    going, go_on = threading.Event(), threading.Event()
+
+    def hold(moment: Moment) -> None:
+        going.set()
+        go_on.wait(GUARD)
+
+    bench.next["lidar"] = Fake
+    bench.next["camera"] = lambda: Fake(act=hold)
+    bench.add("lidar", running=True)
+    bench.add("camera")
+    bench.world.step(25).result(GUARD)  # a reading of 10 Hz: how long it takes is known from now on
+    pictures = [bench.sensors.read("camera")[1]]
+    assert going.wait(GUARD)
+    bench.world.step(250).result(GUARD)  # it waits for each reading of the lidar, and never for the picture
+    assert not pictures[0].done()
+    numbers = [reading.number for reading in bench.told if reading.name == "lidar"]
+    assert numbers == list(range(1, 12))
+    go_on.set()
+    pictures[0].result(GUARD)

@@ -82,9 +82,9 @@ def signal(
             del client.signals[name]
         elif wait:
             wanted = "on" if value is None else value
-            client.signals.wait_for(name, _parsed(_kind(client.signals[name]), wanted), timeout, comparison)
+            client.signals.wait_for(name, signal_value(client.signals[name], wanted), timeout, comparison)
         elif value is not None:
-            client.signals[name] = _parsed(_kind(client.signals[name]), value)
+            client.signals[name] = signal_value(client.signals[name], value)
         else:
             click.echo(signal_text(client.signals.read([name])[0]))
 
@@ -96,6 +96,11 @@ def signal_text(signal: Signal) -> str:
     if isinstance(signal.value, tuple):
         return "".join("1" if one else "0" for one in signal.value)
     return f"{signal.value} {signal.unit}" if signal.unit else str(signal.value)
+
+
+def signal_value(now: SignalValue, text: str) -> SignalValue:
+    """Return the value that a text means for a signal which has some value now; raise UsageError for others."""
+    return _parsed(_kind(now), text)
 
 
 def _kind(value: SignalValue) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 
 import numpy as np
@@ -28,21 +27,6 @@ _DISTORTIONS[sensing_pb2.CAMERA_PROJECTION_FISHEYE] = "equidistant"
 _FEW_COEFFICIENTS = 5
 
 
-def scan_angles(pattern: sensing_pb2.ScanPattern) -> tuple[float, float] | None:
-    """Return the angles of the first and the last beam about z, from x towards y, of beams in one plane from one point.
-
-    None for other patterns, whose readings are clouds of points.
-    """
-    kind = pattern.WhichOneof("pattern")
-    if kind in (None, "beam"):
-        return 0.0, 0.0
-    if kind == "fan":
-        return pattern.fan.start_angle_radians, pattern.fan.end_angle_radians
-    if kind == "spinning" and list(pattern.spinning.elevations_radians) == [0.0]:
-        return -math.pi, math.pi - 2.0 * math.pi / pattern.spinning.columns
-    return None
-
-
 class Readings:
     """Messages of readings; `patterns` are those of the range sensors by name."""
 
@@ -66,7 +50,7 @@ class Readings:
                 yield topic, message
 
     def _range(self, reading: sensor_pb2.SensorReading, time: Timestamp) -> Told:
-        angles = scan_angles(self.patterns.get(reading.sensor, sensing_pb2.ScanPattern()))
+        angles = topics.scan_angles(self.patterns.get(reading.sensor, sensing_pb2.ScanPattern()))
         strengths = array_of(reading.range.intensities)
         if angles is None:
             yield "points", _cloud(reading.sensor, array_of(reading.range.points), strengths, time)

@@ -32,8 +32,8 @@ from virtualrobot.v1 import (
 if TYPE_CHECKING:
     from virtualrobot._wire.transport import Stream
 
-EVERY_TICK_HERTZ = 1e6
-"""Rate at which a watch tells every state that its reader keeps up with."""
+AT_ONCE_HERTZ = 1e6
+"""Rate of messages at which a watch tells what happens at once; what happens meanwhile comes together."""
 
 _CLOCK_HERTZ = 20.0
 _MOTIONS_SECONDS = 0.05
@@ -130,7 +130,7 @@ class Recording:
         self._fault: Exception | None = None
         self._recorded: Recorded | None = None
         self._ended = threading.Event()
-        watches = _watches(services, EVERY_TICK_HERTZ if rate is None else rate)
+        watches = _watches(services, rate)
         self._streams = {name: watches[name]() for name in ("clock", *sorted(output.watches & watches.keys()))}
         self._threads = [
             threading.Thread(target=self._read, args=(name, stream), name=f"recording {name}", daemon=True)
@@ -258,18 +258,23 @@ class Recording:
 
     def _read(self, name: str, stream: Stream[Any]) -> None:
         try:
-            for message in stream:
-                if name == "readings":
-                    self._take_readings(message)
-                elif self._counts(message.stamp) and name != "clock":
-                    if (gathered := self._gathered) is not None and name in ("robots", "scene"):
-                        gathered.add(name, message)
-                    else:
-                        self._output.take(name, message)
-                self._seen.take(name, message)
+            for told in stream:
+                for message in told.ticks if name in ("robots", "scene") and told.ticks else (told,):
+                    self._take(name, message)
             self._end(None)
         except Exception as error:
             self._end(error)
+
+    def _take(self, name: str, message: Any) -> None:  # noqa: ANN401 a message of the contract
+        """Take what a watch has told of one instant."""
+        if name == "readings":
+            self._take_readings(message)
+        elif self._counts(message.stamp) and name != "clock" and _has_news(name, message):
+            if (gathered := self._gathered) is not None and name in ("robots", "scene"):
+                gathered.add(name, message)
+            else:
+                self._output.take(name, message)
+        self._seen.take(name, message)
 
     def _counts(self, stamp: geometry_pb2.Stamp) -> bool:
         """Return whether a state belongs to the recording; end this where none will that comes later."""
@@ -326,14 +331,27 @@ class Recording:
         return f"<Recording {str(self.path)!r}: {self.simulation_time:.3f} s, {state}>"
 
 
-def _watches(services: Services, rate: float) -> dict[str, Callable[[], Stream[Any]]]:
-    """Return what begins each watch; states are told at most `rate` times a second."""
+def _has_news(name: str, message: Any) -> bool:  # noqa: ANN401 a message of the contract
+    """Return whether a message of a watch tells anything but that a tick has gone by."""
+    if name == "robots":
+        return bool(message.robots or message.removed_names)
+    if name == "scene":
+        return bool(message.nodes or message.removed_uids or message.moved_uids)
+    return True
+
+
+def _watches(services: Services, rate: float | None) -> dict[str, Callable[[], Stream[Any]]]:
+    """Return what begins each watch; states are told at most `rate` times a second, or else of every tick."""
     told = sensor_pb2.ReadingOptions(points=True, intensities=True)
+    every, hertz = rate is None, AT_ONCE_HERTZ if rate is None else rate
+    robots = robot_pb2.WatchRobotStatesRequest(max_rate_hertz=hertz, every_tick=every)
+    scene = scene_pb2.WatchSceneRequest(max_rate_hertz=hertz, every_tick=every)
+    readings = sensor_pb2.WatchReadingsRequest(options=told, every_reading=True)
     return {
         "clock": lambda: services.kernel.WatchClock(kernel_pb2.WatchClockRequest(max_rate_hertz=_CLOCK_HERTZ)),
-        "robots": lambda: services.robot.WatchRobotStates(robot_pb2.WatchRobotStatesRequest(max_rate_hertz=rate)),
-        "scene": lambda: services.scene.WatchScene(scene_pb2.WatchSceneRequest(max_rate_hertz=rate)),
+        "robots": lambda: services.robot.WatchRobotStates(robots),
+        "scene": lambda: services.scene.WatchScene(scene),
         "signals": lambda: services.signal.WatchSignals(signal_pb2.WatchSignalsRequest()),
-        "readings": lambda: services.sensor.WatchReadings(sensor_pb2.WatchReadingsRequest(options=told)),
+        "readings": lambda: services.sensor.WatchReadings(readings),
         "collisions": lambda: services.collision.WatchCollisions(collision_pb2.WatchCollisionsRequest()),
     }

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from fnmatch import fnmatchcase
 
 from virtualrobot._wire.names import nearest, unknown_name
-from virtualrobot.v1 import sensor_pb2
+from virtualrobot.v1 import sensing_pb2, sensor_pb2
 
 TRANSFORMS, FIXED_TRANSFORMS = "/transforms", "/transforms/fixed"
 SCENE, LATER_SCENE = "/scene", "/scene/later"
@@ -56,6 +57,21 @@ def signal(name: str) -> str:
 def sensor(name: str, content: str) -> str:
     """Return the topic of what a sensor tells: `scan`, `points`, `color`, `depth`, `reading` and others."""
     return f"/sensors/{name}/{content}"
+
+
+def scan_angles(pattern: sensing_pb2.ScanPattern) -> tuple[float, float] | None:
+    """Return the angles of the first and the last beam about z, from x towards y, of beams in one plane from one point.
+
+    None for other patterns, whose readings are clouds of points.
+    """
+    kind = pattern.WhichOneof("pattern")
+    if kind in (None, "beam"):
+        return 0.0, 0.0
+    if kind == "fan":
+        return pattern.fan.start_angle_radians, pattern.fan.end_angle_radians
+    if kind == "spinning" and list(pattern.spinning.elevations_radians) == [0.0]:
+        return -math.pi, math.pi - 2.0 * math.pi / pattern.spinning.columns
+    return None
 
 
 class Selection:

@@ -70,7 +70,7 @@ class Sensor:
         Raises:
             PluginFailedError: when a component of the sensor raised, hung, died or returned nonsense.
         """
-        request = sensor_pb2.ReadSensorRequest(sensor=self.name, options=_message(options))
+        request = sensor_pb2.ReadSensorRequest(sensor=self.name, options=reading_options(options))
         return reading_of(self._services.sensor.ReadSensor(request, timeout=LONG_TIMEOUT_SECONDS).reading)
 
     def watch(self, *, max_rate: float | None = None, **options: Unpack[ReadingOptions]) -> Iterator[Reading]:
@@ -191,13 +191,14 @@ def _watched(
     services: Services, names: Iterable[str], options: ReadingOptions, max_rate: float | None
 ) -> Iterator[Reading]:
     rate = value_or_default(max_rate, "max_rate")
-    request = sensor_pb2.WatchReadingsRequest(sensors=names, options=_message(options), max_rate_hertz=rate)
+    request = sensor_pb2.WatchReadingsRequest(sensors=names, options=reading_options(options), max_rate_hertz=rate)
     stream = services.sensor.WatchReadings(request)
     with closing(newest(stream, lambda response: ((one.sensor, one) for one in response.readings))) as readings:
         yield from map(reading_of, readings)
 
 
-def _message(options: ReadingOptions) -> sensor_pb2.ReadingOptions:
+def reading_options(options: ReadingOptions) -> sensor_pb2.ReadingOptions:
+    """Return options of readings as a message; raise InvalidArgumentError for those that there aren't."""
     check_options(options, ReadingOptions, "a reading")
     return sensor_pb2.ReadingOptions(
         points=options.get("points") or False,

@@ -1,6 +1,9 @@
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
+from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from virtualrobot.v1 import motion_pb2 as _motion_pb2
 from virtualrobot.v1 import robot_pb2 as _robot_pb2
+from virtualrobot.v1 import scene_pb2 as _scene_pb2
+from virtualrobot.v1 import sensor_pb2 as _sensor_pb2
 from virtualrobot.v1 import signal_pb2 as _signal_pb2
 from virtualrobot.v1 import token_pb2 as _token_pb2
 from google.protobuf.internal import containers as _containers
@@ -130,22 +133,60 @@ class WatchClockResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., clock: _Optional[_Union[Clock, _Mapping]] = ...) -> None: ...
 
 class StepClockRequest(_message.Message):
-    __slots__ = ("ticks",)
+    __slots__ = ("ticks", "commands", "setpoints", "until", "sensors", "reading_options")
     TICKS_FIELD_NUMBER: _ClassVar[int]
+    COMMANDS_FIELD_NUMBER: _ClassVar[int]
+    SETPOINTS_FIELD_NUMBER: _ClassVar[int]
+    UNTIL_FIELD_NUMBER: _ClassVar[int]
+    SENSORS_FIELD_NUMBER: _ClassVar[int]
+    READING_OPTIONS_FIELD_NUMBER: _ClassVar[int]
     ticks: int
-    def __init__(self, ticks: _Optional[int] = ...) -> None: ...
+    commands: _containers.RepeatedCompositeFieldContainer[_scene_pb2.Command]
+    setpoints: _containers.RepeatedCompositeFieldContainer[StepSetpoint]
+    until: _containers.RepeatedCompositeFieldContainer[StepEvent]
+    sensors: _containers.RepeatedScalarFieldContainer[str]
+    reading_options: _sensor_pb2.ReadingOptions
+    def __init__(self, ticks: _Optional[int] = ..., commands: _Optional[_Iterable[_Union[_scene_pb2.Command, _Mapping]]] = ..., setpoints: _Optional[_Iterable[_Union[StepSetpoint, _Mapping]]] = ..., until: _Optional[_Iterable[_Union[StepEvent, _Mapping]]] = ..., sensors: _Optional[_Iterable[str]] = ..., reading_options: _Optional[_Union[_sensor_pb2.ReadingOptions, _Mapping]] = ...) -> None: ...
+
+class StepSetpoint(_message.Message):
+    __slots__ = ("target", "values")
+    TARGET_FIELD_NUMBER: _ClassVar[int]
+    VALUES_FIELD_NUMBER: _ClassVar[int]
+    target: _motion_pb2.SetpointTarget
+    values: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, target: _Optional[_Union[_motion_pb2.SetpointTarget, _Mapping]] = ..., values: _Optional[_Iterable[float]] = ...) -> None: ...
+
+class StepEvent(_message.Message):
+    __slots__ = ("motion_ended", "signal", "collision_of", "reading_of")
+    MOTION_ENDED_FIELD_NUMBER: _ClassVar[int]
+    SIGNAL_FIELD_NUMBER: _ClassVar[int]
+    COLLISION_OF_FIELD_NUMBER: _ClassVar[int]
+    READING_OF_FIELD_NUMBER: _ClassVar[int]
+    motion_ended: str
+    signal: _motion_pb2.SignalCondition
+    collision_of: str
+    reading_of: str
+    def __init__(self, motion_ended: _Optional[str] = ..., signal: _Optional[_Union[_motion_pb2.SignalCondition, _Mapping]] = ..., collision_of: _Optional[str] = ..., reading_of: _Optional[str] = ...) -> None: ...
 
 class StepClockResponse(_message.Message):
-    __slots__ = ("stamp", "robots", "signals", "motions")
+    __slots__ = ("stamp", "robots", "signals", "motions", "readings", "ticks", "events", "setpoint_motion_ids")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
     SIGNALS_FIELD_NUMBER: _ClassVar[int]
     MOTIONS_FIELD_NUMBER: _ClassVar[int]
+    READINGS_FIELD_NUMBER: _ClassVar[int]
+    TICKS_FIELD_NUMBER: _ClassVar[int]
+    EVENTS_FIELD_NUMBER: _ClassVar[int]
+    SETPOINT_MOTION_IDS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     robots: _containers.RepeatedCompositeFieldContainer[_robot_pb2.RobotState]
     signals: _containers.RepeatedCompositeFieldContainer[_signal_pb2.Signal]
     motions: _containers.RepeatedCompositeFieldContainer[_motion_pb2.Motion]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., motions: _Optional[_Iterable[_Union[_motion_pb2.Motion, _Mapping]]] = ...) -> None: ...
+    readings: _containers.RepeatedCompositeFieldContainer[_sensor_pb2.SensorReading]
+    ticks: int
+    events: _containers.RepeatedScalarFieldContainer[int]
+    setpoint_motion_ids: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[_robot_pb2.RobotState, _Mapping]]] = ..., signals: _Optional[_Iterable[_Union[_signal_pb2.Signal, _Mapping]]] = ..., motions: _Optional[_Iterable[_Union[_motion_pb2.Motion, _Mapping]]] = ..., readings: _Optional[_Iterable[_Union[_sensor_pb2.SensorReading, _Mapping]]] = ..., ticks: _Optional[int] = ..., events: _Optional[_Iterable[int]] = ..., setpoint_motion_ids: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class SeekClockRequest(_message.Message):
     __slots__ = ("tick",)

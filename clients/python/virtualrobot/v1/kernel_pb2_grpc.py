@@ -110,7 +110,8 @@ class KernelServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def StepClock(self, request, context):
-        """In STEPPED mode: lets time go on by some ticks and returns the state that is then observed.
+        """In STEPPED mode: sets what is given, lets time go on by some ticks or until an event, and returns the state that is then
+        observed, in one call. What is refused has changed nothing, and no time has gone by.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

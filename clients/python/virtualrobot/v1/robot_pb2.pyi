@@ -150,24 +150,30 @@ class GetRobotStatesResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotState, _Mapping]]] = ...) -> None: ...
 
 class WatchRobotStatesRequest(_message.Message):
-    __slots__ = ("names", "read_mask", "max_rate_hertz")
+    __slots__ = ("names", "read_mask", "max_rate_hertz", "every_tick")
     NAMES_FIELD_NUMBER: _ClassVar[int]
     READ_MASK_FIELD_NUMBER: _ClassVar[int]
     MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
+    EVERY_TICK_FIELD_NUMBER: _ClassVar[int]
     names: _containers.RepeatedScalarFieldContainer[str]
     read_mask: _field_mask_pb2.FieldMask
     max_rate_hertz: float
-    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
+    every_tick: bool
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ..., every_tick: bool = ...) -> None: ...
 
 class WatchRobotStatesResponse(_message.Message):
-    __slots__ = ("stamp", "robots", "removed_names")
+    __slots__ = ("stamp", "robots", "removed_names", "ticks", "lost_ticks")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
     REMOVED_NAMES_FIELD_NUMBER: _ClassVar[int]
+    TICKS_FIELD_NUMBER: _ClassVar[int]
+    LOST_TICKS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     robots: _containers.RepeatedCompositeFieldContainer[RobotState]
     removed_names: _containers.RepeatedScalarFieldContainer[str]
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotState, _Mapping]]] = ..., removed_names: _Optional[_Iterable[str]] = ...) -> None: ...
+    ticks: _containers.RepeatedCompositeFieldContainer[WatchRobotStatesResponse]
+    lost_ticks: int
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., robots: _Optional[_Iterable[_Union[RobotState, _Mapping]]] = ..., removed_names: _Optional[_Iterable[str]] = ..., ticks: _Optional[_Iterable[_Union[WatchRobotStatesResponse, _Mapping]]] = ..., lost_ticks: _Optional[int] = ...) -> None: ...
 
 class SolveForwardRequest(_message.Message):
     __slots__ = ("robot", "joint_positions", "group")

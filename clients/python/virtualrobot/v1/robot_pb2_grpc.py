@@ -111,7 +111,8 @@ class RobotServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def WatchRobotStates(self, request, context):
-        """All robots asked for first, then those that change; a slow reader gets the latest state and never a queue.
+        """All robots asked for first, then those that change; a slow reader gets the latest state and never a queue, or, with
+        `every_tick`, each tick.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

@@ -55,30 +55,36 @@ class GetSceneResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class WatchSceneRequest(_message.Message):
-    __slots__ = ("names", "read_mask", "max_rate_hertz")
+    __slots__ = ("names", "read_mask", "max_rate_hertz", "every_tick")
     NAMES_FIELD_NUMBER: _ClassVar[int]
     READ_MASK_FIELD_NUMBER: _ClassVar[int]
     MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
+    EVERY_TICK_FIELD_NUMBER: _ClassVar[int]
     names: _containers.RepeatedScalarFieldContainer[str]
     read_mask: _field_mask_pb2.FieldMask
     max_rate_hertz: float
-    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
+    every_tick: bool
+    def __init__(self, names: _Optional[_Iterable[str]] = ..., read_mask: _Optional[_Union[_field_mask_pb2.FieldMask, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ..., every_tick: bool = ...) -> None: ...
 
 class WatchSceneResponse(_message.Message):
-    __slots__ = ("stamp", "nodes", "removed_uids", "moved_uids", "world_t_node", "twin_ghosts")
+    __slots__ = ("stamp", "nodes", "removed_uids", "moved_uids", "world_t_node", "twin_ghosts", "ticks", "lost_ticks")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     NODES_FIELD_NUMBER: _ClassVar[int]
     REMOVED_UIDS_FIELD_NUMBER: _ClassVar[int]
     MOVED_UIDS_FIELD_NUMBER: _ClassVar[int]
     WORLD_T_NODE_FIELD_NUMBER: _ClassVar[int]
     TWIN_GHOSTS_FIELD_NUMBER: _ClassVar[int]
+    TICKS_FIELD_NUMBER: _ClassVar[int]
+    LOST_TICKS_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     nodes: _containers.RepeatedCompositeFieldContainer[_nodes_pb2.Node]
     removed_uids: _containers.RepeatedScalarFieldContainer[int]
     moved_uids: _containers.RepeatedScalarFieldContainer[int]
     world_t_node: _geometry_pb2.NumericArray
     twin_ghosts: TwinGhosts
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., removed_uids: _Optional[_Iterable[int]] = ..., moved_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., twin_ghosts: _Optional[_Union[TwinGhosts, _Mapping]] = ...) -> None: ...
+    ticks: _containers.RepeatedCompositeFieldContainer[WatchSceneResponse]
+    lost_ticks: int
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., removed_uids: _Optional[_Iterable[int]] = ..., moved_uids: _Optional[_Iterable[int]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., twin_ghosts: _Optional[_Union[TwinGhosts, _Mapping]] = ..., ticks: _Optional[_Iterable[_Union[WatchSceneResponse, _Mapping]]] = ..., lost_ticks: _Optional[int] = ...) -> None: ...
 
 class TwinGhost(_message.Message):
     __slots__ = ("robot_uid", "kind", "node_uids", "world_t_node")

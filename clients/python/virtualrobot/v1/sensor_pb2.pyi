@@ -119,14 +119,18 @@ class ReadSensorResponse(_message.Message):
     def __init__(self, reading: _Optional[_Union[SensorReading, _Mapping]] = ...) -> None: ...
 
 class WatchReadingsRequest(_message.Message):
-    __slots__ = ("sensors", "options", "max_rate_hertz")
+    __slots__ = ("sensors", "options", "max_rate_hertz", "every_reading", "run")
     SENSORS_FIELD_NUMBER: _ClassVar[int]
     OPTIONS_FIELD_NUMBER: _ClassVar[int]
     MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
+    EVERY_READING_FIELD_NUMBER: _ClassVar[int]
+    RUN_FIELD_NUMBER: _ClassVar[int]
     sensors: _containers.RepeatedScalarFieldContainer[str]
     options: ReadingOptions
     max_rate_hertz: float
-    def __init__(self, sensors: _Optional[_Iterable[str]] = ..., options: _Optional[_Union[ReadingOptions, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ...) -> None: ...
+    every_reading: bool
+    run: bool
+    def __init__(self, sensors: _Optional[_Iterable[str]] = ..., options: _Optional[_Union[ReadingOptions, _Mapping]] = ..., max_rate_hertz: _Optional[float] = ..., every_reading: bool = ..., run: bool = ...) -> None: ...
 
 class WatchReadingsResponse(_message.Message):
     __slots__ = ("readings",)
@@ -135,7 +139,7 @@ class WatchReadingsResponse(_message.Message):
     def __init__(self, readings: _Optional[_Iterable[_Union[SensorReading, _Mapping]]] = ...) -> None: ...
 
 class SensorReading(_message.Message):
-    __slots__ = ("stamp", "sensor", "state", "fault", "number", "missed", "world_t_sensor", "range", "camera", "contact", "imu", "encoders", "pose", "wrench")
+    __slots__ = ("stamp", "sensor", "state", "fault", "number", "missed", "world_t_sensor", "lost", "range", "camera", "contact", "imu", "encoders", "pose", "wrench")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     SENSOR_FIELD_NUMBER: _ClassVar[int]
     STATE_FIELD_NUMBER: _ClassVar[int]
@@ -143,6 +147,7 @@ class SensorReading(_message.Message):
     NUMBER_FIELD_NUMBER: _ClassVar[int]
     MISSED_FIELD_NUMBER: _ClassVar[int]
     WORLD_T_SENSOR_FIELD_NUMBER: _ClassVar[int]
+    LOST_FIELD_NUMBER: _ClassVar[int]
     RANGE_FIELD_NUMBER: _ClassVar[int]
     CAMERA_FIELD_NUMBER: _ClassVar[int]
     CONTACT_FIELD_NUMBER: _ClassVar[int]
@@ -157,6 +162,7 @@ class SensorReading(_message.Message):
     number: int
     missed: int
     world_t_sensor: _geometry_pb2.Pose
+    lost: int
     range: RangeReading
     camera: CameraReading
     contact: ContactReading
@@ -164,7 +170,7 @@ class SensorReading(_message.Message):
     encoders: EncoderReading
     pose: PoseReading
     wrench: WrenchReading
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., sensor: _Optional[str] = ..., state: _Optional[_Union[SensorState, str]] = ..., fault: _Optional[str] = ..., number: _Optional[int] = ..., missed: _Optional[int] = ..., world_t_sensor: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., range: _Optional[_Union[RangeReading, _Mapping]] = ..., camera: _Optional[_Union[CameraReading, _Mapping]] = ..., contact: _Optional[_Union[ContactReading, _Mapping]] = ..., imu: _Optional[_Union[ImuReading, _Mapping]] = ..., encoders: _Optional[_Union[EncoderReading, _Mapping]] = ..., pose: _Optional[_Union[PoseReading, _Mapping]] = ..., wrench: _Optional[_Union[WrenchReading, _Mapping]] = ...) -> None: ...
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., sensor: _Optional[str] = ..., state: _Optional[_Union[SensorState, str]] = ..., fault: _Optional[str] = ..., number: _Optional[int] = ..., missed: _Optional[int] = ..., world_t_sensor: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., lost: _Optional[int] = ..., range: _Optional[_Union[RangeReading, _Mapping]] = ..., camera: _Optional[_Union[CameraReading, _Mapping]] = ..., contact: _Optional[_Union[ContactReading, _Mapping]] = ..., imu: _Optional[_Union[ImuReading, _Mapping]] = ..., encoders: _Optional[_Union[EncoderReading, _Mapping]] = ..., pose: _Optional[_Union[PoseReading, _Mapping]] = ..., wrench: _Optional[_Union[WrenchReading, _Mapping]] = ...) -> None: ...
 
 class RangeReading(_message.Message):
     __slots__ = ("distances", "valid", "intensities", "elements", "element_names", "points", "frame", "ages")

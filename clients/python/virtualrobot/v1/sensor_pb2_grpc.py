@@ -81,7 +81,7 @@ class SensorServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def WatchReadings(self, request, context):
-        """The latest reading of each sensor, then each new one; a slow reader gets the latest.
+        """The latest reading of each sensor, then each new one; a slow reader gets the latest, or, with `every_reading`, each.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

@@ -46,6 +46,15 @@ class Method:
     streams_requests: bool
     streams_answers: bool
 
+    def is_shared(self, request: bytes) -> bool:
+        """Return whether one watch serves all who ask for this: not where each wants every tick, none left out."""
+        if self.path not in SHARED:
+            return False
+        try:
+            return not getattr(self.request.FromString(request), "every_tick", False)
+        except DecodeError:  # the kernel refuses it
+            return False
+
     async def read_json(self, text: bytes) -> bytes:
         """Return what `request_of_json` does; other calls go on meanwhile."""
         if len(text) < QUICK_BYTES:

@@ -12,7 +12,7 @@ import grpc
 from virtualrobot._wire.transport import way_to
 from virtualrobot.session import split_address
 
-from virtualrobot_apps.console.contract import SHARED, Answer, Method
+from virtualrobot_apps.console.contract import Answer, Method
 from virtualrobot_apps.console.refusal import Refusal
 
 Metadata = tuple[tuple[str, str], ...]
@@ -54,7 +54,7 @@ class Upstream:
             Refusal: when the kernel refuses it, or can't be reached, or `requests` raises one.
         """
         request = requests if method.streams_requests else await anext(requests, b"")
-        if isinstance(request, bytes) and method.path in SHARED and seconds is None:
+        if isinstance(request, bytes) and seconds is None and method.is_shared(request):
             answers = self._share(method, request, metadata)
         else:
             answers = self._direct(method, request, metadata, seconds)

@@ -70,6 +70,14 @@ def is_large(reading: Reading) -> bool:
     return isinstance(content, CameraContent) and len(content.lens.directions) > LARGE
 
 
+def content_bytes(reading: Reading | None) -> int:
+    """Return about how many bytes a reading keeps."""
+    content = reading.content if reading is not None else None
+    if isinstance(content, RangeContent):
+        return 32 * content.distances.size
+    return 32 * len(content.lens.directions) if isinstance(content, CameraContent) else 1000
+
+
 def robot_of(snapshot: Snapshot, uid: int) -> int:
     """Return the robot that a node belongs to (a uid), 0 where there is none."""
     nodes = snapshot.structure.nodes

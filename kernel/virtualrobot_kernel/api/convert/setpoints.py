@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 
 from virtualrobot.v1 import motion_pb2
 
@@ -49,18 +50,23 @@ def follows_twists(target: motion_pb2.SetpointTarget) -> bool:
 
 def setpoint(message: motion_pb2.StreamSetpointsRequest, joint_names: tuple[str, ...]) -> tuple[float, ...]:
     """Return the values of a message, one for each joint; raise KernelError naming the joint whose value is none."""
-    values = tuple(message.values)
+    return numbers(message.values, joint_names, "values")
+
+
+def numbers(given: Iterable[float], joint_names: tuple[str, ...], field: str) -> tuple[float, ...]:
+    """Return values, one for each joint; raise KernelError naming the joint whose value is none."""
+    values = tuple(given)
     if len(values) != len(joint_names):
         raise KernelError(
-            f"values must have one value for each of {len(joint_names)} joints, not {len(values)}",
-            field="values",
+            f"{field} must have one value for each of {len(joint_names)} joints, not {len(values)}",
+            field=field,
             joints=", ".join(joint_names),
         )
     for name, value in zip(joint_names, values, strict=True):
         if not math.isfinite(value):
             raise KernelError(
                 f"the value of joint {name!r} must be a finite number, not {value}",
-                field="values",
+                field=field,
                 joint=name,
                 value=value,
             )

@@ -1,0 +1,66 @@
+"""`virtualrobot lockstep`."""
+
+from __future__ import annotations
+
+from contextlib import closing
+
+import click
+from virtualrobot.cli.options import FiniteRange, Target, target_options
+
+ABOVE_ZERO = FiniteRange(0.0, min_open=True)
+
+_EXAMPLES = """
+\b
+Examples:
+  virtualrobot lockstep ugv -- python controller.py
+  virtualrobot lockstep ugv --sensor ugv.lidar -- octave --quiet controller.m
+  virtualrobot lockstep ugv --port 5600
+"""
+
+
+@click.command(epilog=_EXAMPLES, short_help="Let time wait for an outside controller of a robot.")
+@click.argument("robot")
+@click.argument("program", nargs=-1, metavar="[-- PROGRAM [ARGUMENT]...]")
+@click.option(
+    "--port", type=click.IntRange(0, 65535), help="Wait for a controller at this port instead (0: a free one)."
+)
+@click.option("--period", type=ABOVE_ZERO, default=0.05, help="From one command to the next, simulation time [0.05 s].")
+@click.option("--timeout", type=ABOVE_ZERO, default=10.0, help="How long to wait for each command [10 s].")
+@click.option("--seconds", type=ABOVE_ZERO, help="Of simulation time [until the controller ends].")
+@click.option("--sensor", "sensors", multiple=True, metavar="NAME", help="Tell its readings, too; may be given again.")
+@click.option(
+    "--pace", type=FiniteRange(0.0), default=0.0, help="Simulated seconds a second at most [as fast as it goes]."
+)
+@target_options
+def lockstep(
+    target: Target,
+    robot: str,
+    program: tuple[str, ...],
+    port: int | None,
+    period: float,
+    timeout: float,
+    seconds: float | None,
+    sensors: tuple[str, ...],
+    pace: float,
+) -> None:
+    """Control ROBOT by a PROGRAM of one's own in lockstep: it gets the state, and time waits for its command.
+
+    The program reads a line of JSON from its input for each state, and writes one to its output for each command:
+    {"twist": [0.3, 0, 0.1]}, {"positions": {...}}, {"velocities": {...}}, with "signals" and "done".
+    """
+    from virtualrobot_apps.lockstep.exchange import Lockstep, pacing
+    from virtualrobot_apps.lockstep.wire import ProgramWire, SocketWire, listen
+
+    if bool(program) == (port is not None):
+        raise click.UsageError("say which controller: a PROGRAM behind --, or a --port at which one connects")
+    with target.connect() as client:
+        steps = Lockstep(client, robot, period, sensors)
+        if port is None:
+            wire = ProgramWire(program)
+        else:
+            with closing(listen(port)) as server:
+                click.echo(f"waiting for a controller at 127.0.0.1:{server.getsockname()[1]}")
+                wire = SocketWire(server, timeout)
+        with closing(wire):
+            run = steps.run(wire, timeout, seconds, pacing(pace))
+    click.echo(f"{run.steps} steps, {run.seconds:.3f} s: {run.end}")

@@ -1,0 +1,201 @@
+"""Lockstep with outside controllers: time waits for each command, and a controller that fails is told in words."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import socket
+import sys
+import threading
+from pathlib import Path
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot.errors import CallTimeoutError, InvalidArgumentError, LimitError
+from virtualrobot_apps.lockstep.exchange import Lockstep
+from virtualrobot_apps.lockstep.wire import ProgramWire, SocketWire, listen
+
+DOCS = Path(__file__).resolve().parents[2] / "docs" / "lockstep.md"
+OCTAVE = shutil.which("octave-cli")
+GUARD = 60.0
+
+
+@pytest.fixture
+def ugv(steps: virtualrobot.Client) -> virtualrobot.Client:
+    """Return a client of a stepped world with a UGV."""
+    steps.load_robot("model://ugv", name="ugv", base="planar")
+    return steps
+
+
+class Played:
+    """A controller of the test: it answers states by lines, and keeps what it was told."""
+
+    def __init__(self, *lines: str | None) -> None:
+        """Answer these lines one after the other; None: never."""
+        self.lines, self.told = list(lines), []
+
+    def send(self, line: str) -> None:
+        self.told.append(json.loads(line))
+
+    def receive(self, seconds: float) -> str | None:
+        if not self.lines:
+            return None
+        line = self.lines.pop(0)
+        if line is None:
+            raise CallTimeoutError(f"the controller has not answered for {seconds:g} s")
+        return line
+
+    def close(self) -> None:
+        pass
+
+
+def block(language: str) -> str:
+    """Return the controller that the page has in a language."""
+    found = re.findall(rf"```{language}\n(.*?)```", DOCS.read_text("utf-8"), re.DOTALL)
+    return found[0]
+
+
+def pose(client: virtualrobot.Client) -> np.ndarray:
+    return client.robot("ugv").tcp[:2, 3]
+
+
+def test_time_goes_on_by_a_period_for_each_command(ugv: virtualrobot.Client) -> None:
+    wire = Played(*['{"twist": [0.3, 0, 0]}'] * 20)
+    run = Lockstep(ugv, "ugv", 0.05).run(wire, GUARD)
+    assert (run.steps, run.seconds, run.end) == (20, pytest.approx(1.0), "the controller has ended")
+    times = [state["time"] for state in wire.told]
+    # 50 ms are 12.5 ticks of 4 ms: what a period leaves over the next one makes up for.
+    np.testing.assert_allclose(times, [round(0.05 * k / 0.004) * 0.004 for k in range(21)], atol=1e-12)
+    assert wire.told[-1]["robot"]["position"][0] > 0.2
+    assert not ugv.robot("ugv").state.velocities.any()  # it rests
+
+
+def test_the_state_has_sensors_and_signals_and_a_command_may_set_some(ugv: virtualrobot.Client) -> None:
+    ugv.signals.create("lamp", False)
+    wire = Played('{"signals": {"lamp": true}}', '{"done": true}')
+    run = Lockstep(ugv, "ugv", 0.05, ["ugv.lidar", "ugv.imu", "ugv.encoders"]).run(wire, GUARD)
+    assert (run.steps, run.end) == (1, "the controller is done")
+    assert [state["signals"]["lamp"] for state in wire.told] == [False, True]
+    sensors = wire.told[1]["sensors"]
+    assert len(sensors["ugv.lidar"]["distances"]) == 360 and sensors["ugv.lidar"]["distances"][0] is None
+    assert sensors["ugv.imu"]["linear_acceleration"][2] == pytest.approx(9.81, abs=0.5)  # gravity, at rest
+    assert set(wire.told[0]["robot"]) == {
+        *("name", "positions", "velocities", "position", "heading", "world_t_tcp"),
+    }
+
+
+def test_joints_are_commanded_as_well(steps: virtualrobot.Client) -> None:
+    arm = steps.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="arm")
+    goal = '{"velocities": {"lbr_iiwa_joint_1": 0.5}}'
+    Lockstep(steps, "arm", 0.02).run(Played(*[goal] * 50), GUARD)
+    assert arm.positions[0] > 0.3 and not arm.state.velocities.any()
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("stop!", "no JSON: 'stop!'"),
+        ("[1, 2]", "an object with twist"),
+        ('{"twits": [1, 0, 0]}', r"not \['twits'\]"),
+        ('{"twist": "fast"}', "'twist' is a list of finite numbers"),
+        ('{"twist": [NaN, 0, 0]}', "'twist' is a list of finite numbers"),
+        ('{"twist": [0.1]}', "vx, vy, omega|3 joints"),
+        ('{"signals": 3}', "'signals' are values by name"),
+        ('{"signals": {"lamp": true}}', "lamp"),
+    ],
+)
+def test_what_is_no_command_is_told_and_the_robot_rests(ugv: virtualrobot.Client, line: str, words: str) -> None:
+    with pytest.raises(virtualrobot.VirtualRobotError, match=words):
+        Lockstep(ugv, "ugv", 0.05).run(Played(*['{"twist": [0.3, 0, 0]}'] * 5, line), GUARD)
+    assert not ugv.robot("ugv").state.velocities.any()
+
+
+def test_a_speed_beyond_limits_is_refused_with_them(ugv: virtualrobot.Client) -> None:
+    with pytest.raises(LimitError):
+        Lockstep(ugv, "ugv", 0.05).run(Played('{"twist": [99, 0, 0]}'), GUARD)
+
+
+@pytest.mark.long
+def test_a_controller_that_never_answers_is_told_with_the_state_that_it_was_given(ugv: virtualrobot.Client) -> None:
+    program = ProgramWire([sys.executable, "-c", "import time; input(); print('{}', flush=True); time.sleep(600)"])
+    try:
+        with pytest.raises(CallTimeoutError, match=r"not answered for 2 s; it was given the state of 0.048 s, and ugv"):
+            Lockstep(ugv, "ugv", 0.05).run(program, 2.0)
+    finally:
+        program._process.kill()
+        program.close()
+
+
+def test_a_period_and_names_are_looked_at_first(ugv: virtualrobot.Client) -> None:
+    with pytest.raises(InvalidArgumentError, match="a tick"):
+        Lockstep(ugv, "ugv", 0.001)
+    with pytest.raises(virtualrobot.UnknownNameError):
+        Lockstep(ugv, "ugb", 0.05)
+    with pytest.raises(virtualrobot.UnknownNameError):
+        Lockstep(ugv, "ugv", 0.05, ["radar"])
+    with pytest.raises(InvalidArgumentError, match="cannot be started"):
+        ProgramWire(["no-such-program-anywhere"])
+
+
+@pytest.mark.long
+def test_the_controller_of_the_page_drives_its_square(ugv: virtualrobot.Client, tmp_path: Path) -> None:
+    program = tmp_path / "controller.py"
+    program.write_text(block("python"))
+    wire = ProgramWire([sys.executable, str(program)])
+    run = Lockstep(ugv, "ugv", 0.05).run(wire, GUARD)
+    wire.close()
+    assert run.end == "the controller is done"
+    # Within 0.1 m of its last waypoint, the origin, and what it rolls on by at 0.5 m/s until it rests.
+    assert np.hypot(*pose(ugv)) < 0.1 + 0.15
+    assert 15.0 < run.seconds < 30.0
+
+
+@pytest.mark.long
+@pytest.mark.skipif(
+    OCTAVE is None, reason="no Octave: install the package octave to run the controller of docs/lockstep.md"
+)
+def test_octave_drives_as_python_does(ugv: virtualrobot.Client, tmp_path: Path) -> None:
+    """The same law in two languages: the same way, to what their arithmetic differs by."""
+    ways = []
+    for language, ending, start in (("python", "py", [sys.executable]), ("octave", "m", [str(OCTAVE), "--quiet"])):
+        program = tmp_path / f"controller.{ending}"
+        program.write_text(block(language))
+        ugv.scene.clear()
+        ugv.load_robot("model://ugv", name="ugv", base="planar")
+        wire = ProgramWire([*start, str(program)])
+        seen: list[np.ndarray] = []
+        run = Lockstep(ugv, "ugv", 0.05).run(wire, GUARD, 6.0, lambda _, seen=seen: seen.append(pose(ugv)))
+        wire.close()
+        assert run.end == "the time is over"
+        ways.append(np.array(seen))
+    np.testing.assert_allclose(ways[0], ways[1], atol=1e-9)
+
+
+def test_a_controller_connects_over_tcp(ugv: virtualrobot.Client) -> None:
+    server = listen(0)
+    port = server.getsockname()[1]
+    told: list[dict] = []
+
+    def control() -> None:
+        with socket.create_connection(("127.0.0.1", port), GUARD) as there, there.makefile("rw") as file:
+            for _ in range(3):
+                told.append(json.loads(file.readline()))
+                file.write('{"twist": [0.2, 0, 0]}\n')
+                file.flush()
+
+    thread = threading.Thread(target=control, daemon=True)
+    thread.start()
+    wire = SocketWire(server, GUARD)
+    run = Lockstep(ugv, "ugv", 0.05).run(wire, GUARD)
+    wire.close()
+    server.close()
+    thread.join(GUARD)
+    assert (run.steps, run.end, len(told)) == (3, "the controller has ended", 3)
+    with pytest.raises(CallTimeoutError, match="no controller has connected to port"):
+        lonely = listen(0)
+        try:
+            SocketWire(lonely, 0.05)
+        finally:
+            lonely.close()
