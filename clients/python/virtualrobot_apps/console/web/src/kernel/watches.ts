@@ -151,8 +151,9 @@ async function describe(name: string): Promise<void> {
   try {
     const said = await service.robots.getRobot({ name });
     world.robots.value = new Map(world.robots.value).set(name, said);
-  } catch {
-    // It is gone again, which the scene tells.
+  } catch (error) {
+    // One that is gone again is told by the scene.
+    if (world.items.peek().has(name)) say(`${name}: ${ConnectError.from(error).rawMessage}`, "error");
   }
 }
 
