@@ -10,6 +10,7 @@ import pytest
 from virtualrobot.errors import MalformedFileError
 from virtualrobot_apps.bridges.mapping import BridgeMapping, mapping_of
 from virtualrobot_apps.bridges.modbus import blocks
+from virtualrobot_apps.bridges.opcua import OpcUaClient, OpcUaServer
 from virtualrobot_apps.bridges.words import RANGES, BadValueError, from_registers, to_raw, to_registers, to_signal
 from virtualrobot_apps.cell_io.yaml_file import parse
 
@@ -83,6 +84,40 @@ def test_a_slave_cannot_be_told_by_what_masters_only_read() -> None:
         mapping("{signal: start, direction: in, topic: a/#}", "mqtt")
     with pytest.raises(MalformedFileError, match="tells whether the other side answers"):
         mapping("{signal: start, direction: in, topic: a}", "mqtt", more="connected: start\n")
+
+
+@pytest.mark.parametrize(
+    ("protocol", "serves", "one", "other"),
+    [
+        ("opcua", False, "node: ns=2;s=a", "node: ns=2;s=b"),
+        ("opcua", True, "node: ns=2;s=a", "node: ns=2;s=b"),
+        ("modbus", False, "address: coil 1", "address: coil 2"),
+        ("modbus", True, "address: coil 1", "address: coil 2"),
+        ("mqtt", False, "topic: cell/a", "topic: cell/b"),
+    ],
+)
+def test_what_is_mapped_twice_is_refused_by_every_bridge(protocol: str, serves: bool, one: str, other: str) -> None:
+    """A signal with two places would have two masters, a place with two signals two values."""
+    way = "in" if protocol == "modbus" and serves else "out"
+    first = f"{{signal: start, direction: {way}, {one}}}"
+    with pytest.raises(MalformedFileError) as refused:
+        mapping(f"{first}\n{{signal: start, direction: in, {other}}}", protocol, serves)
+    assert str(refused.value) == "plc.yaml:4: signals[1]: the signal 'start' is mapped in line 3 already"
+    with pytest.raises(MalformedFileError) as refused:
+        mapping(f"{first}\n{{signal: there, direction: in, {one}}}", protocol, serves)
+    place = one.partition(": ")[2]
+    assert str(refused.value) == f"plc.yaml:4: signals[1]: {place!r} is mapped to 'start' in line 3 already"
+    assert len(mapping(f"{first}\n{{signal: there, direction: in, {other}}}", protocol, serves).entries) == 2
+
+
+@pytest.mark.parametrize("peer", [OpcUaClient, OpcUaServer])
+def test_one_node_that_is_written_in_two_ways_is_mapped_twice(peer: type[OpcUaClient | OpcUaServer]) -> None:
+    read = mapping(
+        "{signal: start, direction: out, node: ns=2;i=1001}\n{signal: there, direction: in, node: ns=2;i=01001}",
+        "opcua",
+    )
+    with pytest.raises(MalformedFileError, match=r"plc\.yaml:4: .*'ns=2;i=01001' is mapped in line 3 already"):
+        peer(read, "opc.tcp://127.0.0.1:4840")
 
 
 @pytest.mark.parametrize("kind", RANGES)

@@ -6,7 +6,7 @@ import asyncio
 import contextlib
 import json
 from collections.abc import Mapping
-from urllib.parse import urlsplit
+from urllib.parse import unquote, urlsplit
 
 from paho.mqtt.client import Client, MQTTMessage
 from paho.mqtt.enums import CallbackAPIVersion
@@ -18,6 +18,9 @@ from virtualrobot_apps.bridges.words import Raw
 
 QUALITY = 1
 """Quality of service: each message comes at least once."""
+
+LOGIN = ("Bad user name or password", "Not authorized")
+"""Reasons of a refusal that another user or password may mend."""
 
 
 def payload_of(entry: Entry, raw: Raw) -> bytes:
@@ -40,7 +43,7 @@ class MqttClient(Peer):
     """Client of a broker: what goes out is retained, so that who comes later hears it, too."""
 
     def __init__(self, mapping: BridgeMapping, url: str) -> None:
-        """Talk to the broker `mqtt://[USER:PASSWORD@]HOST[:PORT]`."""
+        """Talk to the broker `mqtt://[USER:PASSWORD@]HOST[:PORT]`; what an URL reserves is written as in %40 for @."""
         parts = urlsplit(url)
         try:
             port = parts.port or 1883
@@ -49,7 +52,9 @@ class MqttClient(Peer):
         if parts.scheme != "mqtt" or not parts.hostname:
             raise InvalidArgumentError(f"{url!r} is not mqtt://HOST:PORT")
         self.name = f"mqtt://{parts.hostname}:{port}"
-        self._host, self._port, self._user, self._password = parts.hostname, port, parts.username, parts.password
+        self._host, self._port = parts.hostname, port
+        self._user = None if parts.username is None else unquote(parts.username)
+        self._password = None if parts.password is None else unquote(parts.password)
         self._mapping = mapping
         self._entries = {entry.place: entry for entry in mapping.entries if entry.incoming}
         self._client: Client | None = None
@@ -66,7 +71,7 @@ class MqttClient(Peer):
                 loop.call_soon_threadsafe(events.put_nowait, event)
 
         def connected(client: Client, data: object, flags: object, reason: object, properties: object) -> None:
-            tell(PeerError(f"the broker refuses: {reason}") if getattr(reason, "is_failure", False) else None)
+            tell(PeerError(self._refusal(str(reason))) if getattr(reason, "is_failure", False) else None)
 
         def disconnected(client: Client, data: object, flags: object, reason: object, properties: object) -> None:
             tell(PeerError(f"the broker is gone: {reason}"))
@@ -95,6 +100,12 @@ class MqttClient(Peer):
             raise first
         if self._entries:
             client.subscribe([(topic, QUALITY) for topic in self._entries])
+
+    def _refusal(self, reason: str) -> str:
+        if reason not in LOGIN:
+            return f"the broker refuses: {reason}"
+        who = "a login without a user" if self._user is None else f"the login of {self._user!r}"
+        return f"the broker refuses {who}: {reason}; user and password stand in mqtt://USER:PASSWORD@HOST:PORT"
 
     async def read(self) -> dict[Entry, object]:
         """Wait for the next message."""
