@@ -91,6 +91,21 @@ def test_a_range_ends_the_rays_and_hidden_nodes_are_not_met(stubs: Stubs) -> Non
     assert cast(stubs, [0.0, 0.0, 0.0], ways).nodes == ["b"]
 
 
+@pytest.mark.parametrize("component", BUNDLED)
+def test_rays_pass_through_what_is_ignored_and_all_below_it(stubs: Stubs, component: str) -> None:
+    """A foot hides nothing of the ground whose top is at 0, though a box hangs on it; nor a box whose top is at 0.5."""
+    apply(stubs, create(box("ground", z=-0.05)), create(ball("foot", 0.05)), create(box("other", x=1.0, z=0.45)))
+    child = box("child", z=0.5)
+    child.parent = "foot"
+    apply(stubs, create(child))
+    down, origins = [[0.0, 0.0, -1.0]] * 2, [[0.0, 0.0, 2.0], [1.0, 0.0, 2.0]]
+    assert cast(stubs, origins, down, ray_caster=component).nodes == ["child", "other"]
+    found = cast(stubs, origins, down, ray_caster=component, ignored=["foot"])
+    assert found.nodes == ["ground", "other"]
+    np.testing.assert_allclose(found.distances, [2.0, 1.5], atol=1e-6)
+    assert cast(stubs, origins, down, ray_caster=component, ignored=["world"]).nodes == ["", ""]
+
+
 def test_spheres_are_met_as_they_are_meant(stubs: Stubs, rng: np.random.Generator) -> None:
     """To 1e-6 of the range, where the roots of the quadratic equation are; triangles would be off by 1e-3."""
     apply(stubs, create(ball("a", 0.5)))
@@ -162,6 +177,11 @@ BAD = {
     ),
     "no node": (
         request([0, 0, 0], GOOD, frame="arm"),
+        ("UNKNOWN_NAME", grpc.StatusCode.NOT_FOUND),
+        "no node named 'arm'",
+    ),
+    "nobody to ignore": (
+        request([0, 0, 0], GOOD, ignored=["arm"]),
         ("UNKNOWN_NAME", grpc.StatusCode.NOT_FOUND),
         "no node named 'arm'",
     ),

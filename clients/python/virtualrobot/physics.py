@@ -14,7 +14,7 @@ from virtualrobot._wire.messages import joint_map, settings_message, settings_of
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import shown, told
 from virtualrobot.errors import InvalidArgumentError
-from virtualrobot.v1 import nodes_pb2, physics_pb2, scene_pb2
+from virtualrobot.v1 import nodes_pb2, physics_pb2, robot_pb2, scene_pb2
 
 
 @shown
@@ -158,7 +158,7 @@ class Physics:
         """
         return {
             one.joint: JointMotor(_NAMES.get(one.mode, "usual"), one.stiffness, one.damping, one.max_effort)
-            for one in self._nodes((robot,))[0].robot.motors
+            for one in self._robot(robot).robot.motors
         }
 
     def set_motors(self, robot: str, motors: Mapping[str, JointMotor]) -> None:
@@ -171,9 +171,7 @@ class Physics:
         Example:
             >>> client.physics.set_motors("dog", {"knee": JointMotor("position", stiffness=80.0, damping=2.0)})
         """
-        node = self._nodes((robot,))[0]
-        if node.WhichOneof("kind") != "robot":
-            raise InvalidArgumentError(f"{robot!r} is no robot; motors are of robots")
+        node = self._robot(robot)
         kept = [one for one in node.robot.motors if one.joint not in motors]
         given = [
             nodes_pb2.JointMotor(
@@ -226,6 +224,11 @@ class Physics:
             commands.append(_updated(node, kind))
         if commands:
             self._services.apply(commands)
+
+    def _robot(self, name: str) -> nodes_pb2.Node:
+        """Return the node of a robot; where it is none the kernel refuses."""
+        self._services.robot.GetRobot(robot_pb2.GetRobotRequest(name=name))
+        return self._nodes((name,))[0]
 
     def _nodes(self, names: tuple[str, ...]) -> list[nodes_pb2.Node]:
         """Return nodes as they are; one that is not there has its name alone, for the kernel to refuse."""

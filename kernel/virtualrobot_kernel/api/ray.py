@@ -16,6 +16,7 @@ from virtualrobot_kernel.components.catalog import Offer
 from virtualrobot_kernel.errors import LimitError
 from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.sensing.compare import Comparison, Floats, compared, random_rays
+from virtualrobot_kernel.sensing.elements import without
 from virtualrobot_kernel.sensing.settings import DEFAULT_RAY_CASTER
 
 COMPARED_RAYS = 10_000
@@ -41,7 +42,8 @@ class RayServicer(ray_pb2_grpc.RayServiceServicer):
             structure = snapshot.structure
             world_t_frame = snapshot.world_t_node[structure.rows[structure.node(request.frame).uid]]
             given = rays(request, world_t_frame)
-            elements = kernel.casters.elements(snapshot)
+            ignored = {node.uid for of in request.ignored for node in structure.below(structure.node(of).uid)}
+            elements = without(kernel.casters.elements(snapshot), ignored)
             scene = elements.scene(snapshot.world_t_node)
             cast = kernel.casters.cast(
                 name, scene, given.origins, given.directions, given.max_range, lambda _: not is_gone()

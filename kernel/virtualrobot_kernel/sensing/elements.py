@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -106,6 +106,22 @@ def elements_of(
         node_t_element=np.array([figure.node_t_figure for figure, _, _ in found], np.float64).reshape(-1, 4, 4),
         reflectance=np.array(reflectance, np.float64),
         made_of=(structure, tool_states, places),
+    )
+
+
+def without(elements: Elements, ignored: Collection[int]) -> Elements:
+    """Return the elements but those of some nodes (uids)."""
+    if not ignored:
+        return elements
+    kept = np.flatnonzero(~np.isin(elements.uids, list(ignored)))
+    return Elements(
+        shapes=tuple(elements.shapes[i] for i in kept),
+        figures=tuple(elements.figures[i] for i in kept),
+        uids=elements.uids[kept],
+        rows=elements.rows[kept],
+        node_t_element=elements.node_t_element[kept],
+        reflectance=elements.reflectance[kept],
+        made_of=elements.made_of,
     )
 
 

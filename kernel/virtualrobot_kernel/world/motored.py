@@ -6,7 +6,7 @@ that no motor moves are commanded to be where they are.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from functools import lru_cache
 
@@ -139,9 +139,9 @@ def followed(structure: Structure, state: State) -> State:
     """Return the state in which what no motor moves is commanded to be where it is."""
     if not state.motored:
         return state
-    found = dict(state.motored)
+    found, places = dict(state.motored), unmotored(structure)
     for uid, one in state.motored.items():
-        robot, (at_q, at_v) = structure.robots[uid], unmotored(structure, uid)
+        robot, (at_q, at_v) = structure.robots[uid], places[uid]
         if len(at_q):
             q, v = one.q.copy(), one.v.copy()
             q[at_q], v[at_v] = state.q[robot.q_slice][at_q], 0.0
@@ -169,9 +169,13 @@ def refuse_unmotored(structure: Structure, state: State, joints: Iterable[tuple[
             )
 
 
-@lru_cache(maxsize=64)
-def unmotored(structure: Structure, uid: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the places among a robot's own q and v that no motion commands a motor of."""
+@lru_cache(maxsize=4)
+def unmotored(structure: Structure) -> Mapping[int, tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Return the places among each dynamic robot's own q and v, by uid, that no motion commands a motor of."""
+    return {uid: _unmotored(structure, uid) for uid in structure.robots if is_dynamic(structure.nodes[uid])}
+
+
+def _unmotored(structure: Structure, uid: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     robot, node = structure.robots[uid], structure.nodes[uid]
     at_q: list[int] = []
     at_v: list[int] = []

@@ -324,4 +324,10 @@ def test_robots_that_cannot_move_by_forces_are_refused(cell: Client, load: Load)
         cell.physics.enable("ugv")
     with pytest.raises(UnknownNameError, match="wheel"):
         cell.physics.set_motors("odd", {"wheel": JointMotor("free")})
+    cell.scene.add_part("box", virtualrobot.box(0.1, 0.1, 0.1))
+    for name in ("oddd", "box"):
+        with pytest.raises(UnknownNameError, match=f"there is no robot named '{name}'"):
+            cell.physics.motors(name)
+        with pytest.raises(UnknownNameError, match=f"there is no robot named '{name}'"):
+            cell.physics.set_motors(name, {})
     assert [light.name, odd.name, negative.name, cell.physics.status.fault] == ["light", "odd", "negative", ""]

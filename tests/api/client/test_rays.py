@@ -38,6 +38,7 @@ def test_a_frame_and_a_range_are_heeded(cell: Client) -> None:
     hits = cell.rays.cast([0.0, 0.0, 0.01], [[0, 0, 1]], frame="hand")
     assert (hits.nodes, hits.distances.round(5).tolist()) == (["ball"], [0.79])
     assert cell.rays.cast([0.0, 0.0, 0.01], [[0, 0, 1]], frame="hand", max_range=0.5).nodes == [""]
+    assert cell.rays.cast([0.0, 0.0, 0.01], [[0, 0, 1]], frame="hand", ignored="ball").nodes == [""]
 
 
 @pytest.mark.parametrize(
@@ -100,6 +101,7 @@ def test_the_command_casts_a_ray(cell: Client, run: Run) -> None:
         "ball after 0."
     )
     assert run("rays", "--from", "0,0,1", "--along", "0,0,1") == "nothing\n"
+    assert run("rays", "--from", "0,0,1", "--along", "0,0,-1", "--ignored", "table") == "nothing\n"
     assert "there is no ray_caster component named 'embre'" in run(
         "rays", "embre", "--from", "0,0,1", "--along", "0,0,1", code=1
     )

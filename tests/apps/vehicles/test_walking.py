@@ -45,6 +45,9 @@ def test_a_hexapod_walks_without_slipping_or_falling(steps: virtualrobot.Client)
     speed = gait.speed(0.06)
     walk = plan_walk(gait, stand, [Part(1.5 * gait.cycle, speed, 0.0, 0.3)], ground)
     record = play(machine, walk)
+    below, _ = ground(record.feet[-1][:, :2])
+    np.testing.assert_allclose(below, 0.0, atol=1e-5)
+    np.testing.assert_allclose(record.feet[-1][:, 2], machine.foot_radius, atol=1e-5)
     assert record.slips.max() < 1e-4
     assert record.margins.min() > 0.0
     assert record.speed(gait.cycle, 1.5 * gait.cycle) == pytest.approx(0.06 / (0.5 * gait.cycle), rel=1e-4)
@@ -65,6 +68,10 @@ def test_a_hexapod_walks_on_rolling_ground(steps: virtualrobot.Client, seed: int
     gait = HEXAPOD_GAITS["ripple"]
     walk = plan_walk(gait, demo.stand_of(machine, ground_name="rolling"), [Part(gait.cycle, 0.08)], ground)
     record = play(machine, walk)
+    # Rays find the ground below feet that stand on it: each ball's middle is its radius above the plane that they meet.
+    feet = record.feet[-1]
+    below, normals = ground(feet[:, :2])
+    np.testing.assert_allclose((feet[:, 2] - below) * normals[:, 2], machine.foot_radius, atol=1e-3)
     assert record.slips.max() < 1e-4
     assert record.margins.min() > 0.0
     heights = np.array([step.goal[2] for of in walk.steps for step in of])

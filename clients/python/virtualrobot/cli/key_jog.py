@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import click
 
-from virtualrobot.errors import VirtualRobotError
-
 if TYPE_CHECKING:
     from prompt_toolkit.input import Input
-    from prompt_toolkit.key_binding import KeyPressEvent
     from prompt_toolkit.output import Output
 
     from virtualrobot.motions.moves import Move
@@ -69,49 +65,24 @@ class Jog:
 
 def jog_by_keys(robot: Robot | Group, source: Input | None = None, output: Output | None = None) -> None:
     """Jog a robot by the keys of a terminal until q; each moves it by a step and takes over from the one before."""
-    from prompt_toolkit.application import Application
-    from prompt_toolkit.key_binding import KeyBindings
-    from prompt_toolkit.keys import Keys
-    from prompt_toolkit.layout import FormattedTextControl, Layout, Window
+    from virtualrobot.cli.key_screen import KeyScreen
 
-    bindings = KeyBindings()
-    jog, said = Jog(), ""
+    jog = Jog()
 
-    def guarded(act: Callable[[], object]) -> None:
-        nonlocal said
-        try:
-            act()
-            said = ""
-        except VirtualRobotError as error:
-            said = str(error)
-
-    @bindings.add(Keys.Any)
-    def _(event: KeyPressEvent) -> None:
+    def press(key: str) -> None:
         nonlocal jog
-        key = event.data
+        if key == " ":
+            robot.stop()
+            return
         jog = jog.chosen(key) or jog
-        guarded(lambda: (move := jog.move(key, robot)) and robot.start(move, wait=False, preempt=True))
-
-    @bindings.add(" ")
-    def _(event: KeyPressEvent) -> None:
-        guarded(robot.stop)
-
-    @bindings.add("q")
-    @bindings.add("c-c")
-    @bindings.add("c-d")
-    @bindings.add("escape", eager=True)
-    def _(event: KeyPressEvent) -> None:
-        event.app.exit()
+        if (move := jog.move(key, robot)) is not None:
+            robot.start(move, wait=False, preempt=True)
 
     def text() -> str:
         x, y, z = robot.tcp[:3, 3]
         step = f"step {1000.0 * jog.step:g} mm, {math.degrees(10.0 * jog.step):.3g} deg"
         where = f"{robot.name} at {x:z.4f} {y:z.4f} {z:z.4f} m"
-        return f"{HELP}\n{where}   {step}   frame {jog.frame}   joint {jog.joint_of(robot)}\n{said}"
+        return f"{HELP}\n{where}   {step}   frame {jog.frame}   joint {jog.joint_of(robot)}"
 
-    control = FormattedTextControl(text)
-    app: Application[None] = Application(
-        layout=Layout(Window(control)), key_bindings=bindings, input=source, output=output, refresh_interval=0.2
-    )
-    app.run()
+    KeyScreen(press, text).run(source, output)
     click.echo(f"{robot.name} stands where the keys have left it")

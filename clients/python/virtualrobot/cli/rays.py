@@ -22,6 +22,7 @@ Examples; 'virtualrobot plugins' shows the ray casters that are installed:
   virtualrobot rays
   virtualrobot rays embree reference --count 2000
   virtualrobot rays --from 0,0,2 --along 0,0,-1
+  virtualrobot rays --from 0,0,2 --along 0,0,-1 --ignored arm
 """
 
 
@@ -32,6 +33,9 @@ Examples; 'virtualrobot plugins' shows the ray casters that are installed:
 @click.option("--from", "origin", type=Numbers(3), metavar="X,Y,Z", help="Cast one ray instead: from here, in meters,")
 @click.option("--along", type=Numbers(3), metavar="X,Y,Z", help="and in this direction.")
 @click.option("--frame", type=NODE, metavar="NODE", help="The node whose frame they are in [the world's].")
+@click.option(
+    "--ignored", type=NODE, metavar="NODE", multiple=True, help="A node that the ray passes through, with all below it."
+)
 @target_options
 def rays(
     target: Target,
@@ -41,18 +45,19 @@ def rays(
     origin: tuple[float, ...] | None,
     along: tuple[float, ...] | None,
     frame: str | None,
+    ignored: tuple[str, ...],
 ) -> None:
     """Compare RAY_CASTERS (or all of them) by random rays through the scene; or cast one ray by one of them."""
     if (origin is None) != (along is None):
         raise click.UsageError("--from and --along go together")
-    if origin is None and frame is not None:
-        raise click.UsageError("--frame goes with --from and --along")
+    if origin is None and (frame is not None or ignored):
+        raise click.UsageError("--frame and --ignored go with --from and --along")
     if origin is not None and (count is not None or seed is not None or len(ray_casters) > 1):
         raise click.UsageError("one ray is cast by one ray caster, without --count and --seed")
     with target.connect() as client:
         if origin is not None:
             name = ray_casters[0] if ray_casters else "embree"
-            hits = client.rays.cast(origin, [along or ()], frame=frame or "world", ray_caster=name)
+            hits = client.rays.cast(origin, [along or ()], frame=frame or "world", ray_caster=name, ignored=ignored)
             click.echo(hit_words(hits))
             return
         found = client.rays.compare(ray_casters, count=count, seed=seed or 0, progress=_draw_bar)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -116,6 +116,7 @@ class Rays:
         frame: str = "world",
         max_range: float | None = None,
         ray_caster: str = "embree",
+        ignored: str | Iterable[str] = (),
     ) -> RayHits:
         """Return what n rays hit in the world as it is now.
 
@@ -125,6 +126,7 @@ class Rays:
             frame: the node whose frame both are in.
             max_range: greatest distance of a hit (m); by default there is no limit.
             ray_caster: the component.
+            ignored: nodes that the rays pass through, with all below them.
 
         Raises:
             LimitError: for more than 300,000 rays.
@@ -147,6 +149,7 @@ class Rays:
             max_range_meters=value_or_default(max_range, "max_range"),
             frame=frame,
             ray_caster=ray_caster,
+            ignored=[ignored] if isinstance(ignored, str) else ignored,
         )
         response = self._services.ray.CastRays(request, timeout=LONG_TIMEOUT_SECONDS)
         return RayHits(

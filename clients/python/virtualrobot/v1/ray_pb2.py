@@ -26,7 +26,7 @@ from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb
 from virtualrobot.v1 import token_pb2 as virtualrobot_dot_v1_dot_token__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x19virtualrobot/v1/ray.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/token.proto\"\xb1\x01\n\x0f\x43\x61stRaysRequest\x12.\n\x07origins\x18\x01 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x31\n\ndirections\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x18\n\x10max_range_meters\x18\x03 \x01(\x01\x12\r\n\x05\x66rame\x18\x04 \x01(\t\x12\x12\n\nray_caster\x18\x05 \x01(\t\"\xf9\x01\n\x10\x43\x61stRaysResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x30\n\tdistances\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12/\n\x08\x65lements\x18\x03 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x15\n\relement_names\x18\x04 \x03(\t\x12.\n\x07normals\x18\x05 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x14\n\x0c\x63\x61st_seconds\x18\x06 \x01(\x01\"K\n\x18\x43ompareRayCastersRequest\x12\x13\n\x0bray_casters\x18\x01 \x03(\t\x12\x0c\n\x04rays\x18\x02 \x01(\r\x12\x0c\n\x04seed\x18\x03 \x01(\x04\"\x8f\x01\n\x19\x43ompareRayCastersResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x10\n\x08progress\x18\x02 \x01(\x01\x12\x39\n\x0b\x63omparisons\x18\x03 \x03(\x0b\x32$.virtualrobot.v1.RayCasterComparison\"\xd9\x01\n\x13RayCasterComparison\x12\x12\n\nray_caster\x18\x01 \x01(\t\x12\r\n\x05\x66\x61ult\x18\x02 \x01(\t\x12\x11\n\tagreement\x18\x03 \x01(\x01\x12\x15\n\rother_element\x18\x04 \x01(\x01\x12 \n\x18median_difference_meters\x18\x05 \x01(\x01\x12!\n\x19largest_difference_meters\x18\x06 \x01(\x01\x12\x1a\n\x12\x66irst_cast_seconds\x18\x07 \x01(\x01\x12\x14\n\x0c\x63\x61st_seconds\x18\x08 \x01(\x01\x32\xd7\x01\n\nRayService\x12U\n\x08\x43\x61stRays\x12 .virtualrobot.v1.CastRaysRequest\x1a!.virtualrobot.v1.CastRaysResponse\"\x04\xa8\xbb\x18\x01\x12r\n\x11\x43ompareRayCasters\x12).virtualrobot.v1.CompareRayCastersRequest\x1a*.virtualrobot.v1.CompareRayCastersResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x19virtualrobot/v1/ray.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/token.proto\"\xc2\x01\n\x0f\x43\x61stRaysRequest\x12.\n\x07origins\x18\x01 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x31\n\ndirections\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x18\n\x10max_range_meters\x18\x03 \x01(\x01\x12\r\n\x05\x66rame\x18\x04 \x01(\t\x12\x12\n\nray_caster\x18\x05 \x01(\t\x12\x0f\n\x07ignored\x18\x06 \x03(\t\"\xf9\x01\n\x10\x43\x61stRaysResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x30\n\tdistances\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12/\n\x08\x65lements\x18\x03 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x15\n\relement_names\x18\x04 \x03(\t\x12.\n\x07normals\x18\x05 \x01(\x0b\x32\x1d.virtualrobot.v1.NumericArray\x12\x14\n\x0c\x63\x61st_seconds\x18\x06 \x01(\x01\"K\n\x18\x43ompareRayCastersRequest\x12\x13\n\x0bray_casters\x18\x01 \x03(\t\x12\x0c\n\x04rays\x18\x02 \x01(\r\x12\x0c\n\x04seed\x18\x03 \x01(\x04\"\x8f\x01\n\x19\x43ompareRayCastersResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12\x10\n\x08progress\x18\x02 \x01(\x01\x12\x39\n\x0b\x63omparisons\x18\x03 \x03(\x0b\x32$.virtualrobot.v1.RayCasterComparison\"\xd9\x01\n\x13RayCasterComparison\x12\x12\n\nray_caster\x18\x01 \x01(\t\x12\r\n\x05\x66\x61ult\x18\x02 \x01(\t\x12\x11\n\tagreement\x18\x03 \x01(\x01\x12\x15\n\rother_element\x18\x04 \x01(\x01\x12 \n\x18median_difference_meters\x18\x05 \x01(\x01\x12!\n\x19largest_difference_meters\x18\x06 \x01(\x01\x12\x1a\n\x12\x66irst_cast_seconds\x18\x07 \x01(\x01\x12\x14\n\x0c\x63\x61st_seconds\x18\x08 \x01(\x01\x32\xd7\x01\n\nRayService\x12U\n\x08\x43\x61stRays\x12 .virtualrobot.v1.CastRaysRequest\x1a!.virtualrobot.v1.CastRaysResponse\"\x04\xa8\xbb\x18\x01\x12r\n\x11\x43ompareRayCasters\x12).virtualrobot.v1.CompareRayCastersRequest\x1a*.virtualrobot.v1.CompareRayCastersResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -38,15 +38,15 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_RAYSERVICE'].methods_by_name['CompareRayCasters']._loaded_options = None
   _globals['_RAYSERVICE'].methods_by_name['CompareRayCasters']._serialized_options = b'\250\273\030\001'
   _globals['_CASTRAYSREQUEST']._serialized_start=108
-  _globals['_CASTRAYSREQUEST']._serialized_end=285
-  _globals['_CASTRAYSRESPONSE']._serialized_start=288
-  _globals['_CASTRAYSRESPONSE']._serialized_end=537
-  _globals['_COMPARERAYCASTERSREQUEST']._serialized_start=539
-  _globals['_COMPARERAYCASTERSREQUEST']._serialized_end=614
-  _globals['_COMPARERAYCASTERSRESPONSE']._serialized_start=617
-  _globals['_COMPARERAYCASTERSRESPONSE']._serialized_end=760
-  _globals['_RAYCASTERCOMPARISON']._serialized_start=763
-  _globals['_RAYCASTERCOMPARISON']._serialized_end=980
-  _globals['_RAYSERVICE']._serialized_start=983
-  _globals['_RAYSERVICE']._serialized_end=1198
+  _globals['_CASTRAYSREQUEST']._serialized_end=302
+  _globals['_CASTRAYSRESPONSE']._serialized_start=305
+  _globals['_CASTRAYSRESPONSE']._serialized_end=554
+  _globals['_COMPARERAYCASTERSREQUEST']._serialized_start=556
+  _globals['_COMPARERAYCASTERSREQUEST']._serialized_end=631
+  _globals['_COMPARERAYCASTERSRESPONSE']._serialized_start=634
+  _globals['_COMPARERAYCASTERSRESPONSE']._serialized_end=777
+  _globals['_RAYCASTERCOMPARISON']._serialized_start=780
+  _globals['_RAYCASTERCOMPARISON']._serialized_end=997
+  _globals['_RAYSERVICE']._serialized_start=1000
+  _globals['_RAYSERVICE']._serialized_end=1215
 # @@protoc_insertion_point(module_scope)

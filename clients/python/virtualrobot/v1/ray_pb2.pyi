@@ -9,18 +9,20 @@ from typing import ClassVar as _ClassVar, Optional as _Optional, Union as _Union
 DESCRIPTOR: _descriptor.FileDescriptor
 
 class CastRaysRequest(_message.Message):
-    __slots__ = ("origins", "directions", "max_range_meters", "frame", "ray_caster")
+    __slots__ = ("origins", "directions", "max_range_meters", "frame", "ray_caster", "ignored")
     ORIGINS_FIELD_NUMBER: _ClassVar[int]
     DIRECTIONS_FIELD_NUMBER: _ClassVar[int]
     MAX_RANGE_METERS_FIELD_NUMBER: _ClassVar[int]
     FRAME_FIELD_NUMBER: _ClassVar[int]
     RAY_CASTER_FIELD_NUMBER: _ClassVar[int]
+    IGNORED_FIELD_NUMBER: _ClassVar[int]
     origins: _geometry_pb2.NumericArray
     directions: _geometry_pb2.NumericArray
     max_range_meters: float
     frame: str
     ray_caster: str
-    def __init__(self, origins: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., directions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., max_range_meters: _Optional[float] = ..., frame: _Optional[str] = ..., ray_caster: _Optional[str] = ...) -> None: ...
+    ignored: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, origins: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., directions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., max_range_meters: _Optional[float] = ..., frame: _Optional[str] = ..., ray_caster: _Optional[str] = ..., ignored: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class CastRaysResponse(_message.Message):
     __slots__ = ("stamp", "distances", "elements", "element_names", "normals", "cast_seconds")

@@ -98,7 +98,7 @@ def build(
     for leg in machine.legs:
         client.collisions.allowed.add(leg.foot, "ground", "it stands there")
     client.view.set_camera(position=(1.2, -1.2, 0.8), target=(0.3, 0.0, 0.1))
-    return machine, SensedGround(client, ["ground"])
+    return machine, SensedGround(client, ["ground"], [machine.robot.name])
 
 
 def stand_of(machine: Machine, model: str = "hexapod", gait_name: str = "tripod", ground_name: str = "level") -> Stand:

@@ -48,12 +48,16 @@ def triangles_of(heights: Floats, cell: float) -> tuple[Floats, NDArray[np.int64
 class SensedGround:
     """Ground as rays from above find it: heights and normals of the nodes that are ground, seen through what is above.
 
-    Where something touches the ground a ray misses it, and may find what is below: ask before a machine stands there.
+    Rays pass through the nodes `ignored`, such as the machine that stands on the ground. Where something else touches
+    the ground a ray misses it, and may find what is below.
     """
 
-    def __init__(self, client: Client, nodes: Collection[str], top: float = 10.0) -> None:
+    def __init__(
+        self, client: Client, nodes: Collection[str], ignored: Collection[str] = (), top: float = 10.0
+    ) -> None:
         """Look at these nodes from `top` (m)."""
         self._client = client
+        self._ignored = tuple(ignored)
         self._nodes = frozenset(nodes)
         self._top = top
         self.rays = 0
@@ -67,7 +71,7 @@ class SensedGround:
             if not len(left):
                 break
             down = np.tile([0.0, 0.0, -1.0], (len(left), 1))
-            hits = self._client.rays.cast(origins[left], down)
+            hits = self._client.rays.cast(origins[left], down, ignored=self._ignored)
             self.rays += len(left)
             found = np.isfinite(hits.distances)
             is_ground = np.array([name in self._nodes for name in hits.nodes])

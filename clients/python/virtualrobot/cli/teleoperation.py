@@ -1,0 +1,161 @@
+"""Teleoperation of a craft: twists from keys, within limits, and none without somebody who holds one."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from virtualrobot.cli.key_screen import HeldKey
+from virtualrobot.errors import VirtualRobotError
+
+if TYPE_CHECKING:
+    from virtualrobot.motions.setpoints import SetpointStream
+    from virtualrobot.robots.robot import Robot
+
+Twist = tuple[float, float, float]
+"""Twist of a craft: vx and vy in m/s along the axes of its base, and its turning rate in rad/s to the left."""
+
+REST: Twist = (0.0, 0.0, 0.0)
+
+RATE_HERTZ = 20.0
+"""Rate at which twists are sent."""
+
+TIMEOUT_SECONDS = 0.5
+"""Simulation time (s) without a twist after which the kernel stops the craft: this program has gone."""
+
+IDLE_SECONDS = 1.0
+"""Time (s) after the last key for which the craft is kept; then others may move it."""
+
+REST_SECONDS = 10.0
+"""Longest time (s) to wait until the craft rests."""
+
+KEYS: dict[str, Twist] = {
+    **dict.fromkeys(("w", "up", "i"), (1.0, 0.0, 0.0)),
+    **dict.fromkeys(("s", "down", ","), (-1.0, 0.0, 0.0)),
+    **dict.fromkeys(("a", "left", "j"), (0.0, 0.0, 1.0)),
+    **dict.fromkeys(("d", "right", "l"), (0.0, 0.0, -1.0)),
+    "u": (1.0, 0.0, 1.0),
+    "o": (1.0, 0.0, -1.0),
+    "m": (-1.0, 0.0, -1.0),
+    ".": (-1.0, 0.0, 1.0),
+    "J": (0.0, 1.0, 0.0),
+    "L": (0.0, -1.0, 0.0),
+}
+"""Twists that keys mean, as parts of the limits; those from u to L as in teleop_twist_keyboard of ROS."""
+
+HELP = (
+    "w s, up down: ahead, back   a d, left right: turn   u o, m .: ahead, back in a bow   J L: sideways\n"
+    "hold a key to go on: without one it stops   space or k stops   [ ] slower, faster   q ends"
+)
+
+
+class DriveKeys:
+    """Twist that the keys of a terminal mean: that of the one which is held down."""
+
+    def __init__(self, speed: float, turn: float, clock: Callable[[], float] = time.monotonic) -> None:
+        """Go no faster than `speed` (m/s), and turn no faster than `turn` (rad/s)."""
+        self._limits = speed, speed, turn
+        self._held = HeldKey(clock)
+        self._tenths = 10
+
+    @property
+    def share(self) -> float:
+        """Share of the limits that is driven with, 0.1 to 1."""
+        return self._tenths / 10.0
+
+    def press(self, key: str) -> None:
+        """Take a key; one that means nothing changes nothing."""
+        if key in ("[", "]"):
+            self._tenths = min(10, max(1, self._tenths + (1 if key == "]" else -1)))
+        elif key in KEYS:
+            self._held.press(key)
+        elif key in (" ", "k"):
+            self._held.release()
+
+    def twist(self) -> Twist:
+        """Return the twist that is wanted now."""
+        parts = KEYS.get(self._held.key, REST)
+        vx, vy, omega = (self.share * most * part for most, part in zip(self._limits, parts, strict=True))
+        return vx, vy, omega
+
+
+class Teleoperation:
+    """Drives a craft by what somebody wants, RATE_HERTZ times a second, in a thread; a context manager.
+
+    The craft is this program's only while something is wanted, and for IDLE_SECONDS. What the kernel refuses is in
+    `error`, and nothing is driven until nothing was wanted for a moment: who holds a key on lets go first. At the end
+    of the block the craft comes to rest, and also when the program dies.
+    """
+
+    def __init__(self, robot: Robot, wanted: Callable[[], Twist], preempt: bool = False) -> None:
+        """Drive a craft as `wanted` says; `preempt`: cancel motions in the way instead of being refused.
+
+        Raises WrongStateError when the robot is no craft.
+        """
+        robot.way([])
+        self._robot, self._wanted, self._preempt = robot, wanted, preempt
+        self._stream: SetpointStream | None = None
+        self._wanted_at = 0.0
+        self._refused = False
+        self._ended = threading.Event()
+        self.twist, self.error = REST, ""
+        self._thread = threading.Thread(target=self._run, name="teleoperation", daemon=True)
+        self._thread.start()
+
+    @property
+    def place(self) -> tuple[float, float, float]:
+        """Place (x and y in m) and heading (rad) of the craft's base."""
+        return self._robot.way([]).begin
+
+    def _run(self) -> None:
+        while not self._ended.wait(1.0 / RATE_HERTZ):
+            self.twist = self._wanted()
+            try:
+                if self.twist == REST:
+                    self._rest()
+                elif not self._refused:
+                    self._drive(self.twist)
+            except VirtualRobotError as error:
+                self._refused, self.error = True, str(error)
+                self._give_up()
+
+    def _drive(self, twist: Twist) -> None:
+        self._wanted_at, self.error = time.monotonic(), ""
+        if self._stream is None:
+            self._stream = self._robot.stream_twist(timeout=TIMEOUT_SECONDS, preempt=self._preempt)
+        self._stream.send(twist)
+
+    def _rest(self) -> None:
+        self._refused = False
+        if self._stream is None:
+            return
+        if time.monotonic() - self._wanted_at < IDLE_SECONDS:
+            self._stream.send(REST)
+        else:
+            self._stream.close(REST_SECONDS)
+            self._stream = None
+
+    def _give_up(self) -> None:
+        if self._stream is not None:
+            self._stream.cancel("the keyboard that drives it was refused")
+            self._stream = None
+
+    def close(self) -> None:
+        """Let the craft come to rest."""
+        self._ended.set()
+        self._thread.join()
+        try:
+            if self._stream is not None:
+                self._stream.close(REST_SECONDS)
+        except VirtualRobotError as error:  # it was stopped already, or cannot be reached
+            self.error = str(error)
+
+    def __enter__(self) -> Teleoperation:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let the craft come to rest."""
+        self.close()

@@ -1,0 +1,168 @@
+"""Teleoperation on a real kernel: a craft drives while a key is held, and whatever ends that stops it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+
+import pytest
+from prompt_toolkit.input import create_pipe_input
+from prompt_toolkit.output import DummyOutput
+from virtualrobot import Client, Robot
+from virtualrobot.cli.teleop import drive_by_keys
+from virtualrobot.cli.teleoperation import REST, Teleoperation
+from virtualrobot.errors import WrongStateError
+
+from tests.api.client.conftest import Run
+from tests.waiting import until
+
+COMMAND = [sys.executable, "-m", "virtualrobot", "teleop", "ugv"]
+SPEED, TURN = 0.2, 0.5
+
+
+@pytest.fixture
+def ugv(client: Client) -> Robot:
+    """Return a UGV in real time."""
+    return client.load_robot("model://ugv", base="planar")
+
+
+def rests(robot: Robot) -> bool:
+    return not robot.state.velocities.any() and not robot.state.motion_ids
+
+
+def x_of(robot: Robot) -> float:
+    return robot.way([]).begin[0]
+
+
+def heading_of(robot: Robot) -> float:
+    return robot.way([]).begin[2]
+
+
+@contextmanager
+def repeated(send: Callable[[], object]) -> Iterator[None]:
+    """Repeat a key in a thread, as the terminal of somebody does who holds it."""
+    over = threading.Event()
+
+    def repeat() -> None:
+        while not over.wait(0.03):
+            send()
+
+    thread = threading.Thread(target=repeat)
+    thread.start()
+    try:
+        yield
+    finally:
+        over.set()
+        thread.join()
+
+
+def test_a_craft_drives_while_a_key_is_held(ugv: Robot, capsys: pytest.CaptureFixture[str]) -> None:
+    with create_pipe_input() as keys:
+        failed: list[BaseException] = []
+
+        def hold() -> None:
+            try:
+                with repeated(lambda: keys.send_text("w")):
+                    until(lambda: x_of(ugv) > 0.05)
+                until(lambda: rests(ugv))  # though the command goes on: others may move it now
+                with repeated(lambda: keys.send_text("\x1b[D")):  # the arrow to the left
+                    until(lambda: heading_of(ugv) > 0.1)
+            except BaseException as error:
+                failed.append(error)
+            finally:
+                keys.send_text("q")
+
+        holder = threading.Thread(target=hold)
+        holder.start()
+        drive_by_keys(ugv, SPEED, TURN, source=keys, output=DummyOutput())
+        holder.join()
+    assert not failed, failed
+    assert rests(ugv)
+    x, y, heading = ugv.way([]).begin
+    assert x > 0.05 and y < 0.1 and heading > 0.1
+    assert capsys.readouterr().out == f"ugv rests at {x:.3f}, {y:.3f} m, heading {heading:.3f} rad\n"
+
+
+def test_what_is_refused_is_told_and_driven_only_after_the_key_was_let_go(client: Client, ugv: Robot) -> None:
+    wanted = [(99.0, 0.0, 0.0)]
+    with Teleoperation(ugv, lambda: wanted[0]) as driving:
+        until(lambda: driving.error)
+        assert "'left_wheel'" in driving.error and "limit is" in driving.error
+        wanted[0] = (SPEED, 0.0, 0.0)  # it is held on
+        until(lambda: driving.twist == wanted[0])
+        assert rests(ugv) and driving.error
+        wanted[0] = REST
+        until(lambda: not driving._refused)
+        wanted[0] = (SPEED, 0.0, 0.0)
+        until(lambda: x_of(ugv) > 0.02)
+        assert not driving.error
+        ugv.stop()  # by somebody else
+        until(lambda: driving.error)
+        until(lambda: rests(ugv))
+    assert rests(ugv)
+
+
+def test_another_motion_is_preempted_only_when_asked_for(ugv: Robot) -> None:
+    with ugv.stream_twist(timeout=600.0) as other:
+        other.send([0.05, 0.0, 0.0], wait=True)
+        with Teleoperation(ugv, lambda: (0.0, 0.0, TURN)) as driving:
+            until(lambda: "ugv" in driving.error)
+            assert not other.motion.phase.ended
+        with Teleoperation(ugv, lambda: (0.0, 0.0, TURN), preempt=True):
+            until(lambda: other.motion.phase.ended)
+            until(lambda: heading_of(ugv) > 0.02)
+        other.cancel()
+    assert rests(ugv)
+
+
+def test_teleoperation_wants_a_craft_a_terminal_and_time(run: Run, client: Client, ugv: Robot) -> None:
+    fixed = client.load_robot("model://ugv", name="fixed")
+    with pytest.raises(WrongStateError, match="fixed"):
+        Teleoperation(fixed, lambda: REST)
+    assert "keys need a terminal" in run("teleop", "ugv", code=2, warns=4)
+    run("teleop", "ugv", "--speed", "-1", code=2, warns=4)
+
+
+@pytest.mark.long
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no pseudo-terminals that Python can open")
+@pytest.mark.parametrize("end", ["q", "ctrl-c", "killed"])
+def test_the_command_drives_in_a_terminal(client: Client, environment: None, ugv: Robot, end: str) -> None:
+    """A real terminal, which turns Ctrl-C into its key; of a program that is killed the kernel stops the craft."""
+    import pty
+
+    ours, theirs = pty.openpty()
+    command = [*COMMAND, "--speed", str(SPEED)]
+    with subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=theirs, start_new_session=True) as process:
+        os.close(theirs)
+        shown = bytearray()
+
+        def show() -> None:
+            try:
+                while part := os.read(ours, 65536):
+                    shown.extend(part)
+            except OSError:  # the terminal of a process that has ended
+                pass
+
+        reader = threading.Thread(target=show, daemon=True)
+        reader.start()
+        try:
+            until(lambda: b"ugv at" in shown)
+            with repeated(lambda: os.write(ours, b"w")):
+                until(lambda: x_of(ugv) > 0.05)
+                if end == "killed":
+                    process.kill()
+                    process.wait(60.0)
+                    until(lambda: rests(ugv))
+            if end != "killed":
+                os.write(ours, b"q" if end == "q" else b"\x03")
+                assert process.wait(60.0) == 0
+                assert rests(ugv)
+        finally:
+            process.kill()
+            reader.join(60.0)
+            os.close(ours)
+    assert (b"ugv rests at" in shown) == (end != "killed")
