@@ -222,7 +222,7 @@ class Shared:
 
     def assert_on_path(self, report: Report) -> None:
         """Assert that the robot is on the straight line in joint space that it was told to go."""
-        q = report.q
+        q = np.array(report.q)
         assert 0.0 <= q[0] < GOAL[FIRST] and abs(q[3] - q[0] * GOAL[FOURTH] / GOAL[FIRST]) < AT_REST, q
         np.testing.assert_allclose(q[[1, 2, 4, 5, 6]], 0.0, atol=1e-9)
 

@@ -45,7 +45,8 @@ class Hosted:
         entry = EntryPoint("robots", plugin, "virtualrobot.plugins")
         self.process.make(entry, component, settings, side, folder / "ring", folder / "cell")
         self.process.connect()
-        self.start = self.goal = self.until(lambda report: report.state is State.INACTIVE and report.cycles > 0).q
+        first = self.until(lambda report: report.state is State.INACTIVE and report.cycles > 0)
+        self.start = self.goal = np.array(first.q)
         self.from_tick = 0
         self.began = time.monotonic_ns()
         self.tick = -1

@@ -101,7 +101,8 @@ class TestARing:
 
         def write() -> None:
             for tick in range(0, 3000 * SLOTS, SLOTS):
-                ring.put(tick, tick, np.full(K, tick), np.full(K, tick), tick, np.full((40, K), tick))
+                full = np.full((42, K), float(tick))
+                ring.put(tick, tick, full[0], full[1], tick, full[2:])
             over.set()
 
         thread = threading.Thread(target=write)

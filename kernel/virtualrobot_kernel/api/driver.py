@@ -165,11 +165,11 @@ def message(status: Status) -> driver_pb2.DriverStatus:
     if report is not None:
         told.controller_mode = CONTROLLER_MODES.write(report.mode)
         told.controller_safety = SAFETIES.write(report.safety)
-        told.positions.extend(report.q.tolist())
-        told.velocities.extend(report.v.tolist())
+        told.positions.extend(report.q)
+        told.velocities.extend(report.v)
         told.outside_limits.extend(link.twin.outside(report.q))
         if link.is_played:
-            told.following_error.extend(report.error.tolist())
+            told.following_error.extend(report.error)
         told.speed_scaling = report.speed_scaling
         told.inputs = report.inputs
         told.play_rate = report.rate if link.is_played else 0.0

@@ -8,7 +8,6 @@ from enum import Enum
 from math import isfinite
 from threading import Lock
 
-import numpy as np
 from virtualrobot_sdk.drivers import About, Safety, Words
 from virtualrobot_sdk.drivers import Mode as ControllerMode
 from virtualrobot_sdk.drivers.shared import Report, State, TickRing
@@ -81,6 +80,8 @@ class Link:
     inputs_known: tuple[int, Mapping[str, Signal] | None] = (-1, None)
     """Digital inputs, and the signals of the world that agree with them."""
     _places: tuple[Structure, Columns, Columns] | None = None
+    _stood: tuple[Structure, Floats, Floats, bytes] | None = None
+    """World at rest, by structure, q and v, and what its ticks say of the joints."""
     _cycles: int = -1
     _silence: float = 0.0
     _asked_ns: int = 0
@@ -112,10 +113,17 @@ class Link:
 
         `brake` (m, nq): the coordinates of the world, a tick apart, if all brakes from there; None where nobody knows.
         """
-        at_q, at_v = self.places(now.structure)
-        rows = None if brake is None else brake[:, at_q]
-        state = now.state
-        return self.ring.put(state.tick, play_ns, state.q[at_q], state.v[at_v], self.outputs, rows)
+        state, joints = now.state, b""
+        if not state.motions and self._stood is not None:
+            structure, q, v, joints = self._stood
+            if structure is not now.structure or q is not state.q or v is not state.v:
+                joints = b""
+        if not joints:
+            at_q, at_v = self.places(now.structure)
+            rows = None if brake is None else brake[:, at_q]
+            joints = self.ring.joints_of(state.q[at_q], state.v[at_v], rows)
+            self._stood = None if state.motions else (now.structure, state.q, state.v, joints)
+        return self.ring.put_joints(state.tick, play_ns, self.outputs, joints)
 
     def halt(self, words: Words, state: State) -> None:
         """Follow no more though nobody chose so, for the reason that the words tell."""
@@ -191,17 +199,15 @@ class Link:
         """Return why a robot that is played is not where it should be."""
         if report.mode in DEAF:
             return Words(f"the controller does not follow any more: it is {report.mode.value}")
-        if not isfinite(report.q.dot(report.q)):
-            return Words(f"the controller says that its joints are at {report.q.tolist()}")
-        error = report.error
-        if error.dot(error) <= self.asked.following_warning**2:  # so is each of them
-            self.follows_badly = False
-            return None
-        worst = int(np.abs(error).argmax())
-        self.follows_badly = bool(abs(error[worst]) > self.asked.following_warning)
-        if abs(error[worst]) > self.asked.following_limit:
+        if not isfinite(sum(report.q)):
+            return Words(f"the controller says that its joints are at {list(map(float, report.q))}")
+        sizes = list(map(abs, report.error))
+        most = max(sizes)
+        self.follows_badly = most > self.asked.following_warning
+        if most > self.asked.following_limit:
+            worst = sizes.index(most)
             return Words(
-                f"the joint {self.twin.names[worst]!r} is {error[worst]:+.4f} from where it should be; "
+                f"the joint {self.twin.names[worst]!r} is {report.error[worst]:+.4f} from where it should be; "
                 f"{self.asked.following_limit:g} is allowed"
             )
         return None

@@ -163,7 +163,7 @@ class Supervision:
             return
         played = [link for link in links.values() if link.is_played or link.mode is LinkMode.EXECUTE]
         if played:
-            brake = self._brake(now, {link.twin.uid for link in played})
+            brake = self._brake(now, played)
             due = self._world.due_nanoseconds
             kept = [link.write(now, due + link.lead_ns, brake) for link in played]
             block.complete(now.state.tick, all(kept))
@@ -177,10 +177,11 @@ class Supervision:
         for link in played:
             self._watch(now, link)
 
-    def _brake(self, now: Snapshot, robots: set[int]) -> Floats | None:
-        """Return the coordinates (m, nq) of some robots, a tick apart, if all braked now; None: it takes too long."""
+    def _brake(self, now: Snapshot, played: Sequence[Link]) -> Floats | None:
+        """Return where robots that are played go (m, nq), a tick apart, if all brake now; None: it takes too long."""
         if not now.state.motions:
             return now.state.q[None]
+        robots = {link.twin.uid for link in played}
         way = braking_of(robots, now.structure, now.state, now.tick_seconds, self._forward)
         return way.positions if way.ends else None
 

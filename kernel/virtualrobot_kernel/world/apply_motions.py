@@ -182,7 +182,9 @@ def ordered_robots(program: Program) -> list[str]:
 
 def override(state: State, motion: Motion) -> float:
     """Return the speed factor of a motion: that of all, times the least of its robots', at least `SLOWEST`."""
-    factor = state.speed_factor * min((state.speed_factors.get(uid, 1.0) for uid in motion.robots), default=1.0)
+    factor = state.speed_factor
+    if state.speed_factors:
+        factor *= min((state.speed_factors.get(uid, 1.0) for uid in motion.robots), default=1.0)
     return max(factor, SLOWEST)
 
 

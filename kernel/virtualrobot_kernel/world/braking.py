@@ -85,7 +85,8 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
         for motion, way in zip(state.motions, ways, strict=True):
             length = len(way.positions)
             positions[:length, motion.q_index] = way.positions
-            positions[length:, motion.q_index] = way.positions[-1]
+            if length < count:
+                positions[length:, motion.q_index] = way.positions[-1]
             if motion.tool_states:
                 done = range(motion.running.steps_done if state.tick > motion.start_tick else 0, way.end().steps_done)
                 changes.append((length - 1, {tool: name for step, tool, name in motion.tool_states if step in done}))

@@ -12,6 +12,12 @@ from virtualrobot_sdk.drivers.shared import CellBlock, Floats
 LATEST_NS = 20_000_000
 """Time (ns) since the setpoint before, or three longer cycles, up to which the next may go on from it."""
 
+NO_CYCLE = (
+    "the driver had no cycle for {:.0f} ms: the computer was too busy, or the controller's packets were late; after "
+    "{:.0f} ms a robot may not go on as if nothing had been"
+)
+"""Words for a setpoint that is as far away as its time has it, after a time in which nothing was sent."""
+
 
 class Outgoing:
     """Setpoints of one host.
@@ -43,10 +49,8 @@ class Outgoing:
         """Return a setpoint that may go out, or the brake's from the one before; raise DriverFault for neither."""
         assert self.sent is not None
         before_ns, before = self.sent
-        # However late this is: who was silent for longer must not go on as if nothing had been.
-        longest = max(LATEST_NS, round(3e9 / rate))
-        seconds = min(ns - before_ns, longest) * 1e-9
-        fault = self._gate.fault(setpoint.q, before, seconds)
+        elapsed, longest = (ns - before_ns) * 1e-9, max(LATEST_NS * 1e-9, 3.0 / rate)
+        fault = self._fault(setpoint, before, elapsed, longest)
         if not fault and player.late:
             fault = f"the controller goes slower than it was told, and is over {SLACK_SECONDS:g} s late"
         if fault and not self.refused:
@@ -54,9 +58,19 @@ class Outgoing:
             braked = player.halt()
             self._cell.stop()
             braking = player.step(ns) if braked else None
-            if braking is None or (fault := self._gate.fault(braking.q, before, seconds)):
+            if braking is None or (fault := self._fault(braking, before, elapsed, longest)):
                 raise DriverFault(f"{fault}; nothing was sent")
             return braking
         if fault and not player.late:
             raise DriverFault(f"{fault}; nothing was sent")
         return setpoint
+
+    def _fault(self, setpoint: Setpoint, before: Floats, elapsed: float, longest: float) -> str:
+        """Return why a setpoint may not go out, so long (s) after the one before; empty when it may.
+
+        Only `longest` (s) of that counts: who was silent for more must not go on as if nothing had been.
+        """
+        fault = self._gate.fault(setpoint.q, before, min(elapsed, longest))
+        if not fault or elapsed <= longest:
+            return fault
+        return self._gate.fault(setpoint.q, before, elapsed) or NO_CYCLE.format(1e3 * elapsed, 1e3 * longest)

@@ -25,6 +25,8 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.drivers.driver import Mode, Safety
 
 Floats = NDArray[np.float64]
+Values = Floats | tuple[float, ...]
+"""Numbers of the joints. What each tick reads is a tuple: an array costs a thread that has slept several times that."""
 
 NEVER = 2**63 - 1
 """Time (ns) of a stop that nobody has asked for."""
@@ -126,9 +128,9 @@ class Report:
     words: int
     rate: float
     speed_scaling: float
-    q: Floats
-    v: Floats
-    error: Floats
+    q: Values
+    v: Values
+    error: Values
     is_faulty: bool = False
 
 
@@ -249,6 +251,7 @@ class TickRing(_Mapped):
     def __init__(self, path: Path, joints: int, *, create: bool) -> None:
         """Make or use the ring; see `create` and `attach`."""
         self.joints = joints
+        self._report = struct.Struct(f"{_REPORT.format}{3 * joints}d")
         self._slot = _SLOT_WORDS + joints * (2 + BRAKE_ROWS)
         self._ring_at = _HEADER_WORDS + _REPORT_WORDS + 3 * joints
         super().__init__(path, self._ring_at + SLOTS * self._slot, create=create)
@@ -275,17 +278,22 @@ class TickRing(_Mapped):
 
     def put(self, tick: int, play_ns: int, q: Floats, v: Floats, outputs: int = 0, brake: Floats | None = None) -> bool:
         """Write a tick; return whether its brake is in it, which is not so for one of more than `BRAKE_ROWS` rows."""
-        at, k = self._ring_at + tick % SLOTS * self._slot, self.joints
-        words, floats, body = self._words, self._floats, at + _SLOT_WORDS
-        rows = 0 if brake is None or len(brake) > BRAKE_ROWS else len(brake)
-        end = body + (2 + rows) * k
+        return self.put_joints(tick, play_ns, outputs, self.joints_of(q, v, brake))
+
+    def joints_of(self, q: Floats, v: Floats, brake: Floats | None) -> bytes:
+        """Return what a tick says of the joints, for `put_joints`; of a robot at rest that is the same in each."""
+        rows = b"" if brake is None or len(brake) > BRAKE_ROWS else brake.tobytes()
+        return q.tobytes() + v.tobytes() + rows
+
+    def put_joints(self, tick: int, play_ns: int, outputs: int, joints: bytes) -> bool:
+        """Write a tick as `put` does, with what `joints_of` has returned."""
+        at, words = self._ring_at + tick % SLOTS * self._slot, self._words
+        rows = len(joints) // (8 * self.joints) - 2
+        content = _TICK.pack(tick, play_ns, outputs, rows) + joints
+        begin = 8 * (at + _CHECKED)
         words[at] = 2 * tick + 1
-        _TICK.pack_into(self._bytes, 8 * (at + _CHECKED), tick, play_ns, outputs, rows)
-        floats[body : body + k] = q
-        floats[body + k : body + 2 * k] = v
-        if rows:
-            floats[body + 2 * k : end].reshape(rows, k)[:] = brake
-        words[at + 1] = zlib.crc32(self._bytes[8 * (at + _CHECKED) : 8 * end])
+        self._bytes[begin : begin + len(content)] = content
+        words[at + 1] = zlib.crc32(content)
         words[at] = 2 * tick + 2
         words[2] = tick
         return rows > 0
@@ -343,14 +351,14 @@ class TickRing(_Mapped):
             content = bytes(self._bytes[8 * (at + _CHECKED) : 8 * self._ring_at])
             if sequence & 1 or words[at] != sequence or zlib.crc32(content) != crc:
                 continue
-            ns, state, cycles, skipped, lateness, tick, on_brake, mode, safety, inputs, said, faulty, rate, scaling = (
-                _REPORT.unpack_from(content)
+            ns, state, cycles, skipped, late, tick, on_brake, mode, safety, inputs, said, faulty, rate, scaling, *of = (
+                self._report.unpack(content)
             )
-            values = np.ndarray((3, self.joints), np.float64, content, _REPORT.size)
+            k = self.joints
             report = Report(
-                *(ns, STATES[state], cycles, skipped, lateness, tick, bool(on_brake)),
+                *(ns, STATES[state], cycles, skipped, late, tick, bool(on_brake)),
                 *(MODES[mode], SAFETIES[safety], inputs, said, rate, scaling),
-                *(values[0], values[1], values[2], bool(faulty)),
+                *(tuple(of[:k]), tuple(of[k : 2 * k]), tuple(of[2 * k :]), bool(faulty)),
             )
             self._last = (sequence, report)
             return report
