@@ -18,6 +18,8 @@ import pytest
 pytestmark = pytest.mark.long  # installs from the network
 
 ROOT = Path(__file__).resolve().parent.parent
+WEB = Path("virtualrobot_apps/console/web")
+"""Folder of the sources of the console's page, which only the repository has."""
 SCRIPTS = "Scripts" if os.name == "nt" else "bin"
 
 # All that the client may bring: what pyproject.toml names, what that needs, and the installer.
@@ -79,7 +81,7 @@ def test_every_module_of_the_client_imports(client: Path) -> None:
 
 
 def test_every_file_of_the_packages_is_installed(client: Path) -> None:
-    """Not only modules: types, robot models and licence-bearing notes beside them."""
+    """Not only modules: types, robot models, licence-bearing notes beside them, the console's page as it is built."""
     (site,) = client.rglob("site-packages")
     packages = [
         *(ROOT / "clients" / "python" / name for name in ("virtualrobot", "virtualrobot_apps")),
@@ -88,8 +90,10 @@ def test_every_file_of_the_packages_is_installed(client: Path) -> None:
     ]
     files = [(package, file) for package in packages for file in package.rglob("*") if file.is_file()]
     expected = {file.relative_to(package.parent) for package, file in files if "__pycache__" not in file.parts}
-    assert Path("virtualrobot/v1/robot_pb2.pyi") in expected
-    assert sorted(file for file in expected if not (site / file).exists()) == []
+    sources = {file for file in expected if file.is_relative_to(WEB)}
+    assert Path("virtualrobot/v1/robot_pb2.pyi") in expected and WEB / "package.json" in sources
+    assert sorted(file for file in expected - sources if not (site / file).exists()) == []
+    assert not (site / WEB).exists()
 
 
 def test_the_command_line_helps(client: Path) -> None:
