@@ -35,7 +35,7 @@ for name in names:
         if not name.endswith(".__main__"):
             importlib.import_module(name)
     except ModuleNotFoundError as error:  # what extras bring
-        extras = ("asyncua", "foxglove_schemas_protobuf", "mcap", "paho", "pyarrow", "pymodbus", "pytest", "uvicorn")
+        extras = "asyncua foxglove_schemas_protobuf mcap paho PIL pyarrow pymodbus pytest uvicorn".split()
         assert error.name.split(".")[0] in extras, error
 assert "virtualrobot.v1.robot_pb2_grpc" in names and "virtualrobot.cli" in names, names
 """

@@ -111,6 +111,8 @@ def _journal(path: Path, about: Reported, most_bytes: int) -> tuple[int, int]:
     about.store.copy(path)
     store = Store(path, about.project.seed)
     try:
+        if not about.store.warnings:  # all that a tail has is written here, and no copy needs it
+            store.note_life(0)
         heads = store.checkpoints()
         if store.entry_bytes(0) > most_bytes and heads:
             begin = next((one for one in heads if store.entry_bytes(one.seq) <= most_bytes), heads[-1])

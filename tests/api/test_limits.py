@@ -7,6 +7,7 @@ from pathlib import Path
 
 import grpc
 import pytest
+import virtualrobot
 from virtualrobot.v1 import kernel_pb2, motion_pb2, nodes_pb2, robot_pb2, scene_pb2
 
 from tests.api.asking import Refusal, apply, box, create, load, refusal
@@ -89,6 +90,15 @@ def test_bytes_of_a_message(stubs: Stubs) -> None:
     with pytest.raises(grpc.RpcError) as refused:
         stubs.robot.GetRobot(robot_pb2.GetRobotRequest(name="x" * 140_000))
     assert refused.value.code() is grpc.StatusCode.RESOURCE_EXHAUSTED  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def test_the_client_names_the_limit_of_messages_that_grpc_does_not_let_through(small: KernelProcess) -> None:
+    request = scene_pb2.ApplyRequest(request_id="x" * 3 * LIMITS["message_bytes"])
+    with virtualrobot.connect(small.address) as client, pytest.raises(virtualrobot.TooLargeError) as refused:
+        client.services.scene.Apply(request)
+    asked = len(request.SerializeToString())
+    assert refused.value.metadata == {"limit_name": "message_bytes", "asked": str(asked)}
+    assert f"a message of {asked} bytes is over the limit 'message_bytes' of this kernel" in str(refused.value)
 
 
 def test_bytes_of_a_file(stubs: Stubs, tmp_path: Path) -> None:

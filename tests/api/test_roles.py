@@ -313,9 +313,11 @@ def test_the_command_line_makes_lists_and_withdraws_tokens(
     create = ("token", "create", "panel", "observer", "--out", str(file))
     assert said(own, *create) == (0, f"the token of the observer panel is in {file}\n")
     code, words = said(own, *create)
-    assert code == 1 and "File exists" in words
+    assert code == 1 and f"{file} is there already; a token is written to a new file only" in words
     assert said(own, "token", "create", "panel", "observer", "--out", str(tmp_path / "no"))[0] == 1
     assert not (tmp_path / "no").exists()
+    nowhere = tmp_path / "nope" / "no"
+    assert f"cannot write {nowhere}: No such file or directory" in said(own, *create[:-1], str(nowhere))[1]
     code, words = said(own, "token", "list")
     assert code == 0 and words.startswith("panel  observer  20")
     code, words = said(file, "step")

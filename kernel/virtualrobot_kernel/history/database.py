@@ -66,6 +66,7 @@ class Database:
         seed: int = 0,
         power: bool = False,
         connect: Callable[[str], Connection] = connect,
+        told_as: Path | None = None,
     ) -> None:
         """Open the database at `path`, or make it; None: one in memory.
 
@@ -74,12 +75,14 @@ class Database:
             seed: the number with which checksums begin, the folder's own.
             power: whether each transaction is safe from a loss of power, too, not only from the end of the process.
             connect: makes connections.
+            told_as: the file that errors name, that of which this one is a copy; None: itself.
 
         Raises:
             KernelError: MALFORMED_FILE when the database is damaged or another folder's, WRONG_STATE when a newer
                 version wrote it.
         """
         self.path = path
+        self.told_as = told_as or path
         self.warnings: list[str] = []
         self._closed = False
         name = ":memory:" if path is None else str(path)
@@ -116,9 +119,9 @@ class Database:
     def damaged(self, what: str) -> MalformedFileError:
         """Return the error that says what is wrong with it."""
         return MalformedFileError(
-            f"{self.path or 'the journal'} is damaged: {what}; put a copy of the folder back, or "
-            "have what can be read kept: virtualrobot repair FOLDER",
-            file=self.path or "",
+            f"{self.told_as or 'the journal'} is damaged: {what}; put a copy of the folder back, or have what can be "
+            f"read kept: virtualrobot repair {self.told_as.parent if self.told_as else 'FOLDER'}",
+            file=self.told_as or "",
         )
 
     @contextmanager
@@ -201,9 +204,9 @@ class Database:
         (found,) = run("PRAGMA user_version").fetchone()
         if found > FORMAT:
             raise KernelError(
-                f"{self.path} was written by a newer version, in form {found}; this one knows {FORMAT}",
+                f"{self.told_as} was written by a newer version, in form {found}; this one knows {FORMAT}",
                 reason=Reason.WRONG_STATE,
-                file=self.path,
+                file=self.told_as,
             )
         if found == 0:
             run(f"PRAGMA page_size={PAGE_BYTES}")
@@ -229,7 +232,7 @@ class Database:
         _, frames, _ = self._writer.execute("PRAGMA wal_checkpoint(PASSIVE)").fetchone()
         if last_commit > max(frames, 0):
             self.warnings.append(
-                f"{self.path}-wal: pages {max(frames, 0) + 1} to {last_commit} were not written as a whole or are "
+                f"{self.told_as}-wal: pages {max(frames, 0) + 1} to {last_commit} were not written as a whole or are "
                 "damaged, and are left out: what was changed last may be missing"
             )
         (pages,) = self._writer.execute("PRAGMA page_count").fetchone()

@@ -58,9 +58,9 @@ class PastFolder:
         try:
             check_journal(path)
             copy_past(path, self.copy)
-            self.store = Store(self.copy / JOURNAL, self.project.seed)
+            self.store = Store(self.copy / JOURNAL, self.project.seed, told_as=path / JOURNAL)
             self.store.note_tick(self.project.tick_nanoseconds)
-            rows, damage = tail_rows(self.copy, self.project.seed, self.store.life, self.store.last_seq)
+            rows, damage = tail_rows(self.copy, self.project.seed, self.store.life, self.store.last_seq, told_as=path)
             self.store.write(rows)
             self.store.warnings += damage
         except BaseException:

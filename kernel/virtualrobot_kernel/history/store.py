@@ -48,9 +48,10 @@ class Store(Database):
         seed: int = 0,
         power: bool = False,
         connect: Callable[[str], Connection] = connect,
+        told_as: Path | None = None,
     ) -> None:
         """Open it; see `Database`."""
-        super().__init__(path, seed, power, connect)
+        super().__init__(path, seed, power, connect, told_as)
         self._columns = Columns(seed, self.damaged)
 
     # What is written, by one thread.
@@ -91,7 +92,7 @@ class Store(Database):
             raise MalformedFileError(
                 f"project.json says that a tick has {nanoseconds * 1e-6:g} ms, the journal {noted * 1e-6:g} ms; put "
                 "back the project.json that the journal was written with",
-                file=self.path or "",
+                file=self.told_as or "",
                 tick_nanoseconds=noted,
             )
 

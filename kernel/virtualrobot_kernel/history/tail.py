@@ -172,7 +172,9 @@ class Tail:
         self._files = ()
 
 
-def tail_rows(folder: Path, seed: int, life: int, after: int) -> tuple[list[Row], list[str]]:
+def tail_rows(
+    folder: Path, seed: int, life: int, after: int, told_as: Path | None = None
+) -> tuple[list[Row], list[str]]:
     """Return the entries of a folder's tail that come after the number `after`, without a gap; and what is wrong there.
 
     Args:
@@ -180,6 +182,7 @@ def tail_rows(folder: Path, seed: int, life: int, after: int) -> tuple[list[Row]
         seed: the folder's number.
         life: that of the kernel that wrote them; 0: it had ended, and left nothing.
         after: the number of the last entry in the database.
+        told_as: the folder that warnings name, that of which this one is a copy; None: itself.
 
     Raises OSError when a file can't be read.
     """
@@ -187,17 +190,18 @@ def tail_rows(folder: Path, seed: int, life: int, after: int) -> tuple[list[Row]
     if not life:
         return [], []
     if not any(path.exists() for path in paths):
-        return [], [f"{paths[0]} is missing: what was changed last may be missing"]
+        return [], [f"{(told_as or folder) / TAIL[0]} is missing: what was changed last may be missing"]
     found: dict[int, Row] = {}
     warnings: list[str] = []
     for path in paths:
+        name = (told_as or folder) / path.name
         data = path.read_bytes() if path.exists() else b""
         entries = list(_rows(data, _seed_of(seed, life)))
         found.update((row.seq, row) for row, _ in entries)
         place = entries[-1][1] if entries else 0
         if data[place : place + len(MAGIC)] not in (b"", END[: len(MAGIC)]):
             warnings.append(
-                f"{path}: what begins at byte {place} was not written as a whole or is damaged, and is left out with "
+                f"{name}: what begins at byte {place} was not written as a whole or is damaged, and is left out with "
                 "what follows: what was changed last may be missing"
             )
     rows: list[Row] = []

@@ -264,6 +264,9 @@ def test_commands(run: Run) -> None:
     run("remove", "case")
     assert "command line" in run("history", "--node", "case", "--last", "1")
     assert run("history", "--last", "1").rstrip().endswith("removed 'case'")
+    assert run("history", "--node", "nowhere") == "no step is so\n"
+    rows = run("history", "--mine", "--last", "2").splitlines()
+    assert rows[0].index("did again") == rows[1].index("removed 'case'")  # where the column begins
     said = run("checkpoint", "noon", "--restore")
     assert said.startswith("went back to noon; the world as it was before is the checkpoint 'before step ")
     assert "noon" in run("checkpoint")

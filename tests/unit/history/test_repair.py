@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import shutil
+import zipfile
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
+from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.codec import same
 from virtualrobot_kernel.history.folder import JOURNAL, Folder, read_project
 from virtualrobot_kernel.history.history import History
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.pages import PAGE_BYTES, rows
+from virtualrobot_kernel.history.past import PastFolder
 from virtualrobot_kernel.history.repair import ASIDE, repair
 from virtualrobot_kernel.history.salvage import SalvagedStore
 from virtualrobot_kernel.history.store import Store
@@ -22,6 +26,8 @@ from virtualrobot_kernel.history.tail import MAGIC
 from virtualrobot_kernel.history.tick_hash import tick_hash
 from virtualrobot_kernel.history.world_image import image_of
 from virtualrobot_kernel.planning.robots import world_poses
+from virtualrobot_kernel.report import Reported, write_report
+from virtualrobot_kernel.world.state import Snapshot
 
 from tests.tiers import Draws
 from tests.unit.history.runs import Run, random_run
@@ -225,3 +231,35 @@ def test_what_cannot_be_repaired_stays_as_it_is(tmp_path: Path, rng: np.random.G
     (tmp_path / "cell" / JOURNAL).unlink()
     with pytest.raises(KernelError, match=r"has no journal\.db that could be repaired"):
         repair(tmp_path / "cell", world_poses)
+
+
+def test_a_past_is_a_copy_but_its_damage_is_told_of_the_folder_itself(tmp_path: Path, rng: np.random.Generator) -> None:
+    folder = tmp_path / "cell"
+    project_of(folder, random_run(rng, 20))
+    with closing(Store(folder / JOURNAL, read_project(folder).seed)) as store:
+        store.note_life(7)  # a kernel that was killed, whose tail is gone
+    past = PastFolder(folder)
+    assert past.store.warnings == [f"{folder / 'tail.0'} is missing: what was changed last may be missing"]
+    past.close()
+    spoil(folder / JOURNAL, lambda data: data.__setitem__(slice(0, 16), bytes(16)))
+    with pytest.raises(MalformedFileError) as refused:
+        PastFolder(folder)
+    assert str(refused.value).startswith(f"{folder / JOURNAL} is damaged: it does not begin as a database does")
+    assert str(refused.value).endswith(f"virtualrobot repair {folder}")
+
+
+def test_the_report_of_a_kernel_that_runs_misses_no_tail(tmp_path: Path, rng: np.random.Generator) -> None:
+    folder = tmp_path / "cell"
+    run = random_run(rng, 20)
+    project_of(folder, run)
+    project = read_project(folder)
+    with closing(Store(folder / JOURNAL, project.seed)) as store:
+        store.note_life(7)
+        world = Snapshot(*run.last, world_poses(*run.last), 0, 0.0, TICK)
+        write_report(tmp_path / "fault.zip", Reported(store, project, world, AssetStore()))
+        assert store.life == 7
+    with zipfile.ZipFile(tmp_path / "fault.zip") as archive:
+        archive.extractall(tmp_path / "fault")
+    past = PastFolder(tmp_path / "fault")
+    assert past.store.warnings == [] and past.store.last_seq > 0
+    past.close()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import ssl
 import threading
 import time
@@ -56,6 +57,7 @@ TOLD_AFTER_SECONDS, TOLD_EVERY_SECONDS = 0.5, 0.25
 
 _CLOSE_SECONDS = 1.0
 _RECONNECT_MILLISECONDS = 200
+_OVER_MESSAGE_LIMIT = re.compile(r"SERVER: Received message larger than max \((\d+) vs")
 _NO_ERROR_INFO: dict[grpc.StatusCode, type[VirtualRobotError]] = {
     grpc.StatusCode.INVALID_ARGUMENT: InvalidArgumentError,
     grpc.StatusCode.UNAUTHENTICATED: AuthenticationError,
@@ -323,7 +325,15 @@ def translated(error: grpc.RpcError, address: str) -> VirtualRobotError:
         return VersionError(f"what listens at {address} does not know this call: {text}", code=code.name)
     if code is grpc.StatusCode.CANCELLED:
         return ClientClosedError("the call was cancelled by this client", code=code.name)
+    if large := _OVER_MESSAGE_LIMIT.match(text):
+        return _too_large(int(large[1]), code.name)
     return _NO_ERROR_INFO.get(code, VirtualRobotError)(text or code.name, code=code.name)
+
+
+def _too_large(asked: int, code: str) -> TooLargeError:
+    """Return the error of a message that gRPC has not let through to the kernel, which would name the limit."""
+    text = f"a message of {asked} bytes is over the limit 'message_bytes' of this kernel: client.info.limits tells it"
+    return TooLargeError(text, "TOO_LARGE", {"limit_name": "message_bytes", "asked": str(asked)}, code)
 
 
 def _nothing_listened(error: grpc.RpcError) -> bool:

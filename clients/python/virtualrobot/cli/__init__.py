@@ -182,6 +182,8 @@ def _refused(error: BaseException, as_json: bool) -> int:
         click.echo(json.dumps({"error": said}), err=True)
         return 1
     text = " ".join(str(error).split())
+    if isinstance(error, OSError) and error.filename and error.strerror:
+        text = f"{error.filename}: {error.strerror}"
     if not isinstance(error, VirtualRobotError | OSError):
         text = f"{type(error).__name__}: {text} (--debug shows where)"
     click.echo(f"virtualrobot: {text}", err=True)

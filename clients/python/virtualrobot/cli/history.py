@@ -51,7 +51,8 @@ def history(
             return
         steps = client.history.list(node=node, author=author, mine=mine, kinds=kinds, limit=last)
     rows = [_row(step) for step in reversed(steps)]
-    click.echo("\n".join(aligned(rows, left=3)) if rows else "nothing was changed yet")
+    nothing = "no step is so" if node or author or mine or kinds else "nothing was changed yet"
+    click.echo("\n".join(aligned(rows, left=4)) if rows else nothing)
 
 
 def _clock(time: datetime) -> str:
@@ -101,8 +102,11 @@ def checkpoint(target: Target, name: str | None, restore: bool, remove: bool) ->
         raise click.UsageError("say which checkpoint")
     with target.connect() as client:
         if name is None:
-            for known in client.history.checkpoints.values():
+            checkpoints = client.history.checkpoints.values()
+            for known in checkpoints:
                 click.echo(f"{known.name}  {_clock(known.time)}, tick {known.tick}, {known.node_count} nodes")
+            if not checkpoints:
+                click.echo("there is no checkpoint")
         elif restore:
             before = client.history.restore(name)
             click.echo(f"went back to {name}; the world as it was before is the checkpoint '{before.name}'")

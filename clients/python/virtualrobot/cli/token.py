@@ -32,7 +32,12 @@ def token() -> None:
 def create(target: Target, name: str, role: str, out: Path | None) -> None:
     """Make the token NAME with ROLE and print it. It is told once: the kernel does not keep it."""
     # Before there is a token that would be lost.
-    descriptor = None if out is None else os.open(out, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    try:
+        descriptor = None if out is None else os.open(out, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
+    except FileExistsError:
+        raise click.ClickException(f"{out} is there already; a token is written to a new file only") from None
+    except OSError as error:
+        raise click.ClickException(f"cannot write {out}: {error.strerror}") from None
     try:
         with target.connect() as client:
             made = client.tokens.create(name, role)
