@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+import pytest
 import virtualrobot
 from playwright.sync_api import Page, expect
 from virtualrobot.v1 import motion_pb2
@@ -15,7 +16,7 @@ from tests.apps.console.consoles import Console
 from tests.kernels import KernelProcess, Stubs
 from tests.waiting import until
 
-pytestmark = needs_page
+pytestmark = [*needs_page, pytest.mark.long]
 
 
 def ended(stubs: Stubs) -> motion_pb2.Motion:

@@ -29,8 +29,7 @@ def kill(page: Page) -> None:
     page.close()
 
 
-@pytest.mark.parametrize("end", [hang, kill])
-@pytest.mark.parametrize("label", ["lbr_iiwa_joint_1 plus", "Z minus"])
+@pytest.mark.parametrize(("label", "end"), [("lbr_iiwa_joint_1 plus", hang), ("Z minus", kill)])
 def test_a_page_that_ends_ends_its_jog(
     console: Console, stepped: Stubs, stepped_kernel: KernelProcess, label: str, end: Callable[[Page], None]
 ) -> None:
