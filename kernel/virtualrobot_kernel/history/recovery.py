@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 
 import numpy as np
@@ -78,24 +78,38 @@ def recovered(
     number, change = moment.number, Change(moment.structure, moment.state)
     refused = 0
     last_kept = store.last_seq
-    for row in chain(store.rows(moment.number), tail):
-        one, number = entry(row, codec), row.seq
+    for told, error in repeated(moment, chain(store.rows(moment.number), tail), codec, tick_seconds, forward):
+        number, change = told.number, told.after
+        if error is not None:
+            refused += 1
+            if refused <= MOST_WARNINGS:
+                author = told.entry.author or "nobody"
+                warnings.append(f"entry {number} by {author} is left out, it can't be repeated: {error}")
+        if number > last_kept:
+            left(told)
+    if refused > MOST_WARNINGS:
+        warnings.append(f"{refused - MOST_WARNINGS} entries more are left out")
+    change = waited(change, max(last_tick, store.last_tick), tick_seconds, forward)
+    return Moment(number, change.structure, change.state), warnings
+
+
+def repeated(
+    moment: Moment, rows: Iterable[Row], codec: Codec, tick_seconds: float, forward: Forward
+) -> Iterator[tuple[Told, KernelError | None]]:
+    """Yield the entries that come after a moment as the world told them, and why one can't be repeated (None: it can).
+
+    Raises KernelError for a row that was written by a newer program, or is damaged.
+    """
+    change = Change(moment.structure, moment.state)
+    for row in rows:
+        one, failed = entry(row, codec), None
         before = change
         try:
             before = change = waited(change, one.tick, tick_seconds, forward)
             change = apply(before.structure, before.state, one.commands, forward)
         except KernelError as error:
-            refused += 1
-            if refused <= MOST_WARNINGS:
-                warnings.append(
-                    f"entry {row.seq} by {row.author or 'nobody'} is left out, it can't be repeated: {error}"
-                )
-        if number > last_kept:
-            left(Told(number, one, before, change, row.commands))
-    if refused > MOST_WARNINGS:
-        warnings.append(f"{refused - MOST_WARNINGS} entries more are left out")
-    change = waited(change, max(last_tick, store.last_tick), tick_seconds, forward)
-    return Moment(number, change.structure, change.state), warnings
+            failed = error
+        yield Told(row.seq, one, before, change, row.commands), failed
 
 
 def _begin(store: Store, codec: Codec) -> tuple[Moment, list[str]]:

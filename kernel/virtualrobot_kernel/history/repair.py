@@ -17,10 +17,12 @@ from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.folder import JOURNAL, LAST_TICK, PROJECT, TAIL, Project, read_project, take_folder
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.pages import rows
-from virtualrobot_kernel.history.recovery import moment_of, recovered
+from virtualrobot_kernel.history.recovery import empty_world, moment_of, recovered, repeated
 from virtualrobot_kernel.history.rows import CheckpointRow
 from virtualrobot_kernel.history.salvage import SalvagedStore
+from virtualrobot_kernel.history.steps import Steps
 from virtualrobot_kernel.history.store import Store
+from virtualrobot_kernel.history.stored_steps import StoredSteps
 from virtualrobot_kernel.history.tail import MAGIC, tail_rows
 from virtualrobot_kernel.whole_files import sync_folder
 from virtualrobot_kernel.world.change import Forward
@@ -45,6 +47,7 @@ class Repaired:
         lost_ticks: how many ticks came after it, as far as that is known.
         lost_checkpoints: how many checkpoints can't be read.
         lost_tail: whether a killed kernel has left entries that can't be read: those of its last second.
+        made_steps: how many steps, which undo and the history tell, were lost and are made anew of their entries.
         aside: the folder with the damaged files.
     """
 
@@ -55,6 +58,7 @@ class Repaired:
     lost_ticks: int
     lost_checkpoints: int
     lost_tail: bool
+    made_steps: int
     aside: Path
 
     def __str__(self) -> str:
@@ -62,8 +66,9 @@ class Repaired:
         kept = f"entries {self.first:,} to {self.last:,}" if self.last >= self.first else "a checkpoint"
         lost = f"{self.lost:,} entries, {self.lost_ticks:,} ticks and {self.lost_checkpoints:,} checkpoints"
         more = ", and what was changed in the last second" if self.lost_tail else ""
+        made = f"; {self.made_steps:,} steps are made anew of entries" if self.made_steps else ""
         where = f"the damaged files are in {self.aside}"
-        return f"{kept} and {self.tick:,} ticks are kept; as far as can be told {lost} are lost{more}; {where}"
+        return f"{kept} and {self.tick:,} ticks are kept; as far as can be told {lost} are lost{more}{made}; {where}"
 
 
 def repair(path: Path, forward: Forward) -> Repaired | None:
@@ -131,6 +136,7 @@ def _repaired(path: Path, project: Project, made: Path, forward: Forward) -> Rep
             tick = max(_tick_of(store, after, last))
         store.keep_only(after, last, tick)
         recovered(store, world_codec(), tick, project.tick_nanoseconds * 1e-9, forward)
+        made_steps = _make_steps(store, after, project.tick_nanoseconds * 1e-9, forward)
     (made / LAST_TICK).unlink()
     with closing(LastTick(made / LAST_TICK, project.seed)) as file:
         file.write(tick)
@@ -142,7 +148,7 @@ def _repaired(path: Path, project: Project, made: Path, forward: Forward) -> Rep
     new.rename(path / JOURNAL)  # last: without it nobody takes the rest for a project
     sync_folder(path)
     lost = known - min(forgotten, after) - (last - after)
-    return Repaired(after + 1, last, lost, tick, known_tick - tick, len(unreadable), lost_tail, aside)
+    return Repaired(after + 1, last, lost, tick, known_tick - tick, len(unreadable), lost_tail, made_steps, aside)
 
 
 def _adopt(store: SalvagedStore, copy: Path, project: Project) -> tuple[int, bool]:
@@ -190,6 +196,23 @@ def _longest(store: SalvagedStore) -> tuple[int, int]:
     ends = [next((last for first, last in runs if first <= begin + 1 <= last), begin) for begin in begins]
     last = max(ends)
     return min(begin for begin, end in zip(begins, ends, strict=True) if end == last), last
+
+
+def _make_steps(store: SalvagedStore, after: int, tick_seconds: float, forward: Forward) -> int:
+    """Make the steps anew that are missing of the entries after one, as far as these can be read; return how many."""
+    codec = world_codec()
+    moment = next((moment_of(store, codec, head) for head in store.checkpoints() if head.seq == after), empty_world())
+    there = store.entries_of_steps()
+    steps, made = Steps(kept := StoredSteps(store, codec)), 0
+    with suppress(KernelError):
+        for told, failed in repeated(moment, store.rows(after), codec, tick_seconds, forward):
+            if failed is None and told.number not in there:
+                steps.keep([told])
+                waiting = kept.waiting()
+                store.write([], waiting)
+                kept.written()
+                made += sum(not replaced for _, replaced in waiting)
+    return made
 
 
 def _tick_of(store: Store, after: int, last: int) -> list[int]:

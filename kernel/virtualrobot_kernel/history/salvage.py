@@ -44,6 +44,11 @@ class SalvagedStore(Store):
         first, last = (self._all(f"{sql.format(side)} ORDER BY seq") for side in "-+")
         return [(a, b) for (a,), (b,) in zip(first, last, strict=True)]
 
+    def entries_of_steps(self) -> set[int]:
+        """Return the numbers of the entries that the steps which are there were made of."""
+        spans = self._all("SELECT first, number FROM steps")
+        return {number for first, last in spans for number in range(first, last + 1)}
+
     def keep_only(self, after: int, last: int, last_tick: int) -> None:
         """Delete entries but those after a number, up to and with a last one, and what came after that one.
 

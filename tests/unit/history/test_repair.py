@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import shutil
+import sqlite3
 import zipfile
 from collections.abc import Callable
 from contextlib import closing
+from dataclasses import astuple
 from pathlib import Path
 
 import numpy as np
@@ -16,12 +18,16 @@ from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.history.codec import same
 from virtualrobot_kernel.history.folder import JOURNAL, Folder, read_project
 from virtualrobot_kernel.history.history import History
+from virtualrobot_kernel.history.journal import Told
 from virtualrobot_kernel.history.last_tick import LastTick
 from virtualrobot_kernel.history.pages import PAGE_BYTES, rows
 from virtualrobot_kernel.history.past import PastFolder
+from virtualrobot_kernel.history.recovery import recovered
 from virtualrobot_kernel.history.repair import ASIDE, repair
 from virtualrobot_kernel.history.salvage import SalvagedStore
+from virtualrobot_kernel.history.steps import Steps
 from virtualrobot_kernel.history.store import Store
+from virtualrobot_kernel.history.stored_steps import StoredSteps
 from virtualrobot_kernel.history.tail import MAGIC
 from virtualrobot_kernel.history.tick_hash import tick_hash
 from virtualrobot_kernel.history.world_image import image_of
@@ -114,7 +120,7 @@ def test_a_database_that_cannot_be_opened_is_whole_again(tmp_path: Path, rng: np
     count = len(run.entries)
     assert (told.first, told.last, told.lost, told.lost_ticks, told.lost_checkpoints) == (1, count, 0, 0, 0)
     lost = "as far as can be told 0 entries, 0 ticks and 0 checkpoints are lost"
-    assert str(told).startswith(f"entries 1 to {count} and {run.last[1].tick:,} ticks are kept; {lost}; the damaged")
+    assert str(told).startswith(f"entries 1 to {count} and {run.last[1].tick:,} ticks are kept; {lost}; ")
     aside = {one.name: one.read_bytes() for one in (tmp_path / "cell" / ASIDE).iterdir()}
     assert aside == {JOURNAL: spoiled, "last_tick": before["last_tick"]}
     history = begun(tmp_path / "cell")
@@ -123,6 +129,31 @@ def test_a_database_that_cannot_be_opened_is_whole_again(tmp_path: Path, rng: np
     finally:
         history.close_files()
     assert repair(tmp_path / "cell", world_poses) is None, "it is sound"
+
+
+def test_steps_that_are_lost_are_made_anew_of_their_entries(tmp_path: Path, rng: np.random.Generator) -> None:
+    """As the world's thread tells entries and the history keeps them; one with a wrong checksum is lost alone."""
+    run, codec = random_run(rng, 40), world_codec()
+    project_of(tmp_path, run)
+    told: list[Told] = []
+    recovered(Store(), codec, 0, TICK, world_poses, list(stored(run).rows()), told.append)
+    Steps(kept := StoredSteps(Store(), codec)).keep(told)
+    expected = [astuple(row) for row, _ in kept.waiting()]
+    assert len(expected) > 10
+    spoil(tmp_path / JOURNAL, no_header)
+    done = repair(tmp_path, world_poses)
+    assert (
+        done is not None and done.made_steps == len(expected) and f"; {len(expected)} steps are made anew" in str(done)
+    )
+    seed = read_project(tmp_path).seed
+    with closing(Store(tmp_path / JOURNAL, seed)) as store:
+        assert [astuple(row) for row in store.steps()][::-1] == expected
+    with closing(sqlite3.connect(tmp_path / JOURNAL)) as database, database:
+        database.execute("UPDATE steps SET label = 'moved nothing' WHERE number = ?", (expected[5][0],))
+    done = repair(tmp_path, world_poses)
+    assert done is not None and done.made_steps == 1
+    with closing(Store(tmp_path / JOURNAL, seed)) as store:
+        assert [astuple(row) for row in store.steps()][::-1] == expected
 
 
 def test_a_lost_entry_ends_what_can_be_repeated_unless_a_checkpoint_comes_after_it(
@@ -210,7 +241,8 @@ def test_a_tail_that_cannot_be_read_is_told(tmp_path: Path, rng: np.random.Gener
     told = repair(tmp_path / "cell", world_poses)
     assert told is not None
     assert (told.last, told.tick, told.lost_tail) == (len(run.entries), run.entries[-1].tick, True)
-    assert "are lost, and what was changed in the last second; the damaged files are in" in str(told)
+    assert "are lost, and what was changed in the last second; " in str(told)
+    assert "; the damaged files are in" in str(told)
 
 
 def test_what_cannot_be_repaired_stays_as_it_is(tmp_path: Path, rng: np.random.Generator) -> None:
