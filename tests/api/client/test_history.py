@@ -265,6 +265,9 @@ def test_commands(run: Run) -> None:
     assert "command line" in run("history", "--node", "case", "--last", "1")
     assert run("history", "--last", "1").rstrip().endswith("removed 'case'")
     assert run("history", "--node", "nowhere") == "no step is so\n"
+    assert run("history", "--since", "2001-01-01", "--last", "1") == run("history", "--last", "1")
+    assert run("history", "--until", "2001-01-01 12:30:00") == "no step is so\n"
+    assert "'noon' is no time; write 14:30, " in run("history", "--since", "noon", code=2, warns=4)
     rows = run("history", "--mine", "--last", "2").splitlines()
     assert rows[0].index("did again") == rows[1].index("removed 'case'")  # where the column begins
     said = run("checkpoint", "noon", "--restore")

@@ -19,11 +19,27 @@ _EXAMPLES = """
 Examples:
   virtualrobot history --node table
   virtualrobot history --mine --last 5
+  virtualrobot history --since 14:30 --until 15:00
   virtualrobot undo
   virtualrobot undo 17
   virtualrobot checkpoint noon
   virtualrobot checkpoint noon --restore
 """
+
+_TIMES = ("%H:%M", "%H:%M:%S", "%Y-%m-%d", "%Y-%m-%dT%H:%M:%S", "%Y-%m-%d %H:%M:%S")
+
+
+class _Time(click.DateTime):
+    """Local time of a day; without a day of today."""
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> datetime:
+        """Return the time; raise click.BadParameter for words that are none."""
+        try:
+            found: datetime = super().convert(value, param, ctx)
+        except click.BadParameter:
+            self.fail(f"{value!r} is no time; write 14:30, 14:30:05, 2026-11-24 or '2026-11-24 14:30:05'", param, ctx)
+        return found if "-" in str(value) else datetime.combine(datetime.now().date(), found.time())
+
 
 _KINDS = ("edit", "undo", "redo", "motion", "signal", "other", "restore")
 
@@ -35,23 +51,36 @@ _KINDS = ("edit", "undo", "redo", "motion", "signal", "other", "restore")
 @click.option(
     "--kind", "kinds", multiple=True, type=click.Choice(_KINDS), help="Only these kinds; several go together."
 )
+@click.option("--since", type=_Time(_TIMES), metavar="TIME", help="Only at this local time or later, such as 14:30.")
+@click.option("--until", type=_Time(_TIMES), metavar="TIME", help="Only before it; '2026-11-24 14:30:00' is one, too.")
 @click.option("--last", type=click.IntRange(1), default=20, show_default=True, help="At most so many.")
 @click.option("--watch", is_flag=True, help="Show steps as they are done, until Ctrl-C.")
 @target_options
 def history(
-    target: Target, node: str | None, author: str, mine: bool, kinds: tuple[str, ...], last: int, watch: bool
+    target: Target,
+    node: str | None,
+    author: str,
+    mine: bool,
+    kinds: tuple[str, ...],
+    since: datetime | None,
+    until: datetime | None,
+    last: int,
+    watch: bool,
 ) -> None:
     """Show what was changed and by whom, oldest first."""
-    if watch and (node or author or mine or kinds):
+    some = bool(node or author or mine or kinds or since or until)
+    if watch and some:
         raise click.UsageError("--watch shows all steps; it goes with no other option")
     with target.connect() as client:
         if watch:
             for step in client.history.watch():
                 click.echo("  ".join(_row(step)))
             return
-        steps = client.history.list(node=node, author=author, mine=mine, kinds=kinds, limit=last)
+        steps = client.history.list(
+            node=node, author=author, mine=mine, kinds=kinds, since=since, until=until, limit=last
+        )
     rows = [_row(step) for step in reversed(steps)]
-    nothing = "no step is so" if node or author or mine or kinds else "nothing was changed yet"
+    nothing = "no step is so" if some else "nothing was changed yet"
     click.echo("\n".join(aligned(rows, left=4)) if rows else nothing)
 
 
