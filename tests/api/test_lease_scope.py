@@ -170,6 +170,7 @@ def test_the_methods_that_need_a_lease() -> None:
         if method.GetOptions().Extensions[lease_pb2.needs_lease]  # pyright: ignore[reportArgumentType] its stub
     }
     assert marked == {
+        "KernelService.StepClock",
         "MotionService.StartMotion",
         "MotionService.AppendMotion",
         "MotionService.ResumeMotion",

@@ -63,7 +63,7 @@ def test_every_command_has_help(run: Callable[..., tuple[int, str, str]], comman
         (("load", "x.yaml", "--srdf", "x.srdf"), "a scene file says all that itself"),
         (("export", "arm"), "Missing argument 'FILE'"),
         (("rays", "--from", "0,0,1"), "--from and --along go together"),
-        (("rays", "--frame", "arm"), "--frame goes with --from and --along"),
+        (("rays", "--frame", "arm"), "--frame and --ignored go with --from and --along"),
         (("rays", "a", "b", "--from", "0,0,1", "--along", "0,0,1"), "one ray is cast by one ray caster"),
         (("move", "arm"), "say where to, in one way"),
         (("move", "arm", "--to", "home", "--pose", "0,0,0"), "say where to, in one way"),

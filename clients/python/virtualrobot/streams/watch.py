@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import array_of
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.transport import Stream as Call
@@ -48,6 +49,7 @@ _MOVING = (
 """Phases of motions that have not ended: what had ended before a watch began it doesn't tell."""
 
 
+@checked
 class StreamWatch:
     """Samples of streams as they come, every tick and every reading, until it is closed. `Streams.watch` makes it.
 
