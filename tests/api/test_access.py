@@ -152,6 +152,7 @@ def test_reflection_lists_the_services_but_wants_the_token(guarded: KernelProces
     assert refusal(lambda: next(ask(grpc.insecure_channel(guarded.address)))).reason == "UNAUTHENTICATED"
 
 
+@pytest.mark.long
 @pytest.mark.skipif(sys.platform == "win32", reason="Windows has no file modes; the file lies in the user's profile")
 def test_only_the_user_reads_the_token_and_it_goes_with_the_kernel(start_kernel: StartKernel, tmp_path: Path) -> None:
     path = tmp_path / "token"
@@ -168,6 +169,7 @@ def test_beyond_this_machine_needs_tls() -> None:
     assert "Traceback" not in refused.stderr
 
 
+@pytest.mark.long
 def test_tls_serves_with_a_certificate(start_kernel: StartKernel, tmp_path: Path) -> None:
     authority = trustme.CA()
     issued = authority.issue_cert("localhost")
@@ -237,6 +239,7 @@ def test_an_ending_kernel_says_so_to_who_waits_for_long_work(start_kernel: Start
     assert not [line for line in kernel.lines if "Traceback" in line or "ERROR" in line], kernel.lines
 
 
+@pytest.mark.long
 def test_a_client_can_end_the_kernel(start_kernel: StartKernel) -> None:
     kernel = start_kernel()
     stubs = kernel.stubs()
@@ -258,6 +261,7 @@ def test_a_message_over_the_limit_is_refused_and_hurts_nobody(kernel: KernelProc
     assert stubs.kernel.GetInfo(INFO).process_id == kernel.process.pid
 
 
+@pytest.mark.long
 def test_a_child_kernel_ends_when_its_parent_is_killed() -> None:
     """The parent here is a Python process that starts a kernel as `virtualrobot demo` does, and is killed."""
     program = (

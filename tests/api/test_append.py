@@ -89,6 +89,7 @@ def test_what_is_appended_early_is_the_whole_program_at_once(stepped: Stubs) -> 
     assert max(np.abs(planned - q).max(axis=1).min() for q in way) < 0.003
 
 
+@pytest.mark.long
 def test_a_program_that_starves_holds_its_joints_and_goes_on(stepped: Stubs) -> None:
     ready(stepped)
     id = opened(stepped, turn(0.2))

@@ -70,6 +70,7 @@ def test_uploads_that_do_not_match_are_refused(stepped: Stubs, rng: np.random.Ge
     assert not stepped.asset.FindAssets(Find(sha256s=[key, sha256(data[:-1])])).sha256s
 
 
+@pytest.mark.long
 def test_oversized_chunks_and_files_are_refused(stepped: Stubs) -> None:
     large = refusal(lambda: stepped.asset.UploadAsset(iter([Upload(sha256="0" * 64, chunk=bytes(MEBIBYTE + 1))])))
     assert (large.code, large.reason) == (grpc.StatusCode.RESOURCE_EXHAUSTED, "TOO_LARGE")

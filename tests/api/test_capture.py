@@ -255,6 +255,7 @@ def test_a_camera_of_the_scene_sees_through_its_own_lens(stage: Stubs) -> None:
     np.testing.assert_allclose(three(found.world_point), (0.5, -0.3, 0.0), atol=0.04)
 
 
+@pytest.mark.long
 def test_a_plain_picture_through_a_camera_is_the_cameras_own(stage: Stubs) -> None:
     """Whatever its lens; colours are compared with what the sensor says of the same tick."""
     load(stage, PANDA, "arm")

@@ -210,6 +210,7 @@ def test_in_real_time_an_arm_stops_too(stubs: Stubs, watching: Watching) -> None
     at_rest(stubs, watching)
 
 
+@pytest.mark.long
 def test_who_never_reads_gets_the_latest_and_what_was_missed(
     stepped: Stubs, stepped_kernel: KernelProcess, watching: Watching
 ) -> None:

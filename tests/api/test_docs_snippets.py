@@ -43,6 +43,7 @@ LIKE = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
 OWN_KERNEL = re.compile(r"pip install|motion-1\b")
 """In pages that install something or that count motions; others share a kernel."""
 LONG = {
+    "boebot.md",
     "calibration.md",
     "cell-io.md",
     "command-line.md",
@@ -50,6 +51,7 @@ LONG = {
     "history.md",
     "kinematics.md",
     "own-kernel.md",
+    "pictures-and-films.md",
     "programs.md",
     "recording.md",
     "tutorial-driver.md",
@@ -59,6 +61,7 @@ LONG = {
     "tutorial-teacher.md",
     "rays.md",
     "sensor-models.md",
+    "walkers.md",
     "topics.md",
 }
 COMMAND_SECONDS = 300

@@ -55,6 +55,7 @@ def cell(stubs: Stubs, rng: np.random.Generator) -> None:
         put(stubs, name, drawn(stubs, name, rng))
 
 
+@pytest.mark.long
 def test_a_world_as_it_stands_is_one_gltf_file(stepped: Stubs, rng: np.random.Generator) -> None:
     cell(stepped, rng)
     with unchanged(stepped):

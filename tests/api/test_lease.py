@@ -179,6 +179,7 @@ for _ in told:
 """
 
 
+@pytest.mark.long
 @pytest.mark.parametrize(
     "ending",
     [

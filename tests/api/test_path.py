@@ -125,6 +125,7 @@ def test_progress_comes_before_the_path_and_the_time_is_kept(stepped: Stubs) -> 
     assert last.HasField("path") and last.checks > 0 and last.stamp.structure_revision > 0
 
 
+@pytest.mark.long
 def test_the_held_part_goes_along(stepped: Stubs) -> None:
     """A beam on the flange, out of the wall's reach without it: without the beam the straight way is free."""
     load(stepped, IIWA, "arm")
@@ -141,6 +142,7 @@ def test_the_held_part_goes_along(stepped: Stubs) -> None:
     assert drive(stepped, list(path.spec.steps)) == set()
 
 
+@pytest.mark.long
 def test_a_pose_is_reached_from_elsewhere(stepped: Stubs) -> None:
     """The goal is where the tool centre point is on the right; the start is on the left, where the arm is not."""
     right = cell(stepped)

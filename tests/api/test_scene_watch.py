@@ -8,6 +8,7 @@ import time
 from collections.abc import Iterable
 
 import numpy as np
+import pytest
 from google.protobuf.field_mask_pb2 import FieldMask
 from virtualrobot.v1 import kernel_pb2, nodes_pb2, scene_pb2
 
@@ -147,6 +148,7 @@ def carried(stubs: Stubs, count: int) -> None:
     start(stubs, joints("arm", lbr_iiwa_joint_1=2.0, lbr_iiwa_joint_2=1.0, speed_factor=0.003))
 
 
+@pytest.mark.long
 def test_a_slow_reader_skips_states_and_ends_with_the_last_one(stepped: Stubs, stepped_kernel: KernelProcess) -> None:
     carried(stepped, 300)
     slow = Stubs(stepped_kernel.channel(SMALL_WINDOW))

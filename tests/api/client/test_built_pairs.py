@@ -95,6 +95,7 @@ models:
         assert built(fresh) == told(client)
 
 
+@pytest.mark.long
 def test_the_command_line_tells_and_undoes_it(cell: Client, run: Run) -> None:
     lines = run("load", KR6, "--name", "other", "--at", "0,0,0.8").splitlines()
     assert lines == ["loaded robot other", "  table and other.base_link may touch: stands on 'table'"]

@@ -171,6 +171,7 @@ def test_the_command_line_shows_it(cell: Client, iiwa: Robot, run: Run) -> None:
     assert "is one node" in run("collision", "allow", "ball", "ball", code=1)
 
 
+@pytest.mark.long
 def test_many_configurations_are_checked_as_each_one_would_be(cell: Client, rng: np.random.Generator) -> None:
     """In what is told as touching the two nodes touch; progress grows from 0 to 1."""
     samples = rng.uniform(-1.5, 1.5, (600, 7))

@@ -207,6 +207,7 @@ def test_a_watch_goes_on_until_its_reader_has_enough(client: Client, environment
         assert process.stderr.read() == ""
 
 
+@pytest.mark.long
 def test_a_kernel_is_started_and_ended_as_a_child() -> None:
     with ChildKernel(headless=True) as kernel:
         with virtualrobot.connect(kernel.address) as client:

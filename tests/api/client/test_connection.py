@@ -28,6 +28,7 @@ def test_address_and_token_come_from_the_environment(guarded: KernelProcess, mon
         assert client.info.version in repr(client)
 
 
+@pytest.mark.long
 def test_the_token_of_the_same_user_is_found(start_kernel: StartKernel, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.delenv("VIRTUALROBOT_TOKEN", raising=False)
     kernel = start_kernel(no_token=False)
@@ -61,6 +62,7 @@ def test_a_token_file_is_read(guarded: KernelProcess, tmp_path: Path, capsys: py
     assert f"the token of the file {token} is wrong" in capsys.readouterr().err
 
 
+@pytest.mark.long
 def test_the_kernel_takes_its_token_from_the_environment_as_its_clients_do(
     start_kernel: StartKernel, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -87,6 +87,7 @@ def test_an_arm_works_with_what_it_grips(client: Client, arm: Robot) -> None:
     assert not client.collisions.check().pairs
 
 
+@pytest.mark.long
 def test_the_gripper_counts_where_the_arm_goes(client: Client, arm: Robot) -> None:
     """A rod that only the gripper would meet: checks, paths and the guard see it."""
     turned = {arm.joint_names[0]: 0.6}

@@ -39,6 +39,7 @@ def frames_of(path: Path) -> list[np.ndarray]:
         return [frame.to_ndarray(format="rgb24") for frame in film.decode(video=0)]
 
 
+@pytest.mark.long
 def test_a_capture_is_a_picture_with_its_pixels_or_a_file(client: Client, ball: str, tmp_path: Path) -> None:
     raw = client.view.capture(EYE, size=SIZE, format="raw")
     assert raw.pixels.shape == (120, 160, 3)
@@ -68,6 +69,7 @@ def test_what_is_no_picture_is_refused_before_it_is_asked_for(client: Client, ba
         client.view.capture(**bad)
 
 
+@pytest.mark.long
 def test_a_recording_has_each_picture_and_can_be_left(client: Client, ball: str) -> None:
     client.clock.set_stepped()
     with client.view.record(EYE, size=SIZE, rate=50.0, duration=0.1) as recording:
@@ -98,6 +100,7 @@ def test_a_film_has_all_its_pictures(client: Client, ball: str, tmp_path: Path, 
     assert (frames[0][0, 0] > 240).all(), "before white"
 
 
+@pytest.mark.long
 def test_a_film_is_made_while_the_program_goes_on(client: Client, iiwa: Robot, tmp_path: Path) -> None:
     """It has a picture for each step of time from its start to its end, though drawing takes longer."""
     path = tmp_path / "move.mp4"

@@ -94,6 +94,7 @@ def test_the_bundled_components_are_listed(client: Client) -> None:
     assert all(component.endings for component in client.plugins.components("importer"))
 
 
+@pytest.mark.long
 def test_plugins_installed_since_are_found(client: Client) -> None:
     plugins = {plugin.name: plugin for plugin in client.plugins.reload()}
     shifted, broken = plugins["shifted"], plugins["broken"]

@@ -82,6 +82,7 @@ def test_a_part_is_carried_by_a_program_alone(client: Client, arm: Robot) -> Non
     np.testing.assert_allclose(client.scene.pose("part"), PALLET, atol=1e-5)
 
 
+@pytest.mark.long
 def test_parts_of_a_pallet_are_where_the_formula_has_them(client: Client, arm: Robot) -> None:
     """A layer of 2 x 3 places and a turned one, each place the frame of the goals."""
     columns, rows, layers, across, along, up, turn = 2, 3, 2, 0.09, 0.06, 0.05, np.pi / 2

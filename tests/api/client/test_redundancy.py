@@ -62,6 +62,7 @@ def test_an_arm_angle_is_told_and_asked_for(iiwa: Robot) -> None:
     np.testing.assert_allclose(iiwa.tcp, there, atol=1e-6)
 
 
+@pytest.mark.long
 def test_a_preference_is_followed_at_a_pose_and_along_a_line(iiwa: Robot) -> None:
     wanted = dict(zip(iiwa.joint_names, iiwa.positions.tolist(), strict=True))
     there = iiwa.tcp

@@ -39,6 +39,7 @@ def test_a_leg_is_that_of_its_table(steps: virtualrobot.Client) -> None:
     assert not steps.collisions.check().pairs
 
 
+@pytest.mark.long
 def test_a_hexapod_walks_without_slipping_or_falling(steps: virtualrobot.Client) -> None:
     machine, ground = demo.build(steps)
     stand, gait = demo.stand_of(machine), HEXAPOD_GAITS["tripod"]

@@ -59,6 +59,7 @@ def test_the_covariance_is_that_of_the_text_book() -> None:
         np.testing.assert_allclose(spread[1], by @ np.diag(k * step) @ by.T, rtol=1e-3, atol=1e-12)
 
 
+@pytest.mark.long
 def test_errors_drawn_at_random_spread_as_the_covariance_says(rng: np.random.Generator) -> None:
     """600 ways of 40 steps whose drives slip at random: within a fifth, four times what 600 draws leave open."""
     variance, steps = 4e-4, 40

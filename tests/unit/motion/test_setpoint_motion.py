@@ -82,6 +82,7 @@ def test_random_setpoints_keep_every_limit_also_between_ticks(mode: SetpointMode
             assert not following.ended
 
 
+@pytest.mark.long
 def test_a_joint_stops_at_its_limit_by_itself_and_leaves_it_again(rng: np.random.Generator) -> None:
     limits = random_limits(rng, 4)
     wanted = limits.velocity * rng.choice([-1.0, 1.0], 4) * rng.uniform(0.2, 1.0, 4)

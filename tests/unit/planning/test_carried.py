@@ -173,6 +173,7 @@ def test_an_arc_on_the_turning_table(world: Change) -> None:
     check_joints(snapshot, planned)
 
 
+@pytest.mark.long
 def test_a_spline_on_the_turning_table_and_one_in_the_world_from_a_rail(
     world: Change, rng: np.random.Generator
 ) -> None:

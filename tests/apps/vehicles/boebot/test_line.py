@@ -95,6 +95,7 @@ def test_it_follows_a_bend_and_stands_before_a_can(steps: virtualrobot.Client, t
     assert record.stood[-1] - record.stood[0] > 0.5
 
 
+@pytest.mark.long
 def test_a_floor_without_a_line_is_told(steps: virtualrobot.Client, tmp_path: Path) -> None:
     track = Track.of()
     file = tmp_path / "line.yaml"

@@ -109,6 +109,7 @@ def test_what_was_ahead_is_beside_after_a_turn() -> None:
     assert steering.off == pytest.approx(0.01)
 
 
+@pytest.mark.long
 def test_a_right_angle_takes_1309_ticks(steps: virtualrobot.Client) -> None:
     """90 degrees at 0.3 rad/s are 5.236 s, 1309 ticks of 4 ms; what it lacks at the beginning it has at the end."""
     maze_run.build(steps, generated(2))
