@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.drivers.shared import Values
 
 from virtualrobot_kernel.errors import KernelError, UnknownNameError
 from virtualrobot_kernel.world.structure import Joint, Structure
@@ -89,9 +90,10 @@ class Twin:
         """Names of the robot's coordinates."""
         return tuple(one.joint for one in self.joints)
 
-    def outside(self, positions: Floats) -> tuple[str, ...]:
+    def outside(self, positions: Values) -> tuple[str, ...]:
         """Return the names of joints that positions (k,) have outside their limits."""
-        beyond = (positions < self.lower - AT_REST) | (positions > self.upper + AT_REST)
+        q = np.asarray(positions)
+        beyond = (q < self.lower - AT_REST) | (q > self.upper + AT_REST)
         return tuple(np.array(self.names)[beyond].tolist())
 
 
