@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 import socket
-import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from itertools import count
 
 from virtualrobot_sdk.drivers import About, Driver
+
+from tests.waiting import repeated
 
 ADDRESS = f"127.{64 + (os.getpid() >> 16 & 63)}.{os.getpid() >> 8 & 255}.{os.getpid() & 255}"
 """Address of this process alone, all of which are this computer's: tests side by side don't share ports."""
@@ -49,25 +49,7 @@ class Peer:
         self.socket.close()
 
 
-@contextmanager
-def speaking(speak: Callable[[], object]) -> Iterator[None]:
-    """Call `speak` again and again for the length of a block, in which the driver waits for its controller."""
-    over = threading.Event()
-
-    def run() -> None:
-        while not over.wait(0.005):
-            speak()
-
-    thread = threading.Thread(target=run)
-    thread.start()
-    try:
-        yield
-    finally:
-        over.set()
-        thread.join()
-
-
 def connected(driver: Driver, speak: Callable[[], object]) -> About:
     """Connect a driver whose controller speaks by `speak` meanwhile."""
-    with speaking(speak):
+    with repeated(speak):
         return driver.connect()

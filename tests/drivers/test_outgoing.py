@@ -34,7 +34,7 @@ SIDE = RobotSide((JointSide("hip", 0, -3.0, 3.0, SPEED),), TICK_NS)
     ],
 )
 def test_a_silence_is_told_apart_from_a_jump(tmp_path: Path, way: float, milliseconds: int, told: str) -> None:
-    """What the joint's own speed explains in the time that has gone is a silence; what no speed explains is a jump."""
+    """A step that the joint's own speed explains in the time that has gone is a silence; any other is a jump."""
     cell, ring = CellBlock.create(tmp_path / CELL), TickRing.create(tmp_path / "ring", 1)
     out = Outgoing(Controller(), SIDE, cell)
     out.send(Setpoint(np.zeros(1), np.zeros(1), 0), 0, Mapping(SIDE, About(1, RATE)))

@@ -19,8 +19,9 @@ from virtualrobot_sdk.drivers import DriverFault, Mode, Reading, Safety
 from virtualrobot_sdk.drivers.driver import finite
 from virtualrobot_sdk.poses import rotation_matrix
 
-from tests.drivers.peers import ADDRESS, speaking
+from tests.drivers.peers import ADDRESS
 from tests.drivers.ur_controllers import BUSY, NOBODY
+from tests.waiting import repeated
 
 HOME = np.array([0.0, -1.57, 1.57, -1.57, -1.57, 0.0])
 
@@ -37,16 +38,16 @@ class Setup:
         self.driver = UrRtde(self.settings)
 
     def connect(self) -> None:
-        with speaking(self.server.cycle):
+        with repeated(self.server.cycle):
             self.about = self.driver.connect()
 
     def begin(self) -> None:
         held = self.arm.read()[0]
-        with speaking(self.server.cycle):
+        with repeated(self.server.cycle):
             self.driver.begin(held)
 
     def reset(self) -> None:
-        with speaking(self.server.cycle):
+        with repeated(self.server.cycle):
             self.driver.reset()
 
     def cycle(self, count: int = 1) -> Reading:
@@ -88,7 +89,7 @@ def running(setup: Setup) -> Setup:
 
 def fault(setup: Setup) -> DriverFault:
     """Return what connecting complains of."""
-    with speaking(setup.server.cycle), pytest.raises(DriverFault) as found:
+    with repeated(setup.server.cycle), pytest.raises(DriverFault) as found:
         setup.driver.connect()
     return found.value
 
@@ -310,10 +311,10 @@ def test_wrong_controllers_are_refused(setup: Setup, monkeypatch: pytest.MonkeyP
 def test_two_programs_do_not_set_the_same(setup: Setup) -> None:
     setup.connect()
     other = UrRtde(setup.settings)
-    with speaking(setup.server.cycle), pytest.raises(DriverFault, match="another program sets input_int_register_24"):
+    with repeated(setup.server.cycle), pytest.raises(DriverFault, match="another program sets input_int_register_24"):
         other.connect()
     setup.driver.close()
-    with speaking(setup.server.cycle):
+    with repeated(setup.server.cycle):
         other.connect()
     other.close()
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import os
 import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from importlib.metadata import entry_points
 from importlib.util import find_spec
+
+from virtualrobot.child_process import end_child, start_child
 
 
 def console_is_installed() -> bool:
@@ -35,31 +36,15 @@ class ConsoleProcess:
             token: of that kernel; "" means the one that the command finds.
             say: gets each line that it prints, the first of which has the link.
         """
-        command = [sys.executable, "-m", "virtualrobot", "console", "--address", address, "--end-with-input"]
-        environment = {**os.environ, "VIRTUALROBOT_TOKEN": token} if token else dict(os.environ)
+        command = ("console", "--address", address, "--end-with-input")
+        environment = {**os.environ, "VIRTUALROBOT_TOKEN": token} if token else None
         self._say = say
-        self._process = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            encoding="utf-8",
-            env=environment,
-            process_group=None if os.name == "nt" else 0,
-            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
-        )
+        self._process = start_child(*command, stderr=subprocess.STDOUT, environment=environment)
         threading.Thread(target=self._read, name="console output", daemon=True).start()
 
     def close(self, timeout: float = 5.0) -> int:
         """End the console and return its exit code; one that does not end in time (s) is killed."""
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        try:
-            return self._process.wait(timeout)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            return self._process.wait()
+        return end_child(self._process, timeout)
 
     def _read(self) -> None:
         assert self._process.stdout is not None

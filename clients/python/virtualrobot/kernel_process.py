@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from pathlib import Path
 
 from virtualrobot._wire.arguments import checked
+from virtualrobot.child_process import end_child, start_child
 from virtualrobot.errors import KernelGoneError
 
 _READY = "listening on "
@@ -48,21 +46,13 @@ class KernelProcess:
             KernelGoneError: when it ends before it answers.
         """
         does = ["serve"] if replay is None else ["replay", str(replay)]
-        command = [sys.executable, "-m", "virtualrobot", *does, "--port", "0", "--end-with-input", *options]
+        command = [*does, "--port", "0", "--end-with-input", *options]
         if headless:
             command.append("--headless")
         self.address = self.viewer_url = ""
         self._headless, self._say = headless, say
         self._ready = threading.Event()
-        self._process = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            text=True,
-            encoding="utf-8",
-            process_group=None if os.name == "nt" else 0,
-            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
-        )
+        self._process = start_child(*command)
         threading.Thread(target=self._read, name="kernel output", daemon=True).start()
         try:
             while not self._ready.wait(0.5):  # a wait without limit cannot be interrupted on Windows
@@ -78,13 +68,7 @@ class KernelProcess:
 
     def close(self, timeout: float = 20.0) -> int:
         """End the kernel and return its exit code; one that does not end in time (s) is killed."""
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        try:
-            return self._process.wait(timeout)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            return self._process.wait()
+        return end_child(self._process, timeout)
 
     def _read(self) -> None:
         assert self._process.stdout is not None

@@ -20,9 +20,7 @@ from virtualrobot_kernel.messages.values import stamp
 from virtualrobot_kernel.sensing.reading import Reading
 from virtualrobot_kernel.world.apply_sensors import sensor_node
 from virtualrobot_kernel.world.apply_signals import check_condition
-from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.store import MAX_STEPS
 from virtualrobot_kernel.world.structure import Kind
 
 Event = Callable[[Snapshot], bool]
@@ -73,12 +71,7 @@ class Stepping:
 
     def _check(self, request: kernel_pb2.StepClockRequest) -> None:
         """Raise KernelError for a step that cannot be made, before what goes with it is done."""
-        if self._kernel.world.clock.mode is not Mode.STEPPED:
-            raise KernelError(
-                "time follows the wall clock; set the clock to STEPPED before you step", reason=Reason.WRONG_STATE
-            )
-        if not 1 <= request.ticks <= MAX_STEPS:
-            raise KernelError(f"a step takes 1 to {MAX_STEPS} ticks, not {request.ticks}", ticks=request.ticks)
+        self._kernel.world.check_step(request.ticks)
         for name in request.sensors:
             sensor_node(self._kernel.world.snapshot.structure, name)
 

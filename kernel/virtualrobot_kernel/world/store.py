@@ -225,6 +225,15 @@ class World:
         """
         return self._told(lambda: self._step(ticks, until))
 
+    def check_step(self, ticks: int) -> None:
+        """Raise KernelError for a step that is refused: time follows the wall clock, or there are too many ticks."""
+        if self.clock.mode is not Mode.STEPPED:
+            raise KernelError(
+                "time follows the wall clock; set the clock to STEPPED before you step", reason=Reason.WRONG_STATE
+            )
+        if not 1 <= ticks <= MAX_STEPS:
+            raise KernelError(f"a step takes 1 to {MAX_STEPS} ticks, not {ticks}", ticks=ticks)
+
     def set_clock(self, mode: Mode, speed_factor: float) -> Future[Snapshot]:
         """Change how time runs, between two ticks."""
         return self._told(lambda: self._set_clock(mode, speed_factor))
@@ -307,12 +316,7 @@ class World:
         return change
 
     def _step(self, ticks: int, until: Callable[[Snapshot], bool] | None) -> Snapshot:
-        if self.clock.mode is not Mode.STEPPED:
-            raise KernelError(
-                "time follows the wall clock; set the clock to STEPPED before you step", reason=Reason.WRONG_STATE
-            )
-        if not 1 <= ticks <= MAX_STEPS:
-            raise KernelError(f"a step takes 1 to {MAX_STEPS} ticks, not {ticks}", ticks=ticks)
+        self.check_step(ticks)
         state = self.snapshot.state
         last = state.tick + ticks
         publishes_each = self.publishes_each_tick or bool(self._supervisors) or until is not None

@@ -6,8 +6,6 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 
 import pytest
 from prompt_toolkit.input import create_pipe_input
@@ -18,10 +16,12 @@ from virtualrobot.cli.teleoperation import REST, Teleoperation
 from virtualrobot.errors import WrongStateError
 
 from tests.api.client.conftest import Run
-from tests.waiting import until
+from tests.waiting import repeated, until
 
 COMMAND = [sys.executable, "-m", "virtualrobot", "teleop", "ugv"]
 SPEED, TURN = 0.2, 0.5
+KEY_SECONDS = 0.03
+"""Time (s) after which a terminal repeats a key that is held."""
 
 
 @pytest.fixture
@@ -42,34 +42,16 @@ def heading_of(robot: Robot) -> float:
     return robot.way([]).begin[2]
 
 
-@contextmanager
-def repeated(send: Callable[[], object]) -> Iterator[None]:
-    """Repeat a key in a thread, as the terminal of somebody does who holds it."""
-    over = threading.Event()
-
-    def repeat() -> None:
-        while not over.wait(0.03):
-            send()
-
-    thread = threading.Thread(target=repeat)
-    thread.start()
-    try:
-        yield
-    finally:
-        over.set()
-        thread.join()
-
-
 def test_a_craft_drives_while_a_key_is_held(ugv: Robot, capsys: pytest.CaptureFixture[str]) -> None:
     with create_pipe_input() as keys:
         failed: list[BaseException] = []
 
         def hold() -> None:
             try:
-                with repeated(lambda: keys.send_text("w")):
+                with repeated(lambda: keys.send_text("w"), KEY_SECONDS):
                     until(lambda: x_of(ugv) > 0.05)
                 until(lambda: rests(ugv))  # though the command goes on: others may move it now
-                with repeated(lambda: keys.send_text("\x1b[D")):  # the arrow to the left
+                with repeated(lambda: keys.send_text("\x1b[D"), KEY_SECONDS):  # the arrow to the left
                     until(lambda: heading_of(ugv) > 0.1)
             except BaseException as error:
                 failed.append(error)
@@ -151,7 +133,7 @@ def test_the_command_drives_in_a_terminal(client: Client, environment: None, ugv
         reader.start()
         try:
             until(lambda: b"ugv at" in shown)
-            with repeated(lambda: os.write(ours, b"w")):
+            with repeated(lambda: os.write(ours, b"w"), KEY_SECONDS):
                 until(lambda: x_of(ugv) > 0.05)
                 if end == "killed":
                     process.kill()

@@ -1,4 +1,4 @@
-"""What waits for a reader who wants all: order, what is dropped, and both ends at once."""
+"""Backlog of a reader who wants all: order, what is dropped, and both ends at once."""
 
 from __future__ import annotations
 

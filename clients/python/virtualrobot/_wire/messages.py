@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from numbers import Real
@@ -60,6 +60,11 @@ class Stamp:
     @property
     def _brief(self) -> str:
         return f"{self.simulation_time:.3f} s, tick {self.tick}"
+
+
+def several(given: str | Iterable[str]) -> list[str]:
+    """Return names, of which one may be given by itself."""
+    return [given] if isinstance(given, str) else list(given)
 
 
 def stamp_of(message: geometry_pb2.Stamp) -> Stamp:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
-from virtualrobot._wire.messages import Wrapped, value_or_default, vector_message, vector_of
+from virtualrobot._wire.messages import Wrapped, several, value_or_default, vector_message, vector_of
 from virtualrobot._wire.showing import shown
 from virtualrobot.v1 import sensing_pb2, sensor_pb2
 
@@ -49,7 +49,7 @@ def contact_sensor(
         watched=watched,
         range_meters=value_or_default(max_range, "max_range"),
         region_size=None if region is None else vector_message(region, "the region"),
-        ignored=[ignored] if isinstance(ignored, str) else ignored,
+        ignored=several(ignored),
         rate_hertz=value_or_default(rate, "rate"),
         running=running,
     )

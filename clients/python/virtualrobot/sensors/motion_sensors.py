@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
-from virtualrobot._wire.messages import Wrapped, pose_of, seed_of, value_or_default, vector_message, vector_of
+from virtualrobot._wire.messages import Wrapped, pose_of, seed_of, several, value_or_default, vector_message, vector_of
 from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
@@ -119,7 +119,7 @@ def encoders(
         )
     if counts_per_turn is not None:
         position = noise(resolution=2.0 * np.pi / counts_per_turn)
-    kind = sensing_pb2.Encoders(joints=[joints] if isinstance(joints, str) else joints, position=_noise(position))
+    kind = sensing_pb2.Encoders(joints=several(joints), position=_noise(position))
     return _settings(rate, seed, running, encoders=kind)
 
 

@@ -15,6 +15,7 @@ from virtualrobot._wire.messages import (
     array_of,
     count_or_default,
     seed_of,
+    several,
     stamp_of,
     value_or_default,
 )
@@ -149,7 +150,7 @@ class Rays:
             max_range_meters=value_or_default(max_range, "max_range"),
             frame=frame,
             ray_caster=ray_caster,
-            ignored=[ignored] if isinstance(ignored, str) else ignored,
+            ignored=several(ignored),
         )
         response = self._services.ray.CastRays(request, timeout=LONG_TIMEOUT_SECONDS)
         return RayHits(

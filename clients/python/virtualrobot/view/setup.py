@@ -9,7 +9,7 @@ from google.protobuf.field_mask_pb2 import FieldMask
 from numpy.typing import NDArray
 
 from virtualrobot._wire.arguments import ArrayLike, checked
-from virtualrobot._wire.messages import color_message
+from virtualrobot._wire.messages import color_message, several
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import listed, told
 from virtualrobot.errors import InvalidArgumentError
@@ -122,11 +122,8 @@ class ViewSetup:
 
     @clearances.setter
     def clearances(self, nodes: Mapping[str, tuple[str | Iterable[str], str | Iterable[str]]]) -> None:
-        def names(given: str | Iterable[str]) -> list[str]:
-            return [given] if isinstance(given, str) else list(given)
-
         shown = [
-            view_pb2.Clearance(name=name, first=names(first), second=names(second))
+            view_pb2.Clearance(name=name, first=several(first), second=several(second))
             for name, (first, second) in nodes.items()
         ]
         self._update(view_pb2.View(clearances=shown), "clearances")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import os
 import socket
 import subprocess
-import sys
 import threading
 from collections.abc import Iterable, Sequence
 
+from virtualrobot.child_process import end_child, start_child
 from virtualrobot.errors import DriverFaultError
 
 RATE = 125
@@ -24,18 +24,7 @@ class Controller:
 
     def __init__(self, options: Sequence[str], ready: str) -> None:
         """Start it, and wait until it says `ready`; raises DriverFaultError with its words where it ends before."""
-        command = [sys.executable, "-m", "virtualrobot", "emulate", *options, "--until-input-ends"]
-        self._process = subprocess.Popen(
-            command,
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            encoding="utf-8",
-            # Ctrl-C reaches the demo alone, which ends its controllers once the robots are at rest.
-            process_group=None if os.name == "nt" else 0,
-            creationflags=getattr(subprocess, "CREATE_NEW_PROCESS_GROUP", 0),
-        )
+        self._process = start_child("emulate", *options, "--until-input-ends", stderr=subprocess.STDOUT)
         assert self._process.stdout is not None
         said = ""
         for line in self._process.stdout:
@@ -54,13 +43,7 @@ class Controller:
 
     def close(self) -> None:
         """End it; one that doesn't end in time is killed."""
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        try:
-            self._process.wait(10.0)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
+        end_child(self._process, 10.0)
 
     def __enter__(self) -> Controller:
         """Return itself."""
