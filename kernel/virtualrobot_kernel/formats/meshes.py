@@ -60,6 +60,8 @@ def parse_mesh(data: bytes, uri: str, dependents: Mapping[str, bytes] | None = N
 
 def _check(part: Submesh, uri: str) -> None:
     """Raise MalformedFileError for numbers that no shape can have."""
+    if part.vertices.ndim != 2 or part.vertices.shape[1] != 3:
+        raise malformed(uri, None, f"a vertex has {part.vertices.shape[-1]} numbers, not three")
     if len(part.vertices) == 0 or not np.isfinite(part.vertices).all():
         bad = np.flatnonzero(~np.isfinite(part.vertices).all(axis=1))
         raise malformed(uri, None, f"vertex {bad[0] if len(bad) else 0} is not finite")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import io
 from collections.abc import Mapping
 from typing import Any, TypeAlias
@@ -14,7 +15,7 @@ from PIL import Image
 from trimesh.resolvers import Resolver as TrimeshResolver
 from virtualrobot.files.resolver import join_uri
 
-from virtualrobot_kernel.formats import gltf_looks
+from virtualrobot_kernel.formats import gltf_looks, obj
 from virtualrobot_kernel.formats.xml import malformed
 from virtualrobot_kernel.shapes.submesh import Submesh, frozen, transformed
 
@@ -76,6 +77,8 @@ def read(data: bytes, kind: str, uri: str, dependents: Mapping[str, bytes], unit
         data, factors = gltf_looks.prepared(data, uri)
     if kind == ".obj" and (pieces := max(data.count(b"\nusemtl "), data.count(b"\no "))) > MOST_PIECES:
         raise malformed(uri, None, f"the file has {pieces:,} objects or uses of materials; {MOST_PIECES:,} are read")
+    if kind == ".obj" and (meshes := obj.read(data, files)) is not None:
+        return [_submesh(mesh, files, factors) for mesh in meshes]
     with np.errstate(all="ignore"):  # a broken file is told by what it yields
         scene = trimesh.load_scene(io.BytesIO(data), file_type=kind[1:], resolver=files, process=False)
         placed = scene.graph.geometry_nodes.items()
@@ -168,13 +171,21 @@ def _material_look(material: _Material, files: _Dependents, factors: _Factors) -
 
 def _png(image: Image.Image, files: _Dependents) -> bytes:
     """Return an image as PNG: the file's own bytes where trimesh tells its name, as it does for MTL files."""
-    image.load()  # a broken one is refused here
     name = image.info.get("file_path")
     if image.format == "PNG" and name:
-        return files.get(name)
+        data = files.get(name)
+        _check_image(data)
+        return data
+    image.load()  # a broken one is refused here
     png = io.BytesIO()
     image.save(png, "PNG", compress_level=1)
     return png.getvalue()
+
+
+@functools.lru_cache(maxsize=8)
+def _check_image(data: bytes) -> None:
+    """Decode an image, once for the meshes of a robot that share it; raise what Pillow raises for a broken one."""
+    Image.open(io.BytesIO(data)).load()
 
 
 def _parts_of_one(color: NDArray) -> Color:
