@@ -16,6 +16,9 @@ Booleans = np.ndarray[Any, np.dtype[np.bool_]]
 SLACK = 1e-9
 """Boxes overlap that are so near (m): what rounding makes of them must part nothing that touches."""
 
+GROUP = 8
+"""Number of elements around which one box is put first: neighbours in a list of elements are neighbours in a robot."""
+
 
 @compiled(
     array_of(float64, 3),
@@ -134,6 +137,27 @@ def _apart(
     return False
 
 
+@inlined
+def _near_any(own: Integers, begin: int, end: int, centre: Floats, half: Floats, nearby: Integers) -> int:
+    """Write which elements meet the one box around own[begin:end] to the beginning of `nearby`; return their count."""
+    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    for i in range(begin, end):
+        for axis in range(3):
+            low[axis] = min(low[axis], centre[own[i], axis] - half[own[i], axis])
+            high[axis] = max(high[axis], centre[own[i], axis] + half[own[i], axis])
+    count = 0
+    for other in range(centre.shape[0]):
+        near = True
+        for axis in range(3):
+            reach = half[other, axis] + 2.0 * SLACK  # twice: these sums are rounded otherwise than those of two boxes
+            if centre[other, axis] + reach < low[axis] or centre[other, axis] - reach > high[axis]:
+                near = False
+        if near:
+            nearby[count] = other
+            count += 1
+    return count
+
+
 @compiled(
     array_of(int64, 1),
     array_of(boolean, 2),
@@ -170,26 +194,31 @@ def overlapping_boxes(
         found: (m, 4) element, element, block, block.
     """
     work = np.empty((7, 3))
+    nearby = np.empty(centre.shape[0], np.int64)
     count = 0
-    for i in range(own.shape[0]):
-        one = own[i]
-        for other in range(centre.shape[0]):
-            if not asked[i, other]:
-                continue
-            near = True
-            for axis in range(3):
-                reach = half[one, axis] + half[other, axis] + SLACK
-                if abs(centre[one, axis] - centre[other, axis]) > reach:
-                    near = False
-            if not near:
-                continue
-            for a in range(first_block[one], first_block[one + 1]):
-                for b in range(first_block[other], first_block[other + 1]):
-                    if not _apart(world_t_element, one, other, block_centre, block_half, a, b, work):
-                        if count < found.shape[0]:
-                            found[count, 0] = one
-                            found[count, 1] = other
-                            found[count, 2] = a
-                            found[count, 3] = b
-                        count += 1
+    for begin in range(0, own.shape[0], GROUP):
+        end = min(begin + GROUP, own.shape[0])
+        near_count = _near_any(own, begin, end, centre, half, nearby)
+        for i in range(begin, end):
+            one = own[i]
+            for at in range(near_count):
+                other = nearby[at]
+                if not asked[i, other]:
+                    continue
+                near = True
+                for axis in range(3):
+                    reach = half[one, axis] + half[other, axis] + SLACK
+                    if abs(centre[one, axis] - centre[other, axis]) > reach:
+                        near = False
+                if not near:
+                    continue
+                for a in range(first_block[one], first_block[one + 1]):
+                    for b in range(first_block[other], first_block[other + 1]):
+                        if not _apart(world_t_element, one, other, block_centre, block_half, a, b, work):
+                            if count < found.shape[0]:
+                                found[count, 0] = one
+                                found[count, 1] = other
+                                found[count, 2] = a
+                                found[count, 3] = b
+                            count += 1
     return count

@@ -6,6 +6,7 @@ from importlib import import_module
 from typing import Any
 
 import numpy as np
+import pytest
 from virtualrobot_kernel.numeric.boxes import follow_nodes, overlapping_boxes
 
 from tests.unit.world.builders import random_pose
@@ -54,6 +55,22 @@ def test_only_what_is_asked_and_near_is_looked_at() -> None:
     found = np.empty((4, 4), np.int64)
     assert overlapping_boxes(np.array([0]), asked, centre, np.ones((3, 3)), poses, *blocks, found) == 1
     assert found[0].tolist() == [0, 2, 0, 2]
+
+
+@pytest.mark.parametrize("count", [0, 1, 7, 8, 9, 60])
+def test_of_many_elements_those_are_found_whose_boxes_meet(rng: np.random.Generator, count: int) -> None:
+    """Boxes along the axes, of some elements in any order against all 300, as NumPy compares each two."""
+    centre, half = rng.uniform(-3.0, 3.0, (300, 3)), rng.uniform(0.0, 0.5, (300, 3))
+    half[:40] = 5.0 * half[:40]
+    poses = np.tile(np.eye(4), (300, 1, 1))
+    poses[:, :3, 3] = centre
+    own, asked = rng.permutation(300)[:count], rng.random((count, 300)) < 0.7
+    blocks = np.arange(301), np.zeros((300, 3)), half
+    found = np.empty((20_000, 4), np.int64)
+    needed = overlapping_boxes(own, asked, centre, half, poses, *blocks, found)
+    apart = np.abs(centre[own, None] - centre) - (half[own, None] + half)
+    wanted = np.argwhere(asked & (apart <= 0.0).all(axis=2))
+    assert found[:needed, :2].tolist() == [[own[i], other] for i, other in wanted]
 
 
 def test_elements_follow_their_nodes(rng: np.random.Generator) -> None:
