@@ -26,7 +26,7 @@ from virtualrobot_kernel.formats.models import ImportedModel
 from virtualrobot_kernel.formats.xml import FileWarning, refuse_warnings
 from virtualrobot_kernel.messages.nodes import node_message
 from virtualrobot_kernel.messages.table import Table
-from virtualrobot_kernel.messages.values import expected_revision, mask_fields, masked, poses_array, stamp
+from virtualrobot_kernel.messages.values import expected_revision, mask_fields, poses_array, stamp
 from virtualrobot_kernel.scenes.assets import files_of, with_assets
 from virtualrobot_kernel.scenes.models import mounting, read_model
 from virtualrobot_kernel.scenes.reading import read_scene
@@ -66,7 +66,7 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         rows = [structure.rows[node.uid] for node in nodes]
         return scene_pb2.GetSceneResponse(
             stamp=stamp(snapshot),
-            nodes=[masked(node_message(snapshot, node), fields) for node in nodes],
+            nodes=[node_message(snapshot, node, fields) for node in nodes],
             world_t_node=poses_array(snapshot.world_t_node[rows]),
         )
 
@@ -303,7 +303,7 @@ def _difference(
     rows = [structure.rows[node.uid] for node in moved]
     return scene_pb2.WatchSceneResponse(
         stamp=stamp(after),
-        nodes=[masked(node_message(after, node), fields) for node in changed],
+        nodes=[node_message(after, node, fields) for node in changed],
         removed_uids=removed,
         moved_uids=[node.uid for node in moved],
         world_t_node=poses_array(after.world_t_node[rows]) if rows else None,

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 from dataclasses import replace
-from typing import Any
 
 from virtualrobot.v1 import geometry_pb2, nodes_pb2
 
@@ -135,6 +135,8 @@ DATA: dict[str, Codec] = {
 }
 """Codec of what only one kind of node has, by its field in `Node`."""
 
+ALL_FIELDS = frozenset(nodes_pb2.Node.DESCRIPTOR.fields_by_name)
+
 
 def node_spec(message: nodes_pb2.Node) -> NodeSpec:
     """Return what a message says of a node to create; raise KernelError that names the field that is wrong."""
@@ -174,24 +176,32 @@ def node_data(message: nodes_pb2.Node, what: str) -> NodeData:
     return DATA[kind].read(getattr(message, kind), f"{what}.{kind}") if kind in DATA else None
 
 
-def node_message(snapshot: Snapshot, node: Node) -> nodes_pb2.Node:
-    """Return a node as it is in a snapshot."""
+def node_message(snapshot: Snapshot, node: Node, fields: Container[str] | None = None) -> nodes_pb2.Node:
+    """Return a node as it is in a snapshot; with `fields` no more than these of its message."""
+    told = ALL_FIELDS if fields is None else fields
     structure, kind = snapshot.structure, node.kind.value
-    parent = structure.nodes.get(node.parent)
-    own: dict[str, Any] = {kind: DATA[kind].write(node.data) if kind in DATA and node.data is not None else {}}
-    message = nodes_pb2.Node(
-        uid=node.uid,
-        name=node.name,
-        parent=parent.name if parent else "",
-        hidden=node.hidden,
-        figures=[figure_message(item) for item in node.figures],
-        **own,
-    )
-    place = snapshot.state.parent_t_node[structure.rows[node.uid]]
-    if not is_identity(place):
-        message.parent_t_node.CopyFrom(pose_message(place))
-    if node.kind is Kind.ROBOT:
-        message.robot.joint_names.extend(structure.robots[node.uid].joint_names)
-    elif node.uid in snapshot.state.running_sensors:
-        getattr(message, kind).running = True
+    message = nodes_pb2.Node()
+    if "uid" in told:
+        message.uid = node.uid
+    if "name" in told:
+        message.name = node.name
+    if "parent" in told and node.parent in structure.nodes:
+        message.parent = structure.nodes[node.parent].name
+    if "hidden" in told:
+        message.hidden = node.hidden
+    if "figures" in told:
+        message.figures.extend(figure_message(item) for item in node.figures)
+    if "parent_t_node" in told:
+        place = snapshot.state.parent_t_node[structure.rows[node.uid]]
+        if not is_identity(place):
+            message.parent_t_node.CopyFrom(pose_message(place))
+    if kind in told:
+        own = getattr(message, kind)
+        own.SetInParent()
+        if kind in DATA and node.data is not None:
+            own.CopyFrom(DATA[kind].write(node.data))
+        if node.kind is Kind.ROBOT:
+            own.joint_names.extend(structure.robots[node.uid].joint_names)
+        elif node.uid in snapshot.state.running_sensors:
+            own.running = True
     return message
