@@ -1,6 +1,6 @@
 # make run    sets up and shows two arms palletizing in the browser     (ARGS=--headless: without)
 # make test   sets up and checks everything that a change can break: lint, types and tests (minutes; docs/testing.md)
-# make test-all  that, and what takes longer: all draws, all models, installations
+# make test-all  that, and what takes longer: all models, installations, whole demos
 # make hunt   runs the tests that draw random numbers again and again with fresh seeds   (MINUTES=10 ROOM=unit/motion SEED=1)
 # make durations  tells the 40 slowest tests of the last run
 # make bench  sets up and measures against the named peers -> benchmarks/RESULTS.md
@@ -78,7 +78,7 @@ pytest: $(VENV)/installed-dev $(PAGE)
 pytest-long: WORKERS := 2
 pytest-long: $(VENV)/installed-dev $(PAGE)
 	@echo "testing what takes long ..."
-	@$(PYTEST) -m "long or drawn" $(ARGS)
+	@$(PYTEST) -m long $(ARGS)
 
 hunt: $(VENV)/installed-dev
 	@$(BIN)/python tools/hunt.py --minutes $(or $(MINUTES),10) $(if $(SEED),--seed $(SEED)) tests/$(ROOM)

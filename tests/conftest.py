@@ -44,10 +44,8 @@ def seed_of(node: pytest.Item | pytest.Collector) -> int:
 
 
 def pytest_itemcollected(item: pytest.Item) -> None:
-    """Mark what `make test-all` does with all draws, what `make hunt` has other seeds for, and what is patient."""
+    """Mark what `make hunt` has other seeds for, and what is patient."""
     fixtures = getattr(item, "fixturenames", ())
-    if "draws" in fixtures:
-        item.add_marker("drawn")
     if "seed" in fixtures or hasattr(getattr(item, "cls", None), "seed"):
         item.add_marker("seeded")
     if item.get_closest_marker("long") and ROOT.joinpath("tests") in item.path.parents:
@@ -120,6 +118,6 @@ def hunt_seconds() -> float:
 
 @pytest.fixture
 def draws(request: pytest.FixtureRequest) -> Draws:
-    """Return a function that says how many of so many draws are made: a fifth, unless long tests are wanted too."""
-    few = "not long" in request.config.option.markexpr
+    """Return a function that says how many of so many draws are made: a fifth in short tests without a given seed."""
+    few = "not long" in request.config.option.markexpr and not GIVEN_SEED
     return lambda count: -(-count // 5) if few else count

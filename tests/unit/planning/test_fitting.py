@@ -55,7 +55,6 @@ def test_a_tip_that_is_planted_is_found_and_one_axis_is_too_few(rng: np.random.G
         pivot_fit(flanges)
 
 
-@pytest.mark.drawn
 def test_standard_errors_are_as_large_as_the_spread_of_repeated_fits(rng: np.random.Generator) -> None:
     """Of 400 fits of one tip, each with noise of 0.1 mm, the spread is the error that the fits tell, to 20%."""
     tip = np.array([0.02, -0.03, 0.15])
