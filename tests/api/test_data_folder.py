@@ -100,6 +100,51 @@ def test_a_killed_kernel_goes_on_from_where_it_was_told(
     assert signals(stubs) == {"count": 0} and "cube" in names(stubs)
 
 
+CLOCK = """
+import os, time
+
+real = time.time
+
+
+def set_by_the_test():
+    with open(os.environ["TEST_CLOCK"]) as file:
+        return real() + float(file.read())
+
+
+time.time = set_by_the_test
+"""
+
+
+def test_a_clock_that_is_set_back_changes_no_order(tmp_path: Path, start_kernel: StartKernel) -> None:
+    clock, day = tmp_path / "clock", 86_400.0
+    (tmp_path / "sitecustomize.py").write_text(CLOCK)  # python runs it before the kernel
+    environment = {"TEST_CLOCK": str(clock), "PYTHONPATH": str(tmp_path)}
+    folder = ("--stepped", "--data", str(tmp_path / "cell"), "--keep-history", "12h")
+    clock.write_text("0")
+    kernel = start_kernel(*folder, environment=environment)
+    stubs = kernel.stubs()
+    for number, offset in enumerate((0.0, -day, -2.0 * day)):
+        clock.write_text(str(offset))
+        apply(stubs, create(box(f"box{number}")))
+        stubs.history.CreateCheckpoint(history_pb2.CreateCheckpointRequest(name=f"after box{number}"))
+    kill(kernel)
+
+    clock.write_text(str(-3.0 * day))
+    kernel = start_kernel(*folder, environment=environment)
+    stubs = kernel.stubs()
+    assert {"box0", "box1", "box2"} <= names(stubs)
+    steps = stubs.history.ListSteps(history_pb2.ListStepsRequest(kinds=[history_pb2.STEP_KIND_EDIT])).steps
+    assert [one.nodes[0] for one in steps] == ["box2", "box1", "box0"], "in their order, not by their times"
+    days = np.array([one.time.ToSeconds() for one in steps]) / day
+    np.testing.assert_allclose(np.diff(days), [1.0, 1.0], atol=0.01)
+    found = stubs.history.ListCheckpoints(history_pb2.ListCheckpointsRequest()).checkpoints
+    assert [one.name for one in found] == ["after box0", "after box1", "after box2"]
+    for number in (2, 1, 0):
+        assert f"'box{number}'" in stubs.history.Undo(history_pb2.UndoRequest()).undone.label
+    stubs.history.RestoreCheckpoint(history_pb2.RestoreCheckpointRequest(name="after box1"))
+    assert {"box0", "box1"} <= names(stubs) and "box2" not in names(stubs)
+
+
 @pytest.mark.long
 def test_what_a_folder_is_not_for_is_said_in_words(tmp_path: Path, start_kernel: StartKernel) -> None:
     folder = ("--data", str(tmp_path / "cell"))

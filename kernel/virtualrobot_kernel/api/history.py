@@ -28,6 +28,9 @@ USUAL_PAGE = 100
 MOST_OF_A_PAGE = 1000
 """Number of steps of an answer, where none is asked for, and at most."""
 
+FIRST_SECOND, LAST_SECOND = -62_135_596_800, 253_402_300_799
+"""Seconds since 1970 that a Timestamp may have: of the years 1 to 9999, by its own definition."""
+
 P = ParamSpec("P")
 Answer = TypeVar("Answer")
 
@@ -244,6 +247,11 @@ def _seconds(request: history_pb2.ListStepsRequest, field: str) -> float | None:
     if not request.HasField(field):
         return None
     time: Timestamp = getattr(request, field)
+    if not (FIRST_SECOND <= time.seconds <= LAST_SECOND and 0 <= time.nanos < 10**9):
+        raise KernelError(
+            f"{field} is no time between the years 1 and 9999: {time.seconds} s and {time.nanos} ns since 1970",
+            field=field,
+        )
     return time.seconds + time.nanos * 1e-9
 
 

@@ -211,9 +211,9 @@ def read_project(path: Path, tick_nanoseconds: int | None = None) -> Project:
         project = Project(said["id"], said["tick_nanoseconds"], said["scene"], dict(said["versions"]))
         sound = form == FORMAT and len(bytes.fromhex(project.id)) == 4 and project.tick_nanoseconds > 0
     except (OSError, ValueError, TypeError, KeyError) as error:
-        raise MalformedFileError(f"{place} is damaged: {error!r}; put back a copy of it", file=place) from error
+        raise MalformedFileError(f"{place} is damaged, {_damage(error)}; put back a copy of it", file=place) from error
     if not sound:
-        raise MalformedFileError(f"{place} is damaged: it says what no kernel writes; put back a copy", file=place)
+        raise MalformedFileError(f"{place} is damaged, it says what no kernel writes; put back a copy", file=place)
     if tick_nanoseconds not in (None, project.tick_nanoseconds):
         raise KernelError(
             f"{path} was written with ticks of {project.tick_nanoseconds * 1e-6:g} ms, not of "
@@ -222,6 +222,20 @@ def read_project(path: Path, tick_nanoseconds: int | None = None) -> Project:
             tick_nanoseconds=project.tick_nanoseconds,
         )
     return project
+
+
+def _damage(error: Exception) -> str:
+    """Return in words what is wrong with a description that can't be read."""
+    match error:
+        case json.JSONDecodeError():
+            return f"it ends or breaks off at line {error.lineno}, column {error.colno}"
+        case KeyError():
+            return f"it has no {error.args[0]!r}"
+        case OSError():
+            return f"it cannot be read: {error.strerror}"
+        case UnicodeError():
+            return "it is no text"
+    return "it says what no kernel writes"
 
 
 def check_journal(path: Path) -> None:

@@ -38,7 +38,7 @@ def environment(kernel: KernelProcess, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.fixture
 def run(client: virtualrobot.Client, environment: None, capsys: pytest.CaptureFixture[str]) -> Run:
-    """Return a function that runs a command and gives its output; a refusal (`code=1`) gives its one line.
+    """Return a function that runs a command and gives its output; a refusal (`code`) gives its one line.
 
     With `warns` the command succeeds with so many lines of warnings, which come after its output.
     """
@@ -48,7 +48,7 @@ def run(client: virtualrobot.Client, environment: None, capsys: pytest.CaptureFi
         with pytest.raises(SystemExit) as ended:
             cli.main(arguments)
         captured = capsys.readouterr()
-        lines = 1 if code == 1 else warns
+        lines = 1 if code else warns
         assert (ended.value.code, captured.err.count("\n")) == (code, lines), captured.err
         return captured.err if code else captured.out + captured.err
 

@@ -11,6 +11,7 @@ import click
 import numpy as np
 import pytest
 import virtualrobot
+from google.protobuf.timestamp_pb2 import Timestamp
 from virtualrobot import errors
 from virtualrobot.cli.options import Target
 from virtualrobot.cli.own_kernel import in_kernel
@@ -139,6 +140,10 @@ def test_numbers_of_no_step(ann: virtualrobot.Client) -> None:
             ann.undo(number)
     with pytest.raises(errors.InvalidArgumentError, match="page_token must be"):
         ann.services.history.ListSteps(history_pb2.ListStepsRequest(page_token="9" * 19))
+    for seconds, nanos in ((10**15, 0), (-(10**15), 0), (0, -1), (0, 10**9)):
+        since = Timestamp(seconds=seconds, nanos=nanos)
+        with pytest.raises(errors.InvalidArgumentError, match="since is no time between the years 1 and 9999"):
+            ann.services.history.ListSteps(history_pb2.ListStepsRequest(since=since))
     with pytest.raises(errors.InvalidArgumentError, match="page_size is at most 1000"):
         ann.services.history.ListSteps(history_pb2.ListStepsRequest(page_size=1001))
     assert next(iter(ann.services.history.WatchSteps(history_pb2.WatchStepsRequest(from_number=2**64 - 1)))).stamp
@@ -267,7 +272,7 @@ def test_commands(run: Run) -> None:
     assert run("history", "--node", "nowhere") == "no step is so\n"
     assert run("history", "--since", "2001-01-01", "--last", "1") == run("history", "--last", "1")
     assert run("history", "--until", "2001-01-01 12:30:00") == "no step is so\n"
-    assert "'noon' is no time; write 14:30, " in run("history", "--since", "noon", code=2, warns=4)
+    assert "'noon' is no time; write 14:30, " in run("history", "--since", "noon", code=2)
     rows = run("history", "--mine", "--last", "2").splitlines()
     assert rows[0].index("did again") == rows[1].index("removed 'case'")  # where the column begins
     said = run("checkpoint", "noon", "--restore")

@@ -78,9 +78,12 @@ def _content(path: Path) -> dict[str, object]:
 @pytest.mark.parametrize(
     ("spoil", "word"),
     [
-        (lambda path: (path / PROJECT).write_text("{"), "project.json is damaged"),
-        (lambda path: (path / PROJECT).write_text("[]"), "project.json is damaged"),
-        (lambda path: (path / PROJECT).write_text('{"format": 1, "id": "zz"}'), "project.json is damaged"),
+        (lambda path: (path / PROJECT).write_text("{"), "damaged, it ends or breaks off at line 1, column 2; put"),
+        (lambda path: (path / PROJECT).write_text("[]"), "damaged, it says what no kernel writes"),
+        (
+            lambda path: (path / PROJECT).write_text('{"format": 1, "id": 7}'),
+            "damaged, it has no 'tick_nano",
+        ),
         (_newer, "written by a newer version, in form 2; this one knows 1"),
         (lambda path: (path / PROJECT).unlink(), "not empty, it has 'other'"),
         (lambda path: (path / PROJECT).rename(path / "journal.db"), "no project.json"),

@@ -162,13 +162,22 @@ def run(arguments: Sequence[str], target: Target | None = None) -> int:
     except click.exceptions.Abort:
         code = 130  # Ctrl-C
     except click.ClickException as error:
-        error.show()
+        click.echo(_wrong_usage(error), err=True)
         code = error.exit_code
     except (Exception, KeyboardInterrupt) as error:
         if debug:
             raise
         code = _refused(error, "--json" in arguments)
     return code if isinstance(code, int) else 0
+
+
+def _wrong_usage(error: click.ClickException) -> str:
+    """Return in one line what is wrong with an order, and where it is told how it is given."""
+    context = error.ctx if isinstance(error, click.UsageError) else None
+    text = " ".join(error.format_message().rstrip(".").split())
+    if context is None:
+        return f"virtualrobot: {text}"
+    return f"{context.command_path}: {text} (see {context.command_path} --help)"
 
 
 def _refused(error: BaseException, as_json: bool) -> int:

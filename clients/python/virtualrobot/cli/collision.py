@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.names import NODE
-from virtualrobot.cli.options import FiniteRange, Target, target_options
+from virtualrobot.cli.options import FiniteRange, Target, WholeRange, target_options
 
 if TYPE_CHECKING:
     from virtualrobot.collisions.allowed_pairs import AllowedPair, SampledPair
@@ -150,7 +150,7 @@ def pad(target: Target, node: str, meters: float) -> None:
 
 @collision.command()
 @click.argument("nodes", nargs=-1, type=NODE)
-@click.option("--hull-vertices", type=click.IntRange(0, 256), metavar="N", help="Have them collide as hulls; 0: not.")
+@click.option("--hull-vertices", type=WholeRange(0, 256), metavar="N", help="Have them collide as hulls; 0: not.")
 @target_options
 def meshes(target: Target, nodes: tuple[str, ...], hull_vertices: int | None) -> None:
     """Show what the meshes of NODES and of all below them collide as, or have them collide as convex hulls."""
@@ -169,7 +169,7 @@ def meshes(target: Target, nodes: tuple[str, ...], hull_vertices: int | None) ->
 
 
 @collision.command()
-@click.option("--count", type=click.IntRange(min=0), metavar="N", help="End after so many events.")
+@click.option("--count", type=WholeRange(min=0), metavar="N", help="End after so many events.")
 @target_options
 def watch(target: Target, count: int | None) -> None:
     """Show what touches now, then what begins and ends and whom it stops, until Ctrl-C."""
@@ -189,8 +189,8 @@ def watch(target: Target, count: int | None) -> None:
 
 @collision.command()
 @click.argument("robot", type=NODE)
-@click.option("--samples", type=click.IntRange(min=1), default=1000, metavar="N", help="Configurations [1000].")
-@click.option("--seed", type=click.IntRange(min=0), default=0, metavar="N", help="What they are drawn from [0].")
+@click.option("--samples", type=WholeRange(min=1), default=1000, metavar="N", help="Configurations [1000].")
+@click.option("--seed", type=WholeRange(min=0), default=0, metavar="N", help="What they are drawn from [0].")
 @target_options
 def find(target: Target, robot: str, samples: int, seed: int) -> None:
     """Try random configurations of ROBOT, and show which of its nodes touch, and how often."""

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.names import CHECKPOINT, NODE
-from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.options import Target, WholeRange, target_options
 from virtualrobot.tables import aligned
 
 if TYPE_CHECKING:
@@ -53,7 +53,7 @@ _KINDS = ("edit", "undo", "redo", "motion", "signal", "other", "restore")
 )
 @click.option("--since", type=_Time(_TIMES), metavar="TIME", help="Only at this local time or later, such as 14:30.")
 @click.option("--until", type=_Time(_TIMES), metavar="TIME", help="Only before it; '2026-11-24 14:30:00' is one, too.")
-@click.option("--last", type=click.IntRange(1), default=20, show_default=True, help="At most so many.")
+@click.option("--last", type=WholeRange(1), default=20, show_default=True, help="At most so many.")
 @click.option("--watch", is_flag=True, help="Show steps as they are done, until Ctrl-C.")
 @target_options
 def history(
@@ -96,7 +96,7 @@ def _row(step: Step) -> list[str]:
 
 
 @click.command(epilog=_EXAMPLES)
-@click.argument("step", type=click.IntRange(1), required=False)
+@click.argument("step", type=WholeRange(1), required=False)
 @click.option("--mine", is_flag=True, help="Only what you did on this machine by this command line.")
 @target_options
 def undo(target: Target, step: int | None, mine: bool) -> None:
@@ -109,7 +109,7 @@ def undo(target: Target, step: int | None, mine: bool) -> None:
 
 
 @click.command(epilog=_EXAMPLES)
-@click.argument("step", type=click.IntRange(1), required=False)
+@click.argument("step", type=WholeRange(1), required=False)
 @click.option("--mine", is_flag=True, help="Only what you undid on this machine by this command line.")
 @target_options
 def redo(target: Target, step: int | None, mine: bool) -> None:

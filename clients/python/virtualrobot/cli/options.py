@@ -96,6 +96,20 @@ def _write_answer(out: TextIO, method: str, message: Any) -> None:  # noqa: ANN4
     out.flush()
 
 
+class WholeRange(click.IntRange):
+    """A whole number in a range."""
+
+    name = "number"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> int:  # noqa: ANN401
+        """Return the number; raise click.BadParameter for words that are none."""
+        try:
+            int(value)
+        except ValueError:
+            self.fail(f"{value!r} is no whole number", param, ctx)
+        return super().convert(value, param, ctx)
+
+
 class FiniteRange(click.FloatRange):
     """A number in a range; NaN, which is neither below nor above it, is none."""
 

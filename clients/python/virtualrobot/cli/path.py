@@ -8,7 +8,15 @@ import click
 
 from virtualrobot.cli.move import follow
 from virtualrobot.cli.names import NODE, PLANNER, ROBOT, TARGET
-from virtualrobot.cli.options import FiniteRange, Numbers, Target, degrees_option, pose_of_numbers, target_options
+from virtualrobot.cli.options import (
+    FiniteRange,
+    Numbers,
+    Target,
+    WholeRange,
+    degrees_option,
+    pose_of_numbers,
+    target_options,
+)
 from virtualrobot.cli.orders import Part, group_options, joint_goal, part_of
 
 if TYPE_CHECKING:
@@ -30,7 +38,7 @@ Examples:
 @click.option("--to", "place", type=TARGET, metavar="NAME", help="A posture, such as home, or a target.")
 @click.option("--reference", type=NODE, help="The node in whose frame the pose is given [world].")
 @click.option("--planner", type=PLANNER, metavar="NAME", help="The algorithm of OMPL [RRTConnect].")
-@click.option("--seed", type=click.IntRange(min=0), default=0, metavar="N", help="What the search draws from [0].")
+@click.option("--seed", type=WholeRange(min=0), default=0, metavar="N", help="What the search draws from [0].")
 @click.option(
     "--time-limit", type=FiniteRange(min=0.0), default=10.0, metavar="SECONDS", help="How long it may take [10]."
 )

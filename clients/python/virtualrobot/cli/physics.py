@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.names import NODE
-from virtualrobot.cli.options import Numbers, Target, target_options
+from virtualrobot.cli.options import Numbers, Target, WholeRange, target_options
 
 if TYPE_CHECKING:
     from virtualrobot.physics import PhysicsStatus
@@ -27,7 +27,7 @@ def physics(context: click.Context, target: Target) -> None:
 @physics.command()
 @click.argument("engine")
 @click.option("--gravity", type=Numbers(3), metavar="X,Y,Z", help="Gravity in the world, m/s^2 [as it is].")
-@click.option("--substeps", type=click.IntRange(min=1), metavar="N", help="The engine's steps in a tick [as it is].")
+@click.option("--substeps", type=WholeRange(min=1), metavar="N", help="The engine's steps in a tick [as it is].")
 @target_options
 def use(target: Target, engine: str, gravity: tuple[float, ...] | None, substeps: int | None) -> None:
     """Let ENGINE, such as mujoco, move parts; `none` lets forces move nothing."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.names import NODE
-from virtualrobot.cli.options import Numbers, Target, target_options
+from virtualrobot.cli.options import Numbers, Target, WholeRange, target_options
 
 if TYPE_CHECKING:
     from virtualrobot.sensors.rays import RayCasterComparison, RayHits
@@ -28,8 +28,8 @@ Examples; 'virtualrobot plugins' shows the ray casters that are installed:
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("ray_casters", nargs=-1)
-@click.option("--count", type=click.IntRange(min=1), metavar="N", help="How many rays are compared [10000].")
-@click.option("--seed", type=click.IntRange(min=0), metavar="N", help="What they are drawn from [0].")
+@click.option("--count", type=WholeRange(min=1), metavar="N", help="How many rays are compared [10000].")
+@click.option("--seed", type=WholeRange(min=0), metavar="N", help="What they are drawn from [0].")
 @click.option("--from", "origin", type=Numbers(3), metavar="X,Y,Z", help="Cast one ray instead: from here, in meters,")
 @click.option("--along", type=Numbers(3), metavar="X,Y,Z", help="and in this direction.")
 @click.option("--frame", type=NODE, metavar="NODE", help="The node whose frame they are in [the world's].")

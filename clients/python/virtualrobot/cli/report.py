@@ -23,9 +23,10 @@ def report(target: Target, archive: Path, data: Path | None) -> None:
 
     It has no token. Look into it before you give it away: it has all that the cell is made of.
     """
+    there = archive.exists()
     if data is not None:
         kernel_program("report")(data, archive)
     else:
         with target.connect() as client:
             client.report(archive)
-    click.echo(f"written: {archive} ({archive.stat().st_size / 1e6:.1f} MB)")
+    click.echo(f"{'replaced' if there else 'written'}: {archive} ({archive.stat().st_size / 1e6:.1f} MB)")

@@ -10,7 +10,7 @@ import click
 
 from virtualrobot.cli.camera_files import KINDS, write_pictures
 from virtualrobot.cli.names import SENSOR
-from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.options import Target, WholeRange, target_options
 from virtualrobot.cli.sensor_view import hide, show
 from virtualrobot.cli.sensor_words import contact_lines, said
 from virtualrobot.cli.settings import settings_from, settings_option
@@ -89,7 +89,7 @@ def read(target: Target, name: str, out: Path | None, frame: str | None, kinds: 
 
 @sensor.command()
 @click.argument("names", nargs=-1, type=SENSOR)
-@click.option("--count", type=click.IntRange(min=1), help="End after so many readings.")
+@click.option("--count", type=WholeRange(min=1), help="End after so many readings.")
 @target_options
 def watch(target: Target, names: tuple[str, ...], count: int | None) -> None:
     """Print a line for each reading of the sensors NAMES (or all), as they come; Ctrl-C ends it."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from virtualrobot.cli.names import ROBOT
-from virtualrobot.cli.options import GO_ON, Target, degrees_option, target_options
+from virtualrobot.cli.options import GO_ON, Target, WholeRange, degrees_option, target_options
 from virtualrobot.cli.signals import signal_text
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def leases(target: Target) -> None:
 
 
 @click.command()
-@click.argument("ticks", type=click.IntRange(1), default=1)
+@click.argument("ticks", type=WholeRange(1), default=1)
 @click.option("--realtime", is_flag=True, help="Afterwards let time follow the wall clock again.")
 @target_options
 def step(target: Target, ticks: int, realtime: bool) -> None:

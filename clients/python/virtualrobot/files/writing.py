@@ -73,4 +73,6 @@ def write_file(path: Path, data: bytes) -> Path:
             raise
     except OSError as error:
         raise InvalidArgumentError(f"{path} cannot be written: {error.strerror or error}") from error
+    except ValueError as error:  # a NUL in its name
+        raise InvalidArgumentError(f"{str(path)!r} cannot be the name of a file: {error}") from error
     return path

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import click
-from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.options import Target, WholeRange, target_options
 
 
 @click.command(short_help="Run connections between signals, with logic, from a file.")
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("--check", is_flag=True, help="Look at the file and at the kernel's signals, and run nothing.")
-@click.option("--steps", type=click.IntRange(1), help="In stepped time: make so many ticks, and end.")
+@click.option("--steps", type=WholeRange(1), help="In stepped time: make so many ticks, and end.")
 @target_options
 def connections(target: Target, file: Path, check: bool, steps: int | None) -> None:
     """Run the connections between signals that FILE says, until Ctrl-C.

@@ -9,13 +9,13 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import click
-from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.options import Target, WholeRange, target_options
 from virtualrobot.session import DEFAULT_HOST, find_token, is_loopback, split_address
 
 
 @click.command(short_help="Serve the console, and the contract to browsers, curl and MATLAB.")
 @click.option("--listen", "host", default=DEFAULT_HOST, metavar="ADDRESS", help="Where it listens [127.0.0.1].")
-@click.option("--port", type=click.IntRange(0, 65535), help="0 takes any free one [the first free one from 8090].")
+@click.option("--port", type=WholeRange(0, 65535), help="0 takes any free one [the first free one from 8090].")
 @click.option("--host-name", "names", multiple=True, metavar="NAME", help="A name that browsers may call it by.")
 @click.option("--origin", "origins", multiple=True, metavar="URL", help="Let pages of this origin call.")
 @click.option("--tls-certificate", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="A PEM file.")

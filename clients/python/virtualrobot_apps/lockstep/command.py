@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import closing
 
 import click
-from virtualrobot.cli.options import FiniteRange, Target, target_options
+from virtualrobot.cli.options import FiniteRange, Target, WholeRange, target_options
 
 ABOVE_ZERO = FiniteRange(0.0, min_open=True)
 
@@ -21,9 +21,7 @@ Examples:
 @click.command(epilog=_EXAMPLES, short_help="Let time wait for an outside controller of a robot.")
 @click.argument("robot")
 @click.argument("program", nargs=-1, metavar="[-- PROGRAM [ARGUMENT]...]")
-@click.option(
-    "--port", type=click.IntRange(0, 65535), help="Wait for a controller at this port instead (0: a free one)."
-)
+@click.option("--port", type=WholeRange(0, 65535), help="Wait for a controller at this port instead (0: a free one).")
 @click.option("--period", type=ABOVE_ZERO, default=0.05, help="From one command to the next, simulation time [0.05 s].")
 @click.option("--timeout", type=ABOVE_ZERO, default=10.0, help="How long to wait for each command [10 s].")
 @click.option("--seconds", type=ABOVE_ZERO, help="Of simulation time [until the controller ends].")

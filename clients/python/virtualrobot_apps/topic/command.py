@@ -8,7 +8,7 @@ from contextlib import suppress
 from pathlib import Path
 
 import click
-from virtualrobot.cli.options import FiniteRange, Target, target_options
+from virtualrobot.cli.options import FiniteRange, Target, WholeRange, target_options
 
 _EXAMPLES = """
 \b
@@ -69,7 +69,7 @@ def info(target: Target, name: str) -> None:
 
 @topic.command()
 @_names
-@click.option("--count", type=click.IntRange(min=1), help="End after so many samples.")
+@click.option("--count", type=WholeRange(min=1), help="End after so many samples.")
 @click.option("--field", "fields", multiple=True, help="Only this field; may be given again.")
 @click.option("--lines", is_flag=True, help="A line of JSON for each sample, with whole arrays.")
 @_seconds

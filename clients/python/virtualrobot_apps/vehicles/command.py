@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from virtualrobot.cli.options import FiniteRange, Target, target_options
+from virtualrobot.cli.options import FiniteRange, Target, WholeRange, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def ugv(target: Target, side: float, plot: Path | None, headless: bool, speed: f
 GROUND = click.option(
     "--ground", type=click.Choice(["level", "rolling"]), default="rolling", show_default=True, help="What it walks on."
 )
-SEED = click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of rolling ground.")
+SEED = click.option("--seed", type=WholeRange(0), default=1, show_default=True, help="Seed of rolling ground.")
 
 
 @click.command()
@@ -108,9 +108,9 @@ def boebot(target: Target, plot: Path | None, headless: bool, speed: float | Non
 
 
 @click.command()
-@click.option("--size", type=click.IntRange(2, 50), default=4, show_default=True, help="Cells along a side.")
-@click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Which maze of that size.")
-@click.option("--mazes", type=click.IntRange(1, 49), default=1, show_default=True, help="How many, each a cell larger.")
+@click.option("--size", type=WholeRange(2, 50), default=4, show_default=True, help="Cells along a side.")
+@click.option("--seed", type=WholeRange(0), default=1, show_default=True, help="Which maze of that size.")
+@click.option("--mazes", type=WholeRange(1, 49), default=1, show_default=True, help="How many, each a cell larger.")
 @PLOT
 @HEADLESS
 @SPEED

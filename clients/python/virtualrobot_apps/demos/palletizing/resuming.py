@@ -30,6 +30,7 @@ def begun(client: Client, layers: int = 3) -> Begun | None:
         return None
     # Counted once: later one arm may have placed a box that the other one has not told yet.
     placed = sum(done(client, station, 0).placed for station in STATIONS)
+    print(f"going on: {placed} of {len(STATIONS) * COLUMNS * ROWS * layers} boxes are on their pallets", flush=True)
     return Begun(finish_move, partial(palletize_rest, before=placed))
 
 

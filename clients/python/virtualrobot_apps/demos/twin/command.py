@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import click
-from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.options import Target, WholeRange, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
 
 @click.command()
-@click.option("--loops", type=click.IntRange(1, 50), default=1, show_default=True, help="Rows of three boxes.")
+@click.option("--loops", type=WholeRange(1, 50), default=1, show_default=True, help="Rows of three boxes.")
 @click.option("--headless", is_flag=True, help="Open no viewer.")
 @target_options
 def twin(target: Target, loops: int, headless: bool) -> None:
