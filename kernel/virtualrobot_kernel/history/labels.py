@@ -250,6 +250,10 @@ def _moved(command: commands.SetParts, done: Done) -> Iterable[Phrase]:
     yield Phrase("moved", "", f" {len(command.parts)} parts by forces")
 
 
+def _touched(command: commands.SetContacts, done: Done) -> Iterable[Phrase]:
+    yield Phrase("felt", "", f" {len(command.contacts.nodes)} contacts")
+
+
 def _physics(command: commands.SetPhysics, done: Done) -> Iterable[Phrase]:
     if command.engine is not None:
         engine = command.engine
@@ -331,6 +335,7 @@ LABELS: dict[type, Callable[[Any, Done], Iterable[Phrase]]] = {
     commands.SetDynamics: _computed,
     commands.SetJointEfforts: _exerts,
     commands.SetParts: _moved,
+    commands.SetContacts: _touched,
     commands.SetPhysics: _physics,
     commands.PauseMotion: _of_motion("paused"),
     commands.ResumeMotion: _of_motion("resumed"),

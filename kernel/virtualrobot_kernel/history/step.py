@@ -48,6 +48,7 @@ KINDS: dict[type, StepKind] = {
     commands.SetDynamics: StepKind.MOTION,
     commands.SetJointEfforts: StepKind.MOTION,
     commands.SetParts: StepKind.MOTION,
+    commands.SetContacts: StepKind.MOTION,
     commands.PauseMotion: StepKind.MOTION,
     commands.ResumeMotion: StepKind.MOTION,
     commands.CancelMotion: StepKind.MOTION,

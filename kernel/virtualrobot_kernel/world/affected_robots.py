@@ -231,6 +231,7 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.SetDynamics: _nothing,
     commands.SetJointEfforts: _robot,
     commands.SetParts: _nothing,
+    commands.SetContacts: _nothing,
     commands.SetPhysics: _nothing,
     commands.PauseMotion: _nothing,
     commands.ResumeMotion: _motion,

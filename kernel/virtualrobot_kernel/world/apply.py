@@ -66,6 +66,7 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.SetDynamics: dynamics.set_dynamics,
     commands.SetJointEfforts: motored.set_joint_efforts,
     commands.SetParts: physics.set_parts,
+    commands.SetContacts: physics.set_contacts,
     commands.SetPhysics: physics.set_physics,
     commands.PauseMotion: apply_motions.pause_motion,
     commands.ResumeMotion: apply_motions.resume_motion,

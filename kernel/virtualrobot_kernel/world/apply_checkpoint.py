@@ -27,6 +27,8 @@ def checkpoint_of(change: Change, name: str) -> RestoreWorld:
         efforts={},
         dynamics=None,
         moved_parts=None,
+        contacts=None,
+        told_contacts=None,
     )
     return RestoreWorld(name, tuple(change.structure.nodes.values()), state)
 
@@ -60,6 +62,8 @@ def restore_world(change: Change, command: RestoreWorld, forward: Forward) -> Ch
         efforts={},
         dynamics=None,
         moved_parts=None,
+        contacts=None,
+        told_contacts=None,
         twists={},
         running_sensors={},
         sensor_starts=max(now.sensor_starts, then.sensor_starts),

@@ -26,7 +26,8 @@ LONGEST_BRAKE_TICKS = 15_000
 HARMLESS: frozenset[type] = frozenset(
     {
         *(commands.StartMotion, commands.StartSetpointMotion, commands.SetSetpoint, commands.EndSetpoints),
-        *(commands.SetMeasuredJoints, commands.SetDynamics, commands.SetParts, commands.SetPhysics, commands.GoOn),
+        *(commands.SetMeasuredJoints, commands.SetDynamics, commands.SetParts, commands.SetContacts),
+        *(commands.SetPhysics, commands.GoOn),
         *(commands.CancelMotion, commands.StopMotions, commands.StopRobots, commands.PlayedTicks),
         *(commands.CreateSignal, commands.RemoveSignal, commands.SetSignal),
         *(commands.RunSensors, commands.SetRangeComponents, commands.SetKinematics, commands.SelectTool),

@@ -20,7 +20,7 @@ from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
 from virtualrobot_kernel.world.records import Values
-from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, State
+from virtualrobot_kernel.world.state import BodyContacts, Cancellation, EndCause, Signal, State
 from virtualrobot_kernel.world.structure import Craft, JointGroup, Node, NodeData, NodeSpec
 
 
@@ -387,6 +387,13 @@ class SetParts:
     twists: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SetContacts:
+    """Command to tell where what sensors feel touches under physics by the end of this tick, and by which force."""
+
+    contacts: BodyContacts
+
+
 @dataclass(frozen=True, slots=True)
 class SetPhysics:
     """Command to change how forces move what is dynamic; None leaves a setting as it is.
@@ -523,6 +530,7 @@ Command = (
     | SetDynamics
     | SetJointEfforts
     | SetParts
+    | SetContacts
     | SetPhysics
     | PauseMotion
     | ResumeMotion
