@@ -105,7 +105,6 @@ def test_each_way_in_which_a_robot_does_not_follow_stops_it(bench: Bench, how: s
     elif how == "ends":
         sham.report = replace(sham.report, state=State.INACTIVE)
     elif how == "starves":
-        sham.rate = 1.0
         sham.report = replace(sham.report, on_brake=True)
         until(lambda: (seen := sham.ring.reported()) is not None and seen.on_brake)
         sham.cell.stop()
@@ -184,7 +183,7 @@ def test_a_host_is_silent_after_its_lead_and_three_cycles(lead: float, rate: flo
     report.error = report.q = np.zeros(1)
     asked = mock.Mock(lead=lead, following_warning=1.0, following_limit=1.0)
     process, ring = mock.Mock(fault=None), mock.Mock()
-    ring.reported.return_value = report
+    ring.reported.return_value, ring.pulse.return_value = report, (5, 1, 0.0)
     one = link.Link(mock.Mock(), asked, process, ring, mock.Mock(rate=rate), state=State.ACTIVE)
     looks = 0
     while one.fault(looks * 10_000_000, False) is None:

@@ -16,15 +16,15 @@ from virtualrobot_sdk.drivers import DriverFault, Words
 from virtualrobot_sdk.drivers.shared import NEVER, State
 
 from virtualrobot_kernel.drivers.admission import check, check_orders
+from virtualrobot_kernel.drivers.brakes import Brakes
 from virtualrobot_kernel.drivers.cell import Cell
 from virtualrobot_kernel.drivers.conditions import halted_error, name_of
 from virtualrobot_kernel.drivers.link import Link, LinkMode
 from virtualrobot_kernel.drivers.settling import Settling, author_of
 from virtualrobot_kernel.drivers.signals import bits_of, inputs_changed
-from virtualrobot_kernel.drivers.twin import Floats
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.inputs.mailbox import Mailbox
-from virtualrobot_kernel.world.braking import braking_of, going
+from virtualrobot_kernel.world.braking import going
 from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.commands import Command, SetMeasuredJoints, StopRobots
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, Snapshot
@@ -61,8 +61,9 @@ class Supervision:
         leased: Callable[[int], bool],
     ) -> None:
         """Begin with nothing seen."""
-        self._world, self._mailbox, self._forward, self._leased = world, mailbox, forward, leased
+        self._world, self._mailbox, self._leased = world, mailbox, leased
         self._cell, self._settling = cell, settling
+        self._brakes = Brakes(forward)
         self._stopped_ns = 0
         self._signals: Mapping[str, Signal] | None = None
 
@@ -125,9 +126,9 @@ class Supervision:
 
     def _late(self, played: Sequence[Link], now_ns: int) -> str:
         """Return that robots have braked because no newer tick came, in words; empty where that was not so."""
-        late = (now_ns - self._world.due_nanoseconds) * 1e-9
-        if any(_is_starved(link) for link in played) or late > min(link.asked.lead for link in played):
-            return f"the newest tick was {late:.2f} s old, older than the lead: the real robots brake on their paths"
+        late, lead = (now_ns - self._world.due_nanoseconds) * 1e-9, min(link.asked.lead for link in played)
+        if late > lead or any(link.report is not None and link.report.on_brake for link in played):
+            return f"the newest tick was older than the lead of {lead:g} s: the real robots brake on their paths"
         return ""
 
     def after_change(self, now: Snapshot) -> Sequence[Command]:
@@ -163,10 +164,7 @@ class Supervision:
             return
         played = [link for link in links.values() if link.is_played or link.mode is LinkMode.EXECUTE]
         if played:
-            brake = self._brake(now, played)
-            due = self._world.due_nanoseconds
-            kept = [link.write(now, due + link.lead_ns, brake) for link in played]
-            block.complete(now.state.tick, all(kept))
+            block.complete(now.state.tick, self._write(now, played))
         signals_changed = now.state.signals is not self._signals
         self._signals = now.state.signals
         for link in links.values():
@@ -177,13 +175,17 @@ class Supervision:
         for link in played:
             self._watch(now, link)
 
-    def _brake(self, now: Snapshot, played: Sequence[Link]) -> Floats | None:
-        """Return where robots that are played go (m, nq), a tick apart, if all brake now; None: it takes too long."""
+    def _write(self, now: Snapshot, played: Sequence[Link]) -> bool:
+        """Write a tick into the rings of robots that are played; return whether all have its brake."""
+        due = self._world.due_nanoseconds
         if not now.state.motions:
-            return now.state.q[None]
-        robots = {link.twin.uid for link in played}
-        way = braking_of(robots, now.structure, now.state, now.tick_seconds, self._forward)
-        return way.positions if way.ends else None
+            for link in played:
+                link.write_rest(now, due)
+            return True
+        places = {link.twin.uid: link.places(now.structure)[0] for link in played}
+        brakes = self._brakes.of(places, now.structure, now.state, now.tick_seconds) or {}
+        kept = [link.write(now, due, brakes.get(link.twin.uid)) for link in played]
+        return all(kept)
 
     def _read(self, now: Snapshot, link: Link) -> None:
         report = link.report
@@ -219,9 +221,8 @@ class Supervision:
         if (played := link.played) is None:
             return
         played.twin_at(now.state)
-        if link.report is not None and link.is_played:
-            played.reached(link.report.tick)
-        if link.state is State.ACTIVE and played.waiting * now.tick_seconds >= NOTE_SECONDS:
+        if link.state is State.ACTIVE and (now.state.tick - played.noted) * now.tick_seconds >= NOTE_SECONDS:
+            played.noted = now.state.tick
             self._settling.note(now, link)
 
 
@@ -235,9 +236,3 @@ def _stop(links: Sequence[Link], now: Snapshot, cause: EndCause, why: str) -> Se
     """Return the command that stops those of some robots that do not brake yet."""
     robots = going(now.state).intersection(link.twin.uid for link in links)
     return [StopRobots(tuple(sorted(robots)), Cancellation(cause, why))] if robots else ()
-
-
-def _is_starved(link: Link) -> bool:
-    """Return whether a robot goes on by its brake, or has, though nobody has slowed its clock."""
-    report = link.report
-    return report is not None and report.on_brake and report.rate == 1.0
