@@ -50,6 +50,7 @@ FAULTS = {
     "power": "the connection to loopback is lost",
     "stuck 0": "from where it should be",
     "displaced 0 0.5": "from where it should be",
+    "late 0 0.25": "the driver came",
     "slow": "the controller goes slower than it was told",
     "hand_guided": "somebody guides the robot by hand",
     "local": "the key is turned to the pendant",
@@ -78,7 +79,9 @@ def test_each_fault_stops_both_robots_and_is_told(two: Cell, fault: str) -> None
 
 def fail(two: Cell, fault: str) -> None:
     for robot in ("arm", "other"):
-        two.connect(robot, following_limit=0.1, following_warning=0.05)
+        # Who is late, and not silent, is told before its controller's watchdog acts.
+        patience = {"watchdog": 2.0} if fault.startswith("late") else {}
+        two.connect(robot, following_limit=0.1, following_warning=0.05, **patience)
         assert two.mode(EXECUTE, robot).driver.state == ACTIVE
     # So fast that a brake is longer than a fault is waited for: it is told before the robot rests.
     speed = 0.1 if fault == "slow" else 0.01
