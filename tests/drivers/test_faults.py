@@ -99,13 +99,16 @@ def fail(two: Cell, fault: str) -> None:
     # That a process has died is known when it is asked for its words.
     until(lambda: FAULTS[fault] in two.status("arm").text)
     where = np.array(two.status("other").positions)
-    # Neither twin moves alone: the one is refused in its controller's words, the other since it was stopped with it.
+    # Nothing moves in a stopped cell, and in one that was released no twin alone: the one is refused in its
+    # controller's words, the other since it was stopped with it.
+    refused = refusal(lambda: two.holder.start(joints("other", 0.1, **{FIRST: 0.0})))
+    assert (refused.metadata["aspect"], "'arm'" in refused.message) == ("cell", True), refused
+    assert refusal(lambda: two.mode(EXECUTE, "other")).metadata["aspect"] == "cell"
+    two.alone.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
     refused = refusal(lambda: two.holder.start(joints("arm", 0.1, **{FIRST: 0.0})))
     assert (refused.reason, FAULTS[fault] in refused.message) == ("DRIVER_FAULT", True), refused
     refused = refusal(lambda: two.holder.start(joints("other", 0.1, **{FIRST: 0.0})))
     assert (refused.reason, refused.metadata["aspect"], "'arm'" in refused.message) == ("WRONG_STATE", "mode", True)
-    assert refusal(lambda: two.mode(EXECUTE, "other")).metadata["aspect"] == "cell"
-    two.alone.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
     assert refusal(lambda: two.mode(EXECUTE, "arm")).metadata["aspect"] == "state"
     # The one that is well goes on from where it stands, once somebody wants it to.
     moved = two.mode(EXECUTE, "other")

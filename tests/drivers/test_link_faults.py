@@ -34,18 +34,25 @@ def test_a_robot_that_faults_stops_its_twin_with_its_words(bench: Bench) -> None
     assert "joint 3 is too hot" in ended.end_reason
     until(lambda: bench.status.mode == SIMULATED)
     assert (bench.status.state, bench.status.text, bench.status.code) == (ERROR, "joint 3 is too hot", "C204")
-    assert bench.cell.stopped
+    assert bench.cell.stopped_by == "driver sham of arm"
+    assert "joint 3 is too hot" in bench.cell.reason
     assert aspect(refusal(lambda: bench.mode(EXECUTE))) == "state"
     refused = refusal(lambda: bench.call("ResetDriver", robot="arm"))
     assert (refused.reason, refused.metadata["clears"]) == ("DRIVER_FAULT", "False")
     where = bench.joint()
     refused = refusal(lambda: bench.move(**{FIRST: 0.0}))
+    assert "driver sham of arm stopped it" in refused.message and "joint 3 is too hot" in refused.message
+    assert aspect(refused) == "cell"
+    bench.connect()  # anew, once somebody has seen to it
+    assert aspect(refusal(lambda: bench.mode(EXECUTE))) == "cell"
+    bench.process.fail(DriverFault("joint 3 is too hot", "C204"))
+    until(lambda: bench.status.state == ERROR)
+    bench.call("ReleaseCell")
+    refused = refusal(lambda: bench.move(**{FIRST: 0.0}))
     assert (refused.reason, refused.metadata["code"], refused.metadata["clears"]) == ("DRIVER_FAULT", "C204", "False")
     assert "joint 3 is too hot; see to it at the controller, connect its driver again" in refused.message
     bench.connect()  # anew, once somebody has seen to it
     assert "its driver was connected again after a fault" in refusal(lambda: bench.move(**{FIRST: 0.0})).message
-    assert aspect(refusal(lambda: bench.mode(EXECUTE))) == "cell"
-    bench.call("ReleaseCell")
     assert bench.joint() == where
     told = bench.mode(EXECUTE).driver
     assert (told.state, told.halted) == (ACTIVE, False)
@@ -128,6 +135,7 @@ def test_a_stop_of_the_cell_ends_motions_as_somebody_wanted_it(bench: Bench) -> 
     assert ended.end_reason == "a cat"
     until(lambda: bench.status.state == INACTIVE)
     assert bench.status.mode == SIMULATED
+    assert aspect(refusal(lambda: bench.move(**{FIRST: 0.0}))) == "cell"
     bench.alone.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
     assert not bench.cell.stopped
     refused = refusal(lambda: bench.move(**{FIRST: 0.0}))

@@ -26,8 +26,8 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.world.braking import going
 from virtualrobot_kernel.world.change import Forward
-from virtualrobot_kernel.world.commands import Command, SetMeasuredJoints, StopRobots
-from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, Snapshot
+from virtualrobot_kernel.world.commands import Command, SetMeasuredJoints, StopCell, StopRobots
+from virtualrobot_kernel.world.state import Cancellation, CellStop, EndCause, Signal, Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.tick_inputs import TickInput
 
@@ -39,6 +39,9 @@ NOTE_SECONDS = 1.0
 
 UNWATCHED = (State.ERROR, State.CONNECTING, State.DISCONNECTED)
 """States in which a link has no fault that is new."""
+
+OUTSIDE = "somebody outside the kernel"
+"""Whoever has stopped the cell without a call, as by the stopper."""
 
 log = logging.getLogger(__name__)
 
@@ -86,6 +89,8 @@ class Supervision:
         now_ns, cell, block = time.monotonic_ns(), self._cell, self._cell.block
         if block is None:
             return ()
+        if now.state.stop is not None and block.stop_ns == NEVER:
+            cell.stop(now.state.stop.reason, now.state.stop.by)
         played: list[Link] = []
         failed: list[tuple[Link, Words]] = []
         awaits, stopped = False, block.stop_ns != NEVER
@@ -99,30 +104,40 @@ class Supervision:
                 awaits = awaits or link.awaits_words
                 if words is not None:
                     failed.append((link, words))
-        if not played or (awaits and not failed):
+        is_known = now.state.stop is not None or cell.closed
+        if (awaits and not failed) or not (played or stopped) or (is_known and not played):
             return ()
         if failed:
             name = name_of(now, failed[0][0])
             cause, why = EndCause.DRIVER, f"the real robot of {name!r} has stopped: {failed[0][1].text}"
-            if block.stop_ns == NEVER:
-                cell.stop(why)
+            if not cell.reason:
+                cell.by, cell.reason = author_of(now, failed[0][0]), why
+            block.stop()
         elif block.stop_ns != NEVER:
             cause, why = EndCause.CELL_STOPPED, cell.stopped
-            if not cell.reason and (late := self._late(played, now_ns)):
-                cause, why = EndCause.DRIVER, late
-                cell.reason = why
-            elif not cell.reason:
-                # A host that meets a fault stops the cell before it can say so.
-                self._stopped_ns = self._stopped_ns or now_ns
-                if now_ns - self._stopped_ns < FAULT_SECONDS * 1e9:
-                    return ()
+            if played and not cell.reason:
+                if late := self._late(played, now_ns):
+                    cause, why = EndCause.DRIVER, late
+                    cell.by, cell.reason = self.author, why
+                else:
+                    # A host that meets a fault stops the cell before it can say so.
+                    self._stopped_ns = self._stopped_ns or now_ns
+                    if now_ns - self._stopped_ns < FAULT_SECONDS * 1e9:
+                        return ()
         else:
             return self._stop_unleased(played, now)
         for link in played:
             if link.state is State.ACTIVE:
                 link.halt(link.words if link.words.text else Words(why), State.STOPPING)
                 self._settling.later(link)
-        return _stop(played, now, cause, why)
+        stop = _stop(played, now, cause, why)
+        return stop if is_known else (*stop, StopCell(self.stop_of_cell()))
+
+    def stop_of_cell(self) -> CellStop:
+        """Return the stop that the drivers' robots have met, as the world will have it."""
+        cell, block = self._cell, self._cell.block
+        ago = 0.0 if block is None else max(time.monotonic_ns() - block.stop_ns, 0) * 1e-9
+        return CellStop(cell.by or OUTSIDE, cell.stopped, time.time() - ago)
 
     def _late(self, played: Sequence[Link], now_ns: int) -> str:
         """Return that robots have braked because no newer tick came, in words; empty where that was not so."""

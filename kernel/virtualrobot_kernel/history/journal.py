@@ -35,6 +35,7 @@ from virtualrobot_kernel.world.commands import (
     SetParts,
     SetSetpoint,
     SetSpeedFactor,
+    StopCell,
     StopMotions,
     StopRobots,
 )
@@ -50,7 +51,7 @@ MOST_UNKEPT = 100_000
 
 STOPPING = frozenset(
     {
-        *(StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints),
+        *(StopMotions, StopRobots, StopCell, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints),
         *(SetMeasuredJoints, SetDynamics, SetParts, SetContacts),
     }
 )

@@ -280,6 +280,14 @@ def _halted(command: commands.StopRobots, done: Done) -> Iterable[Phrase]:
         yield Phrase("stopped no robot")
 
 
+def _cell_stopped(command: commands.StopCell, done: Done) -> Iterable[Phrase]:
+    yield Phrase("stopped the cell", "", f": {command.stop.reason}")
+
+
+def _cell_released(command: commands.ReleaseCell, done: Done) -> Iterable[Phrase]:
+    yield Phrase("released the cell")
+
+
 def _played(command: commands.PlayedTicks, done: Done) -> Iterable[Phrase]:
     node = done.after.structure.nodes.get(command.robot)
     yield Phrase("played ticks of", repr(node.name) if node else "a robot that is gone")
@@ -342,6 +350,8 @@ LABELS: dict[type, Callable[[Any, Done], Iterable[Phrase]]] = {
     commands.CancelMotion: _of_motion("cancelled"),
     commands.StopMotions: _stopped,
     commands.StopRobots: _halted,
+    commands.StopCell: _cell_stopped,
+    commands.ReleaseCell: _cell_released,
     commands.PlayedTicks: _played,
     commands.RestartWorld: _began_again,
     commands.RestoreRecords: _restored,

@@ -54,6 +54,8 @@ KINDS: dict[type, StepKind] = {
     commands.CancelMotion: StepKind.MOTION,
     commands.StopMotions: StepKind.MOTION,
     commands.StopRobots: StepKind.MOTION,
+    commands.StopCell: StepKind.MOTION,
+    commands.ReleaseCell: StepKind.OTHER,
     commands.SetSignal: StepKind.SIGNAL,
     commands.RunSensors: StepKind.OTHER,
     commands.SetPhysics: StepKind.OTHER,

@@ -238,6 +238,8 @@ AFFECTED: dict[type, Callable[[Snapshot, Any], Iterable[int]]] = {
     commands.CancelMotion: _cancelled,
     commands.StopMotions: _nothing,
     commands.StopRobots: _nothing,
+    commands.StopCell: _nothing,
+    commands.ReleaseCell: _nothing,
     commands.PlayedTicks: _nothing,
     commands.RestartWorld: _everything,
     commands.RestoreRecords: _restored,

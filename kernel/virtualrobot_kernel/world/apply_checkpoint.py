@@ -29,6 +29,7 @@ def checkpoint_of(change: Change, name: str) -> RestoreWorld:
         moved_parts=None,
         contacts=None,
         told_contacts=None,
+        stop=None,
     )
     return RestoreWorld(name, tuple(change.structure.nodes.values()), state)
 
@@ -68,6 +69,7 @@ def restore_world(change: Change, command: RestoreWorld, forward: Forward) -> Ch
         running_sensors={},
         sensor_starts=max(now.sensor_starts, then.sensor_starts),
         epoch=max(now.epoch, then.epoch) + 1,
+        stop=now.stop,
     )
     # Each start of a sensor has a number of its own.
     return with_sensors_running(replace(change, structure=structure, state=state), then.running_sensors, True)

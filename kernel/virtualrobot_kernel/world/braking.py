@@ -29,6 +29,7 @@ HARMLESS: frozenset[type] = frozenset(
         *(commands.SetMeasuredJoints, commands.SetDynamics, commands.SetParts, commands.SetContacts),
         *(commands.SetPhysics, commands.GoOn),
         *(commands.CancelMotion, commands.StopMotions, commands.StopRobots, commands.PlayedTicks),
+        *(commands.StopCell, commands.ReleaseCell),
         *(commands.CreateSignal, commands.RemoveSignal, commands.SetSignal),
         *(commands.RunSensors, commands.SetRangeComponents, commands.SetKinematics, commands.SelectTool),
         *(commands.SetGroups, commands.SetPostures, commands.SetJointEfforts),

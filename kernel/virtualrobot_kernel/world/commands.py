@@ -20,7 +20,7 @@ from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
 from virtualrobot_kernel.world.records import Values
-from virtualrobot_kernel.world.state import BodyContacts, Cancellation, EndCause, Signal, State
+from virtualrobot_kernel.world.state import BodyContacts, Cancellation, CellStop, EndCause, Signal, State
 from virtualrobot_kernel.world.structure import Craft, JointGroup, Node, NodeData, NodeSpec
 
 
@@ -452,6 +452,18 @@ class StopRobots:
 
 
 @dataclass(frozen=True, slots=True)
+class StopCell:
+    """Command to cancel all motions, and to refuse new ones until the cell is released; an earlier stop stays."""
+
+    stop: CellStop
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseCell:
+    """Command to end a stop of the cell; nothing moves by that. Refused while a motion has not come to rest."""
+
+
+@dataclass(frozen=True, slots=True)
 class PlayedTicks:
     """Note that a real robot has played what its twin did from one tick to another; it changes nothing.
 
@@ -537,6 +549,8 @@ Command = (
     | CancelMotion
     | StopMotions
     | StopRobots
+    | StopCell
+    | ReleaseCell
     | PlayedTicks
     | RestartWorld
     | RestoreRecords

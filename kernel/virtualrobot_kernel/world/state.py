@@ -232,6 +232,18 @@ class SensorStart:
     tick: int
 
 
+@dataclass(frozen=True, slots=True)
+class CellStop:
+    """Stop of the cell, which stays until it is released: nothing begins to move meanwhile.
+
+    by: who stopped it, for people. reason: why, in words, never empty. wall_time: when, in seconds since 1970.
+    """
+
+    by: str
+    reason: str
+    wall_time: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
     """World at one tick. Arrays are never written to after they are published.
@@ -255,6 +267,7 @@ class State:
     efforts: what clients have motors exert, by robot (a uid) and joint: N m or N.
     contacts: where what sensors feel touches under physics, and by which force; None: nowhere.
     told_contacts: contacts that the engine has told since the tick before: they become `contacts` with the next tick.
+    stop: the stop of the cell, None while nobody has stopped it.
     """
 
     tick: int
@@ -285,6 +298,7 @@ class State:
     efforts: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
     contacts: BodyContacts | None = None
     told_contacts: BodyContacts | None = None
+    stop: CellStop | None = None
 
     @property
     def physics_settings(self) -> PhysicsSettings:

@@ -7,9 +7,11 @@ import re
 import pytest
 import virtualrobot
 from playwright.sync_api import Page, expect
-from virtualrobot.v1 import motion_pb2
+from virtualrobot.v1 import driver_pb2, motion_pb2
 from virtualrobot_apps.demos.palletizing import cell
 
+from tests.api.asking import IIWA, joints, load, start
+from tests.api.moving import READY
 from tests.api.reading import scene, state, step
 from tests.apps.console.browsing import PLAIN, browsers, hold, needs_page, opened, row
 from tests.apps.console.consoles import Console
@@ -91,6 +93,36 @@ def test_a_person_uses_the_demo_cell(console: Console, stepped: Stubs, stepped_k
         until(moves)
         page.keyboard.press("Space")
         motion = ended(stepped)
-        assert (motion.phase, motion.end_cause) == (motion_pb2.MOTION_PHASE_CANCELLED, motion_pb2.END_CAUSE_STOP)
-        expect(page.locator("#messages, #last").first).to_contain_text("stop")
+        assert (motion.phase, motion.end_cause) == (
+            motion_pb2.MOTION_PHASE_CANCELLED,
+            motion_pb2.END_CAUSE_CELL_STOPPED,
+        )
         assert not any(state(stepped, "iiwa").velocities)
+
+        # It stays stopped, says by whom, and moves nothing before it is released.
+        expect(page.locator("#stop")).to_have_text("STOPPED")
+        expect(page.locator("#stopped")).to_contain_text("by console at ipv4:127.0.0.1: STOP in the console")
+        page.locator("#go").click()
+        expect(page.locator("#last")).to_contain_text("the cell is stopped: console at")
+        page.locator("#release").click()
+        expect(page.locator("#stop")).to_have_text("STOP")
+        expect(page.locator("#stopped")).to_have_count(0)
+        page.locator("#go").click()
+        until(moves)
+
+
+def test_a_stop_of_somebody_else_is_seen_while_the_robot_brakes(console: Console, stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    with browsers() as browser, opened(browser, console.url + PLAIN) as page:
+        expect(page.locator("#connection")).to_have_text("connected")
+        start(stepped, joints("arm", **READY))
+        step(stepped, 60)
+        stepped.driver.StopCell(driver_pb2.StopCellRequest(reason="a hand"))
+        step(stepped, 1)
+        expect(page.locator("#stop")).to_have_text("BRAKING")
+        expect(page.locator("#release")).to_be_disabled()
+        until(lambda: not any(state(stepped, "arm").velocities) or not step(stepped, 5))
+        expect(page.locator("#stop")).to_have_text("STOPPED")
+        expect(page.locator("#stopped")).to_contain_text(": a hand")
+        stepped.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
+        expect(page.locator("#stop")).to_have_text("STOP")
