@@ -63,7 +63,7 @@ def is_of_stop(refused: Refusal, reason: str) -> bool:
 def test_a_stop_brakes_and_stays_until_it_is_released(stepped: Stubs) -> None:
     load(stepped, IIWA, "arm")
     began = time.time()
-    running = start(stepped, joints("arm", **READY)).id
+    running = start(stepped, joints("arm", 0.2, **READY)).id
     step(stepped, 60)
     stopped = stop(stepped, "a hand")
     assert (stopped.stopped, stopped.reason) == (True, "a hand")
@@ -75,6 +75,7 @@ def test_a_stop_brakes_and_stays_until_it_is_released(stepped: Stubs) -> None:
     assert refusal(lambda: release(stepped)).metadata["aspect"] == "rest"
     resume = motion_pb2.ResumeMotionRequest(id=running)
     assert is_of_stop(refusal(lambda: stepped.motion.ResumeMotion(resume)), "a hand")
+    assert [is_of_stop(refusal(order), "a hand") for order in orders(stepped)] == [True] * 7
     ended = finished(stepped, running)
     assert (ended.phase, ended.end_reason) == (CANCELLED, "a hand")
     assert 0.0 < ended.progress < 1.0
@@ -155,7 +156,7 @@ def test_it_stays_when_the_kernel_is_killed_and_when_the_world_goes_back(
     stubs = kernel.stubs()
     load(stubs, IIWA, "arm")
     stubs.history.CreateCheckpoint(history_pb2.CreateCheckpointRequest(name="before"))
-    start(stubs, joints("arm", **READY))
+    start(stubs, joints("arm", 0.2, **READY))
     step(stubs, 60)
     stopped = stop(stubs, "fire")
     step(stubs, 7)

@@ -77,9 +77,10 @@ class ShamProcess:
             self._thread.join()
 
     def fail(self, said: DriverFault) -> None:
-        """Meet a fault as a host does: the cell stops, the words can be asked for."""
+        """Meet a fault as a host does: the cell stops where the robot is moved, the words can be asked for."""
         self.said = said
-        self.cell.stop()
+        if self.report.state in (State.BEGINNING, State.ACTIVE, State.STOPPING):
+            self.cell.stop()
         self.report = replace(self.report, state=State.ERROR)
 
     def _refuse(self) -> None:

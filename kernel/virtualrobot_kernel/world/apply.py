@@ -93,8 +93,8 @@ def apply(structure: Structure, state: State, batch: Sequence[commands.Command],
     first, count = 0, sum(map(_count, batch))
     for command in batch:
         try:
-            if change.state.stop is not None:
-                apply_cell.refuse_stopped(change.state.stop, command)
+            if type(command) in apply_cell.MOVING:
+                apply_cell.refuse_stopped(change.state)
             change = HANDLERS[type(command)](change, command, forward)
         except KernelError as error:
             place = int(error.metadata.pop(apply_nodes.PLACE, "0"))

@@ -9,7 +9,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.apply_motions import all_cancelled
 from virtualrobot_kernel.world.change import Change, Forward
-from virtualrobot_kernel.world.state import Cancellation, CellStop, EndCause, State
+from virtualrobot_kernel.world.state import Cancellation, EndCause, State
 
 MOVING: frozenset[type] = frozenset(
     {
@@ -17,7 +17,7 @@ MOVING: frozenset[type] = frozenset(
         *(commands.StartSetpointMotion, commands.SetSetpoint, commands.SetJointEfforts),
     }
 )
-"""Commands by which something begins to move, or goes on."""
+"""Commands by which something begins to move, or goes on: a stopped cell refuses them."""
 
 
 def stop_cell(change: Change, command: commands.StopCell, forward: Forward) -> Change:
@@ -44,16 +44,17 @@ def refuse_braking(state: State) -> None:
         )
 
 
-def refuse_stopped(stop: CellStop, command: commands.Command) -> None:
-    """Raise KernelError (WRONG_STATE) for a command that would move something in a stopped cell."""
-    if type(command) in MOVING:
-        when = datetime.fromtimestamp(stop.wall_time, UTC)
-        raise KernelError(
-            f"the cell is stopped: {stop.by} stopped it at {when:%H:%M:%S} UTC on {when:%Y-%m-%d} ({stop.reason}); "
-            "nothing moves until it is released, by ReleaseCell, or `virtualrobot estop --release`",
-            reason=Reason.WRONG_STATE,
-            aspect="cell",
-            stopped_by=stop.by,
-            stop_reason=stop.reason,
-            stop_time=when.isoformat(timespec="milliseconds"),
-        )
+def refuse_stopped(state: State) -> None:
+    """Raise KernelError (WRONG_STATE) where the cell is stopped."""
+    if (stop := state.stop) is None:
+        return
+    when = datetime.fromtimestamp(stop.wall_time, UTC)
+    raise KernelError(
+        f"the cell is stopped: {stop.by} stopped it at {when:%H:%M:%S} UTC on {when:%Y-%m-%d} ({stop.reason}); "
+        "nothing moves until it is released, by ReleaseCell, or `virtualrobot estop --release`",
+        reason=Reason.WRONG_STATE,
+        aspect="cell",
+        stopped_by=stop.by,
+        stop_reason=stop.reason,
+        stop_time=when.isoformat(timespec="milliseconds"),
+    )
