@@ -9,6 +9,7 @@ import { fixed, positionOf } from "../parts/numbers";
 import { inToolAxes, tool, type Tool } from "../view/gizmo";
 import { loading } from "../view/meshes";
 import { Viewport } from "../view/viewport";
+import { Stopped } from "./stopped";
 
 export const viewport: { current?: Viewport } = {};
 
@@ -27,6 +28,7 @@ export function View() {
       <Looks />
       <Robot />
       <Cover />
+      <Stopped />
     </main>
   );
 }
