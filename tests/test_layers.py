@@ -40,7 +40,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "shapes": ("world",),
     "messages": ("motion", "world"),
     "planning": ("components", "motion", "numeric", "world"),
-    "formats": ("messages", "shapes", "world"),
+    "formats": ("messages", "numeric", "shapes", "world"),
     "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
@@ -160,6 +160,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         *("formats", "virtualrobot_sdk", "virtualrobot.files.resolver", *CONTRACT),
         *("trimesh", "lxml", "yaml", "collada", "PIL"),
     ),
+    # Most OBJ files are read in one compiled pass.
+    f"{KERNEL}/formats/obj.py": room("formats", "trimesh", "virtualrobot_kernel.numeric.wavefront"),
     f"{KERNEL}/scenes": room("scenes", "virtualrobot.files.resolver", "virtualrobot.v1"),
     # FCL holds the interpreter's lock: whoever asks it goes through the bounded calls of this room.
     f"{KERNEL}/collision": room("collision", "fcl", "virtualrobot_sdk"),
