@@ -79,9 +79,9 @@ def test_each_fault_stops_both_robots_and_is_told(two: Cell, fault: str) -> None
 
 def fail(two: Cell, fault: str) -> None:
     for robot in ("arm", "other"):
-        # Who is late, and not silent, is told before its controller's watchdog acts.
-        patience = {"watchdog": 2.0} if fault.startswith("late") else {}
-        two.connect(robot, following_limit=0.1, following_warning=0.05, **patience)
+        # Its watchdog bears what its lead does; who is late, and not silent, is told before it acts.
+        watchdog = 2.0 if fault.startswith("late") else 0.4
+        two.connect(robot, following_limit=0.1, following_warning=0.05, watchdog=watchdog)
         assert two.mode(EXECUTE, robot).driver.state == ACTIVE
     # So fast that a brake is longer than a fault is waited for: it is told before the robot rests.
     speed = 0.1 if fault == "slow" else 0.01

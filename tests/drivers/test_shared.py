@@ -90,23 +90,28 @@ class TestARing:
         short, long = TickRing.create(tmp_path / "s", K), TickRing.create(tmp_path / "l", K)
         host = TickRing.attach(tmp_path / "s", K)
         tick = 0
-        for length in (1, SLOTS, SLOTS + 1, 3 * SLOTS, 2, 2 * SLOTS + 7):
+        told = []
+        # Short ones are more than a ring knows rests: those are written tick by tick.
+        for length in (1, SLOTS, *[3] * 20, SLOTS + 1, 3 * SLOTS, 2, *[7] * 30, 2 * SLOTS + 7):
             q = rng.normal(size=K)
             joints, outputs = short.joints_of(q, np.zeros(K), q[None]), int(rng.integers(8))
+            lasts = False
             for place in range(length):
                 long.put_joints(tick, 4 * tick, outputs, joints)
-                if place < SLOTS:
+                lasts = lasts or (place > 0 and short.rest(tick, 4 * tick, outputs, joints, 4))
+                if not lasts:
                     short.put_joints(tick, 4 * tick, outputs, joints)
-                elif place == SLOTS:
-                    short.rest(tick, 4 * tick, outputs, joints, 4)
-                # The whole ring where something changes, else some of it.
-                every = range(SLOTS) if place in (0, SLOTS) or place == length - 1 else (0, 1, 60, SLOTS - 1)
+                # The whole ring where a long rest begins or ends, else some of it.
+                whole = length > SLOTS and place in (0, 1, length - 1)
+                every = range(SLOTS) if whole else (0, 1, 2, 3, 7, 15, 60, SLOTS - 1)
                 for back in (back for back in every if back <= tick):
                     one, same = host.get(tick - back), long.get(tick - back)
                     assert one is not None and same is not None and one.brake is not None and same.brake is not None
                     assert (one.tick, one.play_ns, one.outputs) == (same.tick, same.play_ns, same.outputs)
                     assert (one.q == same.q).all() and (one.v == same.v).all() and (one.brake == same.brake).all()
                 tick += 1
+            told.append(lasts)
+        assert told.count(True) > 10 and told.count(False) > 10
         short.clear()
         assert host.get(tick - 1) is None
 

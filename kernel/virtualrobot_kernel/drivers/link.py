@@ -10,7 +10,7 @@ from threading import Lock
 
 from virtualrobot_sdk.drivers import About, Safety, Words
 from virtualrobot_sdk.drivers import Mode as ControllerMode
-from virtualrobot_sdk.drivers.shared import NEVER, SLOTS, Report, State, TickRing
+from virtualrobot_sdk.drivers.shared import NEVER, Report, State, TickRing
 
 from virtualrobot_kernel.drivers.far_side import Process
 from virtualrobot_kernel.drivers.played import Played
@@ -116,7 +116,7 @@ class Link:
     def write_rest(self, now: Snapshot, due_ns: int) -> bool:
         """Put a tick that was due at a time (ns) into the ring where nothing moves; return whether that is so.
 
-        One that is as all were in a whole ring is there already.
+        One that is as the one before is there already.
         """
         state, rest = now.state, self._stood
         if state.motions:
@@ -131,8 +131,8 @@ class Link:
         if -ROUNDING_NS < off < ROUNDING_NS and rest.outputs == self.outputs:
             if rest.lasts:
                 return True
-            if state.tick - rest.tick >= SLOTS:
-                self.ring.rest(state.tick, due_ns + self.lead_ns, self.outputs, rest.joints, rest.period_ns)
+            play_ns = due_ns + self.lead_ns
+            if self.ring.rest(state.tick, play_ns, self.outputs, rest.joints, rest.period_ns):
                 rest.lasts = True
                 return True
         else:
@@ -168,8 +168,8 @@ class Link:
         self.halted = False
         self.played = Played(self.twin.uid, tick)
         self.follows_badly = False
-        self._stood = None
         self.ring.clear()
+        self._stood = None  # last: the world thread may write a rest meanwhile, which is forgotten with it
 
     def forget_faults(self) -> None:
         """Forget which fault was met, as another connection begins."""

@@ -37,6 +37,9 @@ FAULT_SECONDS = 0.05
 NOTE_SECONDS = 1.0
 """Period (s) of simulation time at which the journal is told what was played."""
 
+REST_LOOK_NS = 10_000_000
+"""Time (ns) between two looks at what came back while nothing moves and no twin is measured: none is to be stopped."""
+
 UNWATCHED = (State.ERROR, State.CONNECTING, State.DISCONNECTED)
 """States in which a link has no fault that is new."""
 
@@ -67,7 +70,8 @@ class Supervision:
         self._world, self._mailbox, self._leased = world, mailbox, leased
         self._cell, self._settling = cell, settling
         self._brakes = Brakes(forward)
-        self._stopped_ns = 0
+        self._stopped_ns = self._looked_ns = 0
+        self._monitors = False
         self._signals: Mapping[str, Signal] | None = None
 
     def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
@@ -91,9 +95,14 @@ class Supervision:
             return ()
         if now.state.stop is not None and block.stop_ns == NEVER:
             cell.stop(now.state.stop.reason, now.state.stop.by)
+        stopped = block.stop_ns != NEVER
+        stands = not now.state.motions and not self._monitors and stopped == (now.state.stop is not None)
+        if stands and now_ns - self._looked_ns < REST_LOOK_NS:
+            return ()
+        self._looked_ns = now_ns
         played: list[Link] = []
         failed: list[tuple[Link, Words]] = []
-        awaits, stopped = False, block.stop_ns != NEVER
+        awaits = False
         if not stopped:
             self._stopped_ns = 0
         for link in self._cell.links.values():
@@ -182,10 +191,13 @@ class Supervision:
             block.complete(now.state.tick, self._write(now, played))
         signals_changed = now.state.signals is not self._signals
         self._signals = now.state.signals
+        self._monitors = False
         for link in links.values():
             if link.about.outputs and signals_changed:
                 link.outputs = bits_of(now, link.twin.uid, link.about.outputs)
-            if link.mode is LinkMode.MONITOR or link.about.inputs:
+            monitors = link.mode is LinkMode.MONITOR
+            self._monitors = self._monitors or monitors
+            if monitors or link.about.inputs:
                 self._read(now, link)
         for link in played:
             self._watch(now, link)

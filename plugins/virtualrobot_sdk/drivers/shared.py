@@ -34,6 +34,9 @@ NEVER = 2**63 - 1
 SLOTS = 128
 """Number of ticks in a ring."""
 
+RESTS = 4
+"""Number of rests that a ring knows beside its ticks."""
+
 BRAKE_ROWS = 512
 """Greatest number of rows of a brake; a tick whose brake is longer has none."""
 
@@ -42,7 +45,7 @@ CELL, RING = "cell", "ring-{}"
 
 _MAGIC, _VERSION = 0x56_52_44, 3
 _CELL_WORDS = 512
-_HEADER_WORDS = 16
+_HEADER_WORDS = 32
 _CHECKED = 2
 """Words before those that are in the checksum: the sequence number and the checksum."""
 _TICK = struct.Struct("@2qQq")
@@ -250,15 +253,16 @@ class CellBlock(_Mapped):
 class TickRing(_Mapped):
     """Ring of the newest ticks of one robot of k joints, written by the kernel, and what its host reports.
 
-    A robot that has stood for a whole ring is told of no more: its ticks are as that one until another is written. What
-    of the reports each tick of the kernel looks at stands in words of its own, beside them.
+    Ticks of a robot that stands are told once: they are as that one until another is written. What of the reports each
+    tick of the kernel looks at stands in words of its own, beside them.
     """
 
-    _REST, _REST_END, _PERIOD = range(2, 5)
-    """Words: the tick that those after it are as (-1: none), the last of these, and the time (ns) between two."""
-    _CYCLES, _NEWS, _ERROR, _PLAYED = range(5, 9)
+    _CYCLES, _NEWS, _ERROR, _PLAYED = range(2, 6)
     """Words: cycles of the newest report, how often more than a cycle was new in one, its greatest error, and the
     newest tick that any has told to be played."""
+    _RESTS = tuple(range(6, 6 + 3 * RESTS, 3))
+    """Words, three for each rest: the tick that those after it are as (-1: none), the last of these, and the time (ns)
+    between two."""
 
     def __init__(self, path: Path, joints: int, *, create: bool) -> None:
         """Make or use the ring; see `create` and `attach`."""
@@ -266,7 +270,8 @@ class TickRing(_Mapped):
         self._report = struct.Struct(f"{_REPORT.format}{3 * joints}d")
         self._slot = _SLOT_WORDS + joints * (2 + BRAKE_ROWS)
         self._ring_at = _HEADER_WORDS + _REPORT_WORDS + 3 * joints
-        super().__init__(path, self._ring_at + (SLOTS + 1) * self._slot, create=create)
+        super().__init__(path, self._ring_at + (SLOTS + RESTS) * self._slot, create=create)
+        self._rest, self._rests_end = -1, [-SLOTS] * RESTS
         self._reports = 0
         self._last: tuple[int, Report | None] = (0, None)
         self._told: tuple[object, ...] = ()
@@ -285,7 +290,10 @@ class TickRing(_Mapped):
 
     def clear(self) -> None:
         """Forget all ticks; for the kernel, while the robot isn't played."""
-        self._words[self._REST] = self._words[self._PLAYED] = -1
+        self._words[self._PLAYED] = -1
+        for word in self._RESTS:
+            self._words[word] = -1
+        self._rest, self._rests_end = -1, [-SLOTS] * RESTS
         for slot in range(SLOTS):
             self._words[self._ring_at + slot * self._slot] = 0
 
@@ -300,21 +308,26 @@ class TickRing(_Mapped):
 
     def put_joints(self, tick: int, play_ns: int, outputs: int, joints: bytes) -> bool:
         """Write a tick as `put` does, with what `joints_of` has returned."""
-        words = self._words
-        if words[self._REST] >= 0 and words[self._REST_END] == NEVER:
-            words[self._REST_END] = tick - 1
+        if self._rest >= 0:
+            self._words[self._RESTS[self._rest] + 1] = self._rests_end[self._rest] = tick - 1
+            self._rest = -1
         return self._put(tick % SLOTS, tick, play_ns, outputs, joints)
 
-    def rest(self, tick: int, play_ns: int, outputs: int, joints: bytes, period_ns: int) -> None:
+    def rest(self, tick: int, play_ns: int, outputs: int, joints: bytes, period_ns: int) -> bool:
         """Write a tick that those after it are as, `period_ns` apart, until another one is written.
 
-        What was told of another rest is gone with that, so as many ticks as a ring has lie between.
+        Return whether that could be told: each rest is known for as long as ticks are.
         """
-        words = self._words
-        words[self._REST] = -1
-        self._put(SLOTS, tick, play_ns, outputs, joints)
-        words[self._REST_END], words[self._PERIOD] = NEVER, period_ns
-        words[self._REST] = tick
+        place = min(range(RESTS), key=self._rests_end.__getitem__)
+        if tick - self._rests_end[place] < SLOTS:
+            return False
+        words, first = self._words, self._RESTS[place]
+        words[first] = -1
+        self._put(SLOTS + place, tick, play_ns, outputs, joints)
+        words[first + 1], words[first + 2] = NEVER, period_ns
+        words[first] = tick
+        self._rest, self._rests_end[place] = place, NEVER
+        return True
 
     def _put(self, slot: int, tick: int, play_ns: int, outputs: int, joints: bytes) -> bool:
         at, words = self._ring_at + slot * self._slot, self._words
@@ -333,13 +346,14 @@ class TickRing(_Mapped):
         One of a rest is there though it is to come yet: the cell's block says which ticks there are.
         """
         words = self._words
-        first, last, period = words[self._REST], words[self._REST_END], words[self._PERIOD]
-        if not 0 <= first <= tick <= last:
-            return self._get(tick % SLOTS, tick)
-        one = self._get(SLOTS, first)
-        if one is None or words[self._REST] != first:
-            return None
-        return replace(one, tick=tick, play_ns=one.play_ns + (tick - first) * period)
+        for place, word in enumerate(self._RESTS):
+            first = words[word]
+            if 0 <= first <= tick <= words[word + 1]:
+                period, one = words[word + 2], self._get(SLOTS + place, first)
+                if one is None or words[word] != first:
+                    return None
+                return replace(one, tick=tick, play_ns=one.play_ns + (tick - first) * period)
+        return self._get(tick % SLOTS, tick)
 
     def _get(self, slot: int, tick: int) -> Record | None:
         at, words = self._ring_at + slot * self._slot, self._words
