@@ -1,4 +1,4 @@
-"""Writes docs/pictures/console.png: the console's page on the running demo, in a Chromium without a window.
+"""Writes docs/pictures/console*.png: the console's page on the running demo, in a Chromium without a window.
 
 Usage: python -m tools.picture_console docs/pictures
 """
@@ -30,7 +30,11 @@ PATIENCE_MS = 120_000.0
 @click.option("--theme", type=click.Choice(["dark", "light"]), default="dark", show_default=True)
 @click.option("--quality", type=click.Choice(["high", "low"]), default="high", show_default=True)
 def main(folder: Path, box: int, theme: str, quality: str) -> None:
-    """Write console.png to FOLDER: the page while the iiwa carries a box, with a ghost of where its joints might go."""
+    """Write pictures of the page to FOLDER.
+
+    console.png has the page while the iiwa carries a box, with a ghost of where its joints might go, and
+    console-library.png a robot of the library that is about to be placed.
+    """
     with (
         KernelProcess("--no-token", headless=True) as kernel,
         virtualrobot.connect(kernel.address) as watcher,
@@ -56,9 +60,10 @@ def main(folder: Path, box: int, theme: str, quality: str) -> None:
         watcher.clock.set_stepped()  # and nobody steps: the world stands still
         _arrange(page)
         page.screenshot(path=folder / "console.png")
+        _place(page)
+        page.screenshot(path=folder / "console-library.png")
         browser.close()
         console.terminate()
-    click.echo(f"{folder / 'console.png'}: {(folder / 'console.png').stat().st_size // 1024} kB")
 
 
 def _wait(watcher: virtualrobot.Client, name: str) -> None:
@@ -76,6 +81,19 @@ def _arrange(page: Page) -> None:
     track.click(position={"x": 0.2 * box["width"], "y": 10})
     page.wait_for_function("document.querySelector('.cover') === null")
     page.wait_for_timeout(8000.0)
+
+
+def _place(page: Page) -> None:
+    """Choose a model of the library, and hold the pointer where it would stand, beside the fence."""
+    page.keyboard.press("Escape")
+    page.get_by_role("tab", name="Library").click()
+    page.get_by_label("Kinds").get_by_role("button", name="arm", exact=True).click()
+    page.get_by_label("Filter models").fill("kuka")
+    page.get_by_label("Place kr16", exact=True).click()
+    box = page.locator(".view canvas").bounding_box()
+    assert box
+    page.mouse.move(box["x"] + 0.36 * box["width"], box["y"] + 0.82 * box["height"])
+    page.wait_for_timeout(3000.0)
 
 
 def _work(client: virtualrobot.Client) -> None:

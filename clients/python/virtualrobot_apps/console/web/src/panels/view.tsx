@@ -1,14 +1,18 @@
 // The middle: the 3D view with its tools, and what the chosen robot does.
 import { signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { goal } from "../kernel/goal";
+import { download } from "../kernel/loader";
 import { chosen, connection, states, trouble } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { fixed, positionOf } from "../parts/numbers";
 import { inToolAxes, tool, type Tool } from "../view/gizmo";
 import { loading } from "../view/meshes";
 import { Viewport } from "../view/viewport";
+import { Loading } from "./loading";
+import { Placing } from "./placing";
+import { Question } from "./question";
 
 export const viewport: { current?: Viewport } = {};
 
@@ -17,7 +21,8 @@ const trail = signal(false);
 
 export function View() {
   const host = useRef<HTMLDivElement>(null);
-  useEffect(() => {
+  // Before the effects of what is over it.
+  useLayoutEffect(() => {
     viewport.current = new Viewport(host.current!);
   }, []);
   return (
@@ -27,6 +32,9 @@ export function View() {
       <Looks />
       <Robot />
       <Cover />
+      <Placing />
+      <Loading />
+      <Question />
     </main>
   );
 }
@@ -111,9 +119,5 @@ function Cover() {
 async function save(): Promise<void> {
   const blob = await viewport.current?.picture();
   if (!blob) return;
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(blob);
-  link.download = "cell.png";
-  link.click();
-  URL.revokeObjectURL(link.href);
+  download(blob, "cell.png");
 }

@@ -30,6 +30,8 @@ export class Viewport {
   readonly ghost = new Ghost(0x38a3ff);
   readonly gizmo: Gizmo;
   readonly trail = new Trail();
+  /** What panels draw into the view. */
+  readonly overlay = new THREE.Group();
   readonly places = new Map<string, THREE.Matrix4>();
   readonly pieces = new Map<string, readonly Piece[]>();
   #stage = new Stage();
@@ -60,7 +62,7 @@ export class Viewport {
     this.#axes = new ViewHelper(this.camera, canvas);
     this.#axes.center = this.orbit.target;
     this.#axes.setLabels("X", "Y", "Z");
-    scene.add(this.#batches.group, this.#silhouette.group, this.#marks.group, this.ghost.group, this.trail.line, ...this.gizmo.objects);
+    scene.add(this.#batches.group, this.#silhouette.group, this.#marks.group, this.ghost.group, this.trail.line, this.overlay, ...this.gizmo.objects);
     new ResizeObserver(() => this.#resize()).observe(host);
     this.#hearPointer(canvas);
     world.hearers.poses.add((uids, rows) => this.#takePoses(uids, rows));
