@@ -16,7 +16,7 @@ import click
 import virtualrobot
 from playwright.sync_api import Page, sync_playwright
 from virtualrobot.kernel_process import KernelProcess
-from virtualrobot_apps.demos.palletizing import palletize
+from virtualrobot_apps.demos.palletizing import cell, palletize
 
 from tools.screenshot import ARGUMENTS, find_chromium
 
@@ -33,7 +33,8 @@ def main(folder: Path, box: int, theme: str, quality: str) -> None:
     """Write pictures of the page to FOLDER.
 
     console.png has the page while the iiwa carries a box, with a ghost of where its joints might go, and
-    console-library.png a robot of the library that is about to be placed.
+    console-library.png a robot of the library that is about to be placed; console-program.png has the same cell
+    with a program, whose second step is running.
     """
     with (
         KernelProcess("--no-token", headless=True) as kernel,
@@ -62,6 +63,8 @@ def main(folder: Path, box: int, theme: str, quality: str) -> None:
         page.screenshot(path=folder / "console.png")
         _place(page)
         page.screenshot(path=folder / "console-library.png")
+        _play(page, watcher)
+        page.screenshot(path=folder / "console-program.png")
         browser.close()
         console.terminate()
 
@@ -94,6 +97,39 @@ def _place(page: Page) -> None:
     assert box
     page.mouse.move(box["x"] + 0.36 * box["width"], box["y"] + 0.82 * box["height"])
     page.wait_for_timeout(3000.0)
+
+
+_CORNERS = ((-1.35, 0.35), (-0.9, 0.6), (-0.45, 0.75), (0.0, 0.5))
+"""Joints 1 and 2 (radians) of the places that the program goes through."""
+
+_PROGRAM = """
+schema_version: 1
+steps:
+- move: {moves: [{robot: iiwa, speed_factor: 0.5, point_to_point: {pose: {reference: above}}}]}
+- move: {moves: [{robot: iiwa, speed_factor: 0.2, point_to_point: {pose: {reference: grasp}}}]}
+- move: {moves: [{robot: iiwa, tool_state: {tool: vacuum-gripper, state: "on"}}]}
+- dwell: {seconds: 0.2}
+- move: {moves: [{robot: iiwa, speed_factor: 0.3, point_to_point: {pose: {reference: beside}}}]}
+- move: {moves: [{robot: iiwa, speed_factor: 0.5, point_to_point: {pose: {reference: pallet}}}]}
+"""
+
+
+def _play(page: Page, watcher: virtualrobot.Client) -> None:
+    """Build the cell anew, teach targets, and run a program of the page until its second step."""
+    cell.load(watcher)
+    arm = watcher.robots["iiwa"]
+    for name, (turn, lift) in zip(("above", "grasp", "beside", "pallet"), _CORNERS, strict=True):
+        arm.set_positions([turn, lift, 0.0, -1.1, 0.0, 1.3, 0.0])
+        arm.teach(name)
+    page.get_by_role("tab", name="Scene").click()
+    page.locator('.node[data-name="iiwa"]').click()
+    page.get_by_role("tab", name="Program").click()
+    page.set_input_files("#open-program", {"name": "fetch.yaml", "mimeType": "", "buffer": _PROGRAM.encode()})
+    page.locator("#play").click()
+    watcher.clock.set_realtime()
+    page.wait_for_selector(".step.lit:nth-child(2)")
+    watcher.clock.set_stepped()
+    page.wait_for_timeout(5000.0)
 
 
 def _work(client: virtualrobot.Client) -> None:

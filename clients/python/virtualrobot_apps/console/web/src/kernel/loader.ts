@@ -8,6 +8,7 @@ import { packed, unpacked } from "./archives";
 import { endingOf, lastPart, type Files } from "./file_names";
 import { attempt, say } from "./messages";
 import { reasonOf } from "./page_calls";
+import { read } from "./program";
 import { ask } from "./question";
 import { assets, scenes } from "./services";
 import { assetFiles, checkSize, megabytes, uploadAll, type Course } from "./uploads";
@@ -52,7 +53,7 @@ export async function addModel(model: KnownModel, at?: Place, mountOn = ""): Pro
   return done;
 }
 
-/** Loads what a person gives: a model with its meshes, a mesh, a scene, or a zip archive of these. */
+/** Loads what a person gives: a model with its meshes, a mesh, a scene, a program, or a zip archive of these. */
 export async function bring(given: Files, at?: Place): Promise<void> {
   const names = [...given.keys()];
   if (names.length === 0) return;
@@ -61,7 +62,7 @@ export async function bring(given: Files, at?: Place): Promise<void> {
     const files = await unpacked(given);
     const main = await mainOf(files);
     if (main === undefined) return;
-    if (SCENES.includes(endingOf(main))) return bringScene(files, main, course);
+    if (SCENES.includes(endingOf(main))) return bringText(files, main, course);
     const sent = await upload(files, main, course);
     const scale = await scaleOf(main);
     if (scale === undefined) return;
@@ -155,12 +156,13 @@ function told(created: readonly CreatedNode[], warnings: readonly FileWarning[])
   if (items.peek().get(first.name)?.kind === "robot") chosen.value = first.name;
 }
 
-/** Loads a scene. */
-async function bringScene(files: Files, main: string, course: Shown): Promise<void> {
+/** Loads a text in the project's own formats: a scene, or a program. */
+async function bringText(files: Files, main: string, course: Shown): Promise<void> {
   const file = files.get(main)!;
   const most = Number(info.peek()?.maxMessageBytes ?? Infinity);
   if (file.size > most) throw new ConnectError(`${main} has ${megabytes(file.size)}, and a text may have ${megabytes(most)} (limit message_bytes)`, Code.ResourceExhausted);
   const text = await file.text();
+  if (/^(steps|moves)\s*:/m.test(text)) return read(text, main);
   const sent = await upload(files, main, course);
   const add = items.peek().size <= 1 ? "replace" : await ask({
     title: `Open ${lastPart(main)}`,
@@ -188,7 +190,7 @@ async function mainOf(files: Files): Promise<string | undefined> {
       });
     }
   }
-  const words = `${paths.map(lastPart).slice(0, 3).join(", ")}: no file of a known kind. Known are scenes (${SCENES.join(", ")}), ${known.join(", ")} and .zip`;
+  const words = `${paths.map(lastPart).slice(0, 3).join(", ")}: no file of a known kind. Known are scenes and programs (${SCENES.join(", ")}), ${known.join(", ")} and .zip`;
   throw new ConnectError(words, Code.InvalidArgument);
 }
 
