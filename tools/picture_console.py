@@ -34,7 +34,7 @@ def main(folder: Path, box: int, theme: str, quality: str) -> None:
 
     console.png has the page while the iiwa carries a box, with a ghost of where its joints might go, and
     console-library.png a robot of the library that is about to be placed; console-program.png has the same cell
-    with a program, whose second step is running.
+    with a program, whose second step is running, and console-traces.png the ways of both arms' tools before that.
     """
     with (
         KernelProcess("--no-token", headless=True) as kernel,
@@ -57,10 +57,14 @@ def main(folder: Path, box: int, theme: str, quality: str) -> None:
         work = threading.Thread(target=_work, args=(client,), daemon=True)
         work.start()
         page.goto(f"{found[1]}/?quality={quality}")
+        _trace(page)
         _wait(watcher, f"iiwa-box-{box}")
         watcher.clock.set_stepped()  # and nobody steps: the world stands still
         _arrange(page)
         page.screenshot(path=folder / "console.png")
+        page.keyboard.press("Escape")
+        page.get_by_role("tab", name="Traces").click()
+        page.screenshot(path=folder / "console-traces.png")
         _place(page)
         page.screenshot(path=folder / "console-library.png")
         _play(page, watcher)
@@ -74,6 +78,17 @@ def _wait(watcher: virtualrobot.Client, name: str) -> None:
     for change in watcher.scene.watch():
         if name in change.poses and change.poses[name][0, 3] > 1.0:
             return
+
+
+def _trace(page: Page) -> None:
+    """Trace both arms' tools, half a minute back."""
+    page.get_by_role("tab", name="Traces").click()
+    for robot in ("panda", "iiwa"):
+        page.locator(f'.node[data-name="{robot}"]').click()
+        page.get_by_role("button", name=f"Trace {robot}", exact=True).click()
+        page.get_by_label(f"How far back the trace of {robot} goes; 0 is all").fill("30")
+        page.keyboard.press("Enter")
+    page.get_by_role("tab", name="Joints").click()
 
 
 def _arrange(page: Page) -> None:

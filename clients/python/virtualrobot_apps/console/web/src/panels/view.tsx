@@ -4,6 +4,7 @@ import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { goal } from "../kernel/goal";
 import { download } from "../kernel/loader";
+import { isTraced, trace, untrace } from "../kernel/traces";
 import { chosen, connection, states, trouble } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { fixed, positionOf } from "../parts/numbers";
@@ -17,7 +18,6 @@ import { Question } from "./question";
 export const viewport: { current?: Viewport } = {};
 
 const grid = signal(true);
-const trail = signal(false);
 
 export function View() {
   const host = useRef<HTMLDivElement>(null);
@@ -67,7 +67,7 @@ function Looks() {
       <button type="button" class="tool" aria-pressed={grid.value} title="Grid: 0.25 m and 1 m" onClick={() => (grid.value = viewport.current?.toggleGrid() ?? false)}>
         <Icon name="grid-3x3" size={17} />
       </button>
-      <button type="button" class="tool" aria-pressed={trail.value} title="Trail of the robot's tool" onClick={() => (trail.value = viewport.current?.trail.toggle() ?? false)}>
+      <button type="button" class="tool" aria-pressed={isTraced(chosen.value)} title="Trace the robot's tool" onClick={() => (isTraced(chosen.value) ? untrace(chosen.value) : trace(chosen.value))}>
         <Icon name="route" size={17} />
       </button>
       <button type="button" class="tool" title="Save a picture" onClick={() => void save()}>

@@ -14,7 +14,7 @@ import { Marks } from "./marks";
 import { Meshes } from "./meshes";
 import { readRow } from "./poses";
 import { Stage } from "./stage";
-import { Trail } from "./trail";
+import { drawTraces } from "./trails";
 
 export const framesPerSecond = signal(0);
 export const drawCalls = signal(0);
@@ -29,7 +29,6 @@ export class Viewport {
   readonly orbit: OrbitControls;
   readonly ghost = new Ghost(0x38a3ff);
   readonly gizmo: Gizmo;
-  readonly trail = new Trail();
   /** What panels draw into the view. */
   readonly overlay = new THREE.Group();
   readonly places = new Map<string, THREE.Matrix4>();
@@ -62,12 +61,12 @@ export class Viewport {
     this.#axes = new ViewHelper(this.camera, canvas);
     this.#axes.center = this.orbit.target;
     this.#axes.setLabels("X", "Y", "Z");
-    scene.add(this.#batches.group, this.#silhouette.group, this.#marks.group, this.ghost.group, this.trail.line, this.overlay, ...this.gizmo.objects);
+    scene.add(this.#batches.group, this.#silhouette.group, this.#marks.group, this.ghost.group, this.overlay, ...this.gizmo.objects);
     new ResizeObserver(() => this.#resize()).observe(host);
     this.#hearPointer(canvas);
     world.hearers.poses.add((uids, rows) => this.#takePoses(uids, rows));
     world.hearers.structure.add((renamed) => this.#rename(renamed));
-    world.hearers.states.add(() => this.trail.follow() && this.invalidate());
+    drawTraces(this);
     effect(() => {
       this.#stage.setTheme(theme.value);
       this.invalidate();
