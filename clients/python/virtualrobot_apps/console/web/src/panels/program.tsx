@@ -132,10 +132,10 @@ function Bar() {
   const field = useRef<HTMLInputElement>(null);
   return (
     <div class="under program-bar">
-      <button type="button" class="button small" disabled={!robot || !!run} title="A target here, reached with all joints together" onClick={() => void program.appendMove("pointToPoint")}><Icon name="map-pin" size={13} />PTP</button>
-      <button type="button" class="button small" disabled={!robot || !!run} title="A target here, reached in a straight line" onClick={() => void program.appendMove("linear")}><Icon name="map-pin" size={13} />LIN</button>
+      <button type="button" class="button small" disabled={!robot || !!run} aria-label="Teach PTP" title="A target here, reached with all joints together" onClick={() => void program.appendMove("pointToPoint")}><Icon name="map-pin" size={13} />PTP</button>
+      <button type="button" class="button small" disabled={!robot || !!run} aria-label="Teach LIN" title="A target here, reached in a straight line" onClick={() => void program.appendMove("linear")}><Icon name="map-pin" size={13} />LIN</button>
       <Add />
-      <button type="button" class="button small record" aria-pressed={program.recording.value} disabled={!robot} title="Take down each place where the robot comes to rest, and what its tools do" onClick={() => (program.recording.value = !program.recording.value)}><i />Record</button>
+      <button type="button" class="button small record" aria-label="Record" aria-pressed={program.recording.value} disabled={!robot} title="Take down each place where the robot comes to rest, and what its tools do" onClick={() => (program.recording.value = !program.recording.value)}><i />Record</button>
       <span class="grow" />
       <input class="title" aria-label="Name of the program" value={program.title.value} onInput={(event) => (program.title.value = event.currentTarget.value)} />
       <input ref={field} type="file" accept=".yaml,.yml" hidden id="open-program" aria-label="Program to open" onChange={(event) => {
