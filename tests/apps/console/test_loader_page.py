@@ -26,7 +26,7 @@ ARM = b"""<robot name="crane">
     <limit lower="-1" upper="1" velocity="1" effort="1"/></joint>
 </robot>"""
 TETRAHEDRON = b"v 0 0 0\nv 100 0 0\nv 0 100 0\nv 0 0 100\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-TABLE = b"schema_version: 1\nnodes:\n- name: table\n  figures:\n  - box: {size: {x: 1, y: 1, z: 0.1}}\n"
+TABLE = b"schema_version: 1\nnodes:\n- name: table\n  object: {}\n  figures:\n  - box: {size: {x: 1, y: 1, z: 0.1}}\n"
 
 DROP = """([name, text]) => {
     const data = new DataTransfer();

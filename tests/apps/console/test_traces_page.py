@@ -39,7 +39,7 @@ def test_a_person_traces_a_line(console: Console, stepped: Stubs, stepped_kernel
             motion = program.start(wait=False, on_disconnect="continue")
 
             def over() -> bool:
-                step(stepped, 4)
+                step(stepped, 20)
                 asked = motion_pb2.GetMotionRequest(id=motion.id)
                 return stepped.motion.GetMotion(asked).motion.phase == motion_pb2.MOTION_PHASE_SUCCEEDED
 
