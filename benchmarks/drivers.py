@@ -126,13 +126,13 @@ class Robot:
         """Raise Ended where it is not played any more, with the reason."""
         status = self._cell.client.drivers["ur"]
         if status.state != "active":
-            raise Ended(status.text or self._cell.client.drivers.stopped)
+            raise Ended(status.text or str(self._cell.client.cell.stopped))
 
     def recover(self) -> None:
         """Wait until it is at rest, and let it follow again."""
         while self._cell.client.drivers["ur"].mode != "simulated":
             time.sleep(0.02)
-        self._cell.client.drivers.release()
+        self._cell.client.cell.release()
         self.begin()
 
     def stop(self, rng: np.random.Generator) -> tuple[float, float]:

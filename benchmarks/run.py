@@ -33,7 +33,7 @@ SUITES = (
         "shell",
     ),
     *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io"),
-    *("driver_ticks", "drivers", "driver_ur"),
+    *("driver_ticks", "drivers", "driver_ur", "console"),
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),

@@ -16,6 +16,7 @@ import pytest
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2_grpc,
+    driver_pb2,
     driver_pb2_grpc,
     history_pb2,
     history_pb2_grpc,
@@ -197,6 +198,7 @@ def emptied(process: KernelProcess) -> Iterator[Stubs]:
     stubs.kernel.SetClock(kernel_pb2.SetClockRequest(mode=process.mode, speed_factor=1.0))
     # Nodes, signals, motions, speed factor, collision settings and the view.
     stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
+    stubs.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
     for checkpoint in stubs.history.ListCheckpoints(history_pb2.ListCheckpointsRequest()).checkpoints:
         stubs.history.RemoveCheckpoint(history_pb2.RemoveCheckpointRequest(name=checkpoint.name))
     yield stubs

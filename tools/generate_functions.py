@@ -206,7 +206,7 @@ GROUPS = (
     Group(
         "Real robots and plugins",
         services=("DriverService", "PluginService"),
-        python={"client.drivers": "drivers:Drivers", "client.plugins": "plugins:Plugins"},
+        python={"client.cell": "cell:Cell", "client.drivers": "drivers:Drivers", "client.plugins": "plugins:Plugins"},
         commands=("driver", "estop", "emulate", "plugins", "grade", "demo"),
     ),
 )

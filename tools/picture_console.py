@@ -81,8 +81,7 @@ def _arrange(page: Page) -> None:
     box = track.bounding_box()
     assert box
     track.click(position={"x": 0.2 * box["width"], "y": 10})
-    page.wait_for_function("document.querySelector('.cover') === null")
-    page.wait_for_timeout(8000.0)
+    page.locator('.view .canvas[aria-busy="false"]').wait_for()
 
 
 def _work(client: virtualrobot.Client) -> None:

@@ -18,7 +18,9 @@ LINES = 50
 @pytest.mark.long
 @pytest.mark.parametrize("pace", ["host", "jobs"])
 def test_a_driver_keeps_the_laws_as_it_is_written(pace: str, tmp_path: Path) -> None:
-    """Its files alone are enough; nothing of the name that they were written under is left."""
+    """Its files alone are enough, in others' project, too; nothing of the name that they were written under is left."""
+    around = '[tool.pytest.ini_options]\nno_such_option = 1\naddopts = "--strict-config --import-mode=importlib"\n'
+    (tmp_path / "pyproject.toml").write_text(around, "utf-8")
     folder = tmp_path / "mine"
     written = CliRunner().invoke(driver, ["new", "gantry_two", str(folder), "--pace", pace])
     assert written.exit_code == 0, written.output

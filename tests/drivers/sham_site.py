@@ -31,7 +31,6 @@ class ShamProcess:
         self.offset = np.zeros(k)
         self.stands = np.zeros(k)
         self.hangs = False
-        self.rate: float | None = None
         self.outputs: list[int] = []
         ready = State.INACTIVE, 0, 0, 0, -1, False, Mode.READY, Safety.NORMAL, 0, 0, 1.0, 1.0
         self.report = Report(0, *ready, q=np.zeros(k), v=np.zeros(k), error=np.zeros(k))
@@ -78,9 +77,10 @@ class ShamProcess:
             self._thread.join()
 
     def fail(self, said: DriverFault) -> None:
-        """Meet a fault as a host does: the cell stops, the words can be asked for."""
+        """Meet a fault as a host does: the cell stops where the robot is moved, the words can be asked for."""
         self.said = said
-        self.cell.stop()
+        if self.report.state in (State.BEGINNING, State.ACTIVE, State.STOPPING):
+            self.cell.stop()
         self.report = replace(self.report, state=State.ERROR)
 
     def _refuse(self) -> None:
@@ -96,14 +96,14 @@ class ShamProcess:
         said, now = self.report, time.monotonic_ns()
         q, tick, error = self.stands, said.tick, np.zeros_like(self.stands)
         if said.state is State.ACTIVE:
-            record = self.ring.get(self.ring.newest)
-            for number in range(self.ring.newest, max(-1, self.ring.newest - 100), -1):
+            newest = self.cell.newest
+            for number in range(newest, max(-1, newest - 100), -1):
                 record = self.ring.get(number)
                 if record is not None and record.play_ns <= now:
                     q, tick, error = record.q + self.offset, number, self.offset
                     self.outputs.append(record.outputs)
                     break
-        rate = self.rate if self.rate is not None else 1.0 if self.cell.stop_ns == NEVER else 0.0
+        rate = 1.0 if self.cell.stop_ns == NEVER else 0.0
         self.stands = q
         self.report = replace(
             said, ns=now, cycles=said.cycles + 1, tick=tick, q=q, v=np.zeros_like(q), error=error, rate=rate

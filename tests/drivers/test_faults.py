@@ -50,6 +50,7 @@ FAULTS = {
     "power": "the connection to loopback is lost",
     "stuck 0": "from where it should be",
     "displaced 0 0.5": "from where it should be",
+    "late 0 0.25": "the driver came",
     "slow": "the controller goes slower than it was told",
     "hand_guided": "somebody guides the robot by hand",
     "local": "the key is turned to the pendant",
@@ -78,7 +79,9 @@ def test_each_fault_stops_both_robots_and_is_told(two: Cell, fault: str) -> None
 
 def fail(two: Cell, fault: str) -> None:
     for robot in ("arm", "other"):
-        two.connect(robot, following_limit=0.1, following_warning=0.05)
+        # Its watchdog bears what its lead does; who is late, and not silent, is told before it acts.
+        watchdog = 2.0 if fault.startswith("late") else 0.4
+        two.connect(robot, following_limit=0.1, following_warning=0.05, watchdog=watchdog)
         assert two.mode(EXECUTE, robot).driver.state == ACTIVE
     # So fast that a brake is longer than a fault is waited for: it is told before the robot rests.
     speed = 0.1 if fault == "slow" else 0.01
@@ -96,13 +99,16 @@ def fail(two: Cell, fault: str) -> None:
     # That a process has died is known when it is asked for its words.
     until(lambda: FAULTS[fault] in two.status("arm").text)
     where = np.array(two.status("other").positions)
-    # Neither twin moves alone: the one is refused in its controller's words, the other since it was stopped with it.
+    # Nothing moves in a stopped cell, and in one that was released no twin alone: the one is refused in its
+    # controller's words, the other since it was stopped with it.
+    refused = refusal(lambda: two.holder.start(joints("other", 0.1, **{FIRST: 0.0})))
+    assert (refused.metadata["aspect"], "'arm'" in refused.message) == ("cell", True), refused
+    assert refusal(lambda: two.mode(EXECUTE, "other")).metadata["aspect"] == "cell"
+    two.alone.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
     refused = refusal(lambda: two.holder.start(joints("arm", 0.1, **{FIRST: 0.0})))
     assert (refused.reason, FAULTS[fault] in refused.message) == ("DRIVER_FAULT", True), refused
     refused = refusal(lambda: two.holder.start(joints("other", 0.1, **{FIRST: 0.0})))
     assert (refused.reason, refused.metadata["aspect"], "'arm'" in refused.message) == ("WRONG_STATE", "mode", True)
-    assert refusal(lambda: two.mode(EXECUTE, "other")).metadata["aspect"] == "cell"
-    two.alone.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
     assert refusal(lambda: two.mode(EXECUTE, "arm")).metadata["aspect"] == "state"
     # The one that is well goes on from where it stands, once somebody wants it to.
     moved = two.mode(EXECUTE, "other")

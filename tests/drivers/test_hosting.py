@@ -7,6 +7,7 @@ robot brakes that should not, the test is tried again with new robots.
 from __future__ import annotations
 
 import functools
+import re
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -19,7 +20,7 @@ from virtualrobot_sdk.drivers.host import Host
 from virtualrobot_sdk.drivers.robot_side import JointSide, RobotSide
 from virtualrobot_sdk.drivers.shared import CELL, NEVER, CellBlock, Report, State, TickRing
 
-from tests.drivers.twin import TICK_NS, Twin
+from tests.drivers.twin import PERIOD, TICK_NS, Twin
 
 RATE = 100.0
 LEAD_NS = 400_000_000
@@ -94,7 +95,7 @@ class Rig:
         knee = JointSide("knee", 1, -3.0, 3.0, 2.0, sign=-1.0, offset=0.0)
         self.ring = TickRing.create(folder / name, 2)
         self.controller = Controller(pace)
-        self.host = Host(self.controller, RobotSide((SIDE.joints[0], knee), TICK_NS), self.ring, cell)
+        self.host = Host(self.controller, RobotSide((SIDE.joints[0], knee), TICK_NS, lead_ns=LEAD_NS), self.ring, cell)
         self.is_late = False
         """True once it was seen in ERROR because its thread was not let run."""
         self.host.start()
@@ -104,7 +105,8 @@ class Rig:
         starved_at = 0.0
         while (report := self.ring.reported()) is None or not there(report):
             if report is not None and report.state is State.ERROR:
-                self.is_late = self.is_late or "had no cycle for" in self.host.words().text
+                words = self.host.words().text
+                self.is_late = self.is_late or "had no cycle for" in words or "late to its cycle" in words
                 pytest.fail(f"it is in ERROR: {self.host.words()}")
             if self.is_starved:
                 starved_at = starved_at or time.monotonic()
@@ -329,6 +331,31 @@ class TestFaultsInMotion:
         assert min(np.abs(sent[-1] - end).max() for end in ends) < 5e-3
 
     @patiently
+    def test_a_host_that_is_late_in_motion_brakes_on_its_path(self, cell: Cell) -> None:
+        """Its driver takes 0.3 s once, of a lead of 0.4."""
+        rig, other = cell.robot(), cell.robot()
+        cell.follow()
+        _late_once(rig)
+        rig.until_state(State.ERROR)
+        words = rig.host.words().text
+        late = re.match("the driver came ([0-9]+) ms late to its cycle", words)
+        assert late and 299 <= int(late[1]) and "braked before it" in words, words
+        other.until(lambda report: report.state is State.INACTIVE)
+        # It never went faster than its twin does, came to rest, and was on the twin's line (both joints in proportion).
+        sent = rig.joints_sent()
+        steps = np.abs(np.diff(sent[:, 0]))
+        assert steps.max() <= 1.05 * AMPLITUDES[0] * np.pi / PERIOD / RATE and steps[-1] < 1e-3
+        np.testing.assert_allclose(sent[:, 1] * AMPLITUDES[0], sent[:, 0] * AMPLITUDES[1], atol=1e-9)
+
+    @patiently
+    def test_a_host_that_is_late_at_rest_goes_on(self, cell: Cell) -> None:
+        rig = cell.robot()
+        cell.follow(swings=False)
+        _late_once(rig)
+        cycles = rig.until(lambda report: report.cycles > 0).cycles
+        assert rig.until(lambda report: report.cycles > cycles + 10).state is State.ACTIVE
+
+    @patiently
     def test_a_controller_that_stays_slow_is_stopped(self, cell: Cell) -> None:
         rig = cell.robot()
         cell.follow()
@@ -337,13 +364,26 @@ class TestFaultsInMotion:
         assert "slower" in rig.host.words().text
 
 
+def _late_once(rig: Rig) -> None:
+    """Have a robot's driver take 0.3 s for its next cycle."""
+    read = rig.controller.read
+
+    def late() -> Reading:
+        rig.controller.read = read
+        time.sleep(0.3)
+        return read()
+
+    rig.controller.read = late
+
+
 class TestStops:
     @patiently
     def test_a_kernel_that_is_gone_is_the_brake(self, cell: Cell) -> None:
         rig = cell.robot()
         twin = cell.follow()
         cell.freeze()
-        rig.until(lambda report: report.state is State.INACTIVE)
+        # A kernel that comes back after that is told why, too.
+        assert rig.until(lambda report: report.state is State.INACTIVE).on_brake
         assert "no newer tick" in rig.host.words().text and cell.block.stop_ns != NEVER
         rest = twin.brake(*twin.state(rig.ring, twin.tick))[-1]
         np.testing.assert_allclose(rig.joints_sent()[-1], rest, atol=1e-12)
@@ -355,7 +395,7 @@ class TestStops:
         cell.follow()
         cell.block.stop()
         for rig in rigs:
-            rig.until(lambda report: report.state is State.INACTIVE)
+            assert not rig.until(lambda report: report.state is State.INACTIVE).on_brake
         one, other = (rig.joints_sent()[-1] for rig in rigs)
         np.testing.assert_allclose(one, other, atol=1e-9)
 

@@ -34,18 +34,25 @@ def test_a_robot_that_faults_stops_its_twin_with_its_words(bench: Bench) -> None
     assert "joint 3 is too hot" in ended.end_reason
     until(lambda: bench.status.mode == SIMULATED)
     assert (bench.status.state, bench.status.text, bench.status.code) == (ERROR, "joint 3 is too hot", "C204")
-    assert bench.cell.stopped
+    assert bench.cell.stopped_by == "driver sham of arm"
+    assert "joint 3 is too hot" in bench.cell.reason
     assert aspect(refusal(lambda: bench.mode(EXECUTE))) == "state"
     refused = refusal(lambda: bench.call("ResetDriver", robot="arm"))
     assert (refused.reason, refused.metadata["clears"]) == ("DRIVER_FAULT", "False")
     where = bench.joint()
     refused = refusal(lambda: bench.move(**{FIRST: 0.0}))
+    assert "driver sham of arm stopped it" in refused.message and "joint 3 is too hot" in refused.message
+    assert aspect(refused) == "cell"
+    bench.connect()  # anew, once somebody has seen to it
+    assert aspect(refusal(lambda: bench.mode(EXECUTE))) == "cell"
+    bench.process.fail(DriverFault("joint 3 is too hot", "C204"))
+    until(lambda: bench.status.state == ERROR)
+    bench.call("ReleaseCell")
+    refused = refusal(lambda: bench.move(**{FIRST: 0.0}))
     assert (refused.reason, refused.metadata["code"], refused.metadata["clears"]) == ("DRIVER_FAULT", "C204", "False")
     assert "joint 3 is too hot; see to it at the controller, connect its driver again" in refused.message
     bench.connect()  # anew, once somebody has seen to it
     assert "its driver was connected again after a fault" in refusal(lambda: bench.move(**{FIRST: 0.0})).message
-    assert aspect(refusal(lambda: bench.mode(EXECUTE))) == "cell"
-    bench.call("ReleaseCell")
     assert bench.joint() == where
     told = bench.mode(EXECUTE).driver
     assert (told.state, told.halted) == (ACTIVE, False)
@@ -105,7 +112,6 @@ def test_each_way_in_which_a_robot_does_not_follow_stops_it(bench: Bench, how: s
     elif how == "ends":
         sham.report = replace(sham.report, state=State.INACTIVE)
     elif how == "starves":
-        sham.rate = 1.0
         sham.report = replace(sham.report, on_brake=True)
         until(lambda: (seen := sham.ring.reported()) is not None and seen.on_brake)
         sham.cell.stop()
@@ -129,6 +135,7 @@ def test_a_stop_of_the_cell_ends_motions_as_somebody_wanted_it(bench: Bench) -> 
     assert ended.end_reason == "a cat"
     until(lambda: bench.status.state == INACTIVE)
     assert bench.status.mode == SIMULATED
+    assert aspect(refusal(lambda: bench.move(**{FIRST: 0.0}))) == "cell"
     bench.alone.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
     assert not bench.cell.stopped
     refused = refusal(lambda: bench.move(**{FIRST: 0.0}))
@@ -184,7 +191,7 @@ def test_a_host_is_silent_after_its_lead_and_three_cycles(lead: float, rate: flo
     report.error = report.q = np.zeros(1)
     asked = mock.Mock(lead=lead, following_warning=1.0, following_limit=1.0)
     process, ring = mock.Mock(fault=None), mock.Mock()
-    ring.reported.return_value = report
+    ring.reported.return_value, ring.pulse.return_value = report, (5, 1, 0.0)
     one = link.Link(mock.Mock(), asked, process, ring, mock.Mock(rate=rate), state=State.ACTIVE)
     looks = 0
     while one.fault(looks * 10_000_000, False) is None:

@@ -103,7 +103,7 @@ class Cell:
         return self.motion(id)
 
 
-TOO_BUSY = ("older than the lead", "had no cycle for")
+TOO_BUSY = ("older than the lead", "had no cycle for", "ms late to its cycle")
 """Words that tell that the machine was too busy for what real robots need."""
 
 

@@ -154,7 +154,8 @@ def test_what_is_refused_is_the_brake_from_the_setpoint_before(ring: TickRing, c
     one.ns -= one.period
     for told in (one.times, one.places, one.velocities, one.states):
         told.pop()
-    assert one.player.halt() and not one.player.halt()
+    before = one.ns - one.period
+    assert one.player.halt(before) and not one.player.halt(before)
     one.run(1.0)
     assert one.player.state is Play.RESTS and not one.player.on_brake
     # Where the brake begins between two ticks, its first step may be off by the half of what a tick changes.

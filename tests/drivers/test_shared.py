@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -82,6 +84,70 @@ class TestARing:
         assert host.get(4) is None and host.get(-1) is None
         ring.put(5 + SLOTS, 126, q, v, 0, None)
         assert host.get(5) is None
+
+    def test_ticks_of_a_rest_are_read_as_if_each_were_written(self, tmp_path: Path, rng: np.random.Generator) -> None:
+        """A kernel that tells a rest once says what one says that writes each tick, to whoever reads within a ring."""
+        short, long = TickRing.create(tmp_path / "s", K), TickRing.create(tmp_path / "l", K)
+        host = TickRing.attach(tmp_path / "s", K)
+        tick = 0
+        told = []
+        # Short ones are more than a ring knows rests: those are written tick by tick.
+        for length in (1, SLOTS, *[3] * 20, SLOTS + 1, 3 * SLOTS, 2, *[7] * 30, 2 * SLOTS + 7):
+            q = rng.normal(size=K)
+            joints, outputs = short.joints_of(q, np.zeros(K), q[None]), int(rng.integers(8))
+            lasts = False
+            for place in range(length):
+                long.put_joints(tick, 4 * tick, outputs, joints)
+                lasts = lasts or (place > 0 and short.rest(tick, 4 * tick, outputs, joints, 4))
+                if not lasts:
+                    short.put_joints(tick, 4 * tick, outputs, joints)
+                # The whole ring where a long rest begins or ends, else some of it.
+                whole = length > SLOTS and place in (0, 1, length - 1)
+                every = range(SLOTS) if whole else (0, 1, 2, 3, 7, 15, 60, SLOTS - 1)
+                for back in (back for back in every if back <= tick):
+                    one, same = host.get(tick - back), long.get(tick - back)
+                    assert one is not None and same is not None and one.brake is not None and same.brake is not None
+                    assert (one.tick, one.play_ns, one.outputs) == (same.tick, same.play_ns, same.outputs)
+                    assert (one.q == same.q).all() and (one.v == same.v).all() and (one.brake == same.brake).all()
+                tick += 1
+            told.append(lasts)
+        assert told.count(True) > 10 and told.count(False) > 10
+        short.clear()
+        assert host.get(tick - 1) is None
+
+    def test_a_rest_that_is_torn_is_gone(self, tmp_path: Path) -> None:
+        ring = TickRing.create(tmp_path / "r", K)
+        ring.rest(7, 0, 0, ring.joints_of(np.ones(K), np.zeros(K), np.ones((1, K))), 4)
+        content = np.memmap(tmp_path / "r", np.int64)
+        assert ring.get(7) is not None and ring.get(90) is not None and ring.get(6) is None
+        content[int(np.flatnonzero(content.view(np.float64) == 1.0)[0])] ^= 0x5A00
+        assert ring.get(7) is None and ring.get(90) is None
+
+    def test_the_pulse_of_reports_tells_when_more_is_new_than_a_cycle(self, tmp_path: Path) -> None:
+        ring = TickRing.create(tmp_path / "r", K)
+        host = TickRing.attach(tmp_path / "r", K)
+        rest = State.ACTIVE, 0, 0, 0, -1, False, Mode.RUNNING, Safety.NORMAL, 0, 0, 1.0, 1.0
+        said = Report(0, *rest, q=np.zeros(K), v=np.zeros(K), error=np.zeros(K))
+        assert (ring.pulse()[:2], ring.played) == ((0, 0), -1)
+        host.report(said)
+        news = ring.pulse()[1]
+        error = np.zeros(K)
+        error[2] = -0.25
+        host.report(replace(said, ns=9, cycles=5, skipped=2, lateness_ns=3, tick=7, q=np.ones(K), error=error))
+        assert (ring.pulse(), ring.played) == ((5, news, 0.25), 7)
+        changed: list[dict[str, Any]] = [
+            *({"state": State.STOPPING}, {"on_brake": True}, {"mode": Mode.LOCAL}, {"inputs": 4}, {"words": 1}),
+            *({"safety": Safety.FAULT}, {"rate": 0.5}, {"speed_scaling": 0.5}, {"is_faulty": True}),
+        ]
+        for change in changed:
+            said = replace(said, **change)
+            host.report(said)
+            news += 1
+            assert ring.pulse()[1] == news, change
+        host.report(replace(said, tick=-1, error=np.full(K, np.nan)))
+        assert np.isnan(ring.pulse()[2]) and ring.played == 7
+        ring.clear()
+        assert ring.played == -1
 
     @pytest.mark.parametrize("word", [2, 7, 20], ids=["head", "joints", "brake"])
     def test_a_torn_tick_is_gone(self, tmp_path: Path, word: int) -> None:

@@ -13,6 +13,7 @@ from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown
 from virtualrobot._wire.transport import Channel, open_channel
+from virtualrobot.cell import Cell
 from virtualrobot.clock import Clock
 from virtualrobot.collisions.collisions import Collisions
 from virtualrobot.drivers import Drivers
@@ -119,6 +120,7 @@ class Client:
         robots: robots by name: `client.robots["arm"]`; `client.robots()` returns all.
         signals: signals, like a dictionary.
         clock: the simulation clock.
+        cell: all robots together: `client.cell.stop("a hand in the cell")`, until `client.cell.release()`.
         view: the picture in the browser.
         assets: files to and from the kernel.
         plugins: the kernel's plugins: `client.plugins.list()`.
@@ -144,6 +146,7 @@ class Client:
         self.robots = Robots(self._services)
         self.signals = Signals(self._services)
         self.clock = Clock(self._services)
+        self.cell = Cell(self._services)
         self.view = View(self._services, self.scene)
         self.assets = Assets(self._services)
         self.plugins = Plugins(self._services)
@@ -380,7 +383,7 @@ class Client:
         return start(self._services, path, duration, options)
 
     def stop(self, *robots: Named) -> list[Motion]:
-        """Cancel every motion, or every motion of these robots; return them."""
+        """Cancel every motion, or every motion of these robots; return them. `client.cell.stop` lets none start."""
         return motion.stop(self._services, map(name_of, robots))
 
     def lease(self, *robots: Named, take: bool = False, owner: str | None = None) -> Lease:

@@ -1,4 +1,4 @@
-"""Drivers of real robots: connected, watched, set to a mode, stopped together."""
+"""Drivers of real robots: connected, watched, set to a mode."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot._wire.arguments import Text, checked
+from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import settings_message, value_or_default, words_of
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import listed, shown
@@ -259,23 +259,6 @@ class Drivers:
         with self._services.driver.WatchDrivers(request) as stream:
             for response in stream:
                 yield list(map(DriverStatus.of, response.drivers))
-
-    def stop(self, reason: Text = "") -> None:
-        """Bring all robots that drivers move to rest, together and on their paths. It is no emergency stop."""
-        self._services.driver.StopCell(driver_pb2.StopCellRequest(reason=reason))
-
-    @property
-    def stopped(self) -> str:
-        """Reason why the cell is stopped, in words; empty while it isn't."""
-        return self._services.driver.GetDrivers(driver_pb2.GetDriversRequest()).cell.reason
-
-    def release(self) -> None:
-        """End a stop; nothing moves by that, and each robot is set to `execute` again by its own call.
-
-        Raises:
-            WrongStateError: when a robot is not at rest yet.
-        """
-        self._services.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
 
     def __repr__(self) -> str:
         """Return a line for people."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import asyncio
+import time
 from collections.abc import AsyncIterator
 from dataclasses import replace
 
@@ -9,6 +11,7 @@ from virtualrobot.v1 import driver_pb2, driver_pb2_grpc, geometry_pb2
 from virtualrobot_sdk.drivers import About, Mode, Pace, Safety
 from virtualrobot_sdk.drivers.shared import State
 
+from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import CARRIED
 from virtualrobot_kernel.drivers.conditions import refused
@@ -18,6 +21,8 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.messages.structs import settings
 from virtualrobot_kernel.messages.values import finite, stamp
+from virtualrobot_kernel.world.commands import ReleaseCell, StopCell
+from virtualrobot_kernel.world.state import CellStop
 from virtualrobot_kernel.world.structure import Kind
 
 MODES = EnumTable(LinkMode, driver_pb2.DriverMode)
@@ -92,16 +97,18 @@ class DriverServicer(driver_pb2_grpc.DriverServiceServicer):
             yield driver_pb2.WatchDriversResponse(stamp=stamp(snapshot), drivers=drivers, cell=self._cell())
 
     async def StopCell(self, request: driver_pb2.StopCellRequest, context: object) -> driver_pb2.StopCellResponse:
-        """Stop all robots, at once and from this thread."""
-        reason = request.reason[:LONGEST_REASON]
-        self._kernel.links.stop_cell(reason)
+        """Stop all robots: real ones at once and from this thread, all with the world."""
+        stop = CellStop(person(context), request.reason[:LONGEST_REASON] or "stopped", time.time())
+        self._kernel.links.stop_real(stop)
+        await asyncio.wrap_future(self._kernel.submit([StopCell(stop)], context))
         return driver_pb2.StopCellResponse(stamp=self._stamp(), cell=self._cell())
 
     async def ReleaseCell(
         self, request: driver_pb2.ReleaseCellRequest, context: object
     ) -> driver_pb2.ReleaseCellResponse:
         """End a stop."""
-        self._kernel.links.release_cell()
+        release = self._kernel.submitting(context, self._kernel.links.release)
+        await asyncio.wrap_future(release([ReleaseCell()]))
         return driver_pb2.ReleaseCellResponse(stamp=self._stamp(), cell=self._cell())
 
     def _check_lease(self, robot: str) -> int:
@@ -115,8 +122,12 @@ class DriverServicer(driver_pb2_grpc.DriverServiceServicer):
         return stamp(self._kernel.world.snapshot)
 
     def _cell(self) -> driver_pb2.CellStatus:
-        why, (address, key) = self._kernel.links.stopped, self._kernel.links.stopper
-        return driver_pb2.CellStatus(stopped=bool(why), reason=why, stopper_address=address, stopper_key=key)
+        stop, (address, key) = self._kernel.links.stop, self._kernel.links.stopper
+        told = driver_pb2.CellStatus(stopper_address=address, stopper_key=key)
+        if stop is not None:
+            told.stopped, told.reason, told.stopped_by = True, stop.reason, stop.by
+            told.stop_time.FromNanoseconds(round(stop.wall_time * 1e9))
+        return told
 
 
 def _asked(request: driver_pb2.ConnectDriverRequest) -> Asked:

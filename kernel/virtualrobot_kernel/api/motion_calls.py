@@ -21,6 +21,7 @@ from virtualrobot_kernel.planning.steps import named_error
 from virtualrobot_kernel.planning.together import joints_of, moved_arms, solved_robots
 from virtualrobot_kernel.planning.tracking import arms_joints
 from virtualrobot_kernel.world.actuators import coupled_joints
+from virtualrobot_kernel.world.apply_cell import refuse_stopped
 from virtualrobot_kernel.world.change import moving_motion
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.collisions import STOPPING
@@ -59,9 +60,13 @@ def touching_notes(report: Report, snapshot: Snapshot, motion: Motion) -> list[N
 async def make_way(
     kernel: KernelServices, needed: Callable[[Snapshot], set[tuple[int, str]]], policy: int, context: object
 ) -> None:
-    """Refuse, or cancel and wait for standstill, when joints that are `needed` (robot uid, joint name) move already."""
+    """Refuse, or cancel and wait for standstill, when joints that are `needed` (robot uid, joint name) move already.
+
+    What a stopped cell would refuse is refused before it is planned.
+    """
     world = kernel.world
     snapshot = world.snapshot
+    refuse_stopped(snapshot.state)
     while motion := moving_motion(snapshot.state, coupled_joints(snapshot.structure, needed(snapshot))):
         if policy != motion_pb2.BUSY_POLICY_PREEMPT:
             names = ", ".join(repr(snapshot.structure.nodes[uid].name) for uid in motion.robots)

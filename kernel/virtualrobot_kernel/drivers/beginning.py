@@ -85,7 +85,9 @@ class Beginning:
     def _check_conditions(self, robot: str, link: Link, report: Report) -> None:
         """Raise KernelError (WRONG_STATE) that names the first condition of EXECUTE that does not hold."""
         played = [one for one in self._cell.links.values() if one is not link and one.is_played]
-        leased, stopped = self._leased(link.twin.uid), self._cell.stopped
+        leased = self._leased(link.twin.uid)
+        known = self._world.snapshot.state.stop
+        stopped = known.reason if known is not None else self._cell.stopped
         check_conditions(self._world.snapshot, self._world.clock, robot, link, report, played, stopped, leased)
 
     def _put_twin(self, robot: str, link: Link, report: Report) -> Floats | None:

@@ -15,9 +15,12 @@ class Cell:
 
     Attributes:
         links: the links by their robots' uids; replaced as a whole, so that each reader has its own.
-        block: the block of shared memory by which hosts are stopped; None while no robot is connected.
+        block: the block of shared memory by which hosts are stopped; None while no robot is connected. What it says and
+            the world's own stop are made one before each tick (`supervision.py`).
         changing: held while links, block or the kernel's hold on the clock change.
         closed: whether the kernel is ending.
+        by: who has stopped them; empty where nobody in the kernel knows.
+        reason: why; likewise.
     """
 
     def __init__(self) -> None:
@@ -26,7 +29,7 @@ class Cell:
         self.block: CellBlock | None = None
         self.changing = threading.RLock()
         self.closed = False
-        self.reason = ""
+        self.by, self.reason = "", ""
 
     @property
     def is_stopped(self) -> bool:
@@ -39,17 +42,18 @@ class Cell:
         """Reason for which the cell is stopped; empty: it is not."""
         return (self.reason or "stopped from outside the kernel") if self.is_stopped else ""
 
-    def stop(self, reason: str) -> None:
+    def stop(self, reason: str, by: str) -> None:
         """Bring all robots to rest together; nothing waits for anything."""
         block = self.block
         if block is not None:
-            self.reason = reason or "stopped"
+            if not self.is_stopped:
+                self.by, self.reason = by, reason
             block.stop()
 
     def release(self) -> None:
-        """End a stop; for whoever holds `changing`, while no robot is played."""
+        """End a stop, while no robot is played; in the world thread, where the world's own stop ends with it."""
         if self.block is not None:
-            self.reason = ""
+            self.by, self.reason = "", ""
             self.block.release()
 
     def add(self, uid: int, link: Link) -> None:

@@ -10,7 +10,7 @@ from threading import Lock
 
 from virtualrobot_sdk.drivers import About, Safety, Words
 from virtualrobot_sdk.drivers import Mode as ControllerMode
-from virtualrobot_sdk.drivers.shared import Report, State, TickRing
+from virtualrobot_sdk.drivers.shared import NEVER, Report, State, TickRing
 
 from virtualrobot_kernel.drivers.far_side import Process
 from virtualrobot_kernel.drivers.played import Played
@@ -22,6 +22,9 @@ SILENT_CYCLES = 3
 SILENT_SECONDS = 0.1
 """A host is silent after so many cycles without a report, and not before so much time (s), nor before its lead is over:
 who leads by more says that the machine may be busy."""
+
+ROUNDING_NS = 1000
+"""Time (ns) within which ticks are as far apart as ticks are: when they were due is rounded."""
 
 LOOK_SECONDS = 0.02
 """Longest time (s) between two looks that counts as one of silence."""
@@ -77,11 +80,14 @@ class Link:
     told: Words | None = None
     """Words of the host, once they were asked for after it met a fault."""
     settling: Lock = field(default_factory=Lock)
+    lead_ns: int = field(init=False)
+    """Time (ns) by which the robot is later than its twin."""
     inputs_known: tuple[int, Mapping[str, Signal] | None] = (-1, None)
     """Digital inputs, and the signals of the world that agree with them."""
     _places: tuple[Structure, Columns, Columns] | None = None
-    _stood: tuple[Structure, Floats, Floats, bytes] | None = None
-    """World at rest, by structure, q and v, and what its ticks say of the joints."""
+    _stood: _Rest | None = None
+    _fine: int = -1
+    """News of reports in which there was no fault; -1 while there is none."""
     _cycles: int = -1
     _silence: float = 0.0
     _asked_ns: int = 0
@@ -97,10 +103,9 @@ class Link:
         """True while the host has met a fault whose words are not here yet."""
         return self._error_ns > 0 and self.state is not State.ERROR
 
-    @property
-    def lead_ns(self) -> int:
-        """Time (ns) by which the robot is later than its twin."""
-        return round(self.asked.lead * 1e9)
+    def __post_init__(self) -> None:
+        """Count the lead as times are counted."""
+        self.lead_ns = round(self.asked.lead * 1e9)
 
     def places(self, structure: Structure) -> tuple[Columns, Columns]:
         """Return where its joints are in q and v; they are looked up once for each structure."""
@@ -108,22 +113,43 @@ class Link:
             self._places = (structure, *columns(structure, self.twin))
         return self._places[1], self._places[2]
 
-    def write(self, now: Snapshot, play_ns: int, brake: Floats | None) -> bool:
-        """Put a tick into the ring; return whether its brake is in it.
+    def write_rest(self, now: Snapshot, due_ns: int) -> bool:
+        """Put a tick that was due at a time (ns) into the ring where nothing moves; return whether that is so.
 
-        `brake` (m, nq): the coordinates of the world, a tick apart, if all brakes from there; None where nobody knows.
+        One that is as the one before is there already.
         """
-        state, joints = now.state, b""
-        if not state.motions and self._stood is not None:
-            structure, q, v, joints = self._stood
-            if structure is not now.structure or q is not state.q or v is not state.v:
-                joints = b""
-        if not joints:
+        state, rest = now.state, self._stood
+        if state.motions:
+            self._stood = None
+            return False
+        if rest is None or rest.q is not state.q or rest.v is not state.v or rest.structure is not now.structure:
             at_q, at_v = self.places(now.structure)
-            rows = None if brake is None else brake[:, at_q]
-            joints = self.ring.joints_of(state.q[at_q], state.v[at_v], rows)
-            self._stood = None if state.motions else (now.structure, state.q, state.v, joints)
-        return self.ring.put_joints(state.tick, play_ns, self.outputs, joints)
+            q = state.q[at_q]
+            joints = self.ring.joints_of(q, state.v[at_v], q[None])
+            rest = self._stood = _Rest(now.structure, state.q, state.v, joints)
+        off = due_ns - rest.due_ns - (state.tick - rest.tick) * rest.period_ns
+        if -ROUNDING_NS < off < ROUNDING_NS and rest.outputs == self.outputs:
+            if rest.lasts:
+                return True
+            play_ns = due_ns + self.lead_ns
+            if self.ring.rest(state.tick, play_ns, self.outputs, rest.joints, rest.period_ns):
+                rest.lasts = True
+                return True
+        else:
+            rest.tick, rest.due_ns, rest.outputs, rest.lasts = state.tick, due_ns, self.outputs, False
+            rest.period_ns = round(now.tick_seconds * 1e9)
+        self.ring.put_joints(state.tick, due_ns + self.lead_ns, self.outputs, rest.joints)
+        return True
+
+    def write(self, now: Snapshot, due_ns: int, brake: Floats | None) -> bool:
+        """Put a tick that was due at a time (ns) into the ring; return whether its brake is in it.
+
+        `brake` (m, k): where the robot's joints are, a tick apart, if all brakes from there; None where nobody knows.
+        """
+        state = now.state
+        at_q, at_v = self.places(now.structure)
+        joints = self.ring.joints_of(state.q[at_q], state.v[at_v], brake)
+        return self.ring.put_joints(state.tick, due_ns + self.lead_ns, self.outputs, joints)
 
     def halt(self, words: Words, state: State) -> None:
         """Follow no more though nobody chose so, for the reason that the words tell."""
@@ -143,11 +169,13 @@ class Link:
         self.played = Played(self.twin.uid, tick)
         self.follows_badly = False
         self.ring.clear()
+        self._stood = None  # last: the world thread may write a rest meanwhile, which is forgotten with it
 
     def forget_faults(self) -> None:
         """Forget which fault was met, as another connection begins."""
         self.words, self.told, self.is_silent = Words(), None, False
-        self._cycles, self._silence, self._error_ns = -1, 0.0, 0
+        self._fine = self._cycles = -1
+        self._silence, self._error_ns = 0.0, 0
 
     def newest(self) -> Report | None:
         """Return the newest report that can be read: the host may be writing one just now."""
@@ -158,27 +186,35 @@ class Link:
 
         `stopped`: whether the cell is, which is no fault of the robot's.
         """
-        report = self.report = self.newest()
-        if (fault := self._met(report, now_ns)) is not None:
-            return fault
-        if report is not None and has_fault(report):
-            return None  # its words are on their way
+        cycles, news, error = self.ring.pulse()
+        # Where all was well, and nothing is new but that time goes on, no more is looked at: each tick costs that.
+        fine = news == self._fine and error <= self.asked.following_warning and self.mode is not LinkMode.MONITOR
+        if not fine or self.process.fault is not None:
+            self._fine = -1
+            report = self.ring.reported()
+            known, self.report = report is not None, report or self.report
+            if (fault := self._met(self.report, now_ns)) is not None:
+                return fault
+            if self.report is None:
+                cycles = self._cycles
+            elif has_fault(self.report):
+                return None  # its words are on their way
+            elif self.state is State.ACTIVE and not stopped and cycles != self._cycles:
+                if self.report.state is not State.ACTIVE:
+                    return Words("the driver has ended what it played")
+                if (fault := self._astray(self.report)) is not None:
+                    return fault
+                self._fine = news if known else -1
         # Only time in which the world goes on counts: a kernel that was late has not looked.
         since, self._asked_ns = min(now_ns - self._asked_ns, LOOK_SECONDS * 1e9), now_ns
-        if report is None or report.cycles == self._cycles:
-            self._silence += since * 1e-9
-            if self._silence > max(SILENT_SECONDS, self.asked.lead, SILENT_CYCLES / self.about.rate):
-                self.is_silent = True
-                return Words(f"the driver has been silent for {self._silence:.2f} s")
+        if cycles != self._cycles:
+            self._cycles, self._silence = cycles, 0.0
             return None
-        self._cycles, self._silence = report.cycles, 0.0
-        if self.state is not State.ACTIVE:
-            return None
-        if stopped:
-            return None
-        if report.state is not State.ACTIVE:
-            return Words("the driver has ended what it played")
-        return self._astray(report)
+        self._silence += since * 1e-9
+        if self._silence > SILENT_SECONDS and self._silence > max(self.asked.lead, SILENT_CYCLES / self.about.rate):
+            self.is_silent = True
+            return Words(f"the driver has been silent for {self._silence:.2f} s")
+        return None
 
     def _met(self, report: Report | None, now_ns: int) -> Words | None:
         """Return the fault that the process, the host or the controller has; the host's once its words are here."""
@@ -211,6 +247,25 @@ class Link:
                 f"{self.asked.following_limit:g} is allowed"
             )
         return None
+
+
+@dataclass(slots=True, eq=False)
+class _Rest:
+    """World in which nothing moves, and what its ticks say of a robot's joints.
+
+    tick, due_ns, period_ns, outputs: the first tick of a series that is told alike, when it was due (ns), the time
+    between two, and the outputs. lasts: whether the ring tells those that come, too.
+    """
+
+    structure: Structure
+    q: Floats
+    v: Floats
+    joints: bytes
+    tick: int = 0
+    due_ns: int = NEVER
+    period_ns: int = 0
+    outputs: int = -1
+    lasts: bool = False
 
 
 def has_fault(report: Report) -> bool:

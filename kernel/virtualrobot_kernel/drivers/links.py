@@ -28,9 +28,10 @@ from virtualrobot_kernel.drivers.supervision import Supervision
 from virtualrobot_kernel.drivers.twin import Asked, Floats, twin_of
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.inputs.mailbox import Mailbox
+from virtualrobot_kernel.world.apply_cell import refuse_braking
 from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.past_world import PastWorld, is_past
-from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.state import CellStop, Snapshot
 from virtualrobot_kernel.world.store import World
 
 READING_SECONDS = 10.0
@@ -60,9 +61,12 @@ class Links:
         self._end_listening: Callable[[], None] = lambda: None
 
     @property
-    def stopped(self) -> str:
-        """Reason for which the cell is stopped; empty: it is not."""
-        return self._cell.stopped
+    def stop(self) -> CellStop | None:
+        """Stop of the cell; None: it is not stopped. One from outside the kernel is told before the world has it."""
+        known = self._world.snapshot.state.stop
+        if known is None and self._cell.is_stopped:
+            return self.supervision.stop_of_cell()
+        return known
 
     @property
     def stopper(self) -> tuple[str, str]:
@@ -196,24 +200,27 @@ class Links:
             link.state = State.INACTIVE
             return self.status(robot)
 
-    def stop_cell(self, reason: str) -> None:
-        """Bring all robots to rest together; nothing waits for anything."""
-        self._cell.stop(reason)
+    def stop_real(self, stop: CellStop) -> None:
+        """Bring all robots that drivers move to rest together, without the world; nothing waits for anything."""
+        self._cell.stop(stop.reason, stop.by)
 
-    def release_cell(self) -> None:
-        """End a stop; raise KernelError (WRONG_STATE) while a robot is not at rest."""
-        with self._cell.changing:
-            for status in self.statuses(self._world.snapshot):
-                if status.link.is_played:
-                    raise refused(status.robot, "rest", "it is not at rest yet")
-            self._cell.release()
+    def release(self, now: Snapshot, _: object = None) -> None:
+        """Let drivers' robots go on, right before the world does; raise KernelError (WRONG_STATE) while one moves.
+
+        For the world thread (a `Permit`), so that no tick comes between the two.
+        """
+        refuse_braking(now.state)
+        for status in self.statuses(now):
+            if status.link.is_played:
+                raise refused(status.robot, "rest", "it is not at rest yet")
+        self._cell.release()
 
     def close(self) -> None:
         """Stop all robots and end all drivers."""
         self._cell.closed = True
         links = self._cell.links.values()
         if any(link.is_played for link in links):
-            self._cell.stop("the kernel is ending")
+            self._cell.stop("the kernel is ending", "the kernel")
         self._world.unsupervise(self.supervision)
         self._end_listening()
         self._await_listeners()

@@ -16,25 +16,24 @@ GUARDED = "guarded tick by tick, with all brakes"
 class Played:
     """Ticks of one robot (a uid) after the one at which it was let follow.
 
-    The world thread tells each tick of the twin, and how far the robot has come, which is a lead earlier.
+    The world thread tells each tick of the twin. How far the robot has come, which is a lead earlier, is told before
+    its ranges are taken.
+
+    Attributes:
+        noted: the tick of the twin at which ranges were taken last.
     """
 
     def __init__(self, robot: int, tick: int) -> None:
         """Begin after a tick."""
         self._robot = robot
-        self._told = self._reached = tick
+        self.noted = self._told = self._reached = tick
         self._checks: list[tuple[int, str]] = [(tick + 1, STOOD)]
         self._motions: tuple[Motion, ...] | None = None
         self._guarded: frozenset[str] = frozenset()
 
-    @property
-    def waiting(self) -> int:
-        """Number of ticks that were played and not told yet."""
-        return self._reached - self._told
-
-    def reached(self, tick: float) -> None:
-        """Say which tick the robot plays; -1: none."""
-        self._reached = max(self._reached, int(tick))
+    def reached(self, tick: int) -> None:
+        """Say which tick the robot plays, or did last; -1: none."""
+        self._reached = max(self._reached, tick)
 
     def twin_at(self, state: State) -> None:
         """Say what moves the twin in a new tick."""

@@ -80,8 +80,6 @@ class Settling:
             until = time.monotonic() + REST_SECONDS
             while not self._cell.closed and time.monotonic() < until and not self._rests(link):
                 time.sleep(LOOK_SECONDS)
-            if link.played is not None and (last := link.newest()) is not None:
-                link.played.reached(last.tick)
             self.note(self._world.snapshot, link)
             if link.words is UNTOLD:
                 link.words = link.process.words()
@@ -132,7 +130,10 @@ class Settling:
 
     def note(self, now: Snapshot, link: Link) -> None:
         """Tell the journal what was played since it was told last."""
-        if link.played is not None and (ranges := link.played.take()):
+        if (played := link.played) is None:
+            return
+        played.reached(link.ring.played)
+        if ranges := played.take():
             self._world.submit(ranges, author_of(now, link))
 
 

@@ -179,4 +179,4 @@ def side_of(twin: Twin, asked: Asked, tick_ns: int) -> RobotSide:
         )
         for index, one in enumerate(twin.joints)
     )
-    return RobotSide(joints, tick_ns, AT_REST, asked.without_watchdog)
+    return RobotSide(joints, tick_ns, AT_REST, asked.without_watchdog, round(asked.lead * 1e9))

@@ -16,18 +16,18 @@ from virtualrobot_sdk.drivers import DriverFault, Words
 from virtualrobot_sdk.drivers.shared import NEVER, State
 
 from virtualrobot_kernel.drivers.admission import check, check_orders
+from virtualrobot_kernel.drivers.brakes import Brakes
 from virtualrobot_kernel.drivers.cell import Cell
 from virtualrobot_kernel.drivers.conditions import halted_error, name_of
 from virtualrobot_kernel.drivers.link import Link, LinkMode
 from virtualrobot_kernel.drivers.settling import Settling, author_of
 from virtualrobot_kernel.drivers.signals import bits_of, inputs_changed
-from virtualrobot_kernel.drivers.twin import Floats
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.inputs.mailbox import Mailbox
-from virtualrobot_kernel.world.braking import braking_of, going
+from virtualrobot_kernel.world.braking import going
 from virtualrobot_kernel.world.change import Forward
-from virtualrobot_kernel.world.commands import Command, SetMeasuredJoints, StopRobots
-from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, Snapshot
+from virtualrobot_kernel.world.commands import Command, SetMeasuredJoints, StopCell, StopRobots
+from virtualrobot_kernel.world.state import Cancellation, CellStop, EndCause, Signal, Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.tick_inputs import TickInput
 
@@ -37,8 +37,14 @@ FAULT_SECONDS = 0.05
 NOTE_SECONDS = 1.0
 """Period (s) of simulation time at which the journal is told what was played."""
 
+REST_LOOK_NS = 10_000_000
+"""Time (ns) between two looks at what came back while nothing moves and no twin is measured: none is to be stopped."""
+
 UNWATCHED = (State.ERROR, State.CONNECTING, State.DISCONNECTED)
 """States in which a link has no fault that is new."""
+
+OUTSIDE = "somebody outside the kernel"
+"""Whoever has stopped the cell without a call, as by the stopper."""
 
 log = logging.getLogger(__name__)
 
@@ -61,9 +67,11 @@ class Supervision:
         leased: Callable[[int], bool],
     ) -> None:
         """Begin with nothing seen."""
-        self._world, self._mailbox, self._forward, self._leased = world, mailbox, forward, leased
+        self._world, self._mailbox, self._leased = world, mailbox, leased
         self._cell, self._settling = cell, settling
-        self._stopped_ns = 0
+        self._brakes = Brakes(forward)
+        self._stopped_ns = self._looked_ns = 0
+        self._monitors = False
         self._signals: Mapping[str, Signal] | None = None
 
     def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
@@ -85,9 +93,16 @@ class Supervision:
         now_ns, cell, block = time.monotonic_ns(), self._cell, self._cell.block
         if block is None:
             return ()
+        if now.state.stop is not None and block.stop_ns == NEVER:
+            cell.stop(now.state.stop.reason, now.state.stop.by)
+        stopped = block.stop_ns != NEVER
+        stands = not now.state.motions and not self._monitors and stopped == (now.state.stop is not None)
+        if stands and now_ns - self._looked_ns < REST_LOOK_NS:
+            return ()
+        self._looked_ns = now_ns
         played: list[Link] = []
         failed: list[tuple[Link, Words]] = []
-        awaits, stopped = False, block.stop_ns != NEVER
+        awaits = False
         if not stopped:
             self._stopped_ns = 0
         for link in self._cell.links.values():
@@ -98,36 +113,46 @@ class Supervision:
                 awaits = awaits or link.awaits_words
                 if words is not None:
                     failed.append((link, words))
-        if not played or (awaits and not failed):
+        is_known = now.state.stop is not None or cell.closed
+        if (awaits and not failed) or not (played or stopped) or (is_known and not played):
             return ()
         if failed:
             name = name_of(now, failed[0][0])
             cause, why = EndCause.DRIVER, f"the real robot of {name!r} has stopped: {failed[0][1].text}"
-            if block.stop_ns == NEVER:
-                cell.stop(why)
+            if not cell.reason:
+                cell.by, cell.reason = author_of(now, failed[0][0]), why
+            block.stop()
         elif block.stop_ns != NEVER:
             cause, why = EndCause.CELL_STOPPED, cell.stopped
-            if not cell.reason and (late := self._late(played, now_ns)):
-                cause, why = EndCause.DRIVER, late
-                cell.reason = why
-            elif not cell.reason:
-                # A host that meets a fault stops the cell before it can say so.
-                self._stopped_ns = self._stopped_ns or now_ns
-                if now_ns - self._stopped_ns < FAULT_SECONDS * 1e9:
-                    return ()
+            if played and not cell.reason:
+                if late := self._late(played, now_ns):
+                    cause, why = EndCause.DRIVER, late
+                    cell.by, cell.reason = self.author, why
+                else:
+                    # A host that meets a fault stops the cell before it can say so.
+                    self._stopped_ns = self._stopped_ns or now_ns
+                    if now_ns - self._stopped_ns < FAULT_SECONDS * 1e9:
+                        return ()
         else:
             return self._stop_unleased(played, now)
         for link in played:
             if link.state is State.ACTIVE:
                 link.halt(link.words if link.words.text else Words(why), State.STOPPING)
                 self._settling.later(link)
-        return _stop(played, now, cause, why)
+        stop = _stop(played, now, cause, why)
+        return stop if is_known else (*stop, StopCell(self.stop_of_cell()))
+
+    def stop_of_cell(self) -> CellStop:
+        """Return the stop that the drivers' robots have met, as the world will have it."""
+        cell, block = self._cell, self._cell.block
+        ago = 0.0 if block is None else max(time.monotonic_ns() - block.stop_ns, 0) * 1e-9
+        return CellStop(cell.by or OUTSIDE, cell.stopped, time.time() - ago)
 
     def _late(self, played: Sequence[Link], now_ns: int) -> str:
         """Return that robots have braked because no newer tick came, in words; empty where that was not so."""
-        late = (now_ns - self._world.due_nanoseconds) * 1e-9
-        if any(_is_starved(link) for link in played) or late > min(link.asked.lead for link in played):
-            return f"the newest tick was {late:.2f} s old, older than the lead: the real robots brake on their paths"
+        late, lead = (now_ns - self._world.due_nanoseconds) * 1e-9, min(link.asked.lead for link in played)
+        if late > lead or any(link.report is not None and link.report.on_brake for link in played):
+            return f"the newest tick was older than the lead of {lead:g} s: the real robots brake on their paths"
         return ""
 
     def after_change(self, now: Snapshot) -> Sequence[Command]:
@@ -163,27 +188,31 @@ class Supervision:
             return
         played = [link for link in links.values() if link.is_played or link.mode is LinkMode.EXECUTE]
         if played:
-            brake = self._brake(now, played)
-            due = self._world.due_nanoseconds
-            kept = [link.write(now, due + link.lead_ns, brake) for link in played]
-            block.complete(now.state.tick, all(kept))
+            block.complete(now.state.tick, self._write(now, played))
         signals_changed = now.state.signals is not self._signals
         self._signals = now.state.signals
+        self._monitors = False
         for link in links.values():
             if link.about.outputs and signals_changed:
                 link.outputs = bits_of(now, link.twin.uid, link.about.outputs)
-            if link.mode is LinkMode.MONITOR or link.about.inputs:
+            monitors = link.mode is LinkMode.MONITOR
+            self._monitors = self._monitors or monitors
+            if monitors or link.about.inputs:
                 self._read(now, link)
         for link in played:
             self._watch(now, link)
 
-    def _brake(self, now: Snapshot, played: Sequence[Link]) -> Floats | None:
-        """Return where robots that are played go (m, nq), a tick apart, if all brake now; None: it takes too long."""
+    def _write(self, now: Snapshot, played: Sequence[Link]) -> bool:
+        """Write a tick into the rings of robots that are played; return whether all have its brake."""
+        due = self._world.due_nanoseconds
         if not now.state.motions:
-            return now.state.q[None]
-        robots = {link.twin.uid for link in played}
-        way = braking_of(robots, now.structure, now.state, now.tick_seconds, self._forward)
-        return way.positions if way.ends else None
+            for link in played:
+                link.write_rest(now, due)
+            return True
+        places = {link.twin.uid: link.places(now.structure)[0] for link in played}
+        brakes = self._brakes.of(places, now.structure, now.state, now.tick_seconds) or {}
+        kept = [link.write(now, due, brakes.get(link.twin.uid)) for link in played]
+        return all(kept)
 
     def _read(self, now: Snapshot, link: Link) -> None:
         report = link.report
@@ -219,9 +248,8 @@ class Supervision:
         if (played := link.played) is None:
             return
         played.twin_at(now.state)
-        if link.report is not None and link.is_played:
-            played.reached(link.report.tick)
-        if link.state is State.ACTIVE and played.waiting * now.tick_seconds >= NOTE_SECONDS:
+        if link.state is State.ACTIVE and (now.state.tick - played.noted) * now.tick_seconds >= NOTE_SECONDS:
+            played.noted = now.state.tick
             self._settling.note(now, link)
 
 
@@ -235,9 +263,3 @@ def _stop(links: Sequence[Link], now: Snapshot, cause: EndCause, why: str) -> Se
     """Return the command that stops those of some robots that do not brake yet."""
     robots = going(now.state).intersection(link.twin.uid for link in links)
     return [StopRobots(tuple(sorted(robots)), Cancellation(cause, why))] if robots else ()
-
-
-def _is_starved(link: Link) -> bool:
-    """Return whether a robot goes on by its brake, or has, though nobody has slowed its clock."""
-    report = link.report
-    return report is not None and report.on_brake and report.rate == 1.0

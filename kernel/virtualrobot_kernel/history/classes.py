@@ -42,7 +42,7 @@ PARTS = (Node, Motion, Plan, Program)
 TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 """Name in documents of a class, where that isn't its own: two have the same name, or it was renamed."""
 
-VERSIONS: Mapping[type, int] = {State: 5, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 2}
+VERSIONS: Mapping[type, int] = {State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 2}
 """Version of each class whose fields aren't those of its first one."""
 
 MIGRATIONS: Mapping[tuple[str, int], Migration] = {
@@ -54,6 +54,8 @@ MIGRATIONS: Mapping[tuple[str, int], Migration] = {
     ("State", 2): lambda fields: [*fields, None],  # dynamics
     ("State", 3): lambda fields: [*fields, None, None, {}],  # physics, moved_parts, twists
     ("State", 4): lambda fields: [*fields, {}, {}],  # motored, efforts
+    ("State", 5): lambda fields: [*fields, None, None],  # contacts, told_contacts
+    ("State", 6): lambda fields: [*fields, None],  # stop
     # restitution, rolling_friction, spinning_friction, stiffness, damping
     ("Material", 1): lambda fields: [*fields, 0.0, 0.0, 0.0, 0.0, 0.0],
     ("PartData", 1): lambda fields: [*fields, False],  # dynamic

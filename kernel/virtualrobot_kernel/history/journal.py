@@ -29,11 +29,13 @@ from virtualrobot_kernel.world.commands import (
     EndSetpoints,
     PauseMotion,
     PlayedTicks,
+    SetContacts,
     SetDynamics,
     SetMeasuredJoints,
     SetParts,
     SetSetpoint,
     SetSpeedFactor,
+    StopCell,
     StopMotions,
     StopRobots,
 )
@@ -49,13 +51,13 @@ MOST_UNKEPT = 100_000
 
 STOPPING = frozenset(
     {
-        *(StopMotions, StopRobots, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints),
-        *(SetMeasuredJoints, SetDynamics, SetParts),
+        *(StopMotions, StopRobots, StopCell, CancelMotion, PauseMotion, SetSpeedFactor, EndSetpoints),
+        *(SetMeasuredJoints, SetDynamics, SetParts, SetContacts),
     }
 )
 """Commands that stop, slow, pause or end motions, or tell where robots are: done though nothing can be kept."""
 
-EACH_TICK = frozenset({SetSetpoint, SetMeasuredJoints, SetDynamics, SetParts, PlayedTicks})
+EACH_TICK = frozenset({SetSetpoint, SetMeasuredJoints, SetDynamics, SetParts, SetContacts, PlayedTicks})
 """Commands that come as often as ticks: they are in the journal, and no steps."""
 
 MOST_AT_ONCE = 32

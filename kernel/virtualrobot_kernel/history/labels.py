@@ -250,6 +250,10 @@ def _moved(command: commands.SetParts, done: Done) -> Iterable[Phrase]:
     yield Phrase("moved", "", f" {len(command.parts)} parts by forces")
 
 
+def _touched(command: commands.SetContacts, done: Done) -> Iterable[Phrase]:
+    yield Phrase("felt", "", f" {len(command.contacts.nodes)} contacts")
+
+
 def _physics(command: commands.SetPhysics, done: Done) -> Iterable[Phrase]:
     if command.engine is not None:
         engine = command.engine
@@ -274,6 +278,14 @@ def _halted(command: commands.StopRobots, done: Done) -> Iterable[Phrase]:
     yield from (Phrase("stopped", repr(name), f": {command.cancellation.reason}") for name in names)
     if not names:
         yield Phrase("stopped no robot")
+
+
+def _cell_stopped(command: commands.StopCell, done: Done) -> Iterable[Phrase]:
+    yield Phrase("stopped the cell", "", f": {command.stop.reason}")
+
+
+def _cell_released(command: commands.ReleaseCell, done: Done) -> Iterable[Phrase]:
+    yield Phrase("released the cell")
 
 
 def _played(command: commands.PlayedTicks, done: Done) -> Iterable[Phrase]:
@@ -331,12 +343,15 @@ LABELS: dict[type, Callable[[Any, Done], Iterable[Phrase]]] = {
     commands.SetDynamics: _computed,
     commands.SetJointEfforts: _exerts,
     commands.SetParts: _moved,
+    commands.SetContacts: _touched,
     commands.SetPhysics: _physics,
     commands.PauseMotion: _of_motion("paused"),
     commands.ResumeMotion: _of_motion("resumed"),
     commands.CancelMotion: _of_motion("cancelled"),
     commands.StopMotions: _stopped,
     commands.StopRobots: _halted,
+    commands.StopCell: _cell_stopped,
+    commands.ReleaseCell: _cell_released,
     commands.PlayedTicks: _played,
     commands.RestartWorld: _began_again,
     commands.RestoreRecords: _restored,

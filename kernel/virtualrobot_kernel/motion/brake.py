@@ -155,7 +155,8 @@ def _asked(
     def ask(table: tuple[Array, ...], stop_time: float, begin: float) -> _Answer:
         ramp, tracks = now.ramp, len(plan.tracks)
         state = np.array([*now[:4], ramp.goal, ramp.length, *ramp.coefficients])
-        brakes, ends, reached = np.full((tracks, 3, 5), np.inf), np.full(tracks, -1.0), np.empty(tracks)
+        none, not_begun = _no_brakes(tracks)
+        brakes, ends, reached = none.copy(), not_begun.copy(), np.empty(tracks)
         for track, law in enumerate(begun):
             count = len(law.coefficients)
             brakes[track, :count, 0] = law.breaks[:-1]
@@ -177,6 +178,12 @@ def _asked(
 def _law(brake: Array, end: float) -> PiecewisePolynomial:
     begun = np.isfinite(brake[:, 0])
     return PiecewisePolynomial(np.append(brake[begun, 0], end), brake[begun, 1:, None])
+
+
+@lru_cache
+def _no_brakes(tracks: int) -> tuple[Array, Array]:
+    """Return brakes and ends of a motion that has begun none, as `brake_ahead` takes them; each tick copies them."""
+    return np.full((tracks, 3, 5), np.inf), np.full(tracks, -1.0)
 
 
 # Beside the plans, which the journal keeps for good, and only for the last ones, as their braking tables.

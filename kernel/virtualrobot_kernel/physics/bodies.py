@@ -39,6 +39,7 @@ class Scene:
         links: the links of robots that forces move.
         driven: the links that other joints move.
         rows: row in the model of each of them.
+        nodes: the node of each body, in the order of the model.
     """
 
     model: PhysicsModel
@@ -46,6 +47,7 @@ class Scene:
     links: tuple[int, ...]
     driven: tuple[int, ...]
     rows: dict[int, int]
+    nodes: tuple[int, ...]
 
 
 def movers(structure: Structure) -> dict[int, int]:
@@ -82,6 +84,7 @@ def scene_of(snapshot: Snapshot, hull: Hulls, substep_seconds: float) -> Scene:
     mover_of = movers(structure)
     uids = {row: uid for uid, row in structure.rows.items()}
     bodies: list[Body] = []
+    owners: list[int] = []
     rows: dict[int, int] = {}
     masses: dict[int, list[Spread]] = {}
     mover_t: dict[int, Floats] = {}
@@ -115,10 +118,11 @@ def scene_of(snapshot: Snapshot, hull: Hulls, substep_seconds: float) -> Scene:
             masses.setdefault(mover, []).extend(placed(one, mover_t[node.uid]) for one in found)
         parent = rows[mover] if mover else WORLD
         bodies += [replace(body, parent=parent, parent_t_body=mover_t[node.uid]) for body in made]
+        owners += [node.uid] * (len(bodies) - len(owners))
     for uid in (*parts, *links):
         bodies[rows[uid]] = _weighed(structure.nodes[uid], bodies[rows[uid]], together(masses[uid]))
     model = PhysicsModel(tuple(bodies), snapshot.state.physics_settings.gravity, substep_seconds)
-    return Scene(model, tuple(parts), tuple(links), tuple(driven), rows)
+    return Scene(model, tuple(parts), tuple(links), tuple(driven), rows, tuple(owners))
 
 
 def _is_of_dynamic(structure: Structure, link: Node) -> bool:

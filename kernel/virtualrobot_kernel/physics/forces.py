@@ -16,8 +16,9 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.physics.bodies import Scene, is_dynamic, movers, moves_by_forces, scene_of
+from virtualrobot_kernel.physics.felt import felt_nodes
 from virtualrobot_kernel.physics.layout import layout_of, poses_7
-from virtualrobot_kernel.physics.running import Running
+from virtualrobot_kernel.physics.running import UNTOUCHED, Running
 from virtualrobot_kernel.physics.solids import hulls
 from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.commands import (
@@ -111,12 +112,14 @@ class Forces:
             self._refuse_motions(after, batch)
 
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
-        """Return where forces move parts in this tick; nothing where all rest."""
+        """Return where forces move parts and robots in this tick, and what they touch; nothing where all rest."""
         state = now.state
         moment = state.epoch, state.tick
-        if self._done == moment or not self._moves:
+        if self._done == moment:
             return ()
         self._done = moment
+        if not self._moves:
+            return () if state.contacts is None else (UNTOUCHED,)
         if self.fault and self._made_of is state.physics_settings:
             return ()
         try:
@@ -167,7 +170,8 @@ class Forces:
             return ()
         driven = Driven(poses_7(later.world_t_node[layout.driven_rows]), twists)
         motors = layout.motors(now.state, place, rate, now.tick_seconds)
-        answer = _checked(engine.call("step", driven, motors, None, running.settings.substeps), layout.counts)
+        found = engine.call("step", driven, motors, None, running.settings.substeps)
+        answer = _checked(found, layout.counts, len(running.scene.nodes))
         self._touching = running.scene, answer.contacts
         return running.told(now, answer, same)
 
@@ -200,6 +204,7 @@ class Forces:
         scene = scene_of(now, self._hulls, now.tick_seconds / state.physics_settings.substeps)
         layout = layout_of(now, scene)
         twists = _known({**self._carried, **state.twists}, scene.parts)
+        felt = felt_nodes(now.structure)
         engine.call("load", scene.model, *layout.engine_state(now, twists))
         self._running = Running(
             scene=scene,
@@ -211,6 +216,7 @@ class Forces:
             q=state.q[layout.q],
             v=state.v[layout.v],
             commanded=(np.zeros(0), np.zeros(0)),
+            felt=np.array([uid in felt for uid in scene.nodes], np.bool_),
             slow_ticks=np.zeros(len(scene.parts), np.int64),
         )
         return self._running
@@ -244,9 +250,9 @@ class Forces:
 
 
 def _stood(now: Snapshot, why: str) -> Sequence[Command]:
-    """Return commands by which all that forces move stands where it is, and motions of robots among it end."""
+    """Return commands by which all that forces move stands where it is and feels nothing, and its motions end."""
     structure, state = now.structure, now.state
-    commands: list[Command] = []
+    commands: list[Command] = [] if state.contacts is None else [UNTOUCHED]
     uids = np.array([uid for uid in state.twists if uid in structure.nodes], np.int64)
     if len(uids):
         poses = state.parent_t_node[[structure.rows[uid] for uid in uids.tolist()]]
@@ -284,13 +290,24 @@ def _contacts(scene: Scene, found: TouchingBodies) -> tuple[Contact, ...]:
     )
 
 
-def _checked(answer: object, counts: tuple[int, int]) -> Stepped:
-    """Return what an engine answered; raise KernelError where that is nonsense."""
+def _checked(answer: object, counts: tuple[int, int], bodies: int) -> Stepped:
+    """Return what an engine answered of so many bodies; raise KernelError where that is nonsense."""
     shapes = (counts[0],), (counts[1],)
     if isinstance(answer, Stepped) and (np.shape(answer.q), np.shape(answer.v)) == shapes:
-        if np.isfinite(answer.q).all() and np.isfinite(answer.v).all():
+        if np.isfinite(answer.q).all() and np.isfinite(answer.v).all() and _makes_sense(answer.contacts, bodies):
             return answer
     raise KernelError(
-        f"the physics engine's answer is nonsense: it must be {counts[0]} coordinates and {counts[1]} velocities, all "
-        "finite"
+        f"the physics engine's answer is nonsense: it must be {counts[0]} coordinates and {counts[1]} velocities, and "
+        f"contacts of {bodies} bodies, all finite"
     )
+
+
+def _makes_sense(found: object, bodies: int) -> bool:
+    if not isinstance(found, TouchingBodies):
+        return False
+    rows, vectors = np.asarray(found.bodies), (found.positions, found.normals, found.forces)
+    if not len(rows):
+        return True
+    if rows.shape != (len(rows), 2) or not (0 <= rows.min() and rows.max() < bodies):
+        return False
+    return all(np.shape(one) == (len(rows), 3) and np.isfinite(one).all() for one in vectors)

@@ -7,12 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.physics import Stepped
+from virtualrobot_sdk.physics import Stepped, TouchingBodies
 
 from virtualrobot_kernel.physics.bodies import Scene
 from virtualrobot_kernel.physics.layout import Layout, poses_4
-from virtualrobot_kernel.world.commands import Command, SetDynamics, SetParts
-from virtualrobot_kernel.world.state import PhysicsSettings, Snapshot
+from virtualrobot_kernel.world.commands import Command, SetContacts, SetDynamics, SetParts
+from virtualrobot_kernel.world.state import BodyContacts, PhysicsSettings, Snapshot, State
 from virtualrobot_kernel.world.structure import Structure
 
 Floats = NDArray[np.float64]
@@ -24,6 +24,10 @@ REST_SECONDS = 0.5
 """Time after which a part that was slower all the while rests."""
 CREEP = 1e-4
 """Distance (m), and turn (rad), from which on a part that rests is where the engine has it."""
+
+
+UNTOUCHED = SetContacts(BodyContacts(np.zeros((0, 2), np.int64), np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 3))))
+"""Command that tells that nothing touches."""
 
 
 @dataclass(slots=True)
@@ -43,6 +47,8 @@ class Running:
     v: Floats
     commanded: tuple[Floats, Floats]
     """Positions and velocities of joints that motions commanded in the last tick."""
+    felt: NDArray[np.bool_]
+    """Bodies whose contacts sensors feel, in the order of the model."""
     slow_ticks: NDArray[np.int64]
     """(k,) number of ticks that each part was slow."""
     still_ticks: int = 0
@@ -58,7 +64,15 @@ class Running:
         robots, robots_stand = self._robots_told(now, answer, same)
         parts, parts_stand = self._parts_told(now, answer)
         self.stands = robots_stand and parts_stand
-        return [*parts, *robots]
+        return [*parts, *robots, *self._contacts_told(now.state, answer.contacts)]
+
+    def _contacts_told(self, state: State, found: TouchingBodies) -> Sequence[Command]:
+        """Return the command for contacts that sensors feel; none where there are none, as before."""
+        felt = self.felt[found.bodies].any(axis=1) if self.felt.any() else np.zeros(0, np.bool_)
+        if not felt.any():
+            return () if state.contacts is None else (UNTOUCHED,)
+        nodes = np.array(self.scene.nodes, np.int64)[found.bodies[felt]]
+        return (SetContacts(BodyContacts(nodes, found.positions[felt], found.normals[felt], found.forces[felt])),)
 
     def _parts_told(self, now: Snapshot, answer: Stepped) -> tuple[Sequence[Command], bool]:
         """Return the command for parts, and whether all rest."""

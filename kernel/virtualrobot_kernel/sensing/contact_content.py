@@ -13,7 +13,7 @@ class Contact:
     """Two elements that are near, or a point where they touch; points (3,) in the world's frame.
 
     `element` and `other` are nodes by name, `distance` is in meters, 0 where they touch; `normal` (3,) is from the
-    first to the second where they touch, else None.
+    first to the second where they touch, else None. `force` (3,) is that on the first in N, where physics tell it.
     """
 
     element: str
@@ -22,6 +22,7 @@ class Contact:
     point: NDArray[np.float64]
     other_point: NDArray[np.float64]
     normal: NDArray[np.float64] | None
+    force: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -55,8 +55,11 @@ class ContactReader:
             placed.move(felt.world_t_element(snapshot.world_t_node))
         pairs = near_pairs(*self._sides.placed, self._settings.range_meters)
         region = _Region(snapshot.world_t(self._uid), self._settings.region_size)
+        touched = _under_physics(snapshot, self._sides.felt, region)
+        ours, theirs = self._sides.felt
+        pairs = [pair for pair in pairs if (ours.uids[pair.first], theirs.uids[pair.second]) not in touched]
         contacts = [contact for pair in pairs for contact in self._contacts(snapshot.structure, pair, region)]
-        return ContactContent(tuple(contacts))
+        return ContactContent((*(contact for found in touched.values() for contact in found), *contacts))
 
     def close(self) -> None:
         """Nothing was started."""
@@ -79,6 +82,26 @@ class ContactReader:
             return
         points = pair.contacts[region.holds(pair.contacts)]
         yield from (Contact(element, other, 0.0, point, point, pair.normal) for point in points[spread(len(points))])
+
+
+def _under_physics(
+    snapshot: Snapshot, felt: tuple[ContactSide, ContactSide], region: _Region
+) -> Mapping[tuple[int, int], Sequence[Contact]]:
+    """Return what touches under physics, by watched and other node (uids): the engine's points and their forces."""
+    found: dict[tuple[int, int], list[Contact]] = {}
+    if (told := snapshot.state.contacts) is None:
+        return found
+    ours, theirs = ({*side.uids} for side in felt)
+    nodes, inside = snapshot.structure.nodes, region.holds(told.positions)
+    for row, (first, second) in enumerate(told.nodes.tolist()):
+        for ours_uid, theirs_uid, sign in ((first, second, 1.0), (second, first, -1.0)):
+            if ours_uid not in ours or theirs_uid not in theirs:
+                continue
+            contacts = found.setdefault((ours_uid, theirs_uid), [])
+            if inside[row]:
+                names, point = (nodes[ours_uid].name, nodes[theirs_uid].name), told.positions[row]
+                contacts.append(Contact(*names, 0.0, point, point, sign * told.normals[row], -sign * told.forces[row]))
+    return found
 
 
 @dataclass(frozen=True, slots=True, eq=False)

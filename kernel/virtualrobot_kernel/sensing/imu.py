@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from virtualrobot_kernel.planning.dynamics import GRAVITY
 from virtualrobot_kernel.sensing.motion_content import ImuContent
 from virtualrobot_kernel.sensing.noise import Noise
 from virtualrobot_kernel.sensing.reading import Moment
@@ -32,7 +31,7 @@ class ImuMeter:
         node_t_world = motion.pose[0, :3, :3].T
         true = (
             motion.angular_velocity[0],
-            node_t_world @ (motion.acceleration[0] - GRAVITY),
+            node_t_world @ (motion.acceleration[0] - ticks[1].state.physics_settings.gravity),
             node_t_world @ self._field,
         )
         return ImuContent(*(noise.spoiled(one, moment) for noise, one in zip(self._noises, true, strict=True)))

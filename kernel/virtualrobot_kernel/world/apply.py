@@ -8,6 +8,7 @@ from typing import Any
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import (
+    apply_cell,
     apply_checkpoint,
     apply_collisions,
     apply_motions,
@@ -66,12 +67,15 @@ HANDLERS: dict[type, Callable[[Change, Any, Forward], Change]] = {
     commands.SetDynamics: dynamics.set_dynamics,
     commands.SetJointEfforts: motored.set_joint_efforts,
     commands.SetParts: physics.set_parts,
+    commands.SetContacts: physics.set_contacts,
     commands.SetPhysics: physics.set_physics,
     commands.PauseMotion: apply_motions.pause_motion,
     commands.ResumeMotion: apply_motions.resume_motion,
     commands.CancelMotion: apply_motions.cancel_motion,
     commands.StopMotions: apply_motions.stop_motions,
     commands.StopRobots: apply_motions.stop_robots,
+    commands.StopCell: apply_cell.stop_cell,
+    commands.ReleaseCell: apply_cell.release_cell,
     commands.PlayedTicks: apply_motions.note_played,
     commands.RestartWorld: apply_motions.restart_world,
     commands.RestoreRecords: apply_records.restore_records,
@@ -89,6 +93,8 @@ def apply(structure: Structure, state: State, batch: Sequence[commands.Command],
     first, count = 0, sum(map(_count, batch))
     for command in batch:
         try:
+            if type(command) in apply_cell.MOVING:
+                apply_cell.refuse_stopped(change.state)
             change = HANDLERS[type(command)](change, command, forward)
         except KernelError as error:
             place = int(error.metadata.pop(apply_nodes.PLACE, "0"))

@@ -27,6 +27,9 @@ def checkpoint_of(change: Change, name: str) -> RestoreWorld:
         efforts={},
         dynamics=None,
         moved_parts=None,
+        contacts=None,
+        told_contacts=None,
+        stop=None,
     )
     return RestoreWorld(name, tuple(change.structure.nodes.values()), state)
 
@@ -60,10 +63,13 @@ def restore_world(change: Change, command: RestoreWorld, forward: Forward) -> Ch
         efforts={},
         dynamics=None,
         moved_parts=None,
+        contacts=None,
+        told_contacts=None,
         twists={},
         running_sensors={},
         sensor_starts=max(now.sensor_starts, then.sensor_starts),
         epoch=max(now.epoch, then.epoch) + 1,
+        stop=now.stop,
     )
     # Each start of a sensor has a number of its own.
     return with_sensors_running(replace(change, structure=structure, state=state), then.running_sensors, True)

@@ -216,12 +216,12 @@ def stop_motions(change: Change, command: StopMotions, forward: Forward) -> Chan
     """Cancel all motions of some robots, or of all."""
     robots = {change.structure.robot(name)[0].uid for name in command.robots}
     cancellation = Cancellation(EndCause.STOP, command.reason)
-    return _all_cancelled(change, robots or None, cancellation)
+    return all_cancelled(change, robots or None, cancellation)
 
 
 def stop_robots(change: Change, command: StopRobots, forward: Forward) -> Change:
     """Cancel all motions of some robots, given by uid."""
-    return _all_cancelled(change, set(command.robots), command.cancellation)
+    return all_cancelled(change, set(command.robots), command.cancellation)
 
 
 def note_played(change: Change, command: PlayedTicks, forward: Forward) -> Change:
@@ -254,7 +254,7 @@ def restart_world(change: Change, command: RestartWorld, forward: Forward) -> Ch
     )
 
 
-def _all_cancelled(change: Change, robots: set[int] | None, cancellation: Cancellation) -> Change:
+def all_cancelled(change: Change, robots: set[int] | None, cancellation: Cancellation) -> Change:
     """Cancel every motion that moves one of these robots (None: every motion); motors exert no effort of their own."""
     if efforts := change.state.efforts:
         kept = {uid: one for uid, one in efforts.items() if robots is not None and uid not in robots}

@@ -26,8 +26,10 @@ LONGEST_BRAKE_TICKS = 15_000
 HARMLESS: frozenset[type] = frozenset(
     {
         *(commands.StartMotion, commands.StartSetpointMotion, commands.SetSetpoint, commands.EndSetpoints),
-        *(commands.SetMeasuredJoints, commands.SetDynamics, commands.SetParts, commands.SetPhysics, commands.GoOn),
+        *(commands.SetMeasuredJoints, commands.SetDynamics, commands.SetParts, commands.SetContacts),
+        *(commands.SetPhysics, commands.GoOn),
         *(commands.CancelMotion, commands.StopMotions, commands.StopRobots, commands.PlayedTicks),
+        *(commands.StopCell, commands.ReleaseCell),
         *(commands.CreateSignal, commands.RemoveSignal, commands.SetSignal),
         *(commands.RunSensors, commands.SetRangeComponents, commands.SetKinematics, commands.SelectTool),
         *(commands.SetGroups, commands.SetPostures, commands.SetJointEfforts),
@@ -76,8 +78,8 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
     the ticks; the ticks are made where a motion goes along with a joint, or tools change their states on the way. It
     ends where all stands, or after `LONGEST_BRAKE_TICKS`.
     """
-    if state.motions and all(map(_alone, state.motions)):
-        ways = [_way(motion, override(state, motion), tick_seconds) for motion in state.motions]
+    if state.motions and all(map(brakes_alone, state.motions)):
+        ways = [way_of(motion, override(state, motion), tick_seconds) for motion in state.motions]
         count = max(len(way.positions) for way in ways)
         positions = np.empty((count, len(state.q)))
         positions[:] = state.q
@@ -123,7 +125,7 @@ def braking_of(
     return braking(structure, state, tick_seconds, forward)
 
 
-def _alone(motion: Motion) -> bool:
+def brakes_alone(motion: Motion) -> bool:
     """Return whether a motion brakes by itself, and puts no tool into another state before it stands."""
     if motion.tracked_joint is not None:
         return False
@@ -133,7 +135,7 @@ def _alone(motion: Motion) -> bool:
     return len(run.program.stages[run.at].steps) == 1
 
 
-class _Way(NamedTuple):
+class Way(NamedTuple):
     """Way of a motion that brakes.
 
     positions (m, n): where its joints are, a tick apart. end: what gives the motion as it is in the end. reached: where
@@ -145,7 +147,7 @@ class _Way(NamedTuple):
     reached: tuple[float, ...] | None
 
 
-def _way(motion: Motion, override: float, dt: float) -> _Way:
+def way_of(motion: Motion, override: float, dt: float) -> Way:
     """Return the way of a motion that brakes from now on."""
     now = motion.running
     if (rest := _rest(now, override, dt)) is not None:
@@ -159,22 +161,22 @@ def _way(motion: Motion, override: float, dt: float) -> _Way:
         rows.append(now.sample()[0])
     moving = now.running if isinstance(now, ProgramRun) else None
     reached = tuple(u for u, _, _ in moving.path_states) if moving is not None else None
-    return _Way(np.array(rows), lambda: now, reached)
+    return Way(np.array(rows), lambda: now, reached)
 
 
-def _rest(now: RunningMotion, override: float, dt: float) -> _Way | None:
+def _rest(now: RunningMotion, override: float, dt: float) -> Way | None:
     """Return the way of a motion that brakes from now on where it is told at once; else None."""
     if isinstance(now, ProgramRun):
         ahead = now.stop_ahead(dt, override, LONGEST_BRAKE_TICKS)
         if ahead is None:
             return None
         if ahead.at_goal:
-            return _Way(ahead.positions, now.arrived, None)
-        return _Way(ahead.positions, lambda: now, ahead.reached)
+            return Way(ahead.positions, now.arrived, None)
+        return Way(ahead.positions, lambda: now, ahead.reached)
     if not isinstance(now, SetpointMotion):
         return None
     positions = now.stop_ahead(dt, LONGEST_BRAKE_TICKS)
-    return None if positions is None else _Way(positions, lambda: now, None)
+    return None if positions is None else Way(positions, lambda: now, None)
 
 
 def going(state: State) -> frozenset[int]:

@@ -20,7 +20,7 @@ from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
 from virtualrobot_kernel.world.records import Values
-from virtualrobot_kernel.world.state import Cancellation, EndCause, Signal, State
+from virtualrobot_kernel.world.state import BodyContacts, Cancellation, CellStop, EndCause, Signal, State
 from virtualrobot_kernel.world.structure import Craft, JointGroup, Node, NodeData, NodeSpec
 
 
@@ -387,6 +387,13 @@ class SetParts:
     twists: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class SetContacts:
+    """Command to tell where what sensors feel touches under physics by the end of this tick, and by which force."""
+
+    contacts: BodyContacts
+
+
 @dataclass(frozen=True, slots=True)
 class SetPhysics:
     """Command to change how forces move what is dynamic; None leaves a setting as it is.
@@ -442,6 +449,18 @@ class StopRobots:
 
     robots: tuple[int, ...]
     cancellation: Cancellation
+
+
+@dataclass(frozen=True, slots=True)
+class StopCell:
+    """Command to cancel all motions, and to refuse new ones until the cell is released; an earlier stop stays."""
+
+    stop: CellStop
+
+
+@dataclass(frozen=True, slots=True)
+class ReleaseCell:
+    """Command to end a stop of the cell; nothing moves by that. Refused while a motion has not come to rest."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -523,12 +542,15 @@ Command = (
     | SetDynamics
     | SetJointEfforts
     | SetParts
+    | SetContacts
     | SetPhysics
     | PauseMotion
     | ResumeMotion
     | CancelMotion
     | StopMotions
     | StopRobots
+    | StopCell
+    | ReleaseCell
     | PlayedTicks
     | RestartWorld
     | RestoreRecords

@@ -148,7 +148,8 @@ def waited(change: Change, tick: int, tick_seconds: float, forward: Forward) -> 
     """Return the world at a later tick, when nothing is done until then."""
     state = change.state
     while state.tick < tick:
-        if not state.motions and not state.readings and state.dynamics is None:
+        told = state.readings or None, state.dynamics, state.moved_parts, state.told_contacts
+        if not state.motions and all(one is None for one in told):
             state = replace(state, tick=tick)  # nothing but time goes on
             break
         state = advance(change.structure, state, tick_seconds, forward)

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.world import motored
 from virtualrobot_kernel.world.change import Change, Forward, frozen
-from virtualrobot_kernel.world.commands import SetParts, SetPhysics
-from virtualrobot_kernel.world.state import MovedParts, State
+from virtualrobot_kernel.world.commands import SetContacts, SetParts, SetPhysics
+from virtualrobot_kernel.world.state import BodyContacts, MovedParts, State
 from virtualrobot_kernel.world.structure import Kind, Structure
 
 MOST_SUBSTEPS = 1000
@@ -38,6 +38,23 @@ def set_parts(change: Change, command: SetParts, forward: Forward) -> Change:
             raise KernelError(f"{name} of {count} parts must be finite and of shape {shape}, not {values.shape}")
     moved = MovedParts(_read_only(command.parts), _read_only(command.parent_t_part), _read_only(command.twists))
     return replace(change, state=replace(change.state, moved_parts=moved))
+
+
+def set_contacts(change: Change, command: SetContacts, forward: Forward) -> Change:
+    """Keep where nodes touch by the end of this tick.
+
+    Raises KernelError for values that are not finite or of other shapes.
+    """
+    told = command.contacts
+    if told.nodes.ndim != 2 or told.nodes.shape[1] != 2:
+        raise KernelError(f"the nodes of contacts must be of shape (c, 2), not {told.nodes.shape}")
+    shape = (len(told.nodes), 3)
+    for name in ("positions", "normals", "forces"):
+        values = getattr(told, name)
+        if values.shape != shape or not np.isfinite(values).all():
+            raise KernelError(f"{name} of {shape[0]} contacts must be finite and of shape {shape}, not {values.shape}")
+    kept = BodyContacts(*map(_read_only, (told.nodes, told.positions, told.normals, told.forces)))
+    return replace(change, state=replace(change.state, told_contacts=kept))
 
 
 def set_physics(change: Change, command: SetPhysics, forward: Forward) -> Change:
@@ -66,11 +83,14 @@ def set_physics(change: Change, command: SetPhysics, forward: Forward) -> Change
     settings = replace(change.state.physics_settings, **changes)
     twists = change.state.twists if settings.engine else {}
     change = change if settings.engine else motored.left(change, change.state.motored)
-    return replace(change, state=replace(change.state, physics=settings, twists=twists))
+    contacts = change.state.contacts if settings.engine else None
+    return replace(change, state=replace(change.state, physics=settings, twists=twists, contacts=contacts))
 
 
 def arrived(structure: Structure, state: State) -> State:
-    """Return the state in which parts are where forces have moved them since the tick before."""
+    """Return the state in which parts are where forces have moved them since the tick before, and touch as they do."""
+    if (told := state.told_contacts) is not None:
+        state = replace(state, contacts=told if len(told.nodes) else None, told_contacts=None)
     if (moved := state.moved_parts) is None:
         return state
     # One that is gone by now, or hangs on something else, stays as it is.

@@ -186,6 +186,20 @@ class MovedParts:
     twists: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class BodyContacts:
+    """The c points at which nodes touch under physics as a tick ends.
+
+    nodes (c, 2): their uids. positions (c, 3): in the world (m). normals (c, 3): in the world, from the first to the
+    second. forces (c, 3): on the second, in the world (N).
+    """
+
+    nodes: NDArray[np.int64]
+    positions: NDArray[np.float64]
+    normals: NDArray[np.float64]
+    forces: NDArray[np.float64]
+
+
 @dataclass(frozen=True, slots=True)
 class PhysicsSettings:
     """Settings of what moves by forces.
@@ -218,6 +232,18 @@ class SensorStart:
     tick: int
 
 
+@dataclass(frozen=True, slots=True)
+class CellStop:
+    """Stop of the cell, which stays until it is released: nothing begins to move meanwhile.
+
+    by: who stopped it, for people. reason: why, in words, never empty. wall_time: when, in seconds since 1970.
+    """
+
+    by: str
+    reason: str
+    wall_time: float
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class State:
     """World at one tick. Arrays are never written to after they are published.
@@ -239,6 +265,9 @@ class State:
     motored: what motions command of the robots (uids) whose joints are moved by motors under physics; where they are
         say q and v.
     efforts: what clients have motors exert, by robot (a uid) and joint: N m or N.
+    contacts: where what sensors feel touches under physics, and by which force; None: nowhere.
+    told_contacts: contacts that the engine has told since the tick before: they become `contacts` with the next tick.
+    stop: the stop of the cell, None while nobody has stopped it.
     """
 
     tick: int
@@ -267,6 +296,9 @@ class State:
     twists: Mapping[int, NDArray[np.float64]] = field(default_factory=dict)
     motored: Mapping[int, JointValues] = field(default_factory=dict)
     efforts: Mapping[int, Mapping[str, float]] = field(default_factory=dict)
+    contacts: BodyContacts | None = None
+    told_contacts: BodyContacts | None = None
+    stop: CellStop | None = None
 
     @property
     def physics_settings(self) -> PhysicsSettings:

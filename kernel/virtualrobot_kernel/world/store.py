@@ -22,7 +22,7 @@ from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
 from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.clock import CATCH_UP_SECONDS, Clock, Mode, Pacer
-from virtualrobot_kernel.world.commands import CancelMotion, Command, GoOn, SetDynamics, SetParts
+from virtualrobot_kernel.world.commands import CancelMotion, Command, GoOn, SetContacts, SetDynamics, SetParts
 from virtualrobot_kernel.world.journal import Entry, Journal
 from virtualrobot_kernel.world.listeners import Listeners
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot, State
@@ -37,7 +37,7 @@ MAX_STEPS = 10_000
 MOST_INTERVENTIONS = 100
 """Greatest number of times that supervisors may change the world before one tick."""
 
-TOLD_FOR_TICK = (SetDynamics, SetParts)
+TOLD_FOR_TICK = (SetDynamics, SetParts, SetContacts)
 """Commands that change nothing before the next tick, in which what they tell becomes true."""
 
 log = logging.getLogger(__name__)

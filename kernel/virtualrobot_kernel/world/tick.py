@@ -93,17 +93,24 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
 def told_more(structure: Structure, before: State, now: State, later: State) -> State | None:
     """Return the state one tick after `now`, made of `later`, which is the one after `before`; None where it can't be.
 
-    `now` is `before` with coordinates and parts that were told for this tick. No motion looks at these, so that it need
-    not be advanced again; but where a search has just ended, whose result tells where the tool centre point is then,
-    and where robots have come under physics, whose motions have moved joints until now and command motors from now on.
+    `now` is `before` with coordinates, parts and contacts that were told for this tick. No motion looks at these, so
+    that it need not be advanced again; but where a search has just ended, whose result tells where the tool centre
+    point is then, and where robots have come under physics, whose motions have moved joints until now and command
+    motors from now on.
     """
-    if now.readings or before.moved_parts is not None or now.motored is not before.motored:
+    if (
+        now.readings
+        or before.moved_parts is not None
+        or before.told_contacts is not None
+        or now.motored is not before.motored
+    ):
         return None
     if any(motion.search is not None for motion in later.motions):
         return None
     if any(motion.search is not None and motion.end_tick == later.tick for motion in later.ended):
         return None
-    return _arrived(structure, replace(later, dynamics=now.dynamics, moved_parts=now.moved_parts))
+    told = replace(later, dynamics=now.dynamics, moved_parts=now.moved_parts, told_contacts=now.told_contacts)
+    return _arrived(structure, told)
 
 
 def _arrived(structure: Structure, state: State) -> State:

@@ -63,6 +63,7 @@ class Host:
         self._over = False
         self._words, self._words_number = Words(), 0
         self._rest_ns = 0
+        self._starved = False
         self.state = State.DISCONNECTED
         self._about = About(len(side.joints), 100.0)
         self._mapping: Mapping | None = None
@@ -205,7 +206,8 @@ class Host:
         else:
             reading = self._measured.reading
             due = player.step(ns, reading.speed_scaling if reading is not None else 1.0)
-            setpoint = held if due is None else out.passed(due, player, ns, self._about.rate)
+            late_ns, rate = self._cadence.lateness, self._about.rate
+            setpoint = held if due is None else out.passed(due, player, ns, late_ns, rate)
             out.send(setpoint, ns, self._mapping)
         self._follow(player)
 
@@ -249,6 +251,7 @@ class Host:
 
     def _let_go(self, state: State) -> None:
         """Play nothing any more, in this state."""
+        self._starved = self._player is not None and self._player.on_brake
         self._player = self._jobs = self._out.sent = None
         self.state = state
 
@@ -263,7 +266,7 @@ class Host:
                 skipped=cadence.skipped,
                 lateness_ns=cadence.lateness,
                 tick=int(player.tick) if player is not None else -1,
-                on_brake=player is not None and player.on_brake,
+                on_brake=player.on_brake if player is not None else self._starved,
                 mode=reading.mode if reading is not None else Mode.OFF,
                 safety=reading.safety if reading is not None else Safety.NORMAL,
                 inputs=reading.inputs & (2**MOST_OUTPUTS - 1) if reading is not None else 0,

@@ -16,7 +16,13 @@ NO_CYCLE = (
     "the driver had no cycle for {:.0f} ms: the computer was too busy, or the controller's packets were late; after "
     "{:.0f} ms a robot may not go on as if nothing had been"
 )
-"""Words for a setpoint that is as far away as its time has it, after a time in which nothing was sent."""
+"""Words for a setpoint after a time in which nothing was sent, though it is as far away as that time has it."""
+
+CAME_LATE = (
+    "the driver came {:.0f} ms late to its cycle: the computer was too busy, or the driver took so long; after "
+    "{:.0f} ms what was due then is old"
+)
+"""Words for a setpoint of a cycle that comes so late that the robot would be elsewhere by now."""
 
 
 class Outgoing:
@@ -31,6 +37,7 @@ class Outgoing:
         """Send nothing yet."""
         self._driver, self._cell = driver, cell
         self._gate = Gate(side)
+        self._lead = side.lead_ns * 1e-9
         self.sent: tuple[int, Floats] | None = None
         self.refused = ""
 
@@ -45,19 +52,28 @@ class Outgoing:
         self.sent = (ns, setpoint.q)
         self._driver.send(*mapping.raw(setpoint.q, setpoint.v), setpoint.outputs)
 
-    def passed(self, setpoint: Setpoint, player: Player, ns: int, rate: float) -> Setpoint:
-        """Return a setpoint that may go out, or the brake's from the one before; raise DriverFault for neither."""
+    def passed(self, setpoint: Setpoint, player: Player, ns: int, lateness_ns: int, rate: float) -> Setpoint:
+        """Return a setpoint that may go out, or the brake's from the one before; raise DriverFault for neither.
+
+        It was due at `ns`, and comes so much later (ns).
+        """
         assert self.sent is not None
         before_ns, before = self.sent
         elapsed, longest = (ns - before_ns) * 1e-9, max(LATEST_NS * 1e-9, 3.0 / rate)
         fault = self._fault(setpoint, before, elapsed, longest)
         if not fault and player.late:
             fault = f"the controller goes slower than it was told, and is over {SLACK_SECONDS:g} s late"
+        if not fault and not self.refused and ((setpoint.q != before).any() or setpoint.v.any()):
+            fault = _late(elapsed, lateness_ns * 1e-9, max(longest, self._lead / 2.0))
         if fault and not self.refused:
             self.refused = f"{fault}; it was not sent, and the robot braked before it"
-            braked = player.halt()
+            # The brake begins where the robot is, at the cycle that is due by now: in a time in which it was told
+            # nothing it has gone no way.
+            period = round(1e9 / rate)
+            now = ns + lateness_ns // period * period
+            braked = player.halt(now - min(now - before_ns, period))
             self._cell.stop()
-            braking = player.step(ns) if braked else None
+            braking = player.step(now) if braked else None
             if braking is None or (fault := self._fault(braking, before, elapsed, longest)):
                 raise DriverFault(f"{fault}; nothing was sent")
             return braking
@@ -74,3 +90,10 @@ class Outgoing:
         if not fault or elapsed <= longest:
             return fault
         return self._gate.fault(setpoint.q, before, elapsed) or NO_CYCLE.format(1e3 * elapsed, 1e3 * longest)
+
+
+def _late(elapsed: float, lateness: float, most: float) -> str:
+    """Return that a cycle came too late, or that too many before it have not come, in words; empty where none did."""
+    if lateness > most:
+        return CAME_LATE.format(1e3 * lateness, 1e3 * most)
+    return NO_CYCLE.format(1e3 * elapsed, 1e3 * most) if elapsed > most else ""

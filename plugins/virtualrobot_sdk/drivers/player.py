@@ -97,7 +97,7 @@ class Player:
         self._brake: _Brake | None = None
         self._until: int | None = None
         self._anchor = self._lag = self._last_ns = 0
-        self._before = self._newest = (-1.0, 0)
+        self._before = self._newest = -1.0
 
     @property
     def on_brake(self) -> bool:
@@ -127,7 +127,7 @@ class Player:
         if brake is None:
             self._before = self._newest
             self.tick, self.rate = max(self.tick, self._due(ns)), speed_scaling
-            self._newest = self.tick, ns
+            self._newest = self.tick
             setpoint = self._between(self.tick)
             return Setpoint(setpoint.q, setpoint.v * speed_scaling, setpoint.outputs)
         ticks = (ns - brake.start_ns) / self._tick_ns
@@ -136,12 +136,12 @@ class Player:
         self.state = (Play.STARVED if brake.starved else Play.STOPPING) if self.rate else Play.RESTS
         return brake.at(ticks, self._seconds)
 
-    def halt(self) -> bool:
+    def halt(self, ns: int) -> bool:
         """Refuse the newest setpoint and brake from the one before, by its tick's brake; return whether it has one.
 
-        The next step, at the same time, tells what to send instead.
+        It brakes as if that setpoint had been due at `ns`. The next step, which is later, tells what to send instead.
         """
-        tick, ns = self._before
+        tick = self._before
         record = self._ticks.get(math.floor(tick))
         if self._brake is not None or record is None or record.brake is None:
             return False

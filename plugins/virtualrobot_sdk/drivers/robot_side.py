@@ -41,12 +41,15 @@ class RobotSide:
         tick_ns: length of a tick.
         begin_tolerance: how far the twin may be from the robot when it begins to follow (rad or m).
         without_watchdog: whether the user consents to a controller that doesn't stop by itself.
+        lead_ns: how much later than its twin the robot does things (ns); a host that is late by half of it, in motion,
+            stops the robot.
     """
 
     joints: tuple[JointSide, ...]
     tick_ns: int = 4_000_000
     begin_tolerance: float = 1e-3
     without_watchdog: bool = False
+    lead_ns: int = 100_000_000
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ import struct
 import tempfile
 import time
 import zlib
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import IntEnum
 from pathlib import Path
 
@@ -34,15 +34,18 @@ NEVER = 2**63 - 1
 SLOTS = 128
 """Number of ticks in a ring."""
 
+RESTS = 4
+"""Number of rests that a ring knows beside its ticks."""
+
 BRAKE_ROWS = 512
 """Greatest number of rows of a brake; a tick whose brake is longer has none."""
 
 CELL, RING = "cell", "ring-{}"
 """Names of the files in a kernel's folder."""
 
-_MAGIC, _VERSION = 0x56_52_44, 2
+_MAGIC, _VERSION = 0x56_52_44, 3
 _CELL_WORDS = 512
-_HEADER_WORDS = 16
+_HEADER_WORDS = 32
 _CHECKED = 2
 """Words before those that are in the checksum: the sequence number and the checksum."""
 _TICK = struct.Struct("@2qQq")
@@ -103,7 +106,7 @@ class Report:
         skipped: number of cycles that were left out, since the process came too late.
         lateness_ns: how late the newest cycle was.
         tick: the newest tick that was played; -1 for none.
-        on_brake: whether it plays a brake, after the ticks that it had.
+        on_brake: whether it plays a brake since no newer tick came in time, or did when it was let go last.
         mode, safety: of the controller.
         inputs: its digital inputs.
         words: number of the newest words, which `DriverProcess.words` tells; 0 for none.
@@ -165,6 +168,7 @@ class _Mapped:
             os.close(number)
         self._bytes = memoryview(self._map)
         self._words = self._bytes.cast("q")
+        self._doubles = self._bytes.cast("d")
         self._floats: Floats = np.frombuffer(self._map, np.float64)
         if create:
             self._words[1] = words
@@ -176,6 +180,7 @@ class _Mapped:
         """Let the file go; nothing else may be asked for after that."""
         # Views of the map keep it open until they are gone.
         self._words.release()
+        self._doubles.release()
         self._bytes.release()
         self._floats = np.empty(0)
         try:
@@ -246,7 +251,18 @@ class CellBlock(_Mapped):
 
 
 class TickRing(_Mapped):
-    """Ring of the newest ticks of one robot of k joints, written by the kernel, and what its host reports."""
+    """Ring of the newest ticks of one robot of k joints, written by the kernel, and what its host reports.
+
+    Ticks of a robot that stands are told once: they are as that one until another is written. What of the reports each
+    tick of the kernel looks at stands in words of its own, beside them.
+    """
+
+    _CYCLES, _NEWS, _ERROR, _PLAYED = range(2, 6)
+    """Words: cycles of the newest report, how often more than a cycle was new in one, its greatest error, and the
+    newest tick that any has told to be played."""
+    _RESTS = tuple(range(6, 6 + 3 * RESTS, 3))
+    """Words, three for each rest: the tick that those after it are as (-1: none), the last of these, and the time (ns)
+    between two."""
 
     def __init__(self, path: Path, joints: int, *, create: bool) -> None:
         """Make or use the ring; see `create` and `attach`."""
@@ -254,11 +270,13 @@ class TickRing(_Mapped):
         self._report = struct.Struct(f"{_REPORT.format}{3 * joints}d")
         self._slot = _SLOT_WORDS + joints * (2 + BRAKE_ROWS)
         self._ring_at = _HEADER_WORDS + _REPORT_WORDS + 3 * joints
-        super().__init__(path, self._ring_at + SLOTS * self._slot, create=create)
+        super().__init__(path, self._ring_at + (SLOTS + RESTS) * self._slot, create=create)
+        self._rest, self._rests_end = -1, [-SLOTS] * RESTS
         self._reports = 0
         self._last: tuple[int, Report | None] = (0, None)
+        self._told: tuple[object, ...] = ()
         if create:
-            self._words[2] = -1
+            self.clear()
 
     @classmethod
     def create(cls, path: Path, joints: int) -> TickRing:
@@ -272,9 +290,12 @@ class TickRing(_Mapped):
 
     def clear(self) -> None:
         """Forget all ticks; for the kernel, while the robot isn't played."""
+        self._words[self._PLAYED] = -1
+        for word in self._RESTS:
+            self._words[word] = -1
+        self._rest, self._rests_end = -1, [-SLOTS] * RESTS
         for slot in range(SLOTS):
             self._words[self._ring_at + slot * self._slot] = 0
-        self._words[2] = -1
 
     def put(self, tick: int, play_ns: int, q: Floats, v: Floats, outputs: int = 0, brake: Floats | None = None) -> bool:
         """Write a tick; return whether its brake is in it, which is not so for one of more than `BRAKE_ROWS` rows."""
@@ -287,7 +308,29 @@ class TickRing(_Mapped):
 
     def put_joints(self, tick: int, play_ns: int, outputs: int, joints: bytes) -> bool:
         """Write a tick as `put` does, with what `joints_of` has returned."""
-        at, words = self._ring_at + tick % SLOTS * self._slot, self._words
+        if self._rest >= 0:
+            self._words[self._RESTS[self._rest] + 1] = self._rests_end[self._rest] = tick - 1
+            self._rest = -1
+        return self._put(tick % SLOTS, tick, play_ns, outputs, joints)
+
+    def rest(self, tick: int, play_ns: int, outputs: int, joints: bytes, period_ns: int) -> bool:
+        """Write a tick that those after it are as, `period_ns` apart, until another one is written.
+
+        Return whether that could be told: each rest is known for as long as ticks are.
+        """
+        place = min(range(RESTS), key=self._rests_end.__getitem__)
+        if tick - self._rests_end[place] < SLOTS:
+            return False
+        words, first = self._words, self._RESTS[place]
+        words[first] = -1
+        self._put(SLOTS + place, tick, play_ns, outputs, joints)
+        words[first + 1], words[first + 2] = NEVER, period_ns
+        words[first] = tick
+        self._rest, self._rests_end[place] = place, NEVER
+        return True
+
+    def _put(self, slot: int, tick: int, play_ns: int, outputs: int, joints: bytes) -> bool:
+        at, words = self._ring_at + slot * self._slot, self._words
         rows = len(joints) // (8 * self.joints) - 2
         content = _TICK.pack(tick, play_ns, outputs, rows) + joints
         begin = 8 * (at + _CHECKED)
@@ -295,17 +338,25 @@ class TickRing(_Mapped):
         self._bytes[begin : begin + len(content)] = content
         words[at + 1] = zlib.crc32(content)
         words[at] = 2 * tick + 2
-        words[2] = tick
         return rows > 0
 
-    @property
-    def newest(self) -> int:
-        """Newest tick that was written; -1 without one."""
-        return self._words[2]
-
     def get(self, tick: int) -> Record | None:
-        """Return a tick; None where it isn't there, or not any more, or is being written or damaged."""
-        at, words = self._ring_at + tick % SLOTS * self._slot, self._words
+        """Return a tick; None where it isn't there, or not any more, or is being written or damaged.
+
+        One of a rest is there though it is to come yet: the cell's block says which ticks there are.
+        """
+        words = self._words
+        for place, word in enumerate(self._RESTS):
+            first = words[word]
+            if 0 <= first <= tick <= words[word + 1]:
+                period, one = words[word + 2], self._get(SLOTS + place, first)
+                if one is None or words[word] != first:
+                    return None
+                return replace(one, tick=tick, play_ns=one.play_ns + (tick - first) * period)
+        return self._get(tick % SLOTS, tick)
+
+    def _get(self, slot: int, tick: int) -> Record | None:
+        at, words = self._ring_at + slot * self._slot, self._words
         sequence, crc, rows = words[at], words[at + 1], words[at + _SLOT_WORDS - 1]
         if sequence != 2 * tick + 2 or not 0 <= rows <= BRAKE_ROWS:
             return None
@@ -336,6 +387,29 @@ class TickRing(_Mapped):
         floats[body + 2 * k : body + 3 * k] = said.error
         words[at + 1] = zlib.crc32(self._bytes[8 * (at + _CHECKED) : 8 * (body + 3 * k)])
         words[at] = self._reports
+        if said.tick >= 0:
+            words[self._PLAYED] = said.tick
+        self._doubles[self._ERROR] = float(np.abs(said.error).max())
+        words[self._CYCLES] = said.cycles
+        told = (
+            *(said.state, said.on_brake, said.mode, said.safety, said.inputs, said.words, said.is_faulty),
+            *(said.rate, said.speed_scaling),
+        )
+        if told != self._told:
+            self._told = told
+            words[self._NEWS] += 1
+
+    def pulse(self) -> tuple[int, int, float]:
+        """Return of the newest report its cycles and its greatest error (rad, m), and between them, of all, the news.
+
+        The news counts reports that told more than another cycle: while it stays, the report before has the rest.
+        """
+        return self._words[self._CYCLES], self._words[self._NEWS], self._doubles[self._ERROR]
+
+    @property
+    def played(self) -> int:
+        """Newest tick that the host has told to be played since the ring was cleared; -1 without one."""
+        return self._words[self._PLAYED]
 
     def reported(self) -> Report | None:
         """Return what the host reported last; None before it has, and where it died as it wrote.

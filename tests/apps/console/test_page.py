@@ -7,9 +7,11 @@ import re
 import pytest
 import virtualrobot
 from playwright.sync_api import Page, expect
-from virtualrobot.v1 import motion_pb2
+from virtualrobot.v1 import driver_pb2, motion_pb2
 from virtualrobot_apps.demos.palletizing import cell
 
+from tests.api.asking import IIWA, joints, load, start
+from tests.api.moving import READY
 from tests.api.reading import scene, state, step
 from tests.apps.console.browsing import PLAIN, browsers, hold, needs_page, opened, row
 from tests.apps.console.consoles import Console
@@ -17,6 +19,26 @@ from tests.kernels import KernelProcess, Stubs
 from tests.waiting import until
 
 pytestmark = [*needs_page, pytest.mark.long]
+
+
+LINES = """(canvas, color) => {
+  const { width, height } = document.querySelector(canvas);
+  const { data } = document.querySelector(canvas).getContext("2d").getImageData(0, 0, width, height);
+  let count = 0;
+  const isClose = (at) => color.every((part, place) => Math.abs(data[at + place] - part) < 48);
+  for (let at = 0; at < data.length; at += 4) count += isClose(at);
+  return count > width / 4;
+}"""
+"""Whether a canvas has a line of about this color, as its edges are softened, across it."""
+
+WITHIN = """(parts, whole) => {
+  const box = document.querySelector(whole).getBoundingClientRect();
+  return [...document.querySelectorAll(parts)].every((part) => {
+    const { top, bottom, left, right } = part.getBoundingClientRect();
+    return top >= box.top && bottom <= box.bottom + 0.5 && left >= box.left && right <= box.right + 0.5;
+  });
+}"""
+"""Whether all elements of a kind are within another one, none of them scrolled out of sight."""
 
 
 def ended(stubs: Stubs) -> motion_pb2.Motion:
@@ -91,6 +113,55 @@ def test_a_person_uses_the_demo_cell(console: Console, stepped: Stubs, stepped_k
         until(moves)
         page.keyboard.press("Space")
         motion = ended(stepped)
-        assert (motion.phase, motion.end_cause) == (motion_pb2.MOTION_PHASE_CANCELLED, motion_pb2.END_CAUSE_STOP)
-        expect(page.locator("#messages, #last").first).to_contain_text("stop")
+        assert (motion.phase, motion.end_cause) == (
+            motion_pb2.MOTION_PHASE_CANCELLED,
+            motion_pb2.END_CAUSE_CELL_STOPPED,
+        )
         assert not any(state(stepped, "iiwa").velocities)
+
+        # It stays stopped, says by whom, and moves nothing before it is released.
+        expect(page.locator("#stop")).to_have_text("STOPPED")
+        expect(page.locator("#stopped")).to_contain_text("by console at ipv4:127.0.0.1: STOP in the console")
+        page.locator("#go").click()
+        expect(page.locator("#last")).to_contain_text("the cell is stopped: console at")
+        page.locator("#release").click()
+        expect(page.locator("#stop")).to_have_text("STOP")
+        expect(page.locator("#stopped")).to_have_count(0)
+        page.locator("#go").click()
+        until(moves)
+
+
+def test_a_stop_of_somebody_else_is_seen_while_the_robot_brakes(console: Console, stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    with browsers() as browser, opened(browser, console.url + PLAIN) as page:
+        expect(page.locator("#connection")).to_have_text("connected")
+        start(stepped, joints("arm", 0.2, **READY))
+        step(stepped, 60)
+        stepped.driver.StopCell(driver_pb2.StopCellRequest(reason="a hand"))
+        step(stepped, 1)
+        expect(page.locator("#stop")).to_have_text("BRAKING")
+        expect(page.locator("#release")).to_be_disabled()
+        until(lambda: not any(state(stepped, "arm").velocities) or not step(stepped, 5))
+        expect(page.locator("#stop")).to_have_text("STOPPED")
+        expect(page.locator("#stopped")).to_contain_text(": a hand")
+        stepped.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
+        expect(page.locator("#stop")).to_have_text("STOP")
+
+
+def test_all_of_the_pendant_and_the_plot_is_seen_in_low_windows(
+    console: Console, stepped: Stubs, stepped_kernel: KernelProcess
+) -> None:
+    """On a laptop, on a desktop with a browser's bars, and on a tablet; nothing moves, and the plot has lines."""
+    with virtualrobot.connect(stepped_kernel.address) as client:
+        cell.load(client)
+    with browsers() as browser, opened(browser, console.url + PLAIN, 1280, 720) as page:
+        row(page, "iiwa").click()
+        page.get_by_role("slider", name=re.compile("lbr_iiwa_joint_1, °")).click()
+        expect(page.locator("#go")).to_be_visible()
+        page.wait_for_function(f"() => ({LINES})('.plot canvas', [0x4b, 0x9d, 0xff])")
+        for width, height in ((1280, 720), (1456, 819), (1024, 768)):
+            page.set_viewport_size({"width": width, "height": height})
+            for parts, whole in ((".series", ".legend"), ("#pendant > section", "#pendant")):
+                page.wait_for_function(f"() => ({WITHIN})('{parts}', '{whole}')")
+            expect(page.locator(".series")).to_have_count(7)
+            expect(page.get_by_label("Tools")).to_be_in_viewport(ratio=1.0)

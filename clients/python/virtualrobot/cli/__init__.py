@@ -52,7 +52,7 @@ _COMMANDS = {
     "lease": ("virtualrobot.cli.work", "Lease robots, so that nobody else moves them."),
     "leases": ("virtualrobot.cli.state", "Show who has leased which robots."),
     "token": ("virtualrobot.cli.token", "Make, show or withdraw tokens with roles."),
-    "estop": ("virtualrobot.cli.drivers", "Stop all real robots, together and on their paths."),
+    "estop": ("virtualrobot.cli.drivers", "Stop all robots until somebody releases them."),
     "signal": ("virtualrobot.cli.signals", "Show, set, create or wait for signals."),
     "history": ("virtualrobot.cli.history", "Show what was changed and by whom."),
     "undo": ("virtualrobot.cli.history", "Take back the newest change, or one of them."),

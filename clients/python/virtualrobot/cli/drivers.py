@@ -10,6 +10,7 @@ from virtualrobot.cli.names import ROBOT
 from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.ports import ports
 from virtualrobot.cli.settings import settings_from, settings_option
+from virtualrobot.cli.state import stop_line
 
 if TYPE_CHECKING:
     from virtualrobot.drivers import DriverJoint, DriverStatus
@@ -69,9 +70,9 @@ def disconnect(target: Target, robot: str) -> None:
 def list_drivers(target: Target) -> None:
     """Show which robots have a driver, and how it is."""
     with target.connect() as client:
-        statuses, why = client.drivers.list(), client.drivers.stopped
-    if why:
-        click.echo(f"the cell is stopped: {why}")
+        statuses, stop = client.drivers.list(), client.cell.stopped
+    if stop:
+        click.echo(stop_line(stop))
     click.echo("\n".join(map(_line, statuses)) or "no robot has a driver")
 
 
@@ -103,13 +104,13 @@ def reset(target: Target, robot: str) -> None:
 @click.option("--release", is_flag=True, help="End the stop; nothing moves by that.")
 @target_options
 def estop(target: Target, reason: str, release: bool) -> None:
-    """Bring all robots that drivers move to rest, together and on their paths. It is no safety function."""
+    """Stop the cell: all robots come to rest on their paths and stay so until --release. It is no safety function."""
     with target.connect() as client:
         if release:
-            client.drivers.release()
+            client.cell.release()
             click.echo("the stop has ended")
         else:
-            client.drivers.stop(reason)
+            client.cell.stop(reason)
             click.echo("the cell is stopped; --release ends that")
 
 

@@ -35,10 +35,14 @@ def said(value: Any) -> str:  # noqa: ANN401 the value of any reading
 def contact_lines(contacts: tuple[Contact, ...]) -> list[str]:
     """Return a line for each pair, the nearest first."""
     lines: dict[tuple[str, str], str] = {}
+    forces: dict[tuple[str, str], Any] = {}
     for one in contacts:
+        pair = one.element, one.other
         how = "touches" if one.normal is not None else f"{one.distance:.6g} m from"
-        lines.setdefault((one.element, one.other), f"  {one.element} {how} {one.other} at {_numbers(one.point)}")
-    return list(lines.values())
+        lines.setdefault(pair, f"  {one.element} {how} {one.other} at {_numbers(one.point)}")
+        if one.force is not None:
+            forces[pair] = forces.get(pair, 0.0) + one.force
+    return [line + (f", feels {_numbers(forces[pair])} N" if pair in forces else "") for pair, line in lines.items()]
 
 
 def _contacts(contacts: tuple[Contact, ...]) -> str:

@@ -14,6 +14,7 @@ from virtualrobot.cli.options import GO_ON, Target, degrees_option, target_optio
 from virtualrobot.cli.signals import signal_text
 
 if TYPE_CHECKING:
+    from virtualrobot.cell import CellStop
     from virtualrobot.connection import Client
     from virtualrobot.motions.motion import Motion
 
@@ -81,6 +82,8 @@ def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
         f"{clock.mode} clock: {clock.stamp.simulation_time:.3f} s, tick {clock.stamp.tick} of "
         f"{1000 * clock.tick_length:g} ms, real-time factor {clock.real_time_factor:.2f}"
     ]
+    if (stop := client.cell.stopped) is not None:
+        lines.append(stop_line(stop))
     answer = client.services.robot.GetRobotStates(robot_pb2.GetRobotStatesRequest(names=robots))
     for message in answer.robots:
         robot, now = client.robot(message.name), RobotState.of(message, answer.stamp)
@@ -96,6 +99,12 @@ def describe(client: Client, robots: Sequence[str], degrees: bool) -> str:
     lines += [""] * bool(motions)
     lines += [_motion(motion) for motion in motions]
     return "\n".join(lines)
+
+
+def stop_line(stop: CellStop) -> str:
+    """Return the line of a stop of the cell."""
+    since = stop.time.astimezone().strftime("%Y-%m-%d %H:%M:%S")
+    return f"the cell is stopped by {stop.by}, since {since}: {stop.reason}"
 
 
 def _motion(motion: Motion) -> str:

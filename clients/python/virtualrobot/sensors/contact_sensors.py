@@ -68,6 +68,7 @@ class Contact:
         point: (3,) the nearest point of `element` in the world, or where they touch.
         other_point: (3,) that of `other`.
         normal: (3,) from `element` to `other` where they touch, else None.
+        force: (3,) on `element` in the world (N) where they touch under physics, else None.
     """
 
     element: str
@@ -76,6 +77,7 @@ class Contact:
     point: NDArray[np.float64]
     other_point: NDArray[np.float64]
     normal: NDArray[np.float64] | None
+    force: NDArray[np.float64] | None
 
 
 def contacts_of(message: sensor_pb2.ContactReading) -> tuple[Contact, ...]:
@@ -88,6 +90,7 @@ def contacts_of(message: sensor_pb2.ContactReading) -> tuple[Contact, ...]:
             vector_of(one.point),
             vector_of(one.other_point),
             vector_of(one.normal) if one.HasField("normal") else None,
+            vector_of(one.force) if one.HasField("force") else None,
         )
         for one in message.contacts
     )

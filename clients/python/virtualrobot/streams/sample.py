@@ -154,7 +154,8 @@ def of_reading(reading: sensor_pb2.SensorReading, content: str) -> dict[str, Any
     if kind == "contact":
         nearest = min((one.distance_meters for one in message.contacts), default=np.inf)
         told = [f"{one.element} {one.other} {one.distance_meters:.4f}" for one in message.contacts]
-        return {"count": len(told), "nearest": nearest, "contacts": "; ".join(told)}
+        forces = {f"force/{axis}": sum(getattr(one.force, axis) for one in message.contacts) for axis in "xyz"}
+        return {"count": len(told), "nearest": nearest, "contacts": "; ".join(told)} | forces
     return dict(_flat(message, ""))
 
 

@@ -23,12 +23,13 @@ _sym_db = _symbol_database.Default()
 
 
 from google.protobuf import struct_pb2 as google_dot_protobuf_dot_struct__pb2
+from google.protobuf import timestamp_pb2 as google_dot_protobuf_dot_timestamp__pb2
 from virtualrobot.v1 import geometry_pb2 as virtualrobot_dot_v1_dot_geometry__pb2
 from virtualrobot.v1 import lease_pb2 as virtualrobot_dot_v1_dot_lease__pb2
 from virtualrobot.v1 import token_pb2 as virtualrobot_dot_v1_dot_token__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/driver.proto\x12\x0fvirtualrobot.v1\x1a\x1cgoogle/protobuf/struct.proto\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/lease.proto\x1a\x1bvirtualrobot/v1/token.proto\">\n\x0b\x44riverJoint\x12\r\n\x05joint\x18\x01 \x01(\t\x12\x10\n\x08reversed\x18\x02 \x01(\x08\x12\x0e\n\x06offset\x18\x03 \x01(\x01\"\xff\x01\n\x15\x43ontrollerDescription\x12\x13\n\x0bjoint_count\x18\x01 \x01(\r\x12\x12\n\nrate_hertz\x18\x02 \x01(\x01\x12-\n\x04pace\x18\x03 \x01(\x0e\x32\x1f.virtualrobot.v1.ControllerPace\x12\x18\n\x10watchdog_seconds\x18\x04 \x01(\x01\x12\r\n\x05model\x18\x05 \x01(\t\x12\x0f\n\x07version\x18\x06 \x01(\t\x12\x0e\n\x06serial\x18\x07 \x01(\t\x12\x19\n\x11has_speed_scaling\x18\x08 \x01(\x08\x12\x13\n\x0binput_count\x18\t \x01(\r\x12\x14\n\x0coutput_count\x18\n \x01(\r\"\xfc\x05\n\x0c\x44riverStatus\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x11\n\tcomponent\x18\x02 \x01(\t\x12)\n\x04mode\x18\x03 \x01(\x0e\x32\x1b.virtualrobot.v1.DriverMode\x12+\n\x05state\x18\x04 \x01(\x0e\x32\x1c.virtualrobot.v1.DriverState\x12\x38\n\x0f\x63ontroller_mode\x18\x05 \x01(\x0e\x32\x1f.virtualrobot.v1.ControllerMode\x12<\n\x11\x63ontroller_safety\x18\x06 \x01(\x0e\x32!.virtualrobot.v1.ControllerSafety\x12\x0c\n\x04text\x18\x07 \x01(\t\x12\x0c\n\x04\x63ode\x18\x08 \x01(\t\x12\x0e\n\x06\x63lears\x18\t \x01(\x08\x12:\n\ncontroller\x18\n \x01(\x0b\x32&.virtualrobot.v1.ControllerDescription\x12\x13\n\x0bjoint_names\x18\x0b \x03(\t\x12\x11\n\tpositions\x18\x0c \x03(\x01\x12\x12\n\nvelocities\x18\r \x03(\x01\x12\x16\n\x0eoutside_limits\x18\x0e \x03(\t\x12\x17\n\x0f\x66ollowing_error\x18\x0f \x03(\x01\x12\x19\n\x11\x66ollowing_warning\x18\x10 \x01(\x01\x12\x17\n\x0f\x66ollowing_limit\x18\x11 \x01(\x01\x12\x15\n\rfollows_badly\x18\x12 \x01(\x08\x12\x15\n\rspeed_scaling\x18\x13 \x01(\x01\x12\x0e\n\x06inputs\x18\x14 \x01(\x04\x12\x0f\n\x07outputs\x18\x15 \x01(\x04\x12\x14\n\x0clead_seconds\x18\x16 \x01(\x01\x12\x11\n\tplay_rate\x18\x17 \x01(\x01\x12\x13\n\x0bplayed_tick\x18\x18 \x01(\x04\x12\x0e\n\x06\x63ycles\x18\x19 \x01(\x04\x12\x16\n\x0eskipped_cycles\x18\x1a \x01(\x04\x12\x18\n\x10lateness_seconds\x18\x1b \x01(\x01\x12\x12\n\nprocess_id\x18\x1c \x01(\r\x12\x0e\n\x06halted\x18\x1d \x01(\x08\"[\n\nCellStatus\x12\x0f\n\x07stopped\x18\x01 \x01(\x08\x12\x0e\n\x06reason\x18\x02 \x01(\t\x12\x17\n\x0fstopper_address\x18\x03 \x01(\t\x12\x13\n\x0bstopper_key\x18\x04 \x01(\t\"\xbf\x02\n\x14\x43onnectDriverRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x11\n\tcomponent\x18\x02 \x01(\t\x12)\n\x08settings\x18\x03 \x01(\x0b\x32\x17.google.protobuf.Struct\x12,\n\x06joints\x18\x04 \x03(\x0b\x32\x1c.virtualrobot.v1.DriverJoint\x12\x19\n\x0clead_seconds\x18\x05 \x01(\x01H\x00\x88\x01\x01\x12\x1e\n\x11\x66ollowing_warning\x18\x06 \x01(\x01H\x01\x88\x01\x01\x12\x1c\n\x0f\x66ollowing_limit\x18\x07 \x01(\x01H\x02\x88\x01\x01\x12\x18\n\x10without_watchdog\x18\x08 \x01(\x08\x42\x0f\n\r_lead_secondsB\x14\n\x12_following_warningB\x12\n\x10_following_limit\"m\n\x15\x43onnectDriverResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x06\x64river\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\"(\n\x17\x44isconnectDriverRequest\x12\r\n\x05robot\x18\x01 \x01(\t\"p\n\x18\x44isconnectDriverResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x06\x64river\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\"P\n\x14SetDriverModeRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12)\n\x04mode\x18\x02 \x01(\x0e\x32\x1b.virtualrobot.v1.DriverMode\"\x81\x01\n\x15SetDriverModeResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x06\x64river\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\x12\x12\n\ntwin_moved\x18\x03 \x03(\x01\"#\n\x12ResetDriverRequest\x12\r\n\x05robot\x18\x01 \x01(\t\"k\n\x13ResetDriverResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x06\x64river\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\"\x13\n\x11GetDriversRequest\"\x96\x01\n\x12GetDriversResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12.\n\x07\x64rivers\x18\x02 \x03(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\x12)\n\x04\x63\x65ll\x18\x03 \x01(\x0b\x32\x1b.virtualrobot.v1.CellStatus\"-\n\x13WatchDriversRequest\x12\x16\n\x0emax_rate_hertz\x18\x01 \x01(\x01\"\x98\x01\n\x14WatchDriversResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12.\n\x07\x64rivers\x18\x02 \x03(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\x12)\n\x04\x63\x65ll\x18\x03 \x01(\x0b\x32\x1b.virtualrobot.v1.CellStatus\"!\n\x0fStopCellRequest\x12\x0e\n\x06reason\x18\x01 \x01(\t\"d\n\x10StopCellResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12)\n\x04\x63\x65ll\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.CellStatus\"\x14\n\x12ReleaseCellRequest\"g\n\x13ReleaseCellResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12)\n\x04\x63\x65ll\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.CellStatus*v\n\nDriverMode\x12\x1b\n\x17\x44RIVER_MODE_UNSPECIFIED\x10\x00\x12\x19\n\x15\x44RIVER_MODE_SIMULATED\x10\x01\x12\x17\n\x13\x44RIVER_MODE_MONITOR\x10\x02\x12\x17\n\x13\x44RIVER_MODE_EXECUTE\x10\x03*\xea\x01\n\x0b\x44riverState\x12\x1c\n\x18\x44RIVER_STATE_UNSPECIFIED\x10\x00\x12\x1d\n\x19\x44RIVER_STATE_DISCONNECTED\x10\x01\x12\x1b\n\x17\x44RIVER_STATE_CONNECTING\x10\x02\x12\x19\n\x15\x44RIVER_STATE_INACTIVE\x10\x03\x12\x1a\n\x16\x44RIVER_STATE_BEGINNING\x10\x04\x12\x17\n\x13\x44RIVER_STATE_ACTIVE\x10\x05\x12\x19\n\x15\x44RIVER_STATE_STOPPING\x10\x06\x12\x16\n\x12\x44RIVER_STATE_ERROR\x10\x07*\xdc\x01\n\x0e\x43ontrollerMode\x12\x1f\n\x1b\x43ONTROLLER_MODE_UNSPECIFIED\x10\x00\x12\x17\n\x13\x43ONTROLLER_MODE_OFF\x10\x01\x12\x1c\n\x18\x43ONTROLLER_MODE_STARTING\x10\x02\x12\x19\n\x15\x43ONTROLLER_MODE_READY\x10\x03\x12\x1b\n\x17\x43ONTROLLER_MODE_RUNNING\x10\x04\x12\x1f\n\x1b\x43ONTROLLER_MODE_HAND_GUIDED\x10\x05\x12\x19\n\x15\x43ONTROLLER_MODE_LOCAL\x10\x06*\x82\x02\n\x10\x43ontrollerSafety\x12!\n\x1d\x43ONTROLLER_SAFETY_UNSPECIFIED\x10\x00\x12\x1c\n\x18\x43ONTROLLER_SAFETY_NORMAL\x10\x01\x12\x1d\n\x19\x43ONTROLLER_SAFETY_REDUCED\x10\x02\x12%\n!CONTROLLER_SAFETY_PROTECTIVE_STOP\x10\x03\x12$\n CONTROLLER_SAFETY_SAFEGUARD_STOP\x10\x04\x12$\n CONTROLLER_SAFETY_EMERGENCY_STOP\x10\x05\x12\x1b\n\x17\x43ONTROLLER_SAFETY_FAULT\x10\x06*\x85\x01\n\x0e\x43ontrollerPace\x12\x1f\n\x1b\x43ONTROLLER_PACE_UNSPECIFIED\x10\x00\x12\x18\n\x14\x43ONTROLLER_PACE_HOST\x10\x01\x12\x1e\n\x1a\x43ONTROLLER_PACE_CONTROLLER\x10\x02\x12\x18\n\x14\x43ONTROLLER_PACE_JOBS\x10\x03\x32\xb3\x06\n\rDriverService\x12h\n\rConnectDriver\x12%.virtualrobot.v1.ConnectDriverRequest\x1a&.virtualrobot.v1.ConnectDriverResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x03\x12q\n\x10\x44isconnectDriver\x12(.virtualrobot.v1.DisconnectDriverRequest\x1a).virtualrobot.v1.DisconnectDriverResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x03\x12h\n\rSetDriverMode\x12%.virtualrobot.v1.SetDriverModeRequest\x1a&.virtualrobot.v1.SetDriverModeResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x02\x12\x62\n\x0bResetDriver\x12#.virtualrobot.v1.ResetDriverRequest\x1a$.virtualrobot.v1.ResetDriverResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x02\x12[\n\nGetDrivers\x12\".virtualrobot.v1.GetDriversRequest\x1a#.virtualrobot.v1.GetDriversResponse\"\x04\xa8\xbb\x18\x01\x12\x63\n\x0cWatchDrivers\x12$.virtualrobot.v1.WatchDriversRequest\x1a%.virtualrobot.v1.WatchDriversResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x12U\n\x08StopCell\x12 .virtualrobot.v1.StopCellRequest\x1a!.virtualrobot.v1.StopCellResponse\"\x04\xa8\xbb\x18\x01\x12^\n\x0bReleaseCell\x12#.virtualrobot.v1.ReleaseCellRequest\x1a$.virtualrobot.v1.ReleaseCellResponse\"\x04\xa8\xbb\x18\x02\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/driver.proto\x12\x0fvirtualrobot.v1\x1a\x1cgoogle/protobuf/struct.proto\x1a\x1fgoogle/protobuf/timestamp.proto\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/lease.proto\x1a\x1bvirtualrobot/v1/token.proto\">\n\x0b\x44riverJoint\x12\r\n\x05joint\x18\x01 \x01(\t\x12\x10\n\x08reversed\x18\x02 \x01(\x08\x12\x0e\n\x06offset\x18\x03 \x01(\x01\"\xff\x01\n\x15\x43ontrollerDescription\x12\x13\n\x0bjoint_count\x18\x01 \x01(\r\x12\x12\n\nrate_hertz\x18\x02 \x01(\x01\x12-\n\x04pace\x18\x03 \x01(\x0e\x32\x1f.virtualrobot.v1.ControllerPace\x12\x18\n\x10watchdog_seconds\x18\x04 \x01(\x01\x12\r\n\x05model\x18\x05 \x01(\t\x12\x0f\n\x07version\x18\x06 \x01(\t\x12\x0e\n\x06serial\x18\x07 \x01(\t\x12\x19\n\x11has_speed_scaling\x18\x08 \x01(\x08\x12\x13\n\x0binput_count\x18\t \x01(\r\x12\x14\n\x0coutput_count\x18\n \x01(\r\"\xfc\x05\n\x0c\x44riverStatus\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x11\n\tcomponent\x18\x02 \x01(\t\x12)\n\x04mode\x18\x03 \x01(\x0e\x32\x1b.virtualrobot.v1.DriverMode\x12+\n\x05state\x18\x04 \x01(\x0e\x32\x1c.virtualrobot.v1.DriverState\x12\x38\n\x0f\x63ontroller_mode\x18\x05 \x01(\x0e\x32\x1f.virtualrobot.v1.ControllerMode\x12<\n\x11\x63ontroller_safety\x18\x06 \x01(\x0e\x32!.virtualrobot.v1.ControllerSafety\x12\x0c\n\x04text\x18\x07 \x01(\t\x12\x0c\n\x04\x63ode\x18\x08 \x01(\t\x12\x0e\n\x06\x63lears\x18\t \x01(\x08\x12:\n\ncontroller\x18\n \x01(\x0b\x32&.virtualrobot.v1.ControllerDescription\x12\x13\n\x0bjoint_names\x18\x0b \x03(\t\x12\x11\n\tpositions\x18\x0c \x03(\x01\x12\x12\n\nvelocities\x18\r \x03(\x01\x12\x16\n\x0eoutside_limits\x18\x0e \x03(\t\x12\x17\n\x0f\x66ollowing_error\x18\x0f \x03(\x01\x12\x19\n\x11\x66ollowing_warning\x18\x10 \x01(\x01\x12\x17\n\x0f\x66ollowing_limit\x18\x11 \x01(\x01\x12\x15\n\rfollows_badly\x18\x12 \x01(\x08\x12\x15\n\rspeed_scaling\x18\x13 \x01(\x01\x12\x0e\n\x06inputs\x18\x14 \x01(\x04\x12\x0f\n\x07outputs\x18\x15 \x01(\x04\x12\x14\n\x0clead_seconds\x18\x16 \x01(\x01\x12\x11\n\tplay_rate\x18\x17 \x01(\x01\x12\x13\n\x0bplayed_tick\x18\x18 \x01(\x04\x12\x0e\n\x06\x63ycles\x18\x19 \x01(\x04\x12\x16\n\x0eskipped_cycles\x18\x1a \x01(\x04\x12\x18\n\x10lateness_seconds\x18\x1b \x01(\x01\x12\x12\n\nprocess_id\x18\x1c \x01(\r\x12\x0e\n\x06halted\x18\x1d \x01(\x08\"\x9e\x01\n\nCellStatus\x12\x0f\n\x07stopped\x18\x01 \x01(\x08\x12\x0e\n\x06reason\x18\x02 \x01(\t\x12\x17\n\x0fstopper_address\x18\x03 \x01(\t\x12\x13\n\x0bstopper_key\x18\x04 \x01(\t\x12\x12\n\nstopped_by\x18\x05 \x01(\t\x12-\n\tstop_time\x18\x06 \x01(\x0b\x32\x1a.google.protobuf.Timestamp\"\xbf\x02\n\x14\x43onnectDriverRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12\x11\n\tcomponent\x18\x02 \x01(\t\x12)\n\x08settings\x18\x03 \x01(\x0b\x32\x17.google.protobuf.Struct\x12,\n\x06joints\x18\x04 \x03(\x0b\x32\x1c.virtualrobot.v1.DriverJoint\x12\x19\n\x0clead_seconds\x18\x05 \x01(\x01H\x00\x88\x01\x01\x12\x1e\n\x11\x66ollowing_warning\x18\x06 \x01(\x01H\x01\x88\x01\x01\x12\x1c\n\x0f\x66ollowing_limit\x18\x07 \x01(\x01H\x02\x88\x01\x01\x12\x18\n\x10without_watchdog\x18\x08 \x01(\x08\x42\x0f\n\r_lead_secondsB\x14\n\x12_following_warningB\x12\n\x10_following_limit\"m\n\x15\x43onnectDriverResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x06\x64river\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\"(\n\x17\x44isconnectDriverRequest\x12\r\n\x05robot\x18\x01 \x01(\t\"p\n\x18\x44isconnectDriverResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x06\x64river\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\"P\n\x14SetDriverModeRequest\x12\r\n\x05robot\x18\x01 \x01(\t\x12)\n\x04mode\x18\x02 \x01(\x0e\x32\x1b.virtualrobot.v1.DriverMode\"\x81\x01\n\x15SetDriverModeResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x06\x64river\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\x12\x12\n\ntwin_moved\x18\x03 \x03(\x01\"#\n\x12ResetDriverRequest\x12\r\n\x05robot\x18\x01 \x01(\t\"k\n\x13ResetDriverResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12-\n\x06\x64river\x18\x02 \x01(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\"\x13\n\x11GetDriversRequest\"\x96\x01\n\x12GetDriversResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12.\n\x07\x64rivers\x18\x02 \x03(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\x12)\n\x04\x63\x65ll\x18\x03 \x01(\x0b\x32\x1b.virtualrobot.v1.CellStatus\"-\n\x13WatchDriversRequest\x12\x16\n\x0emax_rate_hertz\x18\x01 \x01(\x01\"\x98\x01\n\x14WatchDriversResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12.\n\x07\x64rivers\x18\x02 \x03(\x0b\x32\x1d.virtualrobot.v1.DriverStatus\x12)\n\x04\x63\x65ll\x18\x03 \x01(\x0b\x32\x1b.virtualrobot.v1.CellStatus\"!\n\x0fStopCellRequest\x12\x0e\n\x06reason\x18\x01 \x01(\t\"d\n\x10StopCellResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12)\n\x04\x63\x65ll\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.CellStatus\"\x14\n\x12ReleaseCellRequest\"g\n\x13ReleaseCellResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12)\n\x04\x63\x65ll\x18\x02 \x01(\x0b\x32\x1b.virtualrobot.v1.CellStatus*v\n\nDriverMode\x12\x1b\n\x17\x44RIVER_MODE_UNSPECIFIED\x10\x00\x12\x19\n\x15\x44RIVER_MODE_SIMULATED\x10\x01\x12\x17\n\x13\x44RIVER_MODE_MONITOR\x10\x02\x12\x17\n\x13\x44RIVER_MODE_EXECUTE\x10\x03*\xea\x01\n\x0b\x44riverState\x12\x1c\n\x18\x44RIVER_STATE_UNSPECIFIED\x10\x00\x12\x1d\n\x19\x44RIVER_STATE_DISCONNECTED\x10\x01\x12\x1b\n\x17\x44RIVER_STATE_CONNECTING\x10\x02\x12\x19\n\x15\x44RIVER_STATE_INACTIVE\x10\x03\x12\x1a\n\x16\x44RIVER_STATE_BEGINNING\x10\x04\x12\x17\n\x13\x44RIVER_STATE_ACTIVE\x10\x05\x12\x19\n\x15\x44RIVER_STATE_STOPPING\x10\x06\x12\x16\n\x12\x44RIVER_STATE_ERROR\x10\x07*\xdc\x01\n\x0e\x43ontrollerMode\x12\x1f\n\x1b\x43ONTROLLER_MODE_UNSPECIFIED\x10\x00\x12\x17\n\x13\x43ONTROLLER_MODE_OFF\x10\x01\x12\x1c\n\x18\x43ONTROLLER_MODE_STARTING\x10\x02\x12\x19\n\x15\x43ONTROLLER_MODE_READY\x10\x03\x12\x1b\n\x17\x43ONTROLLER_MODE_RUNNING\x10\x04\x12\x1f\n\x1b\x43ONTROLLER_MODE_HAND_GUIDED\x10\x05\x12\x19\n\x15\x43ONTROLLER_MODE_LOCAL\x10\x06*\x82\x02\n\x10\x43ontrollerSafety\x12!\n\x1d\x43ONTROLLER_SAFETY_UNSPECIFIED\x10\x00\x12\x1c\n\x18\x43ONTROLLER_SAFETY_NORMAL\x10\x01\x12\x1d\n\x19\x43ONTROLLER_SAFETY_REDUCED\x10\x02\x12%\n!CONTROLLER_SAFETY_PROTECTIVE_STOP\x10\x03\x12$\n CONTROLLER_SAFETY_SAFEGUARD_STOP\x10\x04\x12$\n CONTROLLER_SAFETY_EMERGENCY_STOP\x10\x05\x12\x1b\n\x17\x43ONTROLLER_SAFETY_FAULT\x10\x06*\x85\x01\n\x0e\x43ontrollerPace\x12\x1f\n\x1b\x43ONTROLLER_PACE_UNSPECIFIED\x10\x00\x12\x18\n\x14\x43ONTROLLER_PACE_HOST\x10\x01\x12\x1e\n\x1a\x43ONTROLLER_PACE_CONTROLLER\x10\x02\x12\x18\n\x14\x43ONTROLLER_PACE_JOBS\x10\x03\x32\xb3\x06\n\rDriverService\x12h\n\rConnectDriver\x12%.virtualrobot.v1.ConnectDriverRequest\x1a&.virtualrobot.v1.ConnectDriverResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x03\x12q\n\x10\x44isconnectDriver\x12(.virtualrobot.v1.DisconnectDriverRequest\x1a).virtualrobot.v1.DisconnectDriverResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x03\x12h\n\rSetDriverMode\x12%.virtualrobot.v1.SetDriverModeRequest\x1a&.virtualrobot.v1.SetDriverModeResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x02\x12\x62\n\x0bResetDriver\x12#.virtualrobot.v1.ResetDriverRequest\x1a$.virtualrobot.v1.ResetDriverResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x02\x12[\n\nGetDrivers\x12\".virtualrobot.v1.GetDriversRequest\x1a#.virtualrobot.v1.GetDriversResponse\"\x04\xa8\xbb\x18\x01\x12\x63\n\x0cWatchDrivers\x12$.virtualrobot.v1.WatchDriversRequest\x1a%.virtualrobot.v1.WatchDriversResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x12U\n\x08StopCell\x12 .virtualrobot.v1.StopCellRequest\x1a!.virtualrobot.v1.StopCellResponse\"\x04\xa8\xbb\x18\x01\x12^\n\x0bReleaseCell\x12#.virtualrobot.v1.ReleaseCellRequest\x1a$.virtualrobot.v1.ReleaseCellResponse\"\x04\xa8\xbb\x18\x02\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -51,56 +52,56 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_DRIVERSERVICE'].methods_by_name['StopCell']._serialized_options = b'\250\273\030\001'
   _globals['_DRIVERSERVICE'].methods_by_name['ReleaseCell']._loaded_options = None
   _globals['_DRIVERSERVICE'].methods_by_name['ReleaseCell']._serialized_options = b'\250\273\030\002'
-  _globals['_DRIVERMODE']._serialized_start=2940
-  _globals['_DRIVERMODE']._serialized_end=3058
-  _globals['_DRIVERSTATE']._serialized_start=3061
-  _globals['_DRIVERSTATE']._serialized_end=3295
-  _globals['_CONTROLLERMODE']._serialized_start=3298
-  _globals['_CONTROLLERMODE']._serialized_end=3518
-  _globals['_CONTROLLERSAFETY']._serialized_start=3521
-  _globals['_CONTROLLERSAFETY']._serialized_end=3779
-  _globals['_CONTROLLERPACE']._serialized_start=3782
-  _globals['_CONTROLLERPACE']._serialized_end=3915
-  _globals['_DRIVERJOINT']._serialized_start=169
-  _globals['_DRIVERJOINT']._serialized_end=231
-  _globals['_CONTROLLERDESCRIPTION']._serialized_start=234
-  _globals['_CONTROLLERDESCRIPTION']._serialized_end=489
-  _globals['_DRIVERSTATUS']._serialized_start=492
-  _globals['_DRIVERSTATUS']._serialized_end=1256
-  _globals['_CELLSTATUS']._serialized_start=1258
-  _globals['_CELLSTATUS']._serialized_end=1349
-  _globals['_CONNECTDRIVERREQUEST']._serialized_start=1352
-  _globals['_CONNECTDRIVERREQUEST']._serialized_end=1671
-  _globals['_CONNECTDRIVERRESPONSE']._serialized_start=1673
-  _globals['_CONNECTDRIVERRESPONSE']._serialized_end=1782
-  _globals['_DISCONNECTDRIVERREQUEST']._serialized_start=1784
-  _globals['_DISCONNECTDRIVERREQUEST']._serialized_end=1824
-  _globals['_DISCONNECTDRIVERRESPONSE']._serialized_start=1826
-  _globals['_DISCONNECTDRIVERRESPONSE']._serialized_end=1938
-  _globals['_SETDRIVERMODEREQUEST']._serialized_start=1940
-  _globals['_SETDRIVERMODEREQUEST']._serialized_end=2020
-  _globals['_SETDRIVERMODERESPONSE']._serialized_start=2023
-  _globals['_SETDRIVERMODERESPONSE']._serialized_end=2152
-  _globals['_RESETDRIVERREQUEST']._serialized_start=2154
-  _globals['_RESETDRIVERREQUEST']._serialized_end=2189
-  _globals['_RESETDRIVERRESPONSE']._serialized_start=2191
-  _globals['_RESETDRIVERRESPONSE']._serialized_end=2298
-  _globals['_GETDRIVERSREQUEST']._serialized_start=2300
-  _globals['_GETDRIVERSREQUEST']._serialized_end=2319
-  _globals['_GETDRIVERSRESPONSE']._serialized_start=2322
-  _globals['_GETDRIVERSRESPONSE']._serialized_end=2472
-  _globals['_WATCHDRIVERSREQUEST']._serialized_start=2474
-  _globals['_WATCHDRIVERSREQUEST']._serialized_end=2519
-  _globals['_WATCHDRIVERSRESPONSE']._serialized_start=2522
-  _globals['_WATCHDRIVERSRESPONSE']._serialized_end=2674
-  _globals['_STOPCELLREQUEST']._serialized_start=2676
-  _globals['_STOPCELLREQUEST']._serialized_end=2709
-  _globals['_STOPCELLRESPONSE']._serialized_start=2711
-  _globals['_STOPCELLRESPONSE']._serialized_end=2811
-  _globals['_RELEASECELLREQUEST']._serialized_start=2813
-  _globals['_RELEASECELLREQUEST']._serialized_end=2833
-  _globals['_RELEASECELLRESPONSE']._serialized_start=2835
-  _globals['_RELEASECELLRESPONSE']._serialized_end=2938
-  _globals['_DRIVERSERVICE']._serialized_start=3918
-  _globals['_DRIVERSERVICE']._serialized_end=4737
+  _globals['_DRIVERMODE']._serialized_start=3041
+  _globals['_DRIVERMODE']._serialized_end=3159
+  _globals['_DRIVERSTATE']._serialized_start=3162
+  _globals['_DRIVERSTATE']._serialized_end=3396
+  _globals['_CONTROLLERMODE']._serialized_start=3399
+  _globals['_CONTROLLERMODE']._serialized_end=3619
+  _globals['_CONTROLLERSAFETY']._serialized_start=3622
+  _globals['_CONTROLLERSAFETY']._serialized_end=3880
+  _globals['_CONTROLLERPACE']._serialized_start=3883
+  _globals['_CONTROLLERPACE']._serialized_end=4016
+  _globals['_DRIVERJOINT']._serialized_start=202
+  _globals['_DRIVERJOINT']._serialized_end=264
+  _globals['_CONTROLLERDESCRIPTION']._serialized_start=267
+  _globals['_CONTROLLERDESCRIPTION']._serialized_end=522
+  _globals['_DRIVERSTATUS']._serialized_start=525
+  _globals['_DRIVERSTATUS']._serialized_end=1289
+  _globals['_CELLSTATUS']._serialized_start=1292
+  _globals['_CELLSTATUS']._serialized_end=1450
+  _globals['_CONNECTDRIVERREQUEST']._serialized_start=1453
+  _globals['_CONNECTDRIVERREQUEST']._serialized_end=1772
+  _globals['_CONNECTDRIVERRESPONSE']._serialized_start=1774
+  _globals['_CONNECTDRIVERRESPONSE']._serialized_end=1883
+  _globals['_DISCONNECTDRIVERREQUEST']._serialized_start=1885
+  _globals['_DISCONNECTDRIVERREQUEST']._serialized_end=1925
+  _globals['_DISCONNECTDRIVERRESPONSE']._serialized_start=1927
+  _globals['_DISCONNECTDRIVERRESPONSE']._serialized_end=2039
+  _globals['_SETDRIVERMODEREQUEST']._serialized_start=2041
+  _globals['_SETDRIVERMODEREQUEST']._serialized_end=2121
+  _globals['_SETDRIVERMODERESPONSE']._serialized_start=2124
+  _globals['_SETDRIVERMODERESPONSE']._serialized_end=2253
+  _globals['_RESETDRIVERREQUEST']._serialized_start=2255
+  _globals['_RESETDRIVERREQUEST']._serialized_end=2290
+  _globals['_RESETDRIVERRESPONSE']._serialized_start=2292
+  _globals['_RESETDRIVERRESPONSE']._serialized_end=2399
+  _globals['_GETDRIVERSREQUEST']._serialized_start=2401
+  _globals['_GETDRIVERSREQUEST']._serialized_end=2420
+  _globals['_GETDRIVERSRESPONSE']._serialized_start=2423
+  _globals['_GETDRIVERSRESPONSE']._serialized_end=2573
+  _globals['_WATCHDRIVERSREQUEST']._serialized_start=2575
+  _globals['_WATCHDRIVERSREQUEST']._serialized_end=2620
+  _globals['_WATCHDRIVERSRESPONSE']._serialized_start=2623
+  _globals['_WATCHDRIVERSRESPONSE']._serialized_end=2775
+  _globals['_STOPCELLREQUEST']._serialized_start=2777
+  _globals['_STOPCELLREQUEST']._serialized_end=2810
+  _globals['_STOPCELLRESPONSE']._serialized_start=2812
+  _globals['_STOPCELLRESPONSE']._serialized_end=2912
+  _globals['_RELEASECELLREQUEST']._serialized_start=2914
+  _globals['_RELEASECELLREQUEST']._serialized_end=2934
+  _globals['_RELEASECELLRESPONSE']._serialized_start=2936
+  _globals['_RELEASECELLRESPONSE']._serialized_end=3039
+  _globals['_DRIVERSERVICE']._serialized_start=4019
+  _globals['_DRIVERSERVICE']._serialized_end=4838
 # @@protoc_insertion_point(module_scope)

@@ -1,4 +1,5 @@
 from google.protobuf import struct_pb2 as _struct_pb2
+from google.protobuf import timestamp_pb2 as _timestamp_pb2
 from virtualrobot.v1 import geometry_pb2 as _geometry_pb2
 from virtualrobot.v1 import lease_pb2 as _lease_pb2
 from virtualrobot.v1 import token_pb2 as _token_pb2
@@ -183,16 +184,20 @@ class DriverStatus(_message.Message):
     def __init__(self, robot: _Optional[str] = ..., component: _Optional[str] = ..., mode: _Optional[_Union[DriverMode, str]] = ..., state: _Optional[_Union[DriverState, str]] = ..., controller_mode: _Optional[_Union[ControllerMode, str]] = ..., controller_safety: _Optional[_Union[ControllerSafety, str]] = ..., text: _Optional[str] = ..., code: _Optional[str] = ..., clears: bool = ..., controller: _Optional[_Union[ControllerDescription, _Mapping]] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., outside_limits: _Optional[_Iterable[str]] = ..., following_error: _Optional[_Iterable[float]] = ..., following_warning: _Optional[float] = ..., following_limit: _Optional[float] = ..., follows_badly: bool = ..., speed_scaling: _Optional[float] = ..., inputs: _Optional[int] = ..., outputs: _Optional[int] = ..., lead_seconds: _Optional[float] = ..., play_rate: _Optional[float] = ..., played_tick: _Optional[int] = ..., cycles: _Optional[int] = ..., skipped_cycles: _Optional[int] = ..., lateness_seconds: _Optional[float] = ..., process_id: _Optional[int] = ..., halted: bool = ...) -> None: ...
 
 class CellStatus(_message.Message):
-    __slots__ = ("stopped", "reason", "stopper_address", "stopper_key")
+    __slots__ = ("stopped", "reason", "stopper_address", "stopper_key", "stopped_by", "stop_time")
     STOPPED_FIELD_NUMBER: _ClassVar[int]
     REASON_FIELD_NUMBER: _ClassVar[int]
     STOPPER_ADDRESS_FIELD_NUMBER: _ClassVar[int]
     STOPPER_KEY_FIELD_NUMBER: _ClassVar[int]
+    STOPPED_BY_FIELD_NUMBER: _ClassVar[int]
+    STOP_TIME_FIELD_NUMBER: _ClassVar[int]
     stopped: bool
     reason: str
     stopper_address: str
     stopper_key: str
-    def __init__(self, stopped: bool = ..., reason: _Optional[str] = ..., stopper_address: _Optional[str] = ..., stopper_key: _Optional[str] = ...) -> None: ...
+    stopped_by: str
+    stop_time: _timestamp_pb2.Timestamp
+    def __init__(self, stopped: bool = ..., reason: _Optional[str] = ..., stopper_address: _Optional[str] = ..., stopper_key: _Optional[str] = ..., stopped_by: _Optional[str] = ..., stop_time: _Optional[_Union[_timestamp_pb2.Timestamp, _Mapping]] = ...) -> None: ...
 
 class ConnectDriverRequest(_message.Message):
     __slots__ = ("robot", "component", "settings", "joints", "lead_seconds", "following_warning", "following_limit", "without_watchdog")

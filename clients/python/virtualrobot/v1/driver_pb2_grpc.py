@@ -132,16 +132,18 @@ class DriverServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def StopCell(self, request, context):
-        """Brings all robots that drivers move to rest, together and on their paths, by the brakes of the ticks that they are at.
-        Their twins' motions end. Anybody may stop, at any time, and more than once.
+        """Stops the cell: all robots come to rest on their paths, those that drivers move together and by the brakes of the ticks
+        that they are at, and all motions end. It stays stopped until ReleaseCell, also where the kernel is killed and started
+        again: whatever would move something is refused as WRONG_STATE with `aspect` "cell", `stopped_by`, `stop_reason` and
+        `stop_time`. Anybody may stop, at any time, and more than once; the first stop is the one that is told.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def ReleaseCell(self, request, context):
-        """Ends a stop of the cell. Nothing moves by that: robots are `halted`, and each is set to EXECUTE again by its own
-        call. Refused as WRONG_STATE while a robot is not at rest.
+        """Ends a stop of the cell. Nothing moves by that: motions are started anew, robots that drivers move are `halted`, and
+        each is set to EXECUTE again by its own call. Refused as WRONG_STATE while a robot is not at rest.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

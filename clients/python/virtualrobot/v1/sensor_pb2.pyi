@@ -229,20 +229,22 @@ class ContactReading(_message.Message):
     def __init__(self, contacts: _Optional[_Iterable[_Union[Contact, _Mapping]]] = ...) -> None: ...
 
 class Contact(_message.Message):
-    __slots__ = ("element", "other", "distance_meters", "point", "other_point", "normal")
+    __slots__ = ("element", "other", "distance_meters", "point", "other_point", "normal", "force")
     ELEMENT_FIELD_NUMBER: _ClassVar[int]
     OTHER_FIELD_NUMBER: _ClassVar[int]
     DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
     POINT_FIELD_NUMBER: _ClassVar[int]
     OTHER_POINT_FIELD_NUMBER: _ClassVar[int]
     NORMAL_FIELD_NUMBER: _ClassVar[int]
+    FORCE_FIELD_NUMBER: _ClassVar[int]
     element: str
     other: str
     distance_meters: float
     point: _geometry_pb2.Vector3
     other_point: _geometry_pb2.Vector3
     normal: _geometry_pb2.Vector3
-    def __init__(self, element: _Optional[str] = ..., other: _Optional[str] = ..., distance_meters: _Optional[float] = ..., point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., other_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., normal: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
+    force: _geometry_pb2.Vector3
+    def __init__(self, element: _Optional[str] = ..., other: _Optional[str] = ..., distance_meters: _Optional[float] = ..., point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., other_point: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., normal: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., force: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ...) -> None: ...
 
 class ImuReading(_message.Message):
     __slots__ = ("angular_velocity", "linear_acceleration", "magnetic_field")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from urllib.parse import unquote, urlsplit
 
 from paho.mqtt.client import Client, MQTTMessage
@@ -21,6 +21,10 @@ QUALITY = 1
 
 LOGIN = ("Bad user name or password", "Not authorized")
 """Reasons of a refusal that another user or password may mend."""
+
+
+Event = dict[Entry, object] | PeerError | None
+"""Event of a broker: values of topics, that it refuses or is gone, or (None) that it has done as it was asked."""
 
 
 def payload_of(entry: Entry, raw: Raw) -> bytes:
@@ -58,15 +62,15 @@ class MqttClient(Peer):
         self._mapping = mapping
         self._entries = {entry.place: entry for entry in mapping.entries if entry.incoming}
         self._client: Client | None = None
-        self._events: asyncio.Queue[dict[Entry, object] | PeerError | None] = asyncio.Queue()
+        self._events: asyncio.Queue[Event] = asyncio.Queue()
 
     async def open(self) -> None:
         """Connect and subscribe."""
         loop = asyncio.get_running_loop()
-        events: asyncio.Queue[dict[Entry, object] | PeerError | None] = asyncio.Queue()
+        events: asyncio.Queue[Event] = asyncio.Queue()
         self._events = events
 
-        def tell(event: dict[Entry, object] | PeerError | None) -> None:
+        def tell(event: Event) -> None:
             with contextlib.suppress(RuntimeError):  # the loop has ended meanwhile
                 loop.call_soon_threadsafe(events.put_nowait, event)
 
@@ -76,12 +80,21 @@ class MqttClient(Peer):
         def disconnected(client: Client, data: object, flags: object, reason: object, properties: object) -> None:
             tell(PeerError(f"the broker is gone: {reason}"))
 
+        def subscribed(
+            client: Client, data: object, number: int, reasons: Sequence[object], properties: object
+        ) -> None:
+            # The answer has a reason for each topic, in the order of the question (MQTT 3.1.1, 3.9.3).
+            answers = zip(self._entries, reasons, strict=True)
+            refused = [topic for topic, reason in answers if getattr(reason, "is_failure", False)]
+            tell(PeerError(self._unheard(refused)) if refused else None)
+
         def message(client: Client, data: object, message: MQTTMessage) -> None:
             if (entry := self._entries.get(message.topic)) is not None:
                 tell({entry: value_of(entry, bytes(message.payload))})
 
         client = self._client = Client(CallbackAPIVersion.VERSION2, reconnect_on_failure=False)
-        client.on_connect, client.on_disconnect, client.on_message = connected, disconnected, message
+        client.on_connect, client.on_disconnect = connected, disconnected
+        client.on_subscribe, client.on_message = subscribed, message
         if self._user is not None:
             client.username_pw_set(self._user, self._password)
         client.connect_timeout = self._mapping.timeout
@@ -92,20 +105,37 @@ class MqttClient(Peer):
         except (OSError, ValueError) as error:
             raise PeerError(f"nobody answers: {error}") from error
         client.loop_start()
-        try:
-            first = await asyncio.wait_for(events.get(), 2 * self._mapping.timeout)
-        except TimeoutError as error:
-            raise PeerError("the broker says nothing") from error
-        if isinstance(first, PeerError):
-            raise first
+        await self._answer(events)
         if self._entries:
             client.subscribe([(topic, QUALITY) for topic in self._entries])
+            told: list[Event] = []
+            while (event := await self._answer(events)) is not None:
+                told.append(event)  # a broker may send what it retains before it answers
+            while not events.empty():
+                told.append(events.get_nowait())
+            for event in told:
+                events.put_nowait(event)
+
+    async def _answer(self, events: asyncio.Queue[Event]) -> dict[Entry, object] | None:
+        """Return the next event, None for an answer; raise PeerError for a refusal, and where there is none."""
+        try:
+            event = await asyncio.wait_for(events.get(), 2 * self._mapping.timeout)
+        except TimeoutError as error:
+            raise PeerError("the broker says nothing") from error
+        if isinstance(event, PeerError):
+            raise event
+        return event
 
     def _refusal(self, reason: str) -> str:
         if reason not in LOGIN:
             return f"the broker refuses: {reason}"
         who = "a login without a user" if self._user is None else f"the login of {self._user!r}"
         return f"the broker refuses {who}: {reason}; user and password stand in mqtt://USER:PASSWORD@HOST:PORT"
+
+    def _unheard(self, topics: Sequence[str]) -> str:
+        who = "whoever logs in without a user" if self._user is None else repr(self._user)
+        which = f"topic{'s' if len(topics) > 1 else ''} {', '.join(map(repr, topics))}"
+        return f"the broker does not let {who} hear the {which}; its access list says who may"
 
     async def read(self) -> dict[Entry, object]:
         """Wait for the next message."""

@@ -29,7 +29,7 @@ MODES = {
 """Faults that are modes in which the controller takes no setpoints, alike."""
 LASTING = frozenset({"nan", "power", "silent"})
 """Faults whose value is how many cycles they last."""
-_VALUES = {"displaced": 0.1, "slow": 0.5, "nan": 1.0, "silent": math.inf}
+_VALUES = {"displaced": 0.1, "slow": 0.5, "nan": 1.0, "silent": math.inf, "late": 0.08}
 """Value of a fault that says none; the controller takes a second to start."""
 _AT_REST = 1e-12
 _REACHED = 1e-9

@@ -17,6 +17,8 @@ from virtualrobot_plugins.drivers.loopback.settings import LoopbackSettings
 
 SILENT_CYCLES = 3
 """Number of cycles without a word of the controller's after which it is told to be silent."""
+LATEST_SECONDS = 10.0
+"""Longest time (s) by which a driver is late that is to be late."""
 FLOOD = 64 * 1024
 """Number of characters that a driver prints each cycle that floods."""
 
@@ -134,6 +136,10 @@ class Loopback(Driver):
         if self._port is not None:
             self._port.serve()
         controller = self.controller
+        if "late" in controller.active:
+            late = controller.value("late")
+            del controller.active["late"]
+            time.sleep(min(max(0.0, late), LATEST_SECONDS))
         controller.advance(int(self._now() * self.settings.rate))
         if "raises" in controller.active:
             del controller.active["raises"]

@@ -21,6 +21,7 @@ What = Literal[
     "stuck",
     "displaced",
     "slow",
+    "late",
     "hand_guided",
     "local",
 ]
@@ -40,8 +41,9 @@ class Fault:
     value: Annotated[
         float | None,
         Meta(
-            description="`displaced`: by how far (rad, m; 0.1); `slow`: share of the speed (0.5); `nan`, `power`, "
-            "`silent`: number of cycles that it lasts (1, those of a second, for ever)."
+            description="`displaced`: by how far (rad, m; 0.1); `slow`: share of the speed (0.5); `late`: by how much "
+            "(s; 0.08, at most 10); `nan`, `power`, `silent`: number of cycles that it lasts (1, those of a second, "
+            "for ever)."
         ),
     ] = None
 

@@ -123,8 +123,8 @@ def begin(client: Client, tallies: Mapping[str, Tally]) -> None:
         elif connected[robot].state == "error":
             print(f"{robot} was in ERROR: {connected[robot].text}", flush=True)
             connect(client, robot, tally)
-    if drivers.stopped:
-        drivers.release()
+    if client.cell.stopped:
+        client.cell.release()
     for robot in tallies:
         drivers.set_mode(robot, "execute")
 

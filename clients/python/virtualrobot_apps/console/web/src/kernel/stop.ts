@@ -1,55 +1,61 @@
-// STOP: for everybody, always, by two ways at once, and it tells when the robots stand.
-import { effect, signal } from "@preact/signals";
-import { MotionService } from "../generated/virtualrobot/v1/motion_pb";
+// STOP: for everybody, always, by two ways at once; the cell stays stopped until somebody releases it.
+import { fromJson, type JsonValue } from "@bufbuild/protobuf";
+import { computed, effect, signal } from "@preact/signals";
+import { DriverService, StopCellResponseSchema } from "../generated/virtualrobot/v1/driver_pb";
 import { letGo } from "./jog";
 import { attempt, say } from "./messages";
-import { drivers as driverService, motions } from "./services";
-import { cell, drivers, moving } from "./world";
+import { drivers } from "./services";
+import { cell, moving } from "./world";
 
 export type Stopping = "ready" | "asked" | "braking" | "stopped";
 
-/** How far the last STOP is; "stopped" is shown for a while. */
-export const stopping = signal<Stopping>("ready");
-
-const SHOWN_MS = 2500;
 const REASON = "STOP in the console";
-let again: ReturnType<typeof setTimeout> | undefined;
+const asked = signal(false);
+
+/** How far the stop of the cell is, whoever asked for it. */
+export const stopping = computed<Stopping>(() => {
+  if (cell.value?.stopped) return moving.value ? "braking" : "stopped";
+  return asked.value ? "asked" : "ready";
+});
 
 /** Stops all robots on their paths, by the page's socket and by a request of its own, whichever gets through first. */
 export async function stop(): Promise<void> {
-  clearTimeout(again);
   letGo();
-  stopping.value = "asked";
-  const address = `/${MotionService.typeName}/Stop`;
-  const asked = { method: "POST", headers: { "content-type": "application/json", "client-name": "console" }, body: "{}" };
-  const byRequest = fetch(address, { ...asked, keepalive: true }).then(async (reply) => {
-    if (!reply.ok) throw new Error(((await reply.json()) as { message: string }).message);
-  });
-  const bySocket = motions.stop({});
-  if (drivers.peek().length > 0) void attempt(driverService.stopCell({ reason: REASON }));
+  asked.value = true;
   try {
-    await Promise.any([bySocket, byRequest]);
-    stopping.value = "braking";
+    const { cell: told } = await Promise.any([drivers.stopCell({ reason: REASON }), stopByRequest()]);
+    cell.value = told;
   } catch (error) {
-    stopping.value = "ready";
     const [first] = (error as AggregateError).errors as Error[];
     say(`STOP was not heard: ${first.message}. Use the robot's own stop.`, "error");
+  } finally {
+    asked.value = false;
   }
 }
 
-/** Lets real robots move again after a STOP; nothing moves by that. */
-export async function release(): Promise<void> {
-  await attempt(driverService.releaseCell({}));
+async function stopByRequest() {
+  const reply = await fetch(`/${DriverService.typeName}/StopCell`, {
+    method: "POST",
+    headers: { "content-type": "application/json", "client-name": "console" },
+    body: JSON.stringify({ reason: REASON }),
+    keepalive: true,
+  });
+  const said = (await reply.json()) as JsonValue;
+  if (!reply.ok) throw new Error((said as { message: string }).message);
+  return fromJson(StopCellResponseSchema, said, { ignoreUnknownFields: true });
 }
+
+/** Lets robots move again after a STOP; nothing moves by that. */
+export async function release(): Promise<void> {
+  const answer = await attempt(drivers.releaseCell({}));
+  if (answer) cell.value = answer.cell;
+}
+
+let before = stopping.peek();
 
 effect(() => {
-  if (stopping.value !== "braking" || moving.value) return;
-  stopping.value = "stopped";
-  say("stopped: all robots stand", "warning");
-  again = setTimeout(() => (stopping.value = "ready"), SHOWN_MS);
+  const now = stopping.value;
+  if (now === "stopped" && before !== now) say(`stopped by ${cell.peek()?.stoppedBy}: all robots stand, until somebody releases them`, "warning");
+  if (now === "ready" && (before === "stopped" || before === "braking")) say("robots may move again", "good");
+  before = now;
 });
-
-/** Returns whether real robots are stopped until somebody releases them. */
-export function isLatched(): boolean {
-  return cell.value?.stopped ?? false;
-}

@@ -31,14 +31,13 @@ export function Pendant() {
         <section>
           <h4>
             Tool in world
+            <span class="grow" />
+            <button type="button" class="chip" title="Keep this place as a target of the world" aria-label="Teach target" onClick={() => void teach(name)}>
+              <Icon name="map-pin" size={13} />Teach
+            </button>
             <NotationChoice />
           </h4>
           <PoseFields pose={state.worldTTcp} write={(pose) => void goal.ask(name, pose)} />
-          <div class="row">
-            <button type="button" class="button grow" title="Keep this place as a target of the world" onClick={() => void teach(name)}>
-              <Icon name="map-pin" size={14} />Teach target
-            </button>
-          </div>
         </section>
         <Tools robot={name} state={state} />
         <Branches />

@@ -4,7 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import UPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
-import { chosen, hearers, robots, states } from "../kernel/world";
+import { chosen, hearers, robots, simulationTime, states } from "../kernel/world";
 import { Choice } from "../parts/choice";
 import { Icon } from "../parts/icons";
 import { fixed, unitOf } from "../parts/numbers";
@@ -15,6 +15,8 @@ type Quantity = "positions" | "velocities";
 const COLORS = ["#4b9dff", "#ff9e4a", "#4cc38a", "#f0616d", "#c58bff", "#4ecdc4", "#ffd65c", "#9aa7b5"];
 const MOST = 900;
 const LEGEND_ROWS = 12;
+/** Length (s) of the axis where there is one moment alone. */
+const HELD_SECONDS = 1;
 
 const quantity = signal<Quantity>("positions");
 const paused = signal(false);
@@ -24,9 +26,12 @@ const samples: { times: number[]; positions: number[][]; velocities: number[][] 
 effect(() => {
   void chosen.value;
   forget();
+  take(simulationTime.peek());
 });
 
-hearers.states.add((time) => {
+hearers.states.add(take);
+
+function take(time: number): void {
   const state = states.peek().get(chosen.peek());
   if (!state || paused.peek()) return;
   const last = samples.times.at(-1);
@@ -36,7 +41,18 @@ hearers.states.add((time) => {
   samples.times.push(time);
   samples.positions.push(state.positions);
   samples.velocities.push(state.velocities);
-});
+}
+
+/** Returns what is drawn: nothing is told while nothing moves, so the last values are held until now. */
+function held(): { times: number[]; rows: number[][] } {
+  const { times } = samples, rows = samples[quantity.peek()];
+  const first = times[0], last = times[times.length - 1], now = Math.max(last, simulationTime.peek());
+  const before = now === first ? [first - HELD_SECONDS] : [], after = now > last ? [now] : [];
+  return {
+    times: [...before, ...times, ...after],
+    rows: [...before.map(() => rows[0]), ...rows, ...after.map(() => rows[rows.length - 1])],
+  };
+}
 
 function forget(): void {
   samples.times = [];
@@ -126,8 +142,8 @@ function draw(host: HTMLElement, shown: readonly Column[]): () => void {
   const plot = new UPlot(options, [[], ...shown.map(() => [])], host);
   const update = () => {
     if (paused.peek() || samples.times.length === 0) return;
-    const rows = samples[quantity.peek()];
-    plot.setData([samples.times, ...shown.map(({ place, factor }) => rows.map((row) => row[place] * factor))]);
+    const { times, rows } = held();
+    plot.setData([times, ...shown.map(({ place, factor }) => rows.map((row) => row[place] * factor))]);
   };
   update();
   const timer = setInterval(update, 100);

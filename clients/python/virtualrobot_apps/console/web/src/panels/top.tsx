@@ -3,9 +3,9 @@ import { ClockMode } from "../generated/virtualrobot/v1/kernel_pb";
 import { attempt } from "../kernel/messages";
 import { redo, setSpeedFactor, undo } from "../kernel/orders";
 import * as service from "../kernel/services";
-import { isLatched, release, stop, stopping } from "../kernel/stop";
+import { stop, stopping } from "../kernel/stop";
 import { holdTime } from "../kernel/watches";
-import { cell, clock, leases, simulationTime, speedFactor } from "../kernel/world";
+import { clock, leases, simulationTime, speedFactor } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { switchTheme, theme } from "../parts/theme";
 import { FileButtons } from "./files";
@@ -30,12 +30,7 @@ export function Top() {
       <button type="button" class="tool" title={dark ? "Light theme" : "Dark theme"} onClick={switchTheme}>
         <Icon name={dark ? "sun" : "moon"} />
       </button>
-      {isLatched() && (
-        <button type="button" class="button" title={`${cell.value?.reason ?? ""} - robots may move again; nothing moves by this`} onClick={() => void release()}>
-          Release robots
-        </button>
-      )}
-      <button type="button" class={`stop ${stopping.value}`} id="stop" title="Stops all robots on their paths (Space)" onClick={() => void stop()}>
+      <button type="button" class={`stop ${stopping.value}`} id="stop" title="Stops all robots on their paths, until somebody releases them (Space)" onClick={() => void stop()}>
         <Icon name="stop" size={18} width={2.4} />
         <span role="status">{WORDS[stopping.value]}</span>
       </button>

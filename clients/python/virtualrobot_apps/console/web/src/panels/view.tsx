@@ -14,6 +14,7 @@ import { Viewport } from "../view/viewport";
 import { Loading } from "./loading";
 import { Placing } from "./placing";
 import { Question } from "./question";
+import { Stopped } from "./stopped";
 
 export const viewport: { current?: Viewport } = {};
 
@@ -35,6 +36,7 @@ export function View() {
       <Placing />
       <Loading />
       <Question />
+      <Stopped />
     </main>
   );
 }

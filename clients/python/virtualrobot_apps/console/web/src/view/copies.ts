@@ -65,6 +65,8 @@ export class Silhouette {
 /** Translucent copy of nodes at other places; depth first and colour after it, so that no faces inside are seen. */
 export class Ghost {
   readonly group = new THREE.Group();
+  /** Whether it is asked for where it stands. */
+  isAwaited = false;
   #first = new THREE.MeshBasicMaterial({ colorWrite: false, transparent: true });
   #second: THREE.MeshStandardMaterial;
 
@@ -94,6 +96,7 @@ export class Ghost {
   }
 
   hide(): void {
+    this.isAwaited = false;
     this.group.clear();
   }
 }

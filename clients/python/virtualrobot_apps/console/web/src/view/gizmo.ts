@@ -25,14 +25,14 @@ export class Gizmo {
   dragging = false;
 
   constructor(private readonly view: Viewport) {
-    this.#controls = new TransformControls(view.camera, view.canvas);
+    this.#controls = new TransformControls(view.observer.camera, view.canvas);
     this.#controls.setSize(0.62);
     this.#controls.setColors(0xf0616d, 0x4cc38a, 0x4b9dff, 0xffd65c);
     this.objects = [this.#handle, this.#controls.getHelper()];
     this.#controls.addEventListener("change", () => view.invalidate());
     this.#controls.addEventListener("dragging-changed", ({ value }) => {
       this.dragging = Boolean(value);
-      view.setOrbiting(!this.dragging);
+      view.observer.orbit.enabled = !this.dragging;
     });
     this.#controls.addEventListener("objectChange", () => this.dragging && this.#ask());
     hearers.states.add(() => this.#follow());
@@ -73,18 +73,22 @@ export class Gizmo {
       return;
     }
     const { robot, jointPositions } = shown;
+    this.view.ghost.isAwaited = true;
+    this.view.invalidate();
     const said = await attempt(robotService.solveForward({ robot, jointPositions }));
-    if (said?.worldTLink === undefined || number !== this.#showing) return;
+    if (number !== this.#showing) return;
+    this.view.ghost.isAwaited = false;
+    if (said?.worldTLink === undefined) return;
     const rows = ofArray(said.worldTLink);
     const links = new Map(said.links.map((name, place) => [name, readRow(rows, place, new Matrix4())]));
     const there = new Map<string, Matrix4>();
     for (const name of below(robot)) {
       let link = name;
       while (link && !links.has(link)) link = items.peek().get(link)?.parent ?? "";
-      const now = this.view.places.get(name), linkNow = this.view.places.get(link), linkThere = links.get(link);
+      const now = this.view.solids.places.get(name), linkNow = this.view.solids.places.get(link), linkThere = links.get(link);
       if (now && linkNow && linkThere) there.set(name, linkThere.clone().multiply(linkNow.clone().invert()).multiply(now));
     }
-    this.view.ghost.show(there, this.view.pieces, this.view.places);
+    this.view.ghost.show(there, this.view.solids.pieces, this.view.solids.places);
     this.view.invalidate();
   }
 }

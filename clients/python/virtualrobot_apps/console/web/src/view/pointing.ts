@@ -17,8 +17,8 @@ export function surfaceAt(viewport: Viewport, { clientX, clientY }: { clientX: n
   const area = viewport.canvas.getBoundingClientRect();
   const pointer = new THREE.Vector2((2 * (clientX - area.left)) / area.width - 1, 1 - (2 * (clientY - area.top)) / area.height);
   const ray = new THREE.Raycaster();
-  ray.setFromCamera(pointer, viewport.camera);
-  const [nearest] = hits(viewport, ray).sort((one, other) => one.distance - other.distance);
+  ray.setFromCamera(pointer, viewport.observer.camera);
+  const [nearest] = hits(viewport.solids, ray).sort((one, other) => one.distance - other.distance);
   const point = nearest?.point ?? ray.ray.intersectPlane(FLOOR, new THREE.Vector3());
   if (!point || point.length() > MOST_METERS) return undefined;
   const normal = nearest?.face && nearest.face.normal.clone().transformDirection(nearest.object.matrixWorld);
@@ -30,7 +30,7 @@ function snapped(meters: number): number {
   return Math.round(meters / STEP_METERS) * STEP_METERS;
 }
 
-function hits({ pieces, places }: Viewport, ray: THREE.Raycaster): THREE.Intersection[] {
+function hits({ pieces, places }: Viewport["solids"], ray: THREE.Raycaster): THREE.Intersection[] {
   const found: THREE.Intersection[] = [];
   for (const [name, some] of pieces) {
     const place = places.get(name);

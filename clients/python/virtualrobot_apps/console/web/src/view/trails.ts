@@ -38,7 +38,7 @@ export function drawTraces(view: Viewport): void {
   });
   const at = new Vector3();
   const placeOf = (node: string) => {
-    const place = view.places.get(node);
+    const place = view.solids.places.get(node);
     return place && (at.setFromMatrixPosition(place).toArray() as [number, number, number]);
   };
   hearers.states.add(() => void follow(placeOf));
