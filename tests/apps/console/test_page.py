@@ -158,7 +158,8 @@ def test_all_of_the_pendant_and_the_plot_is_seen_in_low_windows(
         row(page, "iiwa").click()
         page.get_by_role("slider", name=re.compile("lbr_iiwa_joint_1, °")).click()
         expect(page.locator("#go")).to_be_visible()
-        page.wait_for_function(f"() => ({LINES})('.plot canvas', [0x4b, 0x9d, 0xff])")
+        # The second joint's; four others stand at 0, one above the other.
+        page.wait_for_function(f"() => ({LINES})('.plot canvas', [0xff, 0x9e, 0x4a])")
         for width, height in ((1280, 720), (1456, 819), (1024, 768)):
             page.set_viewport_size({"width": width, "height": height})
             for parts, whole in ((".series", ".legend"), ("#pendant > section", "#pendant")):

@@ -25,13 +25,15 @@ from tests.unit.world.builders import after, arm, empty
 FIRE = CellStop("Ada at ipv4:10.0.0.7", "fire", 1_700_000_000.25)
 SMOKE = CellStop("Bob at ipv4:10.0.0.8", "smoke", 1_700_000_009.0)
 
+KINDS = sorted(MOVING, key=lambda kind: kind.__name__)
+
 
 @pytest.fixture
 def stopped() -> Change:
     return after(empty(), arm(), StopCell(FIRE))
 
 
-@pytest.mark.parametrize("kind", sorted(MOVING, key=lambda kind: kind.__name__))
+@pytest.mark.parametrize("kind", KINDS)
 def test_whatever_moves_something_is_refused_by_who_when_and_why(stopped: Change, kind: type) -> None:
     """1700000000 s after 1970 is 2023-11-14 22:13:20 UTC (`date -u -d @1700000000`)."""
     command = object.__new__(kind)  # nothing of it is looked at

@@ -130,7 +130,7 @@ function draw(host: HTMLElement, shown: readonly Column[]): () => void {
   const options: UPlot.Options = {
     width: host.clientWidth || 300,
     height: host.clientHeight || 120,
-    padding: [10, 8, 0, 0],
+    padding: [10, 14, 0, 0],
     legend: { show: false },
     scales: { x: { time: false } },
     axes: [

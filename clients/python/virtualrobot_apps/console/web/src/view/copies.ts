@@ -67,6 +67,7 @@ export class Ghost {
   readonly group = new THREE.Group();
   /** Whether it is asked for where it stands. */
   isAwaited = false;
+  #there: Places = new Map();
   #first = new THREE.MeshBasicMaterial({ colorWrite: false, transparent: true });
   #second: THREE.MeshStandardMaterial;
 
@@ -75,12 +76,9 @@ export class Ghost {
     this.#second = new THREE.MeshStandardMaterial({ color, transparent: true, opacity: 0.45, roughness: 0.5, depthWrite: false, ...glow });
   }
 
-  get isShown(): boolean {
-    return this.group.children.length > 0;
-  }
-
   /** Shows nodes at `there`; those that are there anyhow are left out. */
   show(there: Places, pieces: Pieces, places: Places): void {
+    this.#there = there;
     this.group.clear();
     for (const [name, pose] of there) {
       const now = places.get(name);
@@ -95,8 +93,14 @@ export class Ghost {
     }
   }
 
+  /** Shows the same nodes at the same places, as they look now. */
+  renew(pieces: Pieces, places: Places): void {
+    this.show(this.#there, pieces, places);
+  }
+
   hide(): void {
     this.isAwaited = false;
+    this.#there = new Map();
     this.group.clear();
   }
 }

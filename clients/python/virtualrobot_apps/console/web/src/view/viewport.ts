@@ -78,7 +78,10 @@ export class Viewport {
 
   #frame(): void {
     this.#timer.update();
-    if (this.solids.update() && !this.observer.isPlaced && this.solids.pieces.size > 0) this.frame();
+    if (this.solids.update()) {
+      this.ghost.renew(this.solids.pieces, this.solids.places);
+      if (!this.observer.isPlaced && this.solids.pieces.size > 0) this.frame();
+    }
     this.observer.advance(this.#timer.getDelta());
     this.#tellBusy(this.#dirty || !this.solids.isComplete || this.ghost.isAwaited);
     const now = performance.now();
