@@ -164,7 +164,7 @@ async function bringText(files: Files, main: string, course: Shown): Promise<voi
   const text = await file.text();
   if (/^(steps|moves)\s*:/m.test(text)) return read(text, main);
   const sent = await upload(files, main, course);
-  const add = items.peek().size <= 1 ? "replace" : await ask({
+  const add = [...items.peek().values()].every(({ kind }) => kind === "world") ? "replace" : await ask({
     title: `Open ${lastPart(main)}`,
     text: "A cell is here already. Undo brings it back in either case.",
     answers: [["replace", "Replace it"], ["add", "Add to it"]],
