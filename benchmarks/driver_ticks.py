@@ -1,8 +1,9 @@
 """Cost of real robots to the tick: 1, 8 and 20 arms that are played by drivers, in the thread of the world.
 
 Time follows the wall clock, and drivers report each cycle, so that the world thread reads as much as it does in use;
-the far side is this process between two looks at the clock, and costs the measured time nothing. What is measured is
-the thread's processor time, which a busy machine doesn't stretch, in windows that alternate with those of the peer.
+the far side is this process between two looks at the clock, and costs the measured time nothing. The world thread has
+slept before each tick: beside other work its code and data are in no cache then, and cost several times what they do
+in a loop without sleep.
 """
 
 from __future__ import annotations

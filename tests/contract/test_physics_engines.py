@@ -34,7 +34,7 @@ class TestMujoco(PhysicsEngineContract):
 @pytest.mark.long
 class TestBullet(PhysicsEngineContract):
     component = "virtualrobot_plugins.physics/bullet"
-    facts = EngineFacts(sinking=2e-3, mixing="geometric mean")
+    facts = EngineFacts(mixing="geometric mean")
 
 
 @pytest.mark.long

@@ -191,7 +191,9 @@ class Forces:
         same = running is not None and running.structure is now.structure and running.settings is state.physics_settings
         if same and running is not None:
             layout = running.layout
-            changed = np.flatnonzero(np.any(state.parent_t_node != running.poses, (1, 2)))
+            changed = np.zeros(0, np.intp)
+            if state.parent_t_node is not running.poses:
+                changed = np.flatnonzero(np.any(state.parent_t_node != running.poses, (1, 2)))
             twists = _known(state.twists, running.scene.parts)
             if set(changed.tolist()) <= set(layout.part_rows.tolist()):
                 q, v = state.q[layout.q], state.v[layout.v]
@@ -274,8 +276,10 @@ def _known(twists: Mapping[int, Floats], uids: Sequence[int]) -> Floats:
 
 def _twists(now: Snapshot, later: Snapshot, rows: Sequence[int]) -> Floats:
     """Return the velocities (k, 6) of nodes in a tick: of origins in the axes of the world, and about their own."""
-    before, after = now.world_t_node[list(rows)], later.world_t_node[list(rows)]
     twists = np.zeros((len(rows), 6))
+    if not len(rows):
+        return twists
+    before, after = now.world_t_node[list(rows)], later.world_t_node[list(rows)]
     for at in np.flatnonzero((before != after).any(axis=(1, 2))):
         twists[at, :3] = after[at, :3, 3] - before[at, :3, 3]
         twists[at, 3:] = rotation_vector(before[at, :3, :3].T @ after[at, :3, :3])

@@ -77,6 +77,8 @@ class Running:
     def _parts_told(self, now: Snapshot, answer: Stepped) -> tuple[Sequence[Command], bool]:
         """Return the command for parts, and whether all rest."""
         layout = self.layout
+        if not len(layout.part_rows):
+            return (), True
         q, v = answer.q[layout.part_q], answer.v[layout.part_v]
         slow = (np.linalg.norm(v[:, :3], axis=1) < REST_SPEED) & (np.linalg.norm(v[:, 3:], axis=1) < REST_TURN)
         self.slow_ticks = np.where(slow, self.slow_ticks + 1, 0)

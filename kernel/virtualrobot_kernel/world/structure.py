@@ -361,9 +361,17 @@ class RobotIndex:
     q_start: tuple[int, ...]
     v_start: tuple[int, ...]
     coordinates: Mapping[str, Coordinate] = field(init=False)
+    q_slice: slice = field(init=False)
+    """Places of the robot's coordinates in q; they lie side by side."""
+    v_slice: slice = field(init=False)
+    """Places of its velocities in v."""
 
     def __post_init__(self) -> None:
         """Name the coordinates; where a joint is called as another one's coordinate, the name is the joint's."""
+        q = sum(joint.type.coordinate_count for joint in self.joints)
+        v = sum(joint.type.velocity_count for joint in self.joints)
+        object.__setattr__(self, "q_slice", slice(self.q_start[0], self.q_start[0] + q) if q else slice(0, 0))
+        object.__setattr__(self, "v_slice", slice(self.v_start[0], self.v_start[0] + v) if v else slice(0, 0))
         found = [one for place in range(len(self.joints)) for one in self._coordinates_of(place)]
         whole = [one for one in found if one.joint is self.joints[one.place]]
         object.__setattr__(self, "coordinates", {one.joint.name: one for one in (*found, *whole)})
@@ -390,18 +398,6 @@ class RobotIndex:
     def coordinates_of(self, joints: Collection[str]) -> tuple[str, ...]:
         """Return the names of the coordinates of some joints, in the robot's order."""
         return tuple(name for joint in self.joints if joint.name in joints for name in joint.coordinate_names)
-
-    @property
-    def q_slice(self) -> slice:
-        """Return the places of the robot's coordinates in q; they lie side by side."""
-        count = sum(joint.type.coordinate_count for joint in self.joints)
-        return slice(self.q_start[0], self.q_start[0] + count) if count else slice(0, 0)
-
-    @property
-    def v_slice(self) -> slice:
-        """Return the places of the robot's velocities in v; they lie side by side."""
-        count = sum(joint.type.velocity_count for joint in self.joints)
-        return slice(self.v_start[0], self.v_start[0] + count) if count else slice(0, 0)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

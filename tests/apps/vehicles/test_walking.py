@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from virtualrobot.cli import cli
 from virtualrobot_apps.vehicles.walking import demo
 from virtualrobot_apps.vehicles.walking.course import Part
-from virtualrobot_apps.vehicles.walking.gaits import HEXAPOD_GAITS
+from virtualrobot_apps.vehicles.walking.gaits import HEXAPOD_GAITS, QUADRUPED_GAITS
 from virtualrobot_apps.vehicles.walking.machine import HEXAPOD_LEGS, hexapod
 from virtualrobot_apps.vehicles.walking.play import play
 from virtualrobot_apps.vehicles.walking.terrain import SensedGround
@@ -100,3 +100,67 @@ def test_the_demo_tells_its_numbers(stepped_kernel: KernelProcess, tmp_path: Pat
     assert "mm at most, of feet on the ground" in result.output
     assert "stability margin  " in result.output
     assert ElementTree.parse(plot).getroot().tag.endswith("svg")
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("model", ["a1", "aliengo"])
+def test_quadrupeds_of_the_catalogue_crawl_and_trot(steps: virtualrobot.Client, model: str) -> None:
+    machine, ground = demo.build(steps, model)
+    walker = demo.MACHINES[model]
+    for name, cycles in (("crawl", 0.5), ("trot", 1.0)):
+        gait = QUADRUPED_GAITS[name]
+        speed = gait.speed(walker.stroke)
+        walk = plan_walk(gait, demo.stand_of(machine, model, name), [Part(cycles * gait.cycle, speed)], ground)
+        record = play(machine, walk, shown=False)
+        assert record.slips.max() < 2e-4, name
+        way = record.bodies[-1][:2, 3] - record.bodies[0][:2, 3]
+        # The course is told for some cycles, and one more brings the feet below the body.
+        assert way[0] > 0.8 * speed * cycles * gait.cycle, name
+        np.testing.assert_allclose(record.feet[-1][:, 2], machine.foot_radius, atol=1e-4)
+        # A crawl is statically stable (McGhee and Frank 1968); a trot has two feet in the air, and is not.
+        assert bool(record.margins.min() > 0.0) is (name == "crawl"), name
+        assert not steps.collisions.check().pairs
+
+
+@pytest.mark.long
+def test_a_quadruped_crawls_on_rolling_ground(steps: virtualrobot.Client, seed: int) -> None:
+    machine, ground = demo.build(steps, "a1", "rolling", seed)
+    gait = QUADRUPED_GAITS["crawl"]
+    stand = demo.stand_of(machine, "a1", "crawl", "rolling")
+    record = play(machine, plan_walk(gait, stand, [Part(0.5 * gait.cycle, 0.03)], ground), shown=False)
+    below, normals = ground(record.feet[-1][:, :2])
+    np.testing.assert_allclose((record.feet[-1][:, 2] - below) * normals[:, 2], machine.foot_radius, atol=1e-3)
+    assert record.slips.max() < 1e-4
+
+
+@pytest.mark.long
+def test_the_demo_trots(stepped_kernel: KernelProcess) -> None:
+    arguments = ["demo", "quadruped", "--gait", "trot", "--ground", "level", "--address", stepped_kernel.address]
+    result = CliRunner().invoke(cli, [*arguments, "--headless"])
+    assert result.exit_code == 0, result.output
+    assert "a1, trot on level ground: duty factor 0.5, cycle 0.5 s" in result.output
+    assert "stability margin" in result.output
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("slope", [0.0, 5.0])
+def test_a_hexapod_walks_by_forces(steps: virtualrobot.Client, slope: float) -> None:
+    machine, ground = demo.build(steps, slope=np.radians(slope), engine="mujoco")
+    gait = HEXAPOD_GAITS["tripod"]
+    speed = gait.speed(0.06)
+    walk = plan_walk(gait, demo.stand_of(machine), [Part(gait.cycle, speed)], ground)
+    record = play(machine, walk, shown=False)
+    gone = record.bodies[-1][:3, 3] - record.bodies[0][:3, 3]
+    planned = walk.bodies[-1][:3, 3] - walk.bodies[0][:3, 3]
+    assert gone == pytest.approx(planned, abs=0.1 * float(np.linalg.norm(planned)))
+    assert gone[2] == pytest.approx(gone[0] * np.tan(np.radians(slope)), abs=0.01)
+    # It stands as high above the ground, and as level with it, as it is planned.
+    np.testing.assert_allclose(record.bodies[:, 2, 2], np.cos(np.radians(slope)), atol=0.01)
+    assert record.margins.min() > 0.0
+    assert steps.physics.status.fault == ""
+
+
+def test_by_forces_it_walks_on_level_ground() -> None:
+    result = CliRunner().invoke(cli, ["demo", "hexapod", "--physics", "mujoco"])
+    assert result.exit_code == 2
+    assert "--slope and --physics are of level ground: say --ground level" in result.output

@@ -48,8 +48,9 @@ def lockstep(
     The program reads a line of JSON from its input for each state, and writes one to its output for each command:
     {"twist": [0.3, 0, 0.1]}, {"positions": {...}}, {"velocities": {...}}, with "signals" and "done".
     """
-    from virtualrobot_apps.lockstep.exchange import Lockstep, pacing
+    from virtualrobot_apps.lockstep.exchange import Lockstep
     from virtualrobot_apps.lockstep.wire import ProgramWire, SocketWire, listen
+    from virtualrobot_apps.pace import Pace
 
     if bool(program) == (port is not None):
         raise click.UsageError("say which controller: a PROGRAM behind --, or a --port at which one connects")
@@ -62,5 +63,5 @@ def lockstep(
                 click.echo(f"waiting for a controller at 127.0.0.1:{server.getsockname()[1]}")
                 wire = SocketWire(server, timeout)
         with closing(wire):
-            run = steps.run(wire, timeout, seconds, pacing(pace))
+            run = steps.run(wire, timeout, seconds, Pace(pace).keep)
     click.echo(f"{run.steps} steps, {run.seconds:.3f} s: {run.end}")

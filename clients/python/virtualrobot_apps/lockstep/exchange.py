@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -158,17 +157,6 @@ class Lockstep:
             "heading": math.atan2(place[1, 0], place[0, 0]),
             "world_t_tcp": place.tolist(),
         }
-
-
-def pacing(factor: float) -> Callable[[float], None]:
-    """Return what waits until so many simulated seconds go by in a second of the wall clock; 0: waits never."""
-    begun = time.monotonic()
-
-    def wait(now: float) -> None:
-        if factor > 0.0:
-            time.sleep(max(0.0, begun + now / factor - time.monotonic()))
-
-    return wait
 
 
 def _option(kind: str) -> str:

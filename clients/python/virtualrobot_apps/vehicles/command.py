@@ -1,7 +1,8 @@
-"""`virtualrobot demo auv`, `boebot`, `hexapod`, `maze`, `ugv`: they start a kernel, lead a machine, and end it."""
+"""`virtualrobot demo auv`, `boebot`, `hexapod`, `maze`, `quadruped`, `ugv`: a kernel with a machine that is led."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,6 +19,9 @@ PLOT = click.option("--plot", type=click.Path(path_type=Path, dir_okay=False), m
 HEADLESS = click.option("--headless", is_flag=True, help="Open no viewer.")
 SPEED = click.option(
     "--speed", type=FiniteRange(0.01, 100.0), help="Simulated seconds for each second of the wall clock."
+)
+PHYSICS = click.option(
+    "--physics", default="none", show_default=True, metavar="ENGINE", help="By forces: `mujoco`, `bullet`."
 )
 
 
@@ -43,11 +47,12 @@ def auv(target: Target, mission: Path | None, plot: Path | None, headless: bool,
 
 @click.command()
 @click.option("--side", type=FiniteRange(0.5, 50.0), default=2.0, show_default=True, help="Side of the square (m).")
+@PHYSICS
 @PLOT
 @HEADLESS
 @SPEED
 @target_options
-def ugv(target: Target, side: float, plot: Path | None, headless: bool, speed: float | None) -> None:
+def ugv(target: Target, side: float, physics: str, plot: Path | None, headless: bool, speed: float | None) -> None:
     """Watch a UGV drive a square by waypoints, with a PI and then with a PID controller.
 
     In steps, as fast as the wall clock, without viewer as fast as it can. Starts a kernel of its own and ends it; with
@@ -56,13 +61,16 @@ def ugv(target: Target, side: float, plot: Path | None, headless: bool, speed: f
     from virtualrobot_apps.vehicles import ugv
 
     with stepped(target, plot, headless) as client:
-        ugv.main(client, side, plot, pace_of(speed, headless))
+        ugv.main(client, side, plot, pace_of(speed, headless), physics)
 
 
 GROUND = click.option(
     "--ground", type=click.Choice(["level", "rolling"]), default="rolling", show_default=True, help="What it walks on."
 )
 SEED = click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Seed of rolling ground.")
+SLOPE = click.option(
+    "--slope", type=FiniteRange(-45.0, 45.0), default=0.0, show_default=True, help="Slope of level ground (degrees)."
+)
 
 
 @click.command()
@@ -71,12 +79,22 @@ SEED = click.option("--seed", type=click.IntRange(0), default=1, show_default=Tr
 )
 @GROUND
 @SEED
+@SLOPE
+@PHYSICS
 @PLOT
 @HEADLESS
 @SPEED
 @target_options
 def hexapod(
-    target: Target, gait: str, ground: str, seed: int, plot: Path | None, headless: bool, speed: float | None
+    target: Target,
+    gait: str,
+    ground: str,
+    seed: int,
+    slope: float,
+    physics: str,
+    plot: Path | None,
+    headless: bool,
+    speed: float | None,
 ) -> None:
     """Watch a hexapod walk: its steps, its support polygon, and how far it is from falling.
 
@@ -85,8 +103,42 @@ def hexapod(
     """
     from virtualrobot_apps.vehicles.walking import demo
 
+    check_ground(ground, slope, physics)
     with stepped(target, plot, headless) as client:
-        demo.main(client, "hexapod", gait, ground, seed, plot, pace_of(speed, headless))
+        pace = pace_of(speed, headless)
+        demo.main(client, "hexapod", gait, ground, seed, plot, pace, math.radians(slope), physics)
+
+
+@click.command()
+@click.option(
+    "--model", type=click.Choice(["a1", "aliengo"]), default="a1", show_default=True, help="Which of the catalogue."
+)
+@click.option("--gait", type=click.Choice(["crawl", "trot"]), default="crawl", show_default=True, help="How it steps.")
+@GROUND
+@SEED
+@PLOT
+@HEADLESS
+@SPEED
+@target_options
+def quadruped(
+    target: Target,
+    model: str,
+    gait: str,
+    ground: str,
+    seed: int,
+    plot: Path | None,
+    headless: bool,
+    speed: float | None,
+) -> None:
+    """Watch a quadruped of the catalogue walk: its steps, its support polygon, and how far it is from falling.
+
+    In steps, as fast as the wall clock, without viewer as fast as it can. Starts a kernel of its own and ends it; with
+    --address the quadruped replaces the world of a kernel that runs already.
+    """
+    from virtualrobot_apps.vehicles.walking import demo
+
+    with stepped(target, plot, headless) as client:
+        demo.main(client, model, gait, ground, seed, plot, pace_of(speed, headless))
 
 
 @click.command()
@@ -111,14 +163,17 @@ def boebot(target: Target, plot: Path | None, headless: bool, speed: float | Non
 @click.option("--size", type=click.IntRange(2, 50), default=4, show_default=True, help="Cells along a side.")
 @click.option("--seed", type=click.IntRange(0), default=1, show_default=True, help="Which maze of that size.")
 @click.option("--mazes", type=click.IntRange(1, 49), default=1, show_default=True, help="How many, each a cell larger.")
+@click.option("--seeds", type=click.IntRange(1, 1000), default=1, show_default=True, help="How many of each size.")
 @PLOT
 @HEADLESS
 @SPEED
 @target_options
 def maze(
-    target: Target, size: int, seed: int, mazes: int, plot: Path | None, headless: bool, speed: float | None
+    target: Target, size: int, seed: int, mazes: int, seeds: int, plot: Path | None, headless: bool, speed: float | None
 ) -> None:
     """Watch a Boe-Bot pass mazes by the right-hand rule and three sonars.
+
+    With --mazes and --seeds it is a study: several mazes of each size, counted in a table.
 
     In steps, as fast as the wall clock, without viewer as fast as it can. Starts a kernel of its own and ends it; with
     --address the maze replaces the world of a kernel that runs already.
@@ -129,7 +184,13 @@ def maze(
     if size + mazes - 1 > LARGEST:
         raise click.UsageError(f"--size and --mazes: the largest maze has {LARGEST} cells along a side")
     with stepped(target, plot, headless) as client:
-        maze_run.main(client, size, seed, mazes, plot, pace_of(speed, headless))
+        maze_run.main(client, size, seed, mazes, plot, pace_of(speed, headless), seeds)
+
+
+def check_ground(ground: str, slope: float, physics: str) -> None:
+    """Refuse slopes and physics on rolling ground."""
+    if ground == "rolling" and (slope or physics != "none"):
+        raise click.UsageError("--slope and --physics are of level ground: say --ground level")
 
 
 @contextmanager

@@ -16,10 +16,10 @@ from virtualrobot import Client
 from virtualrobot.scene.figures import lines
 
 from virtualrobot_apps.chart import Panel, chart
+from virtualrobot_apps.pace import Pace
 from virtualrobot_apps.vehicles.autopilot import Autopilot
 from virtualrobot_apps.vehicles.guidance import Floats
 from virtualrobot_apps.vehicles.mission import Follow, Mission, Step, read_mission
-from virtualrobot_apps.vehicles.pace import Pace
 from virtualrobot_apps.vehicles.vehicle_file import VehicleFile, read
 
 ROBOT = "rov"

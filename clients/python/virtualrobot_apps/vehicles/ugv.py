@@ -15,7 +15,7 @@ from virtualrobot import Client
 from virtualrobot.scene.figures import lines
 
 from virtualrobot_apps.chart import Panel, chart, plan, stacked
-from virtualrobot_apps.vehicles.pace import Pace
+from virtualrobot_apps.pace import Pace
 from virtualrobot_apps.vehicles.waypoints import (
     CONTROLLERS,
     FASTEST,
@@ -30,6 +30,9 @@ from virtualrobot_apps.vehicles.waypoints import (
 ROBOT = "ugv"
 SIDE = 2.0
 """Side of the square (m)."""
+NO_PHYSICS = "none"
+FRICTION = 0.8
+"""Friction of the floor: that of the wheels, as the document has it."""
 LONGEST = 120.0
 """Simulation time (s) after which a run is given up."""
 
@@ -56,20 +59,24 @@ class Record:
         return float(np.sqrt(np.mean(self.cross_track**2)))
 
 
-def main(client: Client, side: float = SIDE, plot: Path | None = None, pace: float = 0.0) -> dict[str, Record]:
+def main(
+    client: Client, side: float = SIDE, plot: Path | None = None, pace: float = 0.0, engine: str = NO_PHYSICS
+) -> dict[str, Record]:
     """Replace the world by a UGV, drive a square with each controller, print the numbers, and return the runs by name.
 
-    `pace` are simulated seconds for each second of the wall clock; 0: as fast as it can be.
+    `pace` are simulated seconds for each second of the wall clock; 0: as fast as it can be. With an `engine` it stands
+    and rolls on its wheels and its caster by forces.
     """
     points = square(side)
+    by = "" if engine == NO_PHYSICS else f" by {engine}"
     print(
-        f"UGV, square of {side:g} m: waypoints within {REACHED:g} m, at most {FASTEST:g} m/s and {QUICKEST:g} rad/s, "
-        f"{1.0 / PERIOD:g} Hz",
+        f"UGV{by}, square of {side:g} m: waypoints within {REACHED:g} m, at most {FASTEST:g} m/s and {QUICKEST:g} "
+        f"rad/s, {1.0 / PERIOD:g} Hz",
         flush=True,
     )
     records: dict[str, Record] = {}
     for name, gains in CONTROLLERS.items():
-        build(client, points)
+        build(client, points, engine)
         record = records[name] = drive(client, Waypoints(points, gains), pace)
         end = f"{record.times[-1]:.1f} s" if len(record.reached) == len(points) else "not done"
         print(
@@ -84,11 +91,15 @@ def main(client: Client, side: float = SIDE, plot: Path | None = None, pace: flo
     return records
 
 
-def build(client: Client, points: list) -> None:
-    """Replace the world by a floor, the UGV at its origin, and the waypoints."""
+def build(client: Client, points: list, engine: str = NO_PHYSICS) -> None:
+    """Replace the world by a floor, the UGV at its origin, and the waypoints; with an engine it moves by forces."""
     client.scene.clear()
-    client.scene.add_object("floor", virtualrobot.box(8.0, 8.0, 0.1, color="#b8bcc0"), pose=virtualrobot.pose(z=-0.05))
-    client.load_robot(f"model://{ROBOT}", name=ROBOT, base="planar")
+    floor = virtualrobot.box(8.0, 8.0, 0.1, color="#b8bcc0").with_surface(friction=FRICTION)
+    client.scene.add_object("floor", floor, pose=virtualrobot.pose(z=-0.05))
+    client.physics.set(engine)
+    client.load_robot(f"model://{ROBOT}", name=ROBOT, base="planar" if engine == NO_PHYSICS else "floating")
+    if engine != NO_PHYSICS:
+        client.physics.enable(ROBOT)
     corners = np.array([(0.0, 0.0, 0.01), *((x, y, 0.01) for x, y in points)])
     client.scene.add_annotation("way", lines(corners, color="#1f5fa8", width=3))
     client.view.set_camera(position=(1.0, -3.5, 3.5), target=(1.0, 0.8, 0.0))

@@ -20,6 +20,8 @@ BOUNCES_FROM = 0.02
 """Least speed of an impact that sends something back (m/s)."""
 TOUCHES_FROM = 1e-4
 """Distance from which on two bodies touch (m): from farther away, Bullet would slow what is about to bounce."""
+HULL_MARGIN = 1e-4
+"""Shell (m) around a hull that is a body's only shape; Bullet's own, which hulls of several have, is 1 mm thick."""
 FASTEST = 1000.0
 """Largest velocity of a joint (rad/s, m/s); Bullet's own choice would be 100."""
 
@@ -138,6 +140,8 @@ def _set_dynamics(bullet: Any, client: int, body: int, link: int, one: Body, *, 
     bullet.changeDynamics(
         body, link, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST, physicsClientId=client
     )
+    if len(one.shapes) == 1 and one.shapes[0].kind is ShapeKind.HULL:
+        bullet.changeDynamics(body, link, collisionMargin=HULL_MARGIN, physicsClientId=client)
     if surface.stiffness:
         bullet.changeDynamics(
             body,

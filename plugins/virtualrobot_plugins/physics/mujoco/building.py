@@ -24,6 +24,8 @@ LEAST_SUBSTEPS = 2.0
 """The least one that MuJoCo takes."""
 BOUNCE_SUBSTEPS = 20.0
 """Duration of an elastic impact, in substeps: fewer don't resolve its spring."""
+LEAST_DAMPING = 1e-4
+"""Least damping ratio of what bounces: MuJoCo's stiffness is the inverse of its square, times that of a time."""
 BOUNCE_IMPEDANCE = (0.99, 0.99, 0.001, 0.5, 2.0)
 """Impedance (d0, dmax, width, midpoint, power) of contacts that bounce: constant, so that restitution is as said."""
 MOVES, STAYS = 1, 2
@@ -113,8 +115,8 @@ def _surfaced(geom: Any, surface: Surface, mass: float, seconds: float) -> None:
         geom.condim = 1
     stiff = STIFF_SUBSTEPS * seconds, STIFF_DAMPING
     if surface.restitution:
-        ratio = damping_ratio(surface.restitution)
-        geom.solref = BOUNCE_SUBSTEPS * seconds / math.pi / max(ratio, 1e-6), ratio
+        ratio = max(damping_ratio(surface.restitution), LEAST_DAMPING)
+        geom.solref = BOUNCE_SUBSTEPS * seconds / math.pi / ratio, ratio
         geom.solimp = BOUNCE_IMPEDANCE
     elif surface.stiffness and mass:
         rate = math.sqrt(surface.stiffness / mass)

@@ -168,3 +168,27 @@ def test_a_maze_that_is_too_large_is_refused() -> None:
     result = CliRunner().invoke(cli, ["demo", "maze", "--size", "50", "--mazes", "2"])
     assert result.exit_code == 2
     assert "the largest maze has 50 cells along a side" in result.output
+
+
+def test_a_study_counts_the_mazes_of_each_size() -> None:
+    """Of each size those that were passed, and a time for a square that is that of all its squares."""
+    runs = [
+        maze_run.Run(generated(2, seed), passed, "", seconds, 0, [(1, 1)] * squares, np.zeros(turns), np.zeros((1, 2)))
+        for seed, passed, seconds, squares, turns in ((1, True, 20.0, 6, 1), (2, False, 40.0, 11, 3))
+    ]
+    rows = maze_run.size_rows(
+        [*runs, maze_run.Run(generated(3, 1), True, "", 9.0, 0, [(1, 1)] * 4, np.zeros(2), runs[0].places)]
+    )
+    assert [row.split() for row in rows[1:]] == [
+        ["2", "x", "2", "1", "of", "2", "5", "to", "10", "1", "to", "3", "20.0", "to", "40.0", "s", "4.00", "s"],
+        ["3", "x", "3", "1", "of", "1", "3", "to", "3", "2", "to", "2", "9.0", "to", "9.0", "s", "3.00", "s"],
+    ]
+
+
+@pytest.mark.long
+def test_two_mazes_of_a_size_are_passed(stepped_kernel: KernelProcess) -> None:
+    arguments = ["demo", "maze", "--size", "2", "--seeds", "2", "--address", stepped_kernel.address, "--headless"]
+    result = CliRunner().invoke(cli, arguments)
+    assert result.exit_code == 0, result.output
+    assert "passed 2 of 2" in result.output
+    assert "2 x 2       2 of 2" in result.output

@@ -13,8 +13,8 @@ from virtualrobot.sensors.cameras import CameraReading
 from virtualrobot.sensors.motion_sensors import EncoderReading
 from virtualrobot.sensors.range_sensors import RangeReading
 
+from virtualrobot_apps.pace import Pace
 from virtualrobot_apps.vehicles.boebot.worlds import ROBOT
-from virtualrobot_apps.vehicles.pace import Pace
 
 TRACK, RADIUS = 0.116, 0.0325
 """Distance of the wheels and their radius (m), as a program knows them."""

@@ -10,6 +10,7 @@ import math
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -139,20 +140,27 @@ class Driver:
         return math.floor(y / WALL), math.floor(x / WALL)
 
 
-def main(client: Client, size: int, seed: int, mazes: int, plot: Path | None = None, pace: float = 0.0) -> list[Run]:
-    """Pass mazes, each a cell larger than the one before, print a table beside the document's, and return the runs."""
+def main(
+    client: Client, size: int, seed: int, mazes: int, plot: Path | None = None, pace: float = 0.0, seeds: int = 1
+) -> list[Run]:
+    """Pass mazes of sizes each a cell larger than the one before, print tables, and return the runs.
+
+    Of each size it passes as many mazes as there are `seeds`, from `seed` on; with more than one, a table counts them.
+    """
     runs: list[Run] = []
     print(f"{'maze':>8} {'seed':>5} {'squares':>8} {'turns':>6} {'time':>9} {'ticks':>8}  result", flush=True)
-    for number in range(mazes):
-        maze = generated(size + number, seed)
+    for number, drawn in product(range(mazes), range(seed, seed + seeds)):
+        maze = generated(size + number, drawn)
         run = passed(client, maze, pace)
         runs.append(run)
         print(
-            f"{f'{maze.size} x {maze.size}':>8} {seed:>5} {len(run.squares) - 1:>8} {len(run.turned):>6} "
+            f"{f'{maze.size} x {maze.size}':>8} {drawn:>5} {len(run.squares) - 1:>8} {len(run.turned):>6} "
             f"{run.seconds:>7.1f} s {run.ticks:>8}  {'passed' if run.passed else run.reason}",
             flush=True,
         )
     print(f"passed {sum(run.passed for run in runs)} of {len(runs)}")
+    if seeds > 1:
+        print("\n".join(["", *size_rows(runs)]))
     print()
     for row in document_rows(runs, client.clock.read().tick_length):
         print(row)
@@ -160,6 +168,20 @@ def main(client: Client, size: int, seed: int, mazes: int, plot: Path | None = N
         plot.write_text(picture(runs[-1]), "utf-8")
         print(f"picture in {plot}", flush=True)
     return runs
+
+
+def size_rows(runs: Sequence[Run]) -> list[str]:
+    """Return the lines of a table: of each size, how many mazes it passed, and their squares, turns and times."""
+    rows = [f"{'maze':>8} {'passed':>12} {'squares':>10} {'turns':>9} {'time':>16} {'a square':>9}"]
+    for size in sorted({run.maze.size for run in runs}):
+        ours = [run for run in runs if run.maze.size == size]
+        squares, turns = [len(run.squares) - 1 for run in ours], [len(run.turned) for run in ours]
+        times = [run.seconds for run in ours]
+        count = f"{sum(run.passed for run in ours)} of {len(ours)}"
+        ranges = [f"{min(values)} to {max(values)}" for values in (squares, turns)]
+        time, each = f"{min(times):.1f} to {max(times):.1f} s", f"{sum(times) / sum(squares):.2f} s"
+        rows.append(f"{f'{size} x {size}':>8} {count:>12} {ranges[0]:>10} {ranges[1]:>9} {time:>16} {each:>9}")
+    return rows
 
 
 def document_rows(runs: Sequence[Run], tick_length: float) -> list[str]:

@@ -1,4 +1,4 @@
-"""Machines with legs walk on level or rolling ground by a gait: `virtualrobot demo hexapod`."""
+"""Machines with legs walk on level or rolling ground by a gait: `virtualrobot demo hexapod`, `quadruped`."""
 
 from __future__ import annotations
 
@@ -13,13 +13,16 @@ from virtualrobot import Client
 from virtualrobot_apps.chart import Panel, chart
 from virtualrobot_apps.vehicles.walking.course import Part
 from virtualrobot_apps.vehicles.walking.footholds import Stand
-from virtualrobot_apps.vehicles.walking.gaits import HEXAPOD_GAITS, Gait
-from virtualrobot_apps.vehicles.walking.machine import Machine, hexapod
+from virtualrobot_apps.vehicles.walking.gaits import HEXAPOD_GAITS, QUADRUPED_GAITS, Gait
+from virtualrobot_apps.vehicles.walking.machine import Machine, hexapod, quadruped
 from virtualrobot_apps.vehicles.walking.play import Record, play
 from virtualrobot_apps.vehicles.walking.terrain import SensedGround, rolling, triangles_of
 from virtualrobot_apps.vehicles.walking.walk import plan_walk
 
 GROUNDS = ("level", "rolling")
+NO_PHYSICS = "none"
+FRICTION = 0.8
+"""Friction of level ground; it counts under physics."""
 CELL = 0.05
 """Distance of two heights of rolling ground (m)."""
 
@@ -43,8 +46,11 @@ class Walker:
 
 
 SIX = ("left front", "right front", "left middle", "right middle", "left rear", "right rear")
+FOUR = ("left front", "right front", "left rear", "right rear")
 HEXAPOD = Walker(HEXAPOD_GAITS, 0.06, 0.025, 0.03, 0.015, {}, SIX)
-MACHINES = {"hexapod": HEXAPOD}
+SMALL = Walker(QUADRUPED_GAITS, 0.08, 0.04, 0.03, 0.02, {"crawl": 0.04}, FOUR)
+LARGE = Walker(QUADRUPED_GAITS, 0.1, 0.05, 0.04, 0.025, {"crawl": 0.05}, FOUR)
+MACHINES = {"hexapod": HEXAPOD, "a1": SMALL, "aliengo": LARGE}
 
 
 def main(
@@ -55,18 +61,22 @@ def main(
     seed: int = 1,
     plot: Path | None = None,
     pace: float = 0.0,
+    slope: float = 0.0,
+    engine: str = NO_PHYSICS,
 ) -> Record:
     """Replace the world by a machine and its ground, walk there, print the numbers, and return what the kernel told.
 
-    `pace` are simulated seconds for each second of the wall clock; 0: as fast as it can be.
+    `pace` are simulated seconds for each second of the wall clock; 0: as fast as it can be. `slope` (rad) and `engine`
+    are those of `build`.
     """
     walker = MACHINES[model]
     gait = walker.gaits[gait_name]
-    machine, ground = build(client, model, ground_name, seed)
+    machine, ground = build(client, model, ground_name, seed, slope, engine)
     walk = plan_walk(gait, stand_of(machine, model, gait_name, ground_name), demo_course(walker, gait), ground)
+    by = "" if engine == NO_PHYSICS else f" by {engine}"
     print(
-        f"{model}, {gait.name} on {ground_name} ground: duty factor {gait.duty_factor:.3g}, cycle {gait.cycle:g} s, "
-        f"{sum(map(len, walk.steps))} steps, {ground.rays} rays",
+        f"{model}{by}, {gait.name} on {ground_name} ground: duty factor {gait.duty_factor:.3g}, "
+        f"cycle {gait.cycle:g} s, {sum(map(len, walk.steps))} steps, {ground.rays} rays",
         flush=True,
     )
     record = play(machine, walk, pace)
@@ -79,25 +89,36 @@ def main(
 
 
 def build(
-    client: Client, model: str = "hexapod", ground_name: str = "level", seed: int = 1
+    client: Client,
+    model: str = "hexapod",
+    ground_name: str = "level",
+    seed: int = 1,
+    slope: float = 0.0,
+    engine: str = NO_PHYSICS,
 ) -> tuple[Machine, SensedGround]:
     """Replace the world by the ground and a machine; return the machine, and the ground as rays find it.
 
-    Raises ValueError for a ground that is none of GROUNDS.
+    Level ground rises forward by a `slope` (rad). With an `engine` the machine stands on it by forces. Raises
+    ValueError for a ground that is none of GROUNDS, and for rolling ground by forces: a mesh is touched as its hull.
     """
     if ground_name not in GROUNDS:
         raise ValueError(f"the ground is {' or '.join(GROUNDS)}, not {ground_name!r}")
+    if engine != NO_PHYSICS and ground_name != "level":
+        raise ValueError("by forces it walks on level ground: a mesh is touched as its convex hull")
     client.scene.clear()
     if ground_name == "level":
-        figure = virtualrobot.box(6.0, 6.0, 0.1, color="#b8bcc0", pose=virtualrobot.pose(z=-0.05))
+        tilted = virtualrobot.pose(pitch=-slope) @ virtualrobot.pose(z=-0.05)
+        figure = virtualrobot.box(6.0, 6.0, 0.1, color="#b8bcc0", pose=tilted).with_surface(friction=FRICTION)
     else:
         heights = rolling(np.random.default_rng(seed), cell=CELL, height=MACHINES[model].rolling)
         figure = client.assets.triangles(*triangles_of(heights, CELL), color="#a8a08c")
     client.scene.add_object("ground", figure)
-    machine = hexapod(client)
+    machine = hexapod(client) if model == "hexapod" else quadruped(client, model)
     for leg in machine.legs:
         client.collisions.allowed.add(leg.foot, "ground", "it stands there")
     client.view.set_camera(position=(1.2, -1.2, 0.8), target=(0.3, 0.0, 0.1))
+    if engine != NO_PHYSICS:
+        machine = machine.under_physics(engine)
     return machine, SensedGround(client, ["ground"], [machine.robot.name])
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +23,28 @@ HEXAPOD_LEGS = ("left_front", "right_front", "left_middle", "right_middle", "lef
 
 
 @dataclass(frozen=True, slots=True)
+class Quadruped:
+    """Quadruped of the catalogue: one robot whose legs are chains of three joints each.
+
+    trunk: its body. toes: the feet, left front, right front, left rear, right rear. home: joints of each leg, from the
+    body on, in the posture in which it stands (rad). foot_radius: of the ball that a foot is (m).
+    """
+
+    trunk: str
+    toes: tuple[str, str, str, str]
+    home: tuple[float, float, float]
+    foot_radius: float
+
+
+_UNITREE = "FL_toe", "FR_toe", "RL_toe", "RR_toe"
+QUADRUPEDS = {
+    "a1": Quadruped("trunk", _UNITREE, (0.0, 0.8, -1.6), 0.02),
+    "aliengo": Quadruped("trunk", _UNITREE, (0.0, 0.8, -1.6), 0.0265),
+}
+"""Quadrupeds by their names in the catalogue."""
+
+
+@dataclass(frozen=True, slots=True)
 class Leg:
     """Leg of a machine: what solves and moves it, and the link that is its foot."""
 
@@ -36,7 +58,8 @@ class Machine:
 
     robot: with the floating base. trunk: the link that the base moves. legs: in the order of the gaits. home: joints of
     the posture in which it stands, by leg. foot_radius: of the ball that a foot is (m). body_t_trunk: pose (4, 4) of
-    the trunk in the frame of the body, which has x forward and z up.
+    the trunk in the frame of the body, which has x forward and z up. by_forces: it stands on its feet under physics,
+    and a walk moves its legs alone.
     """
 
     client: Client
@@ -46,6 +69,13 @@ class Machine:
     home: Sequence[Mapping[str, float]]
     foot_radius: float
     body_t_trunk: Floats = field(default_factory=lambda: np.eye(4))
+    by_forces: bool = False
+
+    def under_physics(self, engine: str) -> Machine:
+        """Return the machine after it has been let stand by forces, which an engine such as `mujoco` computes."""
+        self.client.physics.set(engine)
+        self.client.physics.enable(*dict.fromkeys([self.robot.name, *(leg.mechanism.name for leg in self.legs)]))
+        return replace(self, by_forces=True)
 
     def stance(self) -> tuple[Floats, float, Floats]:
         """Return places (l, 2) of the feet in the frame of the body, its height (m) and its centre of mass (2,).
@@ -66,7 +96,7 @@ class Machine:
         self._put(walk.bodies[0], [self._joints(walk, number, 1) for number in range(len(self.legs))])
 
     def moves(self, walk: Walk) -> list[Move]:
-        """Return the moves of body and legs that are a walk: their joints at its instants.
+        """Return the moves of body and legs (by forces: of legs alone) that are a walk: their joints at its instants.
 
         Raises UnreachableError or LimitError where a foot cannot get to its place.
         """
@@ -74,10 +104,12 @@ class Machine:
         legs = [self._solved(walk, number, len(walk.times)) for number in range(len(self.legs))]
         if all(isinstance(leg.mechanism, Robot) for leg in self.legs):
             own = [leg.mechanism.trajectory(walk.times, rows) for leg, (_, rows) in zip(self.legs, legs, strict=True)]
-            return [self.robot.trajectory(walk.times, base, joints=[BASE]), *own]
+            return own if self.by_forces else [self.robot.trajectory(walk.times, base, joints=[BASE]), *own]
         names = [name for joints, _ in legs for name in joints]
-        rows = np.hstack([base, *(rows for _, rows in legs)])
-        return [self.robot.trajectory(walk.times, rows, joints=[BASE, *names])]
+        rows = np.hstack([rows for _, rows in legs])
+        if self.by_forces:
+            return [self.robot.trajectory(walk.times, rows, joints=names)]
+        return [self.robot.trajectory(walk.times, np.hstack([base, rows]), joints=[BASE, *names])]
 
     def start(self, walk: Walk) -> Motion:
         """Start a walk from where it begins; nobody waits for it."""
@@ -117,3 +149,13 @@ def hexapod(client: Client, name: str = "hexapod") -> Machine:
     legs = [Leg(leg, leg.flange) for leg in robots]
     home = [leg.postures["home"] for leg in robots]
     return Machine(client, robot, f"{name}.body", legs, home, 0.008)
+
+
+def quadruped(client: Client, model: str = "a1") -> Machine:
+    """Load a quadruped of the catalogue, one of QUADRUPEDS, whose legs are groups, and return it."""
+    found = QUADRUPEDS[model]
+    robot = client.load_robot(f"model://{model}", name=model, base="floating")
+    trunk = f"{model}.{found.trunk}"
+    legs = [Leg(robot.group(base=trunk, tip=f"{model}.{toe}"), f"{model}.{toe}") for toe in found.toes]
+    home = [dict(zip(leg.mechanism.chain_joint_names, found.home, strict=True)) for leg in legs]
+    return Machine(client, robot, trunk, legs, home, found.foot_radius)

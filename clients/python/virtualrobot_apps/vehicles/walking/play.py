@@ -9,7 +9,7 @@ import virtualrobot
 from numpy.typing import NDArray
 from virtualrobot.scene.figures import lines, points
 
-from virtualrobot_apps.vehicles.pace import Pace
+from virtualrobot_apps.pace import Pace
 from virtualrobot_apps.vehicles.walking.machine import Machine
 from virtualrobot_apps.vehicles.walking.masses import masses_of
 from virtualrobot_apps.vehicles.walking.support import stability_margin, support_polygon
