@@ -128,7 +128,7 @@ async function loading(name: string, work: (course: Shown) => Promise<void>): Pr
     return true;
   } catch (error) {
     const { code, rawMessage } = ConnectError.from(stopping.signal.aborted ? stopping.signal.reason : error);
-    const hint = reasonOf(error) === "MISSING_FILE" ? " Give it along with the others, or their folder as a zip archive." : "";
+    const hint = reasonOf(error) === "MISSING_FILE" ? ". Give it along with the others, or their folder as a zip archive" : "";
     say(`${name}: ${rawMessage}${hint}`, code === Code.Canceled ? "warning" : "error");
     const refused = { name, words: rawMessage + hint, refused: true, cancel: () => (loads.value = undefined) };
     loads.value = code === Code.Canceled ? undefined : refused;
