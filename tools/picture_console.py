@@ -9,12 +9,13 @@ import re
 import subprocess
 import sys
 import threading
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import click
 import virtualrobot
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, Playwright, sync_playwright
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.demos.palletizing import palletize
 
@@ -36,29 +37,35 @@ def main(folder: Path, box: int, theme: str, quality: str) -> None:
         virtualrobot.connect(kernel.address) as watcher,
         virtualrobot.connect(kernel.address) as client,
         sync_playwright() as playwright,
+        opened_page(playwright, kernel.address, theme, quality) as page,
     ):
-        console = subprocess.Popen(
-            [sys.executable, "-m", "virtualrobot", "console", "--address", kernel.address, "--port", "0"],
-            stdout=subprocess.PIPE,
-            text=True,
-        )
-        assert console.stdout
-        found = re.search(r"(http://\S+)/\?key=", console.stdout.readline())
-        assert found
-        browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(ARGUMENTS))
-        page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
-        page.set_default_timeout(PATIENCE_MS)
-        page.add_init_script(f"localStorage.setItem('virtualrobot-theme', '{theme}')")
         work = threading.Thread(target=_work, args=(client,), daemon=True)
         work.start()
-        page.goto(f"{found[1]}/?quality={quality}")
         _wait(watcher, f"iiwa-box-{box}")
         watcher.clock.set_stepped()  # and nobody steps: the world stands still
         _arrange(page)
         page.screenshot(path=folder / "console.png")
+    click.echo(f"{folder / 'console.png'}: {(folder / 'console.png').stat().st_size // 1024} kB")
+
+
+@contextmanager
+def opened_page(playwright: Playwright, address: str, theme: str = "dark", quality: str = "high") -> Iterator[Page]:
+    """Give the page of a console of its own for the kernel at an address."""
+    command = [sys.executable, "-m", "virtualrobot", "console", "--address", address, "--port", "0"]
+    console = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    assert console.stdout
+    found = re.search(r"(http://\S+)/\?key=", console.stdout.readline())
+    assert found
+    browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(ARGUMENTS))
+    try:
+        page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+        page.set_default_timeout(PATIENCE_MS)
+        page.add_init_script(f"localStorage.setItem('virtualrobot-theme', '{theme}')")
+        page.goto(f"{found[1]}/?quality={quality}")
+        yield page
+    finally:
         browser.close()
         console.terminate()
-    click.echo(f"{folder / 'console.png'}: {(folder / 'console.png').stat().st_size // 1024} kB")
 
 
 def _wait(watcher: virtualrobot.Client, name: str) -> None:

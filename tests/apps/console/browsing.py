@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 import pytest
-from playwright.sync_api import Browser, Locator, Page, sync_playwright
+from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
 from virtualrobot_apps.console.page_files import is_built
 
 from tools.screenshot import ARGUMENTS, find_chromium
@@ -16,6 +16,7 @@ PLAIN = "/?quality=low"
 """Address of the page without shadows, which are slow without a graphics card."""
 
 PATIENCE_MS = 60_000.0
+expect.set_options(timeout=PATIENCE_MS)
 
 needs_page = [
     pytest.mark.skipif(find_chromium() is None, reason="no Chromium: install the package chromium"),

@@ -2,9 +2,11 @@
 import { signal } from "@preact/signals";
 import { undo, redo } from "./kernel/orders";
 import { goal } from "./kernel/goal";
+import { placing } from "./kernel/loader";
 import { selected } from "./kernel/world";
 import { Tabs } from "./parts/tabs";
 import { Bottom } from "./panels/bottom";
+import { Library } from "./panels/library";
 import { Pendant } from "./panels/pendant";
 import { Properties } from "./panels/properties";
 import { Status } from "./panels/status";
@@ -14,6 +16,7 @@ import { View, viewport } from "./panels/view";
 import { stop } from "./kernel/stop";
 import { tool } from "./view/gizmo";
 
+const left = signal("scene");
 const right = signal("pendant");
 
 export function App() {
@@ -21,8 +24,11 @@ export function App() {
     <div class="shell">
       <Top />
       <aside class="left" aria-label="Scene">
-        <Tabs label="Left" chosen="scene" choose={() => {}} tabs={[{ id: "scene", icon: "waypoints", name: "Scene" }]} />
-        <Tree />
+        <Tabs label="Left" chosen={left.value} choose={(id) => (left.value = id)} tabs={[
+          { id: "scene", icon: "waypoints", name: "Scene" },
+          { id: "library", icon: "library", name: "Library" },
+        ]} />
+        {left.value === "scene" ? <Tree /> : <Library />}
       </aside>
       <View />
       <aside class="right" aria-label="Robot and properties">
@@ -50,7 +56,10 @@ const KEYS: Record<string, () => void> = {
   w: () => (tool.value = "translate"),
   e: () => (tool.value = "rotate"),
   f: () => viewport.current?.frame(selected.value),
-  Escape: () => goal.clear(),
+  Escape: () => {
+    goal.clear();
+    placing.value = undefined;
+  },
 };
 
 addEventListener(

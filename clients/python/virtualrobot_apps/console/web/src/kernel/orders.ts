@@ -45,20 +45,20 @@ export function setSignal(name: string, kind: SignalValue["kind"]): Promise<bool
   return apply({ case: "setSignal", value: { name, value: { kind } } });
 }
 
-/** Makes a target where the robot's tool centre point is now, with its posture. */
-export async function teach(robot: string): Promise<void> {
+/** Makes a target where the robot's tool centre point is now, with its posture; returns its name, "" when it is refused. */
+export async function teach(robot: string): Promise<string> {
   const state = world.states.value.get(robot), about = world.robots.value.get(robot);
-  if (!state || !about) return;
+  if (!state || !about) return "";
   const single = about.joints.flatMap(({ coordinateNames }) => coordinateNames);
   const jointPositions = Object.fromEntries(single.map((name, place) => [name, state.positions[place]]));
   let number = 1;
   while (world.items.value.has(`P${number}`)) number++;
   const target = { robot, tool: state.tool ?? "", toolCenterPoint: state.toolCenterPoint, jointPositions };
   const node = { name: `P${number}`, parentTNode: state.worldTTcp, kind: { case: "target" as const, value: target } };
-  if (await apply({ case: "createNode", value: { node } })) {
-    say(`taught P${number} with ${robot}`, "good");
-    world.selected.value = `P${number}`;
-  }
+  if (!(await apply({ case: "createNode", value: { node } }))) return "";
+  say(`taught P${number} with ${robot}`, "good");
+  world.selected.value = `P${number}`;
+  return `P${number}`;
 }
 
 /** Starts a motion, which goes on only while this page is there, and tells how it ends. */

@@ -157,10 +157,13 @@ async function describe(name: string): Promise<void> {
   }
 }
 
-/** Forgets the nodes of another world: of a kernel before this one, or before a scene was loaded. */
+/** Forgets the nodes of another world: of a kernel before this one, or before a scene was loaded. The root stays, and isn't told again. */
 function forget(): void {
+  const root = world.items.peek().get("world");
   world.names.clear();
-  world.items.value = world.robots.value = new Map();
+  if (root) world.names.set(root.uid, root.name);
+  world.items.value = new Map(root ? [[root.name, root]] : []);
+  world.robots.value = new Map();
 }
 
 async function followSteps(): Promise<never> {

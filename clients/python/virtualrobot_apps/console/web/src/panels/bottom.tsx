@@ -1,12 +1,16 @@
-// What happens below the view: joints over time, signals, collisions, history, messages.
+// What happens below the view: joints over time, the program, signals, collisions, traces, history, messages.
 import { signal } from "@preact/signals";
 import { StepKind } from "../generated/virtualrobot/v1/history_pb";
 import { messages, type Level } from "../kernel/messages";
+import { lines } from "../kernel/program";
+import { traces } from "../kernel/traces";
 import { cellSignals, selected, steps, touching } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { Tabs } from "../parts/tabs";
 import { Plot } from "./plot";
+import { Program } from "./program";
 import { Signals } from "./signals";
+import { Traces } from "./traces";
 
 const shown = signal("plot");
 const COLORS: Record<Level, string> = { info: "var(--muted)", good: "var(--good)", warning: "var(--warning)", error: "var(--danger)" };
@@ -17,14 +21,18 @@ export function Bottom() {
     <section class="bottom" aria-label="What happens">
       <Tabs label="Below" chosen={shown.value} choose={(id) => (shown.value = id)} tabs={[
         { id: "plot", icon: "chart-line", name: "Joints" },
+        { id: "program", icon: "list-video", name: "Program", count: lines.value.length },
         { id: "signals", icon: "toggle-left", name: "Signals", count: cellSignals.value.size },
         { id: "collisions", icon: "zap", name: "Collisions", count: touching.value.length, alarm: true },
+        { id: "traces", icon: "route", name: "Traces", count: traces.value.length },
         { id: "history", icon: "history", name: "History" },
         { id: "messages", icon: "message-square", name: "Messages", count: errors, alarm: true },
       ]} />
       {shown.value === "plot" && <Plot />}
+      {shown.value === "program" && <Program />}
       {shown.value === "signals" && <Signals />}
       {shown.value === "collisions" && <Collisions />}
+      {shown.value === "traces" && <Traces />}
       {shown.value === "history" && <History />}
       {shown.value === "messages" && <Messages />}
     </section>

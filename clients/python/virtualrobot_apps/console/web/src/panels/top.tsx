@@ -8,6 +8,7 @@ import { holdTime } from "../kernel/watches";
 import { clock, leases, simulationTime, speedFactor } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { switchTheme, theme } from "../parts/theme";
+import { FileButtons } from "./files";
 
 const STEP_TICKS = 10;
 const PALETTE = ["#7c5cff", "#0ea5a4", "#d9670b", "#1769c9", "#b83280"];
@@ -19,6 +20,7 @@ export function Top() {
     <header class="top">
       <div class="logo"><Icon name="robot" size={22} width={1.8} />VirtualRobot</div>
       <div class="line" />
+      <FileButtons />
       <button type="button" class="tool" title="Undo (Ctrl-Z)" onClick={() => void undo()}><Icon name="undo-2" /></button>
       <button type="button" class="tool" title="Redo (Ctrl-Shift-Z)" onClick={() => void redo()}><Icon name="redo-2" /></button>
       <div class="grow" />

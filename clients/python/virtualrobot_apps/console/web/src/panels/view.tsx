@@ -1,24 +1,29 @@
 // The middle: the 3D view with its tools, and what the chosen robot does.
 import { signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { goal } from "../kernel/goal";
+import { download } from "../kernel/loader";
+import { isTraced, trace, untrace } from "../kernel/traces";
 import { chosen, connection, states, trouble } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { fixed, positionOf } from "../parts/numbers";
 import { inToolAxes, tool, type Tool } from "../view/gizmo";
 import { loading } from "../view/meshes";
 import { Viewport } from "../view/viewport";
+import { Loading } from "./loading";
+import { Placing } from "./placing";
+import { Question } from "./question";
 import { Stopped } from "./stopped";
 
 export const viewport: { current?: Viewport } = {};
 
 const grid = signal(true);
-const trail = signal(false);
 
 export function View() {
   const host = useRef<HTMLDivElement>(null);
-  useEffect(() => {
+  // Before the effects of what is over it.
+  useLayoutEffect(() => {
     viewport.current = new Viewport(host.current!);
   }, []);
   return (
@@ -28,6 +33,9 @@ export function View() {
       <Looks />
       <Robot />
       <Cover />
+      <Placing />
+      <Loading />
+      <Question />
       <Stopped />
     </main>
   );
@@ -61,7 +69,7 @@ function Looks() {
       <button type="button" class="tool" aria-pressed={grid.value} title="Grid: 0.25 m and 1 m" onClick={() => (grid.value = viewport.current?.toggleGrid() ?? false)}>
         <Icon name="grid-3x3" size={17} />
       </button>
-      <button type="button" class="tool" aria-pressed={trail.value} title="Trail of the robot's tool" onClick={() => (trail.value = viewport.current?.trail.toggle() ?? false)}>
+      <button type="button" class="tool" aria-pressed={isTraced(chosen.value)} title="Trace the robot's tool" onClick={() => (isTraced(chosen.value) ? untrace(chosen.value) : trace(chosen.value))}>
         <Icon name="route" size={17} />
       </button>
       <button type="button" class="tool" title="Save a picture" onClick={() => void save()}>
@@ -113,9 +121,5 @@ function Cover() {
 async function save(): Promise<void> {
   const blob = await viewport.current?.picture();
   if (!blob) return;
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(blob);
-  link.download = "cell.png";
-  link.click();
-  URL.revokeObjectURL(link.href);
+  download(blob, "cell.png");
 }

@@ -1,6 +1,6 @@
 // The 3D view: draws what there is when something has changed, and is the one place that its parts meet at.
 import { effect, signal } from "@preact/signals";
-import { Timer } from "three";
+import { Group, Timer } from "three";
 import * as world from "../kernel/world";
 import { theme } from "../parts/theme";
 import { Ghost } from "./copies";
@@ -9,7 +9,7 @@ import { Observer } from "./observer";
 import { hearPointer } from "./pointer";
 import { Solids } from "./solids";
 import { Stage } from "./stage";
-import { Trail } from "./trail";
+import { drawTraces } from "./trails";
 
 export const framesPerSecond = signal(0);
 export const drawCalls = signal(0);
@@ -19,7 +19,8 @@ export class Viewport {
   readonly solids = new Solids(() => this.invalidate());
   readonly ghost = new Ghost(0x38a3ff);
   readonly gizmo: Gizmo;
-  readonly trail = new Trail();
+  /** What panels draw into the view. */
+  readonly overlay = new Group();
   #stage = new Stage();
   #timer = new Timer();
   #dirty = true;
@@ -32,10 +33,10 @@ export class Viewport {
     host.append(this.canvas);
     this.observer = new Observer(this.canvas, () => this.invalidate());
     this.gizmo = new Gizmo(this);
-    scene.add(...this.solids.objects, this.ghost.group, this.trail.line, ...this.gizmo.objects);
+    scene.add(...this.solids.objects, this.ghost.group, this.overlay, ...this.gizmo.objects);
     new ResizeObserver(() => this.#resize()).observe(host);
     hearPointer(this);
-    world.hearers.states.add(() => this.trail.follow() && this.invalidate());
+    drawTraces(this);
     effect(() => {
       this.#stage.setTheme(theme.value);
       this.invalidate();

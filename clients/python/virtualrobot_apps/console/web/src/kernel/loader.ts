@@ -1,0 +1,210 @@
+// What is loaded: models of the catalogue, files and scenes that a person gives; and how the cell is saved.
+import { signal } from "@preact/signals";
+import { create, type MessageInitShape } from "@bufbuild/protobuf";
+import { Code, ConnectError } from "@connectrpc/connect";
+import { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
+import type { CreatedNode, FileWarning, KnownModel, ModelSourceSchema } from "../generated/virtualrobot/v1/scene_pb";
+import { packed, unpacked } from "./archives";
+import { endingOf, lastPart, type Files } from "./file_names";
+import { attempt, say } from "./messages";
+import { reasonOf } from "./page_calls";
+import { read } from "./program";
+import { ask } from "./question";
+import { assets, scenes } from "./services";
+import { assetFiles, checkSize, megabytes, uploadAll, type Course } from "./uploads";
+import { chosen, info, items, selected } from "./world";
+
+export type Place = { x: number; y: number; z: number };
+
+/** What is being loaded: how far it is, or why it was refused. */
+export interface Loading {
+  name: string;
+  words: string;
+  /** Part of what goes that has gone, 0 to 1; undefined where that isn't known. */
+  part?: number;
+  refused: boolean;
+  cancel(): void;
+}
+
+export const loads = signal<Loading | undefined>(undefined);
+export const models = signal<readonly KnownModel[]>([]);
+
+/** A model of the catalogue that a person is about to place, and the name that it shall have; "" for its own. */
+export const placing = signal<KnownModel | undefined>(undefined);
+export const placingName = signal("");
+
+const SCENES = [".yaml", ".yml"];
+const MODELS = [".urdf", ".xacro", ".sdf", ".world"];
+const WITHOUT_UNIT = new Set([".stl", ".obj", ".ply", ".off"]);
+const MOST_CHOICES = 8;
+const MILLIMETER = 0.001;
+
+export async function listModels(): Promise<void> {
+  const said = await attempt(scenes.listModels({}));
+  if (said) models.value = said.models;
+}
+
+/** Adds a model of the catalogue where a person has said; a gripper goes to the chosen robot's flange with `mountOn`. */
+export async function addModel(model: KnownModel, at?: Place, mountOn = ""): Promise<boolean> {
+  const name = placingName.peek().trim();
+  const done = await loading(model.name, (course) =>
+    importModel({ uri: `model://${model.name}`, name, parentTNode: poseAt(mountOn ? undefined : at), mountOn }, course));
+  if (done) placing.value = undefined;
+  return done;
+}
+
+/** Loads what a person gives: a model with its meshes, a mesh, a scene, a program, or a zip archive of these. */
+export async function bring(given: Files, at?: Place): Promise<void> {
+  const names = [...given.keys()];
+  if (names.length === 0) return;
+  await loading(names.length === 1 ? lastPart(names[0]) : `${names.length} files`, async (course) => {
+    for (const [path, file] of given) checkSize(path, file.size);
+    const files = await unpacked(given);
+    const main = await mainOf(files);
+    if (main === undefined) return;
+    if (SCENES.includes(endingOf(main))) return bringText(files, main, course);
+    const sent = await upload(files, main, course);
+    const scale = await scaleOf(main);
+    if (scale === undefined) return;
+    const srdf = [...sent.keys(), ...files.keys()].filter((path) => endingOf(path) === ".srdf");
+    const more = srdf.length === 1 ? await upload(files, srdf[0], course) : new Map<string, string>();
+    await importModel({
+      uri: main,
+      files: assetFiles(new Map([...sent, ...more])),
+      parentTNode: poseAt(at),
+      scale: scale === 1 ? undefined : { x: scale, y: scale, z: scale },
+      srdfUri: more.size > 0 ? srdf[0] : "",
+    }, course);
+  });
+}
+
+/** Saves the cell to this machine: a scene file, in an archive with the files that it names where it names any. */
+export async function save(): Promise<void> {
+  await loading("the cell", async (course) => {
+    course.say("is written");
+    const { text, files } = await scenes.saveScene({ bundle: true }, { signal: course.signal });
+    if (files.length === 0) return download(new Blob([text], { type: "application/yaml" }), "cell.yaml");
+    const bundle: Record<string, Uint8Array> = { "scene.yaml": new TextEncoder().encode(text) };
+    for (const [place, { uri, sha256 }] of files.entries()) {
+      course.tell(place, files.length);
+      const chunks: BlobPart[] = [];
+      for await (const { chunk } of assets.downloadAsset({ sha256 }, { signal: course.signal })) chunks.push(chunk as Uint8Array<ArrayBuffer>);
+      bundle[uri] = new Uint8Array(await new Blob(chunks).arrayBuffer());
+    }
+    download(packed(bundle), "cell.zip");
+    say(`saved the cell with ${files.length} files`, "good");
+  });
+}
+
+export function download(data: Blob, name: string): void {
+  const link = document.createElement("a");
+  link.href = URL.createObjectURL(data);
+  link.download = name;
+  link.click();
+  URL.revokeObjectURL(link.href);
+}
+
+interface Shown extends Course {
+  say(words: string): void;
+}
+
+/** Does something that takes a while, and shows how far it is; returns whether it was done. One thing is loaded at a time. */
+async function loading(name: string, work: (course: Shown) => Promise<void>): Promise<boolean> {
+  if (loads.peek() && !loads.peek()!.refused) {
+    say(`${loads.peek()!.name} is being loaded still; ${name} is not`, "warning");
+    return false;
+  }
+  const stopping = new AbortController();
+  const show = (words: string, part?: number) => (loads.value = { name, words, part, refused: false, cancel: () => stopping.abort(new ConnectError("cancelled; nothing has changed", Code.Canceled)) });
+  const course: Shown = {
+    signal: stopping.signal,
+    tell: (sent, all) => show(all > 0 ? `${megabytes(sent)} of ${megabytes(all)}` : "", all > 0 ? sent / all : undefined),
+    say: (words) => show(words),
+  };
+  show("is read");
+  try {
+    await work(course);
+    loads.value = undefined;
+    return true;
+  } catch (error) {
+    const { code, rawMessage } = ConnectError.from(stopping.signal.aborted ? stopping.signal.reason : error);
+    const hint = reasonOf(error) === "MISSING_FILE" ? ". Give it along with the others, or their folder as a zip archive" : "";
+    say(`${name}: ${rawMessage}${hint}`, code === Code.Canceled ? "warning" : "error");
+    const refused = { name, words: rawMessage + hint, refused: true, cancel: () => (loads.value = undefined) };
+    loads.value = code === Code.Canceled ? undefined : refused;
+    return false;
+  }
+}
+
+async function upload(files: Files, main: string, course: Shown): Promise<Map<string, string>> {
+  course.say("is sent");
+  return uploadAll(files, main, course);
+}
+
+async function importModel(model: MessageInitShape<typeof ModelSourceSchema>, course: Shown): Promise<void> {
+  course.say("is read by the kernel");
+  const said = await scenes.importModel({ model }, { signal: course.signal });
+  told(said.created, said.warnings);
+}
+
+function told(created: readonly CreatedNode[], warnings: readonly FileWarning[]): void {
+  for (const { text } of warnings) say(text, "warning");
+  const [first] = created;
+  if (!first) return;
+  say(`${first.name} is here${created.length > 1 ? `, with ${created.length - 1} more nodes` : ""}`, "good");
+  selected.value = first.name;
+  if (items.peek().get(first.name)?.kind === "robot") chosen.value = first.name;
+}
+
+/** Loads a text in the project's own formats: a scene, or a program. */
+async function bringText(files: Files, main: string, course: Shown): Promise<void> {
+  const file = files.get(main)!;
+  const most = Number(info.peek()?.maxMessageBytes ?? Infinity);
+  if (file.size > most) throw new ConnectError(`${main} has ${megabytes(file.size)}, and a text may have ${megabytes(most)} (limit message_bytes)`, Code.ResourceExhausted);
+  const text = await file.text();
+  if (/^(steps|moves)\s*:/m.test(text)) return read(text, main);
+  const sent = await upload(files, main, course);
+  const add = [...items.peek().values()].every(({ kind }) => kind === "world") ? "replace" : await ask({
+    title: `Open ${lastPart(main)}`,
+    text: "A cell is here already. Undo brings it back in either case.",
+    answers: [["replace", "Replace it"], ["add", "Add to it"]],
+  });
+  if (add === undefined) return;
+  course.say("is read by the kernel");
+  const said = await scenes.loadScene({ text, uri: main, files: assetFiles(sent), add: add === "add" }, { signal: course.signal });
+  told(said.created, said.warnings);
+}
+
+/** Returns the file that is meant: a scene before a model before a mesh; of several of a kind the person says which. */
+async function mainOf(files: Files): Promise<string | undefined> {
+  const known = info.peek()?.modelFormats ?? MODELS;
+  const paths = [...files.keys()];
+  for (const kind of [SCENES, MODELS, known]) {
+    const found = paths.filter((path) => kind.includes(endingOf(path)) && known.concat(SCENES).includes(endingOf(path)));
+    if (found.length === 1) return found[0];
+    if (found.length > 1) {
+      return ask({
+        title: "Which one?",
+        text: found.length > MOST_CHOICES ? `The first ${MOST_CHOICES} of ${found.length} are shown; give fewer files for another one.` : "The others go along where it names them.",
+        answers: found.slice(0, MOST_CHOICES).map((path) => [path, path] as const),
+      });
+    }
+  }
+  const words = `${paths.map(lastPart).slice(0, 3).join(", ")}: no file of a known kind. Known are scenes and programs (${SCENES.join(", ")}), ${known.join(", ")} and .zip`;
+  throw new ConnectError(words, Code.InvalidArgument);
+}
+
+/** Returns the factor to meters of a mesh: some formats don't say it. */
+async function scaleOf(main: string): Promise<number | undefined> {
+  if (!WITHOUT_UNIT.has(endingOf(main))) return 1;
+  const answer = await ask({
+    title: `In what unit is ${lastPart(main)}?`,
+    text: `A ${endingOf(main)} file doesn't tell.`,
+    answers: [["mm", "Millimeters"], ["m", "Meters"]],
+  });
+  return answer === undefined ? undefined : answer === "mm" ? MILLIMETER : 1;
+}
+
+function poseAt(at?: Place): MessageInitShape<typeof PoseSchema> | undefined {
+  return at && create(PoseSchema, { position: at, orientation: { x: 0, y: 0, z: 0, w: 1 } });
+}

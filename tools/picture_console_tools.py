@@ -1,0 +1,91 @@
+"""Writes docs/pictures/console-*.png: tools of the console's page in the demo's cell, in a Chromium without a window.
+
+Usage: python -m tools.picture_console_tools docs/pictures
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+import virtualrobot
+from playwright.sync_api import Page, sync_playwright
+from virtualrobot.kernel_process import KernelProcess
+from virtualrobot_apps.demos.palletizing import cell
+
+from tools.picture_console import opened_page
+
+PLACES = {"above": (-1.2, 0.35), "grasp": (-0.8, 0.6), "beside": (-0.2, 0.4), "pallet": (0.4, 0.65)}
+"""Joints 1 and 2 (radians) of the targets that the program goes through."""
+
+PROGRAM = """
+schema_version: 1
+steps:
+- move: {moves: [{robot: iiwa, speed_factor: 0.5, point_to_point: {pose: {reference: above}}}]}
+- move: {moves: [{robot: iiwa, speed_factor: 0.3, point_to_point: {pose: {reference: grasp}}}]}
+- move: {moves: [{robot: iiwa, tool_state: {tool: vacuum-gripper, state: "on"}}]}
+- dwell: {seconds: 0.2}
+- move: {moves: [{robot: iiwa, speed_factor: 0.3, point_to_point: {pose: {reference: beside}}}]}
+- move: {moves: [{robot: iiwa, speed_factor: 0.5, point_to_point: {pose: {reference: pallet}}}]}
+"""
+
+
+@click.command()
+@click.argument("folder", type=click.Path(path_type=Path, file_okay=False, exists=True))
+@click.option("--theme", type=click.Choice(["dark", "light"]), default="dark", show_default=True)
+@click.option("--quality", type=click.Choice(["high", "low"]), default="high", show_default=True)
+def main(folder: Path, theme: str, quality: str) -> None:
+    """Write pictures to FOLDER: of the library, of a program that runs, and of the trace of that."""
+    with (
+        KernelProcess("--no-token", headless=True) as kernel,
+        virtualrobot.connect(kernel.address) as client,
+        sync_playwright() as playwright,
+    ):
+        cell.load(client)
+        arm = client.robots["iiwa"]
+        for name, (turn, lift) in PLACES.items():
+            arm.set_positions([turn, lift, 0.0, -1.1, 0.0, 1.3, 0.0])
+            arm.teach(name)
+        with opened_page(playwright, kernel.address, theme, quality) as page:
+            _place(page)
+            _save(page, folder / "console-library.png")
+            page.keyboard.press("Escape")
+            _play(page)
+            client.clock.set_stepped()  # and nobody steps: the world stands still
+            _save(page, folder / "console-program.png")
+            page.get_by_role("tab", name="Traces").click()
+            _save(page, folder / "console-traces.png")
+
+
+def _place(page: Page) -> None:
+    """Choose a model of the library, and hold the pointer where it would stand."""
+    page.locator('.node[data-name="iiwa"]').click()
+    page.get_by_role("tab", name="Library").click()
+    page.get_by_label("Kinds").get_by_role("button", name="arm", exact=True).click()
+    page.get_by_label("Filter models").fill("kuka")
+    page.get_by_label("Place kr16", exact=True).click()
+    page.wait_for_function("document.querySelector('.cover') === null")
+    box = page.locator(".view canvas").bounding_box()
+    assert box
+    page.mouse.move(box["x"] + 0.36 * box["width"], box["y"] + 0.8 * box["height"])
+
+
+def _play(page: Page) -> None:
+    """Trace the arm's tool while a program runs, until its last move."""
+    page.get_by_role("tab", name="Scene").click()
+    page.get_by_role("tab", name="Traces").click()
+    page.get_by_role("button", name="Trace iiwa", exact=True).click()
+    page.get_by_role("tab", name="Program").click()
+    page.set_input_files("#open-program", {"name": "fetch.yaml", "mimeType": "", "buffer": PROGRAM.encode()})
+    page.locator("#play").click()
+    page.wait_for_selector(".step.lit:nth-child(6)")
+
+
+def _save(page: Page, file: Path) -> None:
+    page.wait_for_timeout(4000.0)
+    page.screenshot(path=file)
+    click.echo(f"{file}: {file.stat().st_size // 1024} kB")
+
+
+if __name__ == "__main__":
+    main()
