@@ -93,6 +93,8 @@ def beats(page: Page) -> Iterator[list[float]]:
 
 def seconds(client: Client, console: Console, end: End) -> float:
     """Return how long (s) after the last beat of a page that ends the robot stands."""
+    client.stop()  # the jog before waits for beats
+    until(lambda: not client.motions())
     client.robots["iiwa"].set_positions([0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0])
     robot = Robot(client)
     try:
