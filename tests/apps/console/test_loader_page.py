@@ -41,7 +41,8 @@ DROP = """([name, text]) => {
 
 
 def give(page: Page, *files: tuple[str, bytes], field: str = "#files") -> None:
-    """Choose files as in the dialog of the browser."""
+    """Choose files as in the dialog of the browser, once the page has done with those before."""
+    expect(page.locator("#loading")).to_have_count(0)
     payloads: list[FilePayload] = [{"name": name, "mimeType": "", "buffer": data} for name, data in files]
     page.set_input_files(field, payloads)
 
@@ -118,7 +119,7 @@ def test_a_person_loads_a_cell(console: Console, stepped: Stubs, stepped_kernel:
         give(page, ("table.yaml", TABLE.replace(b"table", b"desk")), field="#open-scene")
         page.get_by_role("button", name="Replace it").click()
         until(lambda: "desk" in scene(stepped) and "arm" not in scene(stepped))
-        page.set_input_files("#open-scene", file)
+        give(page, (file.name, file.read_bytes()), field="#open-scene")
         page.get_by_role("button", name="Replace it").click()
         until(lambda: {"arm", "wedge"} <= scene(stepped).keys())
         assert "desk" not in scene(stepped)
