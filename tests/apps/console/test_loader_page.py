@@ -160,6 +160,6 @@ def test_an_upload_that_is_cancelled_or_cut_off_changes_nothing(
             expect(page.locator("#last")).to_contain_text("cancelled; nothing has changed")
             page.unroute("**/UploadAsset")
             page.route("**/UploadAsset", lambda route: route.abort("connectionreset"))
-            give(page, ("wedge.obj", TETRAHEDRON))
+            give(page, ("wedge.obj", TETRAHEDRON + b"# another file, which the kernel can't have already"))
             assert "the connection was lost" in refused(page)
         assert scene(stepped).keys() == before
