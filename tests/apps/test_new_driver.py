@@ -35,6 +35,35 @@ def test_a_driver_keeps_the_laws_as_it_is_written(pace: str, tmp_path: Path) -> 
     assert "10 passed, 1 skipped" in done.stdout
 
 
+TWO = """
+from board import Board, pseudo_terminal
+from gantry import Gantry, Settings
+
+port = pseudo_terminal(Board())
+first, second = Gantry(Settings(port, 1.0)), Gantry(Settings(port, 1.0))
+first.connect()
+first.line.write(bytes([10]))
+print(first.line.readline())
+try:
+    second.connect()
+except Exception as error:
+    print(type(error).__name__, error)
+print(first.read().positions.tolist())
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="pseudo terminals are those of Linux and macOS")
+@pytest.mark.parametrize("pace", ["host", "jobs"])
+def test_a_port_is_one_drivers_and_noise_ends_no_board(pace: str, tmp_path: Path) -> None:
+    folder = tmp_path / "mine"
+    assert CliRunner().invoke(driver, ["new", "gantry", str(folder), "--pace", pace]).exit_code == 0
+    done = subprocess.run([sys.executable, "-c", TWO], cwd=folder, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
+    noise, refused, joints = done.stdout.splitlines()
+    assert (noise, joints) == (r"b'ok\n'", "[10.0, -20.0, 30.0]")
+    assert refused.startswith("DriverFault /dev/") and "lock" in refused
+
+
 @pytest.mark.parametrize("pace", ["host", "jobs"])
 def test_a_driver_is_under_fifty_lines(pace: str) -> None:
     text = (DRIVERS / pace / "my_robot.py").read_text("utf-8")

@@ -70,6 +70,11 @@ class ShamProcess:
         """Do as `close` does."""
         self.close()
 
+    @property
+    def ended(self) -> bool:
+        """True once it was closed."""
+        return self._ended.is_set()
+
     def close(self) -> None:
         """End the thread."""
         self._ended.set()

@@ -309,6 +309,24 @@ class TestFaultsInMotion:
         assert len(rig.controller.sent) == count, "nothing moves unasked"
 
     @patiently
+    def test_a_fault_is_told_before_its_controller_has_stopped(self, cell: Cell) -> None:
+        """A `stop` may take as long as a line is silent: who sees the cell stopped has the reason already."""
+        rig = cell.robot()
+        cell.follow()
+        stopped = threading.Event()
+        rig.controller.stop = lambda: stopped.wait() and None  # type: ignore[method-assign]
+        rig.controller.raises = "the cable is out"
+        try:
+            while cell.block.stop_ns == NEVER:
+                time.sleep(0.001)
+            report = rig.ring.reported()
+            assert report is not None and report.is_faulty and report.state is not State.ERROR
+            assert "the cable is out" in rig.host.words().text
+        finally:
+            stopped.set()
+        rig.until_state(State.ERROR)
+
+    @patiently
     def test_a_setpoint_that_jumps_is_never_sent_but_the_brake_before_it(self, cell: Cell) -> None:
         rig = cell.robot()
         twin = cell.follow()

@@ -9,16 +9,14 @@ from unittest import mock
 
 import numpy as np
 import pytest
-from virtualrobot.v1 import (
-    geometry_pb2,
-    scene_pb2,
-    signal_pb2,
-)
+from virtualrobot.v1 import driver_pb2, geometry_pb2, scene_pb2, signal_pb2
 from virtualrobot_kernel.drivers.played import GUARDED, STOOD, WHOLE, Played
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.world.commands import PlayedTicks
 from virtualrobot_sdk.drivers import DriverFault
 
+from tests.api.asking import IIWA, load
+from tests.api.leasing import Holder
 from tests.api.streaming import Sender
 from tests.drivers.bench import ERROR, EXECUTE, FIRST, MONITOR, SIMULATED, Bench, until
 
@@ -108,6 +106,26 @@ def test_signals_of_a_controller_go_with_it_and_no_others(bench: Bench) -> None:
     assert there() == connected
     bench.call("DisconnectDriver", robot="arm")
     assert there() == {"arm.di0"}
+
+
+def test_a_driver_ends_with_its_robot_and_the_next_one_connects(bench: Bench) -> None:
+    """Of a robot that is removed no signal stays, and another of its name has a driver of its own."""
+
+    def there() -> set[str]:
+        return {name for name in bench.kernel.world.snapshot.state.signals if name.startswith("arm.")}
+
+    for inputs in (0, 2):
+        bench.connect()
+        bench.mode(MONITOR)
+        bench.process.report = replace(bench.process.report, inputs=inputs)
+        connected = there()
+        bench.holder.apply(scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name="arm")))
+        until(lambda: not there())
+        until(lambda: bench.process.ended)
+        assert not bench.alone.driver.GetDrivers(driver_pb2.GetDriversRequest()).drivers
+        load(bench.alone, IIWA, "arm")
+        bench.holder = Holder(bench, "arm")  # pyright: ignore[reportArgumentType] what it needs of a kernel is here
+        assert len(connected) == 4
 
 
 @pytest.mark.long

@@ -1,4 +1,4 @@
-"""Readings of a controller whose own clock stands still: how long that is borne."""
+"""Readings of a controller: how long its own clock may stand still, and what no joint can be."""
 
 from __future__ import annotations
 
@@ -28,3 +28,15 @@ def test_the_longest_of_setting_cycles_and_a_tenth_of_a_second_is_borne(
     measured.take(reading, (borne_ms - 1) * 1_000_000, 0, about, mapping)
     with pytest.raises(DriverFault, match="stood still"):
         measured.take(reading, (borne_ms + 1) * 1_000_000, 0, about, mapping)
+
+
+@pytest.mark.parametrize(
+    ("units", "position", "velocity"), [(1e3, 1.7e308, 0.0), (1.0, 1e12, 0.0), (1e3, 0.0, 1.7e308)]
+)
+def test_what_no_joint_can_be_in_its_own_units_is_nonsense(units: float, position: float, velocity: float) -> None:
+    about = About(1, 100.0, units=units)
+    measured = Measured(1)
+    reading = Reading(1.0, np.array([position]), np.array([velocity]), mode=Mode.READY)
+    with np.errstate(over="ignore"), pytest.raises(DriverFault, match="nonsense: in rad and m its joints"):
+        measured.take(reading, 0, 0, about, Mapping(SIDE, about))
+    assert measured.reading is None and not measured.q.any()

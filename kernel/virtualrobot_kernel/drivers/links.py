@@ -56,7 +56,9 @@ class Links:
         self._cell = Cell()
         self._settling = Settling(world, self._cell)
         self._beginning = Beginning(world, self._cell, self._settling, leased)
-        self.supervision = self.supervised_by(world, mailbox, forward, self._cell, self._settling, leased)
+        self.supervision = self.supervised_by(
+            world, mailbox, forward, self._cell, self._settling, leased, self._end_with_robot
+        )
         self._busy: dict[int, threading.Lock] = {}
         self._end_listening: Callable[[], None] = lambda: None
 
@@ -264,6 +266,11 @@ class Links:
                 self._cell.block = self._site.cell()
                 self._world.supervise(self.supervision)
                 self._end_listening = self._world.listen_ticks(self.supervision.ticked)
+
+    def _end_with_robot(self, link: Link) -> None:
+        """End the driver of a robot that was removed; its signals go, too."""
+        self._forget(link)
+        self._remove_signals(0, link.signals)  # nobody owns what a robot has owned that is no more
 
     def _forget(self, link: Link) -> None:
         """End a driver and forget its link."""

@@ -52,7 +52,7 @@ log = logging.getLogger(__name__)
 class Supervision:
     """Supervisor of the world (`world/supervisor.py`) while any robot is connected; it listens to ticks, too.
 
-    `leased` tells whether somebody has leased a robot (a uid).
+    `leased` tells whether somebody has leased a robot (a uid), `removed` ends the driver of one that is no more.
     """
 
     author = "drivers"
@@ -65,9 +65,10 @@ class Supervision:
         cell: Cell,
         settling: Settling,
         leased: Callable[[int], bool],
+        removed: Callable[[Link], None],
     ) -> None:
         """Begin with nothing seen."""
-        self._world, self._mailbox, self._leased = world, mailbox, leased
+        self._world, self._mailbox, self._leased, self._removed = world, mailbox, leased, removed
         self._cell, self._settling = cell, settling
         self._brakes = Brakes(forward)
         self._stopped_ns = self._looked_ns = 0
@@ -193,6 +194,11 @@ class Supervision:
         self._signals = now.state.signals
         self._monitors = False
         for link in links.values():
+            if link.twin.uid not in now.structure.robots:
+                if link.state is not State.DISCONNECTED:
+                    link.state = State.DISCONNECTED
+                    self._settling.aside(self._removed, link)
+                continue
             if link.about.outputs and signals_changed:
                 link.outputs = bits_of(now, link.twin.uid, link.about.outputs)
             monitors = link.mode is LinkMode.MONITOR
@@ -216,7 +222,7 @@ class Supervision:
 
     def _read(self, now: Snapshot, link: Link) -> None:
         report = link.report
-        if report is None or link.twin.uid not in now.structure.robots:
+        if report is None:
             return
         bits, signals = link.inputs_known
         if link.about.inputs and (report.inputs != bits or now.state.signals is not signals):

@@ -238,15 +238,17 @@ class Host:
 
     def _fail(self, error: BaseException) -> None:
         """Come to ERROR: stop the cell, let the controller stop, and keep the words."""
+        self._tell(*_said(error))
         moving = self.state in (State.BEGINNING, State.ACTIVE, State.STOPPING)
         if moving:
+            self._out.refused = self._words.text
+            self._say(time.monotonic_ns())  # before the stop is seen, so that nobody else is taken for its reason
             self._cell.stop()
             with contextlib.suppress(BaseException):
                 self._driver.stop()
         with contextlib.suppress(BaseException):
             self._driver.close()
         self._let_go(State.ERROR)
-        self._tell(*_said(error))
         self._say(time.monotonic_ns())
 
     def _let_go(self, state: State) -> None:
@@ -393,6 +395,6 @@ class Host:
 def _said(error: BaseException) -> tuple[str, str, bool]:
     """Return the words of an error, its code, and whether `reset` may help."""
     if isinstance(error, DriverFault):
-        return error.text, error.code, error.clears
+        return error.text or "the driver tells a fault without words", error.code, error.clears
     sys.stderr.write("".join(traceback.format_exception(error)))
     return f"the driver raised {type(error).__name__}: {error}", "", False

@@ -11,6 +11,9 @@ from virtualrobot_sdk.drivers.shared import Floats
 SILENT_SECONDS = 0.1
 """Shortest time (s) for which the controller's own clock may stand still; three cycles where they are longer."""
 
+MOST = 1e6
+"""Greatest joint position (rad, m) and velocity (per s) that is believed: no robot's joint goes so far or so fast."""
+
 
 class Measured:
     """Newest reading of one connection, in the robot's joints.
@@ -44,6 +47,9 @@ class Measured:
         if silent > max(SILENT_SECONDS, about.silence, 3.0 / about.rate):
             raise DriverFault(f"the controller's own time has stood still for {silent:.2f} s; it hangs, or is gone")
         q, v = mapping.joints(reading)
+        for told, what in ((q, "are at"), (v, "go at")):
+            if told is not None and not np.abs(told).max(initial=0.0) <= MOST:  # inf and NaN neither
+                raise DriverFault(f"the controller sent nonsense: in rad and m its joints {what} {told.tolist()}")
         seconds = max(late_ns * 1e-9, 0.0) + 1.0 / about.rate
         self.v = v if v is not None else (q - self.q) / seconds if self.reading is not None else np.zeros_like(q)
         self.q, self.reading = q, reading

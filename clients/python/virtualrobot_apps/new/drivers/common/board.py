@@ -87,7 +87,7 @@ class Board(socketserver.ThreadingTCPServer):
 
     def reply(self, line):
         """Return what comes back for a line: nothing where the board is silent, None where the cable is broken."""
-        kind, *words = line.decode().split()
+        kind, *words = line.decode("ascii", "replace").split() or [""]  # noise is a line, too
         with self.lock:
             if kind == "pretend":
                 (self.robot.trouble,) = words

@@ -26,7 +26,8 @@ class MyRobot(Driver):
     def connect(self):
         self.close()
         try:
-            self.line = serial.serial_for_url(self.settings.port, 115200, timeout=self.settings.silence_seconds)
+            port, patience = self.settings.port, self.settings.silence_seconds
+            self.line = serial.serial_for_url(port, 115200, timeout=patience, exclusive=True)
         except OSError as error:
             raise DriverFault(f"{self.settings.port}: {error}") from error
         joints, rate, watchdog = map(float, self.ask("hello"))
@@ -56,7 +57,7 @@ class MyRobot(Driver):
         self.line.close()
 
     def ask(self, *words):
-        """Say a line and return the words of the answer; whatever goes wrong is a DriverFault."""
+        """Say a line and return the words of the answer; no cable, silence and an error are a DriverFault."""
         try:
             self.line.write((" ".join(map(str, words)) + "\n").encode())
             answer = self.line.readline().decode("ascii", "replace")
@@ -64,9 +65,9 @@ class MyRobot(Driver):
             raise DriverFault(f"{self.settings.port}: {error}") from error
         if not answer.endswith("\n"):
             raise DriverFault(f"{self.settings.port} is silent")
-        kind, *rest = answer.split()
+        kind, *rest = answer.split() or [""]
         if kind == "error":
-            raise DriverFault(" ".join(rest[1:]), code=rest[0], clears=True)
+            raise DriverFault(" ".join(rest[1:]), code=" ".join(rest[:1]), clears=True)
         return rest
 
 
