@@ -41,7 +41,7 @@ def commands_for(snapshot: Snapshot, robot: str, inputs: int, outputs: int) -> l
 
 
 def removals(snapshot: Snapshot, uid: int, names: Sequence[str]) -> list[Command]:
-    """Return what takes away signals that are still a robot's (a uid; 0: nobody's), but for what programs that run name."""
+    """Return what takes away signals that are still a robot's (a uid; 0: nobody's), but what running programs name."""
     state = snapshot.state
     named = {name for motion in state.motions for name in motion.signals}
     found = ((name, state.signals.get(name)) for name in names if name not in named)
