@@ -140,9 +140,7 @@ def lead_differently(two: Cell) -> None:
 def test_a_controller_that_does_not_fit_is_not_connected(two: Cell) -> None:
     refused = refusal(lambda: two.connect("arm", joints=6))
     assert (refused.reason, refused.metadata["field"]) == ("INVALID_ARGUMENT", "joints")
-    assert (
-        "has 6 joints, and the robot was to have 7" in refused.message and "name those that it has" in refused.message
-    )
+    assert "has 6 joints, and its twin 7" in refused.message and "say in `joints` which joint" in refused.message
     refused = refusal(lambda: two.connect("arm", watchdog=0.0))
     assert (refused.reason, refused.metadata["field"]) == ("INVALID_ARGUMENT", "without_watchdog")
     assert not two.alone.driver.GetDrivers(driver_pb2.GetDriversRequest()).drivers

@@ -61,8 +61,8 @@ def check_fits(side: RobotSide, about: About) -> None:
     """Raise ArgumentError for a controller that is not the one of a robot's side, or that nobody may rely on."""
     if about.joints != len(side.joints):
         raise ArgumentError(
-            f"the controller has {about.joints} joints, and the robot was to have {len(side.joints)}: "
-            f"{', '.join(side.names)}; name those that it has, in its order, in `joints`",
+            f"the controller has {about.joints} joints, and its twin {len(side.joints)}: {', '.join(side.names)}; "
+            "say in `joints` which joint of the twin each of the controller's is, in the controller's order",
             field="joints",
             controller=about.joints,
         )

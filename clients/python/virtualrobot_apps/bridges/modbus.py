@@ -102,8 +102,9 @@ class ModbusClient(Peer):
             connected = await asyncio.wait_for(self._client.connect(), timeout)
         except (OSError, TimeoutError, ModbusException) as error:
             raise PeerError(f"nobody answers: {error or 'silent'}") from error
-        if not connected:
-            raise PeerError("nobody answers there")
+        if not connected:  # pymodbus writes the reason to its log alone
+            ask = "does the host listen" if isinstance(self._place, tuple) else "is there such a port, and is it free"
+            raise PeerError(f"nobody answers there; {ask}?")
         self._first = True
 
     async def read(self) -> dict[Entry, object]:
