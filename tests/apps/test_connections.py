@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import threading
 from pathlib import Path
 
@@ -138,6 +139,17 @@ def test_the_command_checks_and_steps(
     checked = CliRunner().invoke(command, [str(file), "--check", *at])
     assert (checked.exit_code, dict(steps.signals)) == (0, {}), checked.output
     assert checked.output.endswith("cell-io.yaml fits: 2 connections; it drives 2 signals\n")
+    steps.load_robot("model://conveyor", name="conveyor")
+    belts_alone = CELL[: CELL.index("tools:")] + CELL[CELL.index("belts:") :]
+    for wrong, said in (
+        (belts_alone.replace("joint: belt", "joint: bellt"), r"yaml:\d+: .*'conveyor' has no joint 'bellt'; it has"),
+        (CELL, r"yaml:\d+: .*no robot named 'hand'"),
+    ):
+        file.write_text(wrong, "utf-8")
+        refused = CliRunner().invoke(command, [str(file), "--check", *at])
+        assert re.search(said, str(refused.exception)), refused.exception
+    assert dict(steps.signals) == {}
+    file.write_text(LOGIC, "utf-8")
     before = steps.clock.read().stamp.tick
     done = CliRunner().invoke(command, [str(file), "--steps", "5", *at])
     assert (done.exit_code, steps.clock.read().stamp.tick) == (0, before + 5), done.output

@@ -10,7 +10,7 @@ from virtualrobot.cli.options import Target, WholeRange, target_options
 
 @click.command(short_help="Run connections between signals, with logic, from a file.")
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False))
-@click.option("--check", is_flag=True, help="Look at the file and at the kernel's signals, and run nothing.")
+@click.option("--check", is_flag=True, help="Look whether the file fits the kernel, and run nothing.")
 @click.option("--steps", type=WholeRange(1), help="In stepped time: make so many ticks, and end.")
 @target_options
 def connections(target: Target, file: Path, check: bool, steps: int | None) -> None:
@@ -19,6 +19,7 @@ def connections(target: Target, file: Path, check: bool, steps: int | None) -> N
     Signals become others by logic (and, or, not, edges, delays, counters, ...), and tools and belts move as
     signals say.
     """
+    from virtualrobot_apps.connections.devices import fitted
     from virtualrobot_apps.connections.file import read_connections
     from virtualrobot_apps.connections.runner import Connections
 
@@ -27,7 +28,7 @@ def connections(target: Target, file: Path, check: bool, steps: int | None) -> N
     read = read_connections(file)
     with target.connect() as client:
         if check:
-            read.check_signals({one.name: one.value for one in client.signals.read()})
+            fitted(client, read, click.echo)
             drives = _counted(len(read.driven()), "signal")
             click.echo(f"{file} fits: {_counted(len(read.connections), 'connection')}; it drives {drives}")
             return

@@ -6,12 +6,12 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 
 from virtualrobot import Client
-from virtualrobot.errors import VirtualRobotError
+from virtualrobot.errors import UnknownNameError, VirtualRobotError
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.state import MotionState, Phase
 
 from virtualrobot_apps.connections.expressions import Value
-from virtualrobot_apps.connections.file import BeltDevice, ToolDevice
+from virtualrobot_apps.connections.file import BeltDevice, ConnectionFile, ToolDevice
 
 Say = Callable[[str], None]
 
@@ -158,3 +158,20 @@ class DrivenBelt(Device):
     def telling(self) -> bool:
         """Return whether it moves."""
         return self._motion is not None
+
+
+def fitted(client: Client, file: ConnectionFile, say: Say) -> list[Device]:
+    """Check a file against a kernel, and return its tools and belts, of which nothing moves before the first update.
+
+    Raises MalformedFileError, with the line, for the first signal, type, robot, tool, state or joint that does not fit.
+    """
+    file.check_signals({one.name: one.value for one in client.signals.read()})
+    devices: list[Device] = []
+    for one in (*file.tools, *file.belts):
+        try:
+            devices.append(
+                DrivenTool(client, one, say) if isinstance(one, ToolDevice) else DrivenBelt(client, one, say)
+            )
+        except UnknownNameError as error:
+            raise one.item.error(str(error)) from error
+    return devices

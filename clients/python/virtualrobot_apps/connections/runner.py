@@ -12,7 +12,7 @@ from virtualrobot.clock import ClockState
 from virtualrobot.errors import VirtualRobotError, WrongStateError
 from virtualrobot.signals import SignalChange
 
-from virtualrobot_apps.connections.devices import Device, DrivenBelt, DrivenTool
+from virtualrobot_apps.connections.devices import fitted
 from virtualrobot_apps.connections.expressions import Value
 from virtualrobot_apps.connections.file import ConnectionFile
 from virtualrobot_apps.connections.logic import Logic, Result
@@ -36,16 +36,11 @@ class Connections:
         """Check a file against a kernel, make the signals that it makes, and set all that it drives.
 
         Raises:
-            MalformedFileError: for a signal, a type or a tool that does not fit, with its line; nothing has changed.
-            UnknownNameError: for a robot that is not there.
+            MalformedFileError: for what does not fit, with its line; nothing has changed.
         """
         self._client, self._file, self._say = client, file, say
         known = {one.name: one.value for one in client.signals.read()}
-        file.check_signals(known)
-        self._devices: list[Device] = [
-            *(DrivenTool(client, one, say) for one in file.tools),
-            *(DrivenBelt(client, one, say) for one in file.belts),
-        ]
+        self._devices = fitted(client, file, say)
         for one in file.signals:
             if one.name not in known:
                 client.signals.create(one.name, one.value, unit=one.unit or None, description=one.description or None)
