@@ -13,6 +13,7 @@ from pathlib import Path
 
 import grpc
 import pytest
+import virtualrobot
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2_grpc,
@@ -255,3 +256,17 @@ def stepped(stepped_kernel: KernelProcess) -> Iterator[Stubs]:
     """Return stubs to a kernel in STEPPED mode with an empty world."""
     with emptied(stepped_kernel) as stubs:
         yield stubs
+
+
+@pytest.fixture
+def client(kernel: KernelProcess, stubs: Stubs) -> Iterator[virtualrobot.Client]:
+    """Return a client of a kernel with an empty world whose time follows the wall clock."""
+    with virtualrobot.connect(kernel.address) as client:
+        yield client
+
+
+@pytest.fixture
+def steps(stepped_kernel: KernelProcess, stepped: Stubs) -> Iterator[virtualrobot.Client]:
+    """Return a client of a kernel with an empty world whose time goes on by steps."""
+    with virtualrobot.connect(stepped_kernel.address) as client:
+        yield client

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.drivers.brakes import Brakes
 from virtualrobot_kernel.drivers.twin import ControllerJoint, columns, twin_of
-from virtualrobot_kernel.motion.setpoint_motion import SetpointMode, SetpointMotion
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.braking import braking_of
 from virtualrobot_kernel.world.change import Change
@@ -16,7 +15,6 @@ from virtualrobot_kernel.world.commands import (
     Command,
     CreateSignal,
     PauseMotion,
-    SetSetpoint,
     SetSpeedFactor,
     StopMotions,
 )
@@ -24,7 +22,7 @@ from virtualrobot_kernel.world.state import Signal
 
 from tests.unit.planning.cell import JOINTS, TICK, cell
 from tests.unit.world.builders import after, ticked
-from tests.unit.world.test_braking import group, point_to_point, program, setpoints
+from tests.unit.world.test_braking import another_setpoint, group, point_to_point, program, setpoints
 
 CASES = 250
 """Random cases of each kind of motion."""
@@ -50,11 +48,7 @@ def test_they_are_those_of_the_way_of_the_world(
         change = after(begun, *made(begun, rng))
         while change.state.motions and cases < CASES:
             chance, motion = rng.random(), change.state.motions[0]
-            if isinstance(motion.running, SetpointMotion):
-                limits, wanted = motion.running.limits, rng.uniform(-1.0, 1.0, 7)
-                if motion.running.mode is SetpointMode.POSITION:
-                    wanted = np.clip(change.state.q[motion.q_index] + 0.01 * wanted, limits.lower, limits.upper)
-                change = after(change, SetSetpoint(motion.id, tuple(wanted.tolist())))
+            change = after(change, *another_setpoint(change, rng))
             if chance < 0.02:
                 change = after(change, SetSpeedFactor("", float(rng.uniform(0.1, 1.0))))
             elif chance < 0.03:

@@ -31,7 +31,7 @@ def read(data: bytes, files: Resolver) -> list[trimesh.Trimesh] | None:
     for name, own in _by_material(data, corners, uses):
         # As trimesh does: what one corner lacks is nothing to the others.
         has_uv, has_normals = (own[:, 1:] != NONE).all(axis=0).tolist()
-        rows, place = weld(np.ascontiguousarray(own * np.array([True, has_uv, has_normals], np.int32)))
+        rows, place = weld(own * np.array([True, has_uv, has_normals], np.int32))
         uv = uvs[rows[:, 1], :2] if has_uv else None
         visual: Any = None
         if name in materials:

@@ -2,26 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import pytest
 import virtualrobot
 from virtualrobot import cli
 
-from tests.kernels import KernelProcess, Stubs
+from tests.kernels import KernelProcess
 from tests.pybullet_models import MODELS as MODELS
 
 IIWA = "package://pybullet_data/kuka_iiwa/model.urdf"
 PANDA = "package://pybullet_data/franka_panda/panda.urdf"
 
 Run = Callable[..., str]
-
-
-@pytest.fixture
-def client(kernel: KernelProcess, stubs: Stubs) -> Iterator[virtualrobot.Client]:
-    """Return a client of a kernel with an empty world whose time follows the wall clock."""
-    with virtualrobot.connect(kernel.address) as client:
-        yield client
 
 
 @pytest.fixture

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -11,18 +10,11 @@ import virtualrobot
 from virtualrobot import Client
 
 from tests.api.test_replay import replaying
-from tests.kernels import KernelProcess, StartKernel, Stubs
+from tests.kernels import StartKernel
 
 GRAVITY = 9.81
 MASS = 2.0
 ENGINES = ["mujoco", pytest.param("bullet", marks=pytest.mark.long)]
-
-
-@pytest.fixture
-def cell(stepped_kernel: KernelProcess, stepped: Stubs) -> Iterator[Client]:
-    """Return a client of an empty world in stepped time."""
-    with virtualrobot.connect(stepped_kernel.address) as client:
-        yield client
 
 
 def scales(client: Client, height: float = 0.0) -> None:
@@ -38,16 +30,16 @@ def scales(client: Client, height: float = 0.0) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_box_on_a_plate_weighs_m_g(cell: Client, engine: str) -> None:
-    scales(cell)
-    cell.physics.set(engine)
-    cell.clock.step(250)
-    wrench = cell.sensors["scale"].read().value
+def test_a_box_on_a_plate_weighs_m_g(steps: Client, engine: str) -> None:
+    scales(steps)
+    steps.physics.set(engine)
+    steps.clock.step(250)
+    wrench = steps.sensors["scale"].read().value
     weight = np.array([0.0, 0.0, -MASS * GRAVITY])
     np.testing.assert_allclose(wrench.force, weight, atol=2e-3 * MASS * GRAVITY)
     # r x F, with the box 0.1 m ahead and 0.05 m to the left of the sensor.
     np.testing.assert_allclose(wrench.torque, np.cross([0.1, 0.05, 0.1], weight), atol=5e-3)
-    felt = cell.sensors["skin"].read().value
+    felt = steps.sensors["skin"].read().value
     assert {(one.element, one.other, one.distance) for one in felt} == {("plate", "box", 0.0)}
     np.testing.assert_allclose(sum(one.force for one in felt), weight, atol=2e-3 * MASS * GRAVITY)
     # By the box's footprint, and about its middle as its weight is.
@@ -58,34 +50,34 @@ def test_a_box_on_a_plate_weighs_m_g(cell: Client, engine: str) -> None:
     assert all(one.normal == pytest.approx([0.0, 0.0, 1.0], abs=1e-3) for one in felt)
 
 
-def test_what_is_gone_is_felt_no_more(cell: Client) -> None:
-    scales(cell)
-    cell.physics.set("mujoco", gravity=(0.0, 0.0, -1.62))
-    cell.clock.step(250)
-    assert cell.sensors["scale"].read().value.force[2] == pytest.approx(-MASS * 1.62, rel=2e-3)
-    cell.scene.set_pose("box", virtualrobot.pose(z=2.0))
-    cell.clock.step(1)
-    assert cell.sensors["skin"].read().value == ()
-    np.testing.assert_array_equal(cell.sensors["scale"].read().value.force, np.zeros(3))
-    cell.scene.set_pose("box", virtualrobot.pose(z=0.25))
-    cell.clock.step(2)
-    assert cell.sensors["scale"].read().value.force[2] < -1.0
+def test_what_is_gone_is_felt_no_more(steps: Client) -> None:
+    scales(steps)
+    steps.physics.set("mujoco", gravity=(0.0, 0.0, -1.62))
+    steps.clock.step(250)
+    assert steps.sensors["scale"].read().value.force[2] == pytest.approx(-MASS * 1.62, rel=2e-3)
+    steps.scene.set_pose("box", virtualrobot.pose(z=2.0))
+    steps.clock.step(1)
+    assert steps.sensors["skin"].read().value == ()
+    np.testing.assert_array_equal(steps.sensors["scale"].read().value.force, np.zeros(3))
+    steps.scene.set_pose("box", virtualrobot.pose(z=0.25))
+    steps.clock.step(2)
+    assert steps.sensors["scale"].read().value.force[2] < -1.0
     # Without physics, the figures alone say what touches.
-    cell.physics.set("none")
-    cell.scene.set_pose("box", virtualrobot.pose(z=0.2499))
-    felt = cell.sensors["skin"].read().value
+    steps.physics.set("none")
+    steps.scene.set_pose("box", virtualrobot.pose(z=0.2499))
+    felt = steps.sensors["skin"].read().value
     assert {(one.element, one.other, one.force) for one in felt} == {("plate", "box", None)}
-    np.testing.assert_array_equal(cell.sensors["scale"].read().value.force, np.zeros(3))
+    np.testing.assert_array_equal(steps.sensors["scale"].read().value.force, np.zeros(3))
 
 
-def test_nothing_is_felt_of_what_moves_no_more(cell: Client) -> None:
-    scales(cell)
-    cell.physics.set("mujoco")
-    cell.clock.step(5)
-    assert cell.sensors["scale"].read().value.force[2] < -1.0
-    cell.physics.disable("box")
-    cell.clock.step(1)
-    np.testing.assert_array_equal(cell.sensors["scale"].read().value.force, np.zeros(3))
+def test_nothing_is_felt_of_what_moves_no_more(steps: Client) -> None:
+    scales(steps)
+    steps.physics.set("mujoco")
+    steps.clock.step(5)
+    assert steps.sensors["scale"].read().value.force[2] < -1.0
+    steps.physics.disable("box")
+    steps.clock.step(1)
+    np.testing.assert_array_equal(steps.sensors["scale"].read().value.force, np.zeros(3))
 
 
 @pytest.mark.long

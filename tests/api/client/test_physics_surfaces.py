@@ -2,72 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client
 from virtualrobot.errors import VirtualRobotError
 
-from tests.kernels import KernelProcess, Stubs
+from tests.api.client.physics_world import floor, place
 
 GRAVITY = 9.81
 TICK = 0.004
 ENGINES = ["mujoco", pytest.param("bullet", marks=pytest.mark.long)]
 
 
-@pytest.fixture
-def cell(stepped_kernel: KernelProcess, stepped: Stubs) -> Iterator[Client]:
-    """Return a client of an empty world in stepped time."""
-    with virtualrobot.connect(stepped_kernel.address) as client:
-        yield client
-
-
-def floor(client: Client, **surface: float) -> None:
-    figure = virtualrobot.box(10.0, 10.0, 1.0).with_surface(**surface)
-    client.scene.add_object("floor", figure, pose=virtualrobot.pose(0.0, 0.0, -0.5))
-
-
-def place(client: Client, name: str) -> np.ndarray:
-    return np.asarray(client.scene.pose(name))[:3, 3]
-
-
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_ball_comes_back_as_high_as_its_restitution_says(cell: Client, engine: str) -> None:
-    floor(cell, restitution=0.6)
+def test_a_ball_comes_back_as_high_as_its_restitution_says(steps: Client, engine: str) -> None:
+    floor(steps, restitution=0.6)
     ball = virtualrobot.sphere(0.05).with_surface(restitution=0.6)
-    cell.scene.add_part("ball", ball, pose=virtualrobot.pose(z=0.55), mass=1.0, dynamic=True)
-    cell.physics.set(engine)
+    steps.scene.add_part("ball", ball, pose=virtualrobot.pose(z=0.55), mass=1.0, dynamic=True)
+    steps.physics.set(engine)
     heights = []
     for _ in range(160):
-        cell.clock.step(1)
-        heights.append(place(cell, "ball")[2])
+        steps.clock.step(1)
+        heights.append(place(steps, "ball")[2])
     touched = int(np.argmin(heights))
     # It falls 0.5 m, and comes back with e of its speed, so as high as e squared of that.
     assert max(heights[touched:]) - 0.05 == pytest.approx(0.5 * 0.6**2, rel=0.08)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_what_slides_is_braked_by_its_friction(cell: Client, engine: str) -> None:
+def test_what_slides_is_braked_by_its_friction(steps: Client, engine: str) -> None:
     friction, angle = 0.2, 0.4
     tilted = virtualrobot.pose(0.0, 0.0, 2.0, 0.0, angle, 0.0)
     slope = virtualrobot.box(6.0, 2.0, 0.2, pose=virtualrobot.pose(0.0, 0.0, -0.1)).with_surface(friction=friction)
-    cell.scene.add_object("slope", slope, pose=tilted)
+    steps.scene.add_object("slope", slope, pose=tilted)
     box = virtualrobot.box(0.2, 0.2, 0.1, pose=virtualrobot.pose(0.0, 0.0, 0.05)).with_surface(friction=friction)
-    cell.scene.add_part("box", box, pose=tilted, mass=1.0, dynamic=True)
-    cell.physics.set(engine)
-    cell.clock.step(25)
-    at = [place(cell, "box")]
+    steps.scene.add_part("box", box, pose=tilted, mass=1.0, dynamic=True)
+    steps.physics.set(engine)
+    steps.clock.step(25)
+    at = [place(steps, "box")]
     for _ in range(2):
-        cell.clock.step(50)
-        at.append(place(cell, "box"))
+        steps.clock.step(50)
+        at.append(place(steps, "box"))
     first, second = np.linalg.norm(np.diff(at, axis=0), axis=1)
     expected = GRAVITY * (np.sin(angle) - friction * np.cos(angle))
     assert (second - first) / 0.2**2 == pytest.approx(expected, rel=0.1)
 
 
-def test_surfaces_that_there_are_not_are_refused(cell: Client) -> None:
+def test_surfaces_that_there_are_not_are_refused(steps: Client) -> None:
     for surface, said in (
         ({"restitution": 1.5}, "restitution must be 0 to 1, not 1.5"),
         ({"friction": -0.1}, "friction must be 0 or more, not -0.1"),
@@ -75,5 +57,5 @@ def test_surfaces_that_there_are_not_are_refused(cell: Client) -> None:
         ({"stiffness": float("nan")}, "stiffness"),
     ):
         with pytest.raises((VirtualRobotError, ValueError), match=said):
-            floor(cell, **surface)
-    assert [node.name for node in cell.scene.nodes()] == ["world"]
+            floor(steps, **surface)
+    assert [node.name for node in steps.scene.nodes()] == ["world"]

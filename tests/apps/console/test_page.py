@@ -29,7 +29,7 @@ LINES = """(canvas, color) => {
   for (let at = 0; at < data.length; at += 4) count += isClose(at);
   return count > width / 4;
 }"""
-"""Whether a canvas has a line of about this color, as its edges are softened, across it."""
+"""Question in JavaScript: whether a canvas has a line of about this color, as its edges are softened, across it."""
 
 WITHIN = """(parts, whole) => {
   const box = document.querySelector(whole).getBoundingClientRect();
@@ -38,7 +38,7 @@ WITHIN = """(parts, whole) => {
     return top >= box.top && bottom <= box.bottom + 0.5 && left >= box.left && right <= box.right + 0.5;
   });
 }"""
-"""Whether all elements of a kind are within another one, none of them scrolled out of sight."""
+"""Question in JavaScript: whether all elements of a kind are within another one, none of them scrolled out of sight."""
 
 
 def ended(stubs: Stubs) -> motion_pb2.Motion:

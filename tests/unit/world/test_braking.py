@@ -70,6 +70,17 @@ def setpoints(change: Change, rng: np.random.Generator) -> list[Command]:
     return [StartSetpointMotion("arm", JOINTS, SetpointMode(str(rng.choice(["POSITION", "VELOCITY"]))), 10.0)]
 
 
+def another_setpoint(change: Change, rng: np.random.Generator) -> list[Command]:
+    """Return the next setpoint of the first motion; nothing where that is another kind of motion."""
+    motion = change.state.motions[0]
+    if not isinstance(motion.running, SetpointMotion):
+        return []
+    limits, wanted = motion.running.limits, rng.uniform(-1.0, 1.0, 7)
+    if motion.running.mode is SetpointMode.POSITION:
+        wanted = np.clip(change.state.q[motion.q_index] + 0.01 * wanted, limits.lower, limits.upper)
+    return [SetSetpoint(motion.id, tuple(wanted.tolist()))]
+
+
 @pytest.mark.parametrize("made", [point_to_point, group, program, setpoints])
 def test_it_is_what_the_ticks_are(
     made: Callable[[Change, np.random.Generator], list[Command]], rng: np.random.Generator
@@ -82,11 +93,8 @@ def test_it_is_what_the_ticks_are(
             break
         chance = rng.random()
         motion = change.state.motions[0]
-        if isinstance(motion.running, SetpointMotion):
-            limits, wanted = motion.running.limits, rng.uniform(-1.0, 1.0, 7)
-            if motion.running.mode is SetpointMode.POSITION:
-                wanted = np.clip(change.state.q[motion.q_index] + 0.01 * wanted, limits.lower, limits.upper)
-            change = after(change, SetSetpoint(motion.id, tuple(wanted.tolist())))
+        if given := another_setpoint(change, rng):
+            change = after(change, *given)
         elif chance < 0.01:
             change = after(change, SetSpeedFactor("", float(rng.uniform(0.1, 1.0))))
         elif chance < 0.012:

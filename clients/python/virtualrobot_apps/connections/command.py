@@ -28,7 +28,7 @@ def connections(target: Target, file: Path, check: bool, steps: int | None) -> N
     read = read_connections(file)
     with target.connect() as client:
         if check:
-            fitted(client, read, click.echo)
+            fitted(client, read, {one.name: one.value for one in client.signals.read()}, click.echo)
             drives = _counted(len(read.driven()), "signal")
             click.echo(f"{file} fits: {_counted(len(read.connections), 'connection')}; it drives {drives}")
             return

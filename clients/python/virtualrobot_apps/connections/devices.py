@@ -160,12 +160,12 @@ class DrivenBelt(Device):
         return self._motion is not None
 
 
-def fitted(client: Client, file: ConnectionFile, say: Say) -> list[Device]:
-    """Check a file against a kernel, and return its tools and belts, of which nothing moves before the first update.
+def fitted(client: Client, file: ConnectionFile, world: Mapping[str, Value], say: Say) -> list[Device]:
+    """Check a file against a kernel and its signals; return its tools and belts, which move at the first update.
 
     Raises MalformedFileError, with the line, for the first signal, type, robot, tool, state or joint that does not fit.
     """
-    file.check_signals({one.name: one.value for one in client.signals.read()})
+    file.check_signals(world)
     devices: list[Device] = []
     for one in (*file.tools, *file.belts):
         try:

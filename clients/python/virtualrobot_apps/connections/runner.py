@@ -40,7 +40,7 @@ class Connections:
         """
         self._client, self._file, self._say = client, file, say
         known = {one.name: one.value for one in client.signals.read()}
-        self._devices = fitted(client, file, say)
+        self._devices = fitted(client, file, known, say)
         for one in file.signals:
             if one.name not in known:
                 client.signals.create(one.name, one.value, unit=one.unit or None, description=one.description or None)
