@@ -10,6 +10,7 @@ import pytest
 from ruamel.yaml import YAML
 from virtualrobot_plugins.sensor_models.infrared import InfraredSettings
 from virtualrobot_plugins.sensor_models.laser import LaserSettings
+from virtualrobot_plugins.sensor_models.sonar import SonarSettings
 from virtualrobot_plugins.sensor_models.ultrasonic import UltrasonicSettings
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -25,7 +26,12 @@ def table(heading: str) -> list[tuple[str, str]]:
 
 @pytest.mark.parametrize(
     ("model", "settings"),
-    [("laser", LaserSettings), ("ultrasonic", UltrasonicSettings), ("infrared", InfraredSettings)],
+    [
+        ("laser", LaserSettings),
+        ("ultrasonic", UltrasonicSettings),
+        ("sonar", SonarSettings),
+        ("infrared", InfraredSettings),
+    ],
 )
 def test_each_setting_is_told_with_its_default(model: str, settings: type) -> None:
     def shown(value: object) -> str:

@@ -44,7 +44,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
-    "crafts": ("components", "motion", "world"),
+    "crafts": ("components", "motion", "planning", "world"),
     "drivers": ("components", "inputs", "world"),
     "physics": ("collision", "components", "shapes", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),

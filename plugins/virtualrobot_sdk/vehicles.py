@@ -32,9 +32,22 @@ class VehicleDrive:
     """Greatest command, above the least."""
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Carried:
+    """Bodies that move with a vehicle beside what it is itself, such as an arm, at the start and the end of a step.
+
+    Both are about the origin of the base and along its axes; in between they change evenly.
+    """
+
+    inertia: Floats
+    """(2, 6, 6) mass matrices of the bodies as if they were rigid with the base: kg, kg m, kg m^2."""
+    momentum: Floats
+    """(2, 6) linear (kg m/s) and angular momentum (kg m^2/s) by their movement against the base alone."""
+
+
 @dataclass(frozen=True, slots=True)
 class Surroundings:
-    """Medium about a vehicle, the same within one step everywhere; axes are the world's, z up."""
+    """Medium about a vehicle, the same within one step everywhere, and what it carries; axes are the world's, z up."""
 
     current: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Velocity of the water (m/s)."""
@@ -44,6 +57,9 @@ class Surroundings:
     """Height of the water's surface (m); above it nothing floats."""
     gravity: float = 9.80665
     """Acceleration of gravity (m/s^2), downwards, 0 or more."""
+    carried: Carried | None = None
+    """Bodies that it carries; None: none. Their momentum with that of the vehicle changes by outer forces alone.
+    Dynamics that know of no such thing leave them out."""
 
 
 class VehicleDynamics(Protocol):

@@ -44,6 +44,26 @@ class TestUltrasonicAmongOthers(SensorModelContract):
     facts = SensorFacts(nearest=0.02, farthest=4.0, valid_misses=0.05)
 
 
+class TestSonar(SensorModelContract):
+    component = f"{PLUGIN}/sonar"
+    facts = SensorFacts(nearest=0.3, farthest=50.0)
+
+
+@pytest.mark.long
+class TestSonarOfManyBeams(SensorModelContract):
+    component = f"{PLUGIN}/sonar"
+    settings = {  # noqa: RUF012  as above
+        "width_radians": 0.0175,
+        "height_radians": 0.349,
+        "frequency_kilohertz": 750.0,
+        "detection_range_meters": 60.0,
+        "speckle": True,
+        "salinity": 0.0,
+        "without_echo": "zero",
+    }
+    facts = SensorFacts(nearest=0.1, farthest=40.0)
+
+
 class TestInfrared(SensorModelContract):
     component = f"{PLUGIN}/infrared"
     facts = SensorFacts(nearest=0.1, farthest=0.8)

@@ -1,12 +1,14 @@
 """A craft under water at work: its component gives velocities with inertia, so that it moves though no drive does.
 
+What it carries beside its hull, such as an arm, is told to the component, so that the arm's movement moves the vehicle.
+
 A drive's state, the speed of a propeller or the angle of a fin, is the velocity or the position of its joint. What the
 drive is told is what a running motion has for that joint; without one a propeller is told to stand, a fin to stay.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +16,7 @@ from virtualrobot_sdk.poses import from_quaternion, inverse, quaternion, skew
 from virtualrobot_sdk.vehicles import DriveQuantity, Surroundings, VehicleDrive
 
 from virtualrobot_kernel.components.running import ComponentHandle
+from virtualrobot_kernel.crafts.burden import Burden, burden
 from virtualrobot_kernel.crafts.fitting import Moved, center_of, checked_step, fitted, nonsense, standing
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.crafts import base_joint
@@ -43,12 +46,14 @@ class Vessel:
     lowest: Floats
     highest: Floats
     surroundings: Surroundings
+    burden: Burden | None
 
     def key(self, now: Snapshot, later: Snapshot) -> bytes:
         """Return what the result of `moved` depends on, as bytes."""
         q, v = now.state.q, now.state.v
         base = q[self.base_q : self.base_q + 7], v[self.base_v : self.base_v + 6], q[self.drive_q], v[self.drive_v]
-        return b"".join(part.tobytes() for part in (*base, self._told(now, later)))
+        own = b"".join(part.tobytes() for part in (*base, self._told(now, later)))
+        return own + self.burden.key(now, later) if self.burden else own
 
     def moved(self, now: Snapshot, later: Snapshot) -> Moved | None:
         """Return where it is at the end of the tick; None where it stands still.
@@ -69,8 +74,11 @@ class Vessel:
         angular = v[rate + 3 : rate + 6]
         twist = np.concatenate([turn.T @ (linear - arm @ angular), turn.T @ angular])
         states = np.where(self.is_speed, v[self.drive_v], q[self.drive_q]) / self.ratio
+        about = (
+            replace(self.surroundings, carried=self.burden.carried(now, later)) if self.burden else self.surroundings
+        )
         pose, after, reached = self._stepped(
-            world_t_joint @ joint_t_link @ self.base_t_center, twist, states, self._told(now, later), seconds
+            world_t_joint @ joint_t_link @ self.base_t_center, twist, states, self._told(now, later), seconds, about
         )
         there = inverse(world_t_joint) @ pose @ self.center_t_base
         turning = turn @ after[3:]
@@ -114,9 +122,9 @@ class Vessel:
         return np.minimum(np.maximum(told, self.lowest), self.highest)
 
     def _stepped(
-        self, pose: Floats, twist: Floats, states: Floats, commands: Floats, seconds: float
+        self, pose: Floats, twist: Floats, states: Floats, commands: Floats, seconds: float, about: Surroundings
     ) -> tuple[Floats, Floats, Floats]:
-        answer = self.component.call("step", pose, twist, states, commands, seconds, self.surroundings)
+        answer = self.component.call("step", pose, twist, states, commands, seconds, about)
         shapes = (4, 4), (6,), states.shape
         after, rates, reached = checked_step(self.component, answer, "pose, twist and states of drives", *shapes)
         return after, rates, reached
@@ -140,6 +148,7 @@ def vessel(structure: Structure, node: Node, craft: Craft, component: ComponentH
     names = tuple(drive.name for drive in drives)
     found = list(fitted(structure, node, craft, names).values())
     center = center_of(craft)
+    drive_q = np.array([one.coordinate.q for one in found], np.int32)
     water = craft.water or Water()
     return Vessel(
         node=node,
@@ -150,11 +159,12 @@ def vessel(structure: Structure, node: Node, craft: Craft, component: ComponentH
         base_v=base_v,
         base_t_center=center,
         center_t_base=inverse(center),
-        drive_q=np.array([one.coordinate.q for one in found], np.int32),
+        drive_q=drive_q,
         drive_v=np.array([one.coordinate.v for one in found], np.int32),
         ratio=np.array([one.ratio for one in found]),
         is_speed=np.array([drive.quantity is DriveQuantity.SPEED for drive in drives]),
         lowest=np.array([drive.lowest for drive in drives]),
         highest=np.array([drive.highest for drive in drives]),
         surroundings=Surroundings(water.current, water.density, water.surface_height),
+        burden=burden(structure, node.uid, link, drive_q.tolist(), center),
     )

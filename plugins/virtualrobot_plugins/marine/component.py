@@ -13,7 +13,7 @@ from virtualrobot_sdk.compiled.cache import make_ready
 from virtualrobot_sdk.compiled.rigid import orthonormalise
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import Floats
-from virtualrobot_sdk.vehicles import Surroundings, VehicleDrive
+from virtualrobot_sdk.vehicles import Carried, Surroundings, VehicleDrive
 
 from virtualrobot_plugins.marine.equations import EULER, LIE, RK4, advance
 from virtualrobot_plugins.marine.parameters import parameters
@@ -39,6 +39,14 @@ class FossenSettings:
     longest_step_seconds: Annotated[
         float, Meta(gt=0, le=1, description="Longer steps are made in equal parts, none longer than this (s).")
     ] = 0.005
+    carried_density: Annotated[
+        float,
+        Meta(
+            ge=0,
+            le=1e5,
+            description="Density (kg/m^3) of what it carries, such as an arm; 0: that of the water, so that it floats.",
+        ),
+    ] = 0.0
 
 
 class FossenDynamics:
@@ -51,7 +59,9 @@ class FossenDynamics:
         self._method = METHODS[settings.integrator]
         self._longest = settings.longest_step_seconds
         p = self._parameters
-        self._fixed = p.mass_matrix, p.inverse_mass, p.damping, p.hull, p.is_fin, p.drive, p.table_start, p.tables
+        self._carried_density = settings.carried_density
+        self._alone = p.mass_matrix[None], p.inverse_mass[None], np.zeros((1, 10)), np.zeros((6, 7))
+        self._fixed = p.damping, p.hull, p.is_fin, p.drive, p.table_start, p.tables
         # A command that was reckoned from another unit may be off by rounding.
         self._lowest = np.array([drive.lowest - SLACK * abs(drive.lowest) for drive in p.drives])
         self._highest = np.array([drive.highest + SLACK * abs(drive.highest) for drive in p.drives])
@@ -83,8 +93,24 @@ class FossenDynamics:
             raise ArgumentError(f"seconds is {seconds}; it must be a finite number above 0", seconds=seconds)
         water = _water(surroundings)
         steps = max(1, math.ceil(seconds / self._longest - 1e-9))
-        advance(self._method, pose, velocity, state, told, seconds, steps, water, *self._fixed)
+        carried = surroundings.carried
+        masses = self._alone if carried is None else self._loaded(carried, seconds, steps, surroundings.density)
+        advance(self._method, pose, velocity, state, told, seconds, steps, water, *masses, *self._fixed)
         return pose, velocity, state
+
+    def _loaded(self, carried: Carried, seconds: float, steps: int, density: float) -> tuple[Floats, ...]:
+        """Return mass matrices, inverses, `carried` and `change` of `advance` with what it carries."""
+        inertia = _finite(carried.inertia, (2, 6, 6), "the inertia of what is carried")
+        momentum = _finite(carried.momentum, (2, 6), "the momentum of what is carried")
+        shares = np.linspace(0.0, 1.0, 2 * steps + 1)
+        own = inertia[0] + shares[:, None, None] * (inertia[1] - inertia[0])
+        whole = self._parameters.mass_matrix + own
+        moving = momentum[0] + shares[:, None] * (momentum[1] - momentum[0])
+        # Mass and first moment stand in the matrix: m and m times the skew matrix of the centre.
+        moments = np.stack([own[:, 0, 0], own[:, 5, 1], -own[:, 5, 0], own[:, 4, 0]], axis=1)
+        sinking = 1.0 - density / self._carried_density if self._carried_density else 0.0
+        change = np.column_stack([inertia[1] - inertia[0], momentum[1] - momentum[0]]) / seconds
+        return whole, np.linalg.inv(whole), np.hstack([moving, sinking * moments]), change
 
     def _beyond(self, told: Floats) -> ArgumentError:
         i = int(np.flatnonzero((told < self._lowest) | (told > self._highest))[0])
@@ -99,12 +125,17 @@ class FossenDynamics:
 
 def _vector(value: Floats, count: int, what: str) -> Floats:
     """Return a copy of an argument, (count,)."""
-    vector = np.array(value, dtype=np.float64)
-    if vector.shape != (count,):
-        raise ArgumentError(f"{what} has shape {vector.shape}; it must be ({count},)", shape=vector.shape)
-    if not np.isfinite(vector).all():
-        raise ArgumentError(f"{what} is {vector.tolist()}; all must be finite")
-    return vector
+    return _finite(value, (count,), what)
+
+
+def _finite(value: Floats, shape: tuple[int, ...], what: str) -> Floats:
+    """Return a copy of an argument of this shape."""
+    array = np.array(value, dtype=np.float64)
+    if array.shape != shape:
+        raise ArgumentError(f"{what} has shape {array.shape}; it must be {shape}", shape=array.shape)
+    if not np.isfinite(array).all():
+        raise ArgumentError(f"{what} is {array.tolist()}; all must be finite")
+    return array
 
 
 def _water(surroundings: Surroundings) -> Floats:

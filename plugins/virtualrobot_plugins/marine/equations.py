@@ -4,6 +4,9 @@ T. I. Fossen, Guidance and Control of Ocean Vehicles (Wiley, 1994), chapter 2: M
 is the velocity against the water, which flows evenly. C(v) v is written by Kirchhoff's equations, so that it needs the
 mass matrix alone and takes no power. Axes of the base are x forward, y left, z up, those of the world z up.
 
+What a vehicle carries, such as an arm, adds its mass matrix to M and the momentum of its own movement to M v. Both
+change during a step, so that rows of arrays are those of its start, its middle and its end.
+
 All is reckoned from the pose at the start of the step: where the vehicle is then is the origin, its axes are the axes,
 and the water rests. Quaternions are w, x, y, z here.
 """
@@ -119,6 +122,7 @@ def _forces(
     water: Floats,
     damping: Floats,
     hull: Floats,
+    wet: Floats,
     is_fin: Integers,
     drive: Floats,
     start: Integers,
@@ -127,6 +131,8 @@ def _forces(
     f: Floats,
 ) -> None:
     """Write tau - D(v) v - g (6,) to f: all but the inertial forces, along the axes of the body.
+
+    `wet` (4,) is the mass of what it carries, and its first moment, less that of the water in its place.
 
     `up` is the vertical in the axes at the start, `height` that of the start, which has gone with the water by now.
     """
@@ -142,9 +148,10 @@ def _forces(
     immersed = min(1.0, max(0.0, 0.5 + (water[4] - risen) / hull[8]))
     weight = hull[0] * water[5]
     buoyancy = water[3] * hull[1] * water[5] * immersed
-    mx = buoyancy * hull[5] - weight * hull[2]
-    my = buoyancy * hull[6] - weight * hull[3]
-    mz = buoyancy * hull[7] - weight * hull[4]
+    mx = buoyancy * hull[5] - weight * hull[2] - water[5] * wet[1]
+    my = buoyancy * hull[6] - weight * hull[3] - water[5] * wet[2]
+    mz = buoyancy * hull[7] - weight * hull[4] - water[5] * wet[3]
+    weight += water[5] * wet[0]
     for i in range(3):
         f[i] += (buoyancy - weight) * here[i]
     f[3] += my * here[2] - mz * here[1]
@@ -154,10 +161,23 @@ def _forces(
 
 
 @inlined
-def _accelerated(mass: Floats, inverse: Floats, v: Floats, f: Floats, h: Floats, out: Floats, at: int) -> None:
-    """Write M^-1 (f - C(v) v) to out[at:at + 6]."""
+def _accelerated(
+    mass: Floats,
+    inverse: Floats,
+    carried: Floats,
+    change: Floats,
+    v: Floats,
+    f: Floats,
+    h: Floats,
+    out: Floats,
+    at: int,
+) -> None:
+    """Write M^-1 (f - C(v) v) to out[at:at + 6], with what is carried.
+
+    `carried` (6,) is the momentum of its own movement; `change` (6, 7) are the rates of its mass matrix and of that.
+    """
     for i in range(6):
-        h[i] = 0.0
+        h[i] = carried[i]
         for j in range(6):
             h[i] += mass[i, j] * v[j]
     g0 = f[0] + h[1] * v[5] - h[2] * v[4]
@@ -166,6 +186,19 @@ def _accelerated(mass: Floats, inverse: Floats, v: Floats, f: Floats, h: Floats,
     g3 = f[3] + h[4] * v[5] - h[5] * v[4] + h[1] * v[2] - h[2] * v[1]
     g4 = f[4] + h[5] * v[3] - h[3] * v[5] + h[2] * v[0] - h[0] * v[2]
     g5 = f[5] + h[3] * v[4] - h[4] * v[3] + h[0] * v[1] - h[1] * v[0]
+    for j in range(6):
+        g0 -= change[0, j] * v[j]
+        g1 -= change[1, j] * v[j]
+        g2 -= change[2, j] * v[j]
+        g3 -= change[3, j] * v[j]
+        g4 -= change[4, j] * v[j]
+        g5 -= change[5, j] * v[j]
+    g0 -= change[0, 6]
+    g1 -= change[1, 6]
+    g2 -= change[2, 6]
+    g3 -= change[3, 6]
+    g4 -= change[4, 6]
+    g5 -= change[5, 6]
     for i in range(6):
         out[at + i] = (
             inverse[i, 0] * g0
@@ -197,6 +230,8 @@ def _exponential(x: float, y: float, z: float, q: Floats) -> None:
     float64,
     int64,
     array_of(float64, 1),
+    array_of(float64, 3),
+    array_of(float64, 3),
     array_of(float64, 2),
     array_of(float64, 2),
     array_of(float64, 3),
@@ -217,6 +252,8 @@ def advance(
     water: Floats,
     mass: Floats,
     inverse: Floats,
+    carried: Floats,
+    change: Floats,
     damping: Floats,
     hull: Floats,
     is_fin: Integers,
@@ -226,9 +263,11 @@ def advance(
 ) -> None:
     """Advance pose (4, 4), twist (6,) and states of drives (m,) in place by `seconds` in equal steps.
 
-    `water` (6,) is the current (3, m/s), density (kg/m^3), height of the surface (m) and gravity (m/s^2); the rest is
-    what `Parameters` says. Drives are evaluated where a step starts, at its middle and at its end: were they held, the
-    method would be of order 1.
+    `water` (6,) is the current (3, m/s), density (kg/m^3), height of the surface (m) and gravity (m/s^2). `mass` and
+    `inverse` (r, 6, 6) are those of all that moves, `carried` (r, 10) the momentum by its own movement of what is
+    carried, and its `wet` of `_forces`; `change` (6, 7) says how that mass matrix and that momentum change (1/s). r is
+    1 where nothing changes, else twice the steps and 1. The rest is what `Parameters` says. Drives are evaluated where
+    a step starts, at its middle and at its end: were they held, the method would be of order 1.
     """
     dt = seconds / steps
     m = state.shape[0]
@@ -245,7 +284,9 @@ def advance(
     rates = np.empty((4, 13))
     momentum = np.empty(6)
     q = np.empty(4)
-    for _ in range(steps):
+    for step in range(steps):
+        first = 0 if mass.shape[0] == 1 else 2 * step
+        ahead = 0 if mass.shape[0] == 1 else 1
         for i in range(3):
             up[i] = pose[2, i]
             along = pose[0, i] * water[0] + pose[1, i] * water[1] + pose[2, i] * water[2]
@@ -262,9 +303,9 @@ def advance(
             y[7 + i] = v[i]
         if method == LIE:
             for i in range(6):
-                momentum[i] = 0.0
+                momentum[i] = carried[first, i]
                 for j in range(6):
-                    momentum[i] += mass[i, j] * v[j]
+                    momentum[i] += mass[first, i, j] * v[j]
             # The velocity at the middle by fixed-point steps, each of which takes a factor of dt off the error.
             for i in range(13):
                 stage[i] = y[i]
@@ -285,6 +326,7 @@ def advance(
                     water,
                     damping,
                     hull,
+                    carried[first + ahead, 6:10],
                     is_fin,
                     drive,
                     start,
@@ -293,7 +335,8 @@ def advance(
                     f,
                 )
                 if round_ < 3:
-                    _accelerated(mass, inverse, stage[7:13], f, h, rates[0], 7)
+                    row = first + ahead
+                    _accelerated(mass[row], inverse[row], carried[row], change, stage[7:13], f, h, rates[0], 7)
                     for i in range(7, 13):
                         stage[i] = y[i] + 0.5 * dt * rates[0, i]
             # Momentum about the place at the start, to which the force at the middle adds; half of the way is its arm.
@@ -319,11 +362,12 @@ def advance(
             for i in range(6):
                 y[7 + i] = 0.0
                 for j in range(6):
-                    y[7 + i] += inverse[i, j] * h[j]
+                    y[7 + i] += inverse[first + 2 * ahead, i, j] * (h[j] - carried[first + 2 * ahead, j])
         else:
             last = 1 if method == EULER else 4
             for k in range(last):
                 part = 0.0 if k == 0 else (dt if k == 3 else 0.5 * dt)
+                row = first if k == 0 else (first + 2 * ahead if k == 3 else first + ahead)
                 for i in range(13):
                     stage[i] = y[i] if k == 0 else y[i] + part * rates[k - 1, i]
                 _forces(
@@ -336,6 +380,7 @@ def advance(
                     water,
                     damping,
                     hull,
+                    carried[row, 6:10],
                     is_fin,
                     drive,
                     start,
@@ -343,7 +388,7 @@ def advance(
                     here,
                     f,
                 )
-                _accelerated(mass, inverse, stage[7:13], f, h, rates[k], 7)
+                _accelerated(mass[row], inverse[row], carried[row], change, stage[7:13], f, h, rates[k], 7)
                 _turned(stage[3:7], stage[7], stage[8], stage[9], rates[k], 0)
                 w, x, b, z = stage[3], stage[4], stage[5], stage[6]
                 p, r, s = stage[10], stage[11], stage[12]

@@ -14,15 +14,11 @@ from typing import Annotated
 import numpy as np
 from msgspec import Meta
 from virtualrobot_sdk.kinematics import Floats
-from virtualrobot_sdk.rays import Booleans, Readings, TrueHits
+from virtualrobot_sdk.rays import Readings, TrueHits
 
 from virtualrobot_plugins.sensor_models.beams import cone
+from virtualrobot_plugins.sensor_models.bursts import absorption, first_echo, pattern, returned, spreading
 from virtualrobot_plugins.sensor_models.saying import WithoutEcho, readings
-
-EDGE_DECIBELS = 6.0
-"""Loss of an echo at the edge of the cone against one on its axis (dB)."""
-LEAST_DISTANCE = 1e-3
-"""Lower bound of the distance in the power of an echo (m): nearer surfaces give no more."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,11 +69,10 @@ class Ultrasonic:
         self._settings = settings
         self._beam = cone(settings.rays, settings.half_angle_radians)
         off_axis = np.arccos(np.clip(self._beam[:, 0], -1.0, 1.0))
-        gain = 10.0 ** (-EDGE_DECIBELS / 10.0 * (off_axis / settings.half_angle_radians) ** 2)
-        self._gain = gain / gain.sum()
+        self._gain = pattern(off_axis / settings.half_angle_radians)
         wall = settings.detection_range_meters / self._beam[:, 0]
         overlaps = wall <= wall[0] + settings.burst_meters
-        self._threshold = float((self._energy(wall, off_axis) * overlaps).sum())
+        self._threshold = float((self._heard(wall, off_axis)[0] * overlaps).sum())
         self._scale = speed_of_sound(settings.assumed_temperature_celsius) / speed_of_sound(
             settings.air_temperature_celsius
         )
@@ -89,7 +84,8 @@ class Ultrasonic:
     def apply(self, hits: TrueHits, rng: np.random.Generator, /) -> Readings:
         """Return the readings: the first echo above the threshold of each cone, in the device's meters."""
         settings = self._settings
-        distance, strength, heard = self._first_echo(hits)
+        energy, share = self._heard(np.minimum(hits.distance, hits.farthest), hits.incidence)
+        distance, strength, heard = first_echo(hits, energy, share, self._threshold, settings.burst_meters)
         distance *= self._scale
         if settings.deviation_meters > 0.0:
             distance += settings.deviation_meters * rng.standard_normal(len(distance))
@@ -100,54 +96,14 @@ class Ultrasonic:
             distance, heard = np.where(deceived, stranger, distance), heard | deceived
         return readings(distance, strength, heard, hits, settings.resolution_meters, settings.without_echo)
 
-    def _energy(self, distance: Floats, incidence: Floats) -> Floats:
-        """Return what each ray brings back (..., k): its part of the cone, the mirror, the spreading and the air."""
+    def _heard(self, distance: Floats, incidence: Floats) -> tuple[Floats, Floats]:
+        """Return the energy that each ray brings back (n, k), and what it would, had it not spread on the way."""
         settings = self._settings
-        air = 10.0 ** (-0.2 * settings.absorption_decibels_per_meter * distance)
-        spreading = 1.0 / np.maximum(distance, LEAST_DISTANCE) ** 2
-        return self._gain * returned(incidence, settings) * spreading * air
-
-    def _first_echo(self, hits: TrueHits) -> tuple[Floats, Floats, Booleans]:
-        """Return where the sound of each cone first exceeds the threshold (n,), its strength, and whether it does.
-
-        The strength is the part of the cone that comes back within a burst of there, had it not spread on the way.
-        """
-        burst, (beams, rays) = self._settings.burst_meters, hits.distance.shape
-        hit = hits.distance <= hits.farthest
-        beyond = hits.farthest + 2.0 * burst
-        distance = np.where(hit, hits.distance, beyond)
-        energy = np.where(hit, self._energy(distance, hits.incidence), 0.0)
-        share = np.where(hit, self._gain * returned(hits.incidence, self._settings), 0.0)
-        order = np.argsort(distance, axis=1, kind="stable")
-        distance, energy, share = (np.take_along_axis(a, order, axis=1) for a in (distance, energy, share))
-        # The sound of each moment is that of all echoes that began less than a burst ago: one search in all rows,
-        # which are laid one behind the other.
-        row = np.arange(beams)[:, None]
-        laid = distance + row * 2.0 * (distance.max(initial=0.0) + burst)
-        first = np.searchsorted(laid.ravel(), (laid - burst).ravel()).reshape(beams, rays) - row * rays
-        loud = _sums_from(energy, first) >= self._threshold * (1.0 - 1e-9)
-        at = loud.argmax(axis=1)[:, None]
-        heard = np.asarray(loud.any(axis=1))
-        told = np.where(heard, np.take_along_axis(distance, at, axis=1)[:, 0], 0.0)
-        return told, (share * (np.abs(distance - told[:, None]) <= burst)).sum(axis=1), heard
-
-
-def returned(incidence: Floats, settings: UltrasonicSettings) -> Floats:
-    """Return the part of the sound that a surface sends back at these incidence angles (rad).
-
-    A mirror fades to nothing at the critical angle, as cos^2(pi/2 incidence/critical); roughness scatters its part.
-    """
-    part = np.minimum(incidence / settings.critical_angle_radians, 1.0)
-    mirrored = (1.0 - settings.roughness) * np.cos(0.5 * math.pi * part) ** 2
-    return mirrored + settings.roughness * np.cos(incidence)
+        share = self._gain * returned(incidence, settings.critical_angle_radians, settings.roughness)
+        air = absorption(distance, settings.absorption_decibels_per_meter)
+        return share * spreading(distance) * air, share
 
 
 def speed_of_sound(celsius: float) -> float:
     """Return the speed of sound in air (m/s) at a temperature, linear about 0 degrees."""
     return 331.3 + 0.606 * celsius
-
-
-def _sums_from(values: Floats, first: np.ndarray) -> Floats:
-    """Return for each place of a row (n, k) the sum of the values from the place `first` (n, k) of it up to itself."""
-    sums = np.concatenate([np.zeros((len(values), 1)), np.cumsum(values, axis=1)], axis=1)
-    return sums[:, 1:] - np.take_along_axis(sums, first, axis=1)

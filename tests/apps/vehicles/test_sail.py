@@ -30,6 +30,12 @@ def test_a_vehicle_follows_its_path_in_a_kernel(steps: virtualrobot.Client) -> N
     assert rms < 0.1
     assert most < 0.2
     assert np.linalg.norm(record.positions[-1] - LEG.path.points[-1]) < 0.15
+    # A wide beam hears the nearest place of the bottom, which is as far as the vehicle is high.
+    assert len(record.heights) >= 5
+    assert record.sounding() < 0.1
+    # From where it stands in the end the sonar at its bow is nearest to the first pile.
+    (x, y), end = sail.PILES[0], record.positions[-1]
+    assert record.nearest == pytest.approx(np.hypot(x - end[0] - 0.25, y - end[1]) - sail.RADIUS, abs=0.3)
 
 
 @pytest.mark.long
@@ -41,6 +47,8 @@ def test_the_demo_tells_its_numbers(stepped_kernel: KernelProcess, tmp_path: Fil
     assert result.exit_code == 0, result.output
     assert "mission                done in" in result.output
     assert "m rms" in result.output
+    assert "m by the echo sounder" in result.output
+    assert "m by the sonar ahead" in result.output
     assert ElementTree.parse(plot).getroot().tag.endswith("svg")
 
 

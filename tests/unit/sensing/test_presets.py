@@ -56,6 +56,7 @@ def test_a_preset_says_everything_and_its_model_can_be_made(name: str) -> None:
         ("URG-04LX", 682, 681 * 360 / 1024),  # steps 44 to 725 of 1024 (SCIP 2.0 specification, table 2)
         ("UTM-30LX", 1081, 270.0),  # steps 0 to 1080 of 1440 (the same)
         ("LMS111", 541, 270.0),  # 0.5 degrees a step (SICK 8012471)
+        ("M750d", 512, 130.0),  # data sheet of the Oculus M series
     ],
 )
 def test_scanners_have_the_steps_of_their_data_sheets(name: str, beams: int, degrees: float) -> None:

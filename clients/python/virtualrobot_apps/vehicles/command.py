@@ -1,4 +1,4 @@
-"""`virtualrobot demo auv`, `boebot`, `hexapod`, `maze`, `quadruped`, `ugv`: a kernel with a machine that is led."""
+"""`virtualrobot demo auv`, `boebot`, `hexapod`, `maze`, `quadruped`, `ugv`, `uvms`: a kernel with a led machine."""
 
 from __future__ import annotations
 
@@ -43,6 +43,23 @@ def auv(target: Target, mission: Path | None, plot: Path | None, headless: bool,
 
     with stepped(target, plot, headless) as client:
         sail.main(client, mission, plot, pace_of(speed, headless))
+
+
+@click.command()
+@PLOT
+@HEADLESS
+@SPEED
+@target_options
+def uvms(target: Target, plot: Path | None, headless: bool, speed: float | None) -> None:
+    """Watch an underwater vehicle with an arm, which pushes it about and keeps its tool in place while it drifts.
+
+    In steps, as fast as the wall clock, without viewer as fast as it can. Starts a kernel of its own and ends it; with
+    --address the vehicle replaces the world of a kernel that runs already.
+    """
+    from virtualrobot_apps.vehicles import uvms
+
+    with stepped(target, plot, headless) as client:
+        uvms.main(client, plot, pace_of(speed, headless))
 
 
 @click.command()

@@ -36,11 +36,17 @@ def pusher(name: str, direction: Sequence[float], position: Sequence[float], lag
     }
 
 
-def vehicle(integrator: str = "rk4", longest: float = 0.005, **changed: Any) -> FossenDynamics:  # noqa: ANN401
+def vehicle(
+    integrator: str = "rk4",
+    longest: float = 0.005,
+    carried_density: float = 0.0,
+    **changed: Any,  # noqa: ANN401
+) -> FossenDynamics:
     """Return the dynamics of a changed BlueROV2, whose weight is its buoyancy."""
     changed = {"volume": 13.5, **changed}
     made = read_document(document(**changed))
-    return FossenDynamics(FossenSettings(made, integrator, longest))  # pyright: ignore[reportArgumentType]
+    settings = FossenSettings(made, integrator, longest, carried_density)  # pyright: ignore[reportArgumentType]
+    return FossenDynamics(settings)
 
 
 def run(

@@ -9,7 +9,7 @@ from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
 from virtualrobot_apps.demos.twin.command import twin
-from virtualrobot_apps.vehicles.command import auv, boebot, hexapod, maze, quadruped, ugv
+from virtualrobot_apps.vehicles.command import auv, boebot, hexapod, maze, quadruped, ugv, uvms
 
 
 @click.group(short_help="Watch two robots palletize.", invoke_without_command=True)
@@ -65,3 +65,4 @@ demo.add_command(maze)
 demo.add_command(ugv)
 demo.add_command(hexapod)
 demo.add_command(quadruped)
+demo.add_command(uvms)
