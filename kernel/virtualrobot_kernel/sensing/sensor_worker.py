@@ -55,6 +55,7 @@ class SensorWorker:
         tell: Callable[[Reading], None],
         now: Callable[[], Snapshot],
         turns: tuple[CpuSlots, CpuSlots],
+        waited_for: Callable[[], bool],
         schedule: Schedule | None,
         before: SensorWorker | None = None,
         first: int = 0,
@@ -67,6 +68,8 @@ class SensorWorker:
             tell: is called with each reading that was due, and with a fault; it must return at once.
             now: returns the world as it is.
             turns: those of sensors that compute in this process: while their readings are quick, and of others.
+            waited_for: tells whether time waits for readings; else its thread gives way to ticks and calls, from the
+                first reading on that nobody waits for.
             schedule: when readings are due; None: only those that are asked for are made.
             before: the worker whose readings go on to be counted here.
             first: without one, how many readings count as made: those of a kernel that has ended.
@@ -80,6 +83,7 @@ class SensorWorker:
         self._timed = before._timed if before else 0
         self._seconds = before._seconds if before else 0.0
         self._make, self._tell, self._now, self._turns = make, tell, now, turns
+        self._waited_for = waited_for
         self._give_back: Callable[[], None] = lambda: None
         self._cause: Exception | None = None
         self._queue: queue.SimpleQueue[_Ask | type[_Due] | None] = queue.SimpleQueue()
@@ -203,12 +207,15 @@ class SensorWorker:
             self._failed(error)
             self._refuse_asks()  # it may have been ended before, by a change
             return
-        # Not before: processes of components that the reader starts would give way too.
-        give_way()
         self.reader = reader
         self._ready.set()
+        gives_way = False
         try:
             while (item := self._queue.get()) is not None:
+                if not (gives_way or self._waited_for()):
+                    # Not before: processes of components that the reader starts would give way too.
+                    give_way()
+                    gives_way = True
                 if isinstance(item, _Ask):
                     self._read_asked(reader, item)
                 else:

@@ -231,7 +231,8 @@ class Sensors:
     ) -> SensorWorker:
         short = node.kind is Kind.MOTION_SENSOR
         turns = (self._short_turns, self._short_turns) if short else (self._quick_turns, self._turns)
-        worker = SensorWorker(node, partial(self._make, node), self._tell, self._now, turns, schedule, before, first)
+        made = partial(self._make, node)
+        worker = SensorWorker(node, made, self._tell, self._now, turns, self._waits, schedule, before, first)
         if fault:
             worker.give_up(fault)
         else:
@@ -245,6 +246,10 @@ class Sensors:
 
     def _now(self) -> Snapshot:
         return self._world.snapshot
+
+    def _waits(self) -> bool:
+        """Return whether time waits for readings: where it goes by steps."""
+        return self._world.clock.mode is Mode.STEPPED
 
     def _do_chores(self) -> None:
         while (chore := self._chores.get()) is not None:

@@ -74,6 +74,24 @@ def test_encoders_are_counted_and_what_they_lack_is_named(client: Client, ugv: R
         arm.odometry()
 
 
+def test_many_readings_are_reckoned_at_once_to_the_same_bits(client: Client, ugv: Robot) -> None:
+    begun = client.sensors["ugv.encoders"].read().value
+    one_by_one, at_once = (ugv.odometry(encoders=begun, variance_per_radian=1e-3) for _ in range(2))
+    ugv.drive_path([[0.4, 0.0, 0.3]], wait=False)
+    readings, poses = [], []
+    for _ in range(8):
+        client.clock.step(100)
+        readings.append(client.sensors["ugv.encoders"].read().value)
+        poses.append(one_by_one.update(readings[-1]).pose)
+    assert np.ptp(np.array(poses)[:, 0]) > 0.05
+    assert at_once.reckon(readings[:3]).tolist() == np.array(poses[:3]).tolist()
+    assert at_once.reckon([]).shape == (0, 3)
+    assert at_once.reckon(readings[3:]).tolist() == np.array(poses[3:]).tolist()
+    assert at_once.reading.covariance.tolist() == one_by_one.reading.covariance.tolist()
+    with pytest.raises(InvalidArgumentError, match="positions have 1 to 10000 rows, not 10001"):
+        at_once.reckon(readings[:1] * 10_000)
+
+
 @pytest.mark.long
 @pytest.mark.parametrize("counts", DRIFTS)
 def test_whole_counts_drift_round_a_square(client: Client, ugv: Robot, counts: int) -> None:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import os
+import sys
 import threading
 from collections.abc import Callable
 from dataclasses import replace
 
 import pytest
+from virtualrobot_kernel.background import NICENESS
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.sensing import sensors as module
 from virtualrobot_kernel.sensing.reading import Moment, SensorState
@@ -205,6 +208,23 @@ def test_a_late_reading_is_left_out_and_counted(bench: Bench) -> None:
     left_out = second.snapshot.state.tick - first.snapshot.state.tick - 1
     assert left_out >= 9
     assert second.missed - first.missed == left_out
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="elsewhere niceness is a whole process's")
+def test_a_sensor_gives_way_once_time_does_not_wait_for_it(bench: Bench) -> None:
+    found: list[int] = []
+
+    def note(moment: Moment) -> None:
+        found.append(os.getpriority(os.PRIO_PROCESS, threading.get_native_id()))
+
+    bench.next["a"] = lambda: Fake(act=note)
+    bench.add("a", rate_hertz=50.0)
+    before = os.getpriority(os.PRIO_PROCESS, 0)
+    for mode, niceness in ((Mode.STEPPED, before), (Mode.REALTIME, min(before + NICENESS, 19))):
+        bench.world.set_clock(mode, 1.0).result(GUARD)
+        bench.sensors.read("a")[1].result(GUARD)
+        assert found[-1] == niceness
+    assert os.getpriority(os.PRIO_PROCESS, 0) == before
 
 
 def test_the_past_goes_back_as_far_as_a_reader_needs(bench: Bench) -> None:

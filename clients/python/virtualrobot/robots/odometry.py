@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,12 +94,26 @@ class Odometry:
             WrongStateError: when the robot is no craft any more.
             PluginFailedError: when its component has failed.
         """
-        now = self._counted(encoders)
+        self._went([self._counted(encoders)])
+        return self._reading
+
+    def reckon(self, encoders: Sequence[EncoderReading]) -> Floats:
+        """Return where the craft should have been, (n, 3) x, y (m) and heading (rad), at readings of its encoders.
+
+        As `update` with each of them, the oldest first, in one call; `reading` is of the last one then.
+
+        Raises:
+            InvalidArgumentError: for more readings than the kernel takes in one call, and as `update` does.
+        """
+        return self._went([self._counted(one) for one in encoders])
+
+    def _went(self, angles: Sequence[Floats]) -> Floats:
+        """Go on by where the drives were, one after the other; return the poses (n, 3) there."""
         x, y, heading = self._reading.pose.tolist()
         request = robot_pb2.ReckonDrivesRequest(
             robot=self._robot,
             joint_names=self._joints,
-            positions=array_message(np.array([self._last, now])),
+            positions=array_message(np.array([self._last, *angles])),
             settings=self._settings,
             x_meters=x,
             y_meters=y,
@@ -108,9 +122,10 @@ class Odometry:
             variance_per_radian=self._variance,
         )
         found = self._services.robot.ReckonDrives(request)
-        self._last = now
-        self._reading = OdometryReading(array_of(found.poses)[-1], array_of(found.covariances)[-1])
-        return self._reading
+        self._last = angles[-1] if angles else self._last
+        poses = array_of(found.poses)
+        self._reading = OdometryReading(poses[-1], array_of(found.covariances)[-1])
+        return poses[1:]
 
     def drift(self, true_pose: ArrayLike | None = None) -> Floats:
         """Return by how much the last update is off: x, y (m) and heading (rad, within half a turn), shape (3,).

@@ -171,18 +171,29 @@ def test_a_maze_that_is_too_large_is_refused() -> None:
 
 
 def test_a_study_counts_the_mazes_of_each_size() -> None:
-    """Of each size those that were passed, and a time for a square that is that of all its squares."""
-    runs = [
-        maze_run.Run(generated(2, seed), passed, "", seconds, 0, [(1, 1)] * squares, np.zeros(turns), np.zeros((1, 2)))
-        for seed, passed, seconds, squares, turns in ((1, True, 20.0, 6, 1), (2, False, 40.0, 11, 3))
-    ]
+    """Of each size those that were passed; squares, turns and times are of these, and a way's against the shortest.
+
+    From (1, 1) to the exit above the upper right cell it is as far as the map says: 5 squares of the smallest mazes.
+    """
+    small = [generated(2, seed) for seed in (1, 2, 3)]
+    least = [maze.shortest() for maze in small]
+    assert least[0] == 5
+
+    def run(maze: Maze, passed: bool, seconds: float, squares: int, turns: int) -> maze_run.Run:
+        way = [(1, 1)] * (squares + 1)
+        return maze_run.Run(maze, passed, "", seconds, 0, way, np.zeros(turns), np.zeros((1, 2)))
+
     rows = maze_run.size_rows(
-        [*runs, maze_run.Run(generated(3, 1), True, "", 9.0, 0, [(1, 1)] * 4, np.zeros(2), runs[0].places)]
+        [
+            run(small[0], True, 20.0, least[0], 1),
+            run(small[1], True, 40.0, 2 * least[1], 3),
+            run(small[2], False, 99.0, 7, 9),
+            run(generated(3, 1), False, 9.0, 4, 2),
+        ]
     )
-    assert [row.split() for row in rows[1:]] == [
-        ["2", "x", "2", "1", "of", "2", "5", "to", "10", "1", "to", "3", "20.0", "to", "40.0", "s", "4.00", "s"],
-        ["3", "x", "3", "1", "of", "1", "3", "to", "3", "2", "to", "2", "9.0", "to", "9.0", "s", "3.00", "s"],
-    ]
+    most, each = 2 * least[1], 60.0 / (least[0] + 2 * least[1])
+    cells = f"2 x 2 2 of 3 67% 5 to {most} 1.00 to 2.00 1 to 3 20.0 to 40.0 s {each:.2f} s"
+    assert [row.split() for row in rows[1:]] == [cells.split(), "3 x 3 0 of 1 0%".split()]
 
 
 @pytest.mark.long
@@ -191,4 +202,4 @@ def test_two_mazes_of_a_size_are_passed(stepped_kernel: KernelProcess) -> None:
     result = CliRunner().invoke(cli, arguments)
     assert result.exit_code == 0, result.output
     assert "passed 2 of 2" in result.output
-    assert "2 x 2       2 of 2" in result.output
+    assert "2 x 2     2 of 2  100%" in result.output

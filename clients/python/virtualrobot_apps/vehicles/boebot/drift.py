@@ -24,7 +24,7 @@ TRUE = "true angles"
 
 
 class Drift:
-    """Reckons a run in several ways at once, each by `Robot.odometry`."""
+    """Reckons a run in several ways, each by `Robot.odometry`, once it is over."""
 
     def __init__(self, robot: Robot, encoders: EncoderReading) -> None:
         """Begin where the robot is, its encoders as they were read."""
@@ -37,11 +37,14 @@ class Drift:
         self._others = {f"{counts} counts a turn": robot.odometry(counts_per_turn=counts) for counts in OTHERS}
         self._others |= {TRUE: robot.odometry(), "right wheel taken 0.5% larger": robot.odometry(settings=amiss)}
 
-    def update(self, encoders: EncoderReading) -> NDArray[np.float64]:
-        """Go on to where the robot is; return x, y (m) and heading (rad) by its encoders, in the robot's frame."""
+    def reckon(self, encoders: Sequence[EncoderReading], true: Sequence[EncoderReading]) -> NDArray[np.float64]:
+        """Go on to where the robot is, by what its encoders told (n of them) and where its wheels truly were then.
+
+        Return x, y (m) and heading (rad) (n, 3) by its encoders, in the robot's frame.
+        """
         for odometry in self._others.values():
-            odometry.update()
-        return self._told.update(encoders).pose
+            odometry.reckon(true)
+        return self._told.reckon(encoders)
 
     def off(self) -> dict[str, NDArray[np.float64]]:
         """Return by name how far each is off the true pose by now: x, y (m) and heading (rad), shape (3,)."""

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot import Client
+from virtualrobot import Client, EncoderReading
 
 from virtualrobot_apps.chart import Panel, chart, plan, stacked
 from virtualrobot_apps.vehicles.boebot.cockpit import Cockpit
@@ -31,6 +31,7 @@ from virtualrobot_apps.vehicles.boebot.worlds import ROBOT
 Floats = NDArray[np.float64]
 
 WORLD = Path(__file__).parent / "line.yaml"
+SENSORS = ("camera", "laser", "encoders")
 PERIOD = 0.1
 """Time between two pictures (s)."""
 PATIENCE = 2.0
@@ -103,7 +104,9 @@ def follow(
     """
     end = track.length - 0.01 if until is None else until
     follower, rows, waited, result = LineFollower(), [], 0.0, "time"
-    with Cockpit(client, pace) as cockpit:
+    counted: list[EncoderReading] = []
+    true: list[EncoderReading] = []
+    with Cockpit(client, pace, SENSORS) as cockpit:
         drift = Drift(client.robot(ROBOT), cockpit.encoders())
         pose = cockpit.pose
         way = track.nearest(np.array(pose[:2]), 0.0, track.length)[0]
@@ -114,23 +117,26 @@ def follow(
             assert seen.color is not None
             clear = cockpit.distance("laser")
             twist = follower.twist(find_line(seen.color, float(seen.camera_matrix[0, 0])), clear)
-            rows.append((cockpit.now, *pose, off, *drift.update(cockpit.encoders()), *twist, clear, way))
+            rows.append((cockpit.now, *pose, off, *twist, clear, way))
+            counted.append(cockpit.encoders())
+            true.append(cockpit.true_wheels)
             if way >= end or follower.is_lost:
                 result = "lost" if follower.is_lost else "lap"
                 break
             waited = waited + PERIOD if clear < STOP_DISTANCE else 0.0
             if waited > PATIENCE and "can" in client.scene:
                 client.scene.remove("can")
-            cockpit.drive(*twist, cockpit.ticks_of(PERIOD))
+            cockpit.drive(*twist, cockpit.ticks_of(PERIOD), SENSORS)
+        told = drift.reckon(counted, true)
         table, ticks, apart = np.array(rows), cockpit.ticks, drift.off()
     return Record(
         times=table[:, 0],
         poses=table[:, 1:4],
         off=table[:, 4],
-        told=table[:, 5:8],
-        twists=table[:, 8:10],
-        clear=table[:, 10],
-        ways=table[:, 11],
+        told=told,
+        twists=table[:, 5:7],
+        clear=table[:, 7],
+        ways=table[:, 8],
         drift=apart,
         ticks=ticks,
         end=result,

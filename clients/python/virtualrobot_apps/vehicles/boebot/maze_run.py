@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot import Client
-from virtualrobot.errors import MotionAbortedError
+from virtualrobot.errors import WrongStateError
 
 from virtualrobot_apps.chart import plan
 from virtualrobot_apps.vehicles.boebot.cockpit import RADIUS, TRACK, Cockpit
@@ -32,6 +32,9 @@ from virtualrobot_apps.vehicles.boebot.wall_follower import (
 )
 from virtualrobot_apps.vehicles.boebot.worlds import WALL, center_of, maze_world
 
+SONARS = ("sonar_left", "sonar_front", "sonar_right")
+ENCODERS = "encoders"
+SENSORS = (*SONARS, ENCODERS)
 PERIOD = 0.1
 """Time between two commands along a passage (s)."""
 RIGHT_ANGLE = 0.5 * math.pi / TURNING
@@ -67,7 +70,7 @@ class Driver:
     """Drives by the rule; it keeps where it is in its square by sonars and wheels."""
 
     def __init__(self, cockpit: Cockpit, maze: Maze) -> None:
-        """Begin in the middle of the first square."""
+        """Begin in the middle of the first square, with SENSORS read."""
         self._cockpit, self._maze = cockpit, maze
         self._steering = Steering()
         self._wheels = cockpit.wheels()
@@ -83,8 +86,7 @@ class Driver:
             if self._cockpit.now > longest:
                 return f"not there after {longest:.0f} s"
             if turn := turn_of(distances):
-                self._turn(turn)
-                distances = self._sense()
+                distances = self._turn(turn)
             if turn < 1:
                 distances = self._advance(distances)
         return ""
@@ -93,7 +95,8 @@ class Driver:
         """Go on to the middle of the next square, so that it would rest there; return what the sonars say then."""
         self._remaining += WALL
         while self._remaining > BRAKE_WAY:
-            self._drive(SPEED, self._steering.rate(), min(PERIOD, (self._remaining - BRAKE_WAY) / SPEED))
+            seconds = min(PERIOD, (self._remaining - BRAKE_WAY) / SPEED)
+            self._drive(SPEED, self._steering.rate(), seconds, SENSORS)
             way = self._roll()
             distances = self._sense()
             self._steering.seen(way, distances)
@@ -102,20 +105,21 @@ class Driver:
                 self._remaining = 0.5 * (self._remaining + ahead)
         return distances
 
-    def _turn(self, quarter: int) -> None:
-        """Come to rest and turn by a right angle, to the left (1) or to the right (-1)."""
-        self._drive(0.0, 0.0, REST)
+    def _turn(self, quarter: int) -> Distances:
+        """Come to rest, turn by a right angle, to the left (1) or to the right (-1); return what the sonars say."""
+        self._drive(0.0, 0.0, REST, (ENCODERS,))
         self._roll()
         before = self._cockpit.pose[2]
         self._drive(0.0, quarter * TURNING, RIGHT_ANGLE)
-        self._drive(0.0, 0.0, REST)
+        self._drive(0.0, 0.0, REST, SENSORS)
         self.turned.append(math.remainder(self._cockpit.pose[2] - before, 2.0 * math.pi))
         # The wheels' counts are too coarse to say how exact the turn was; the sonars will tell along the passage.
         self._wheels = self._cockpit.wheels()
         self._remaining = -self._steering.turned(quarter, -self._remaining)
+        return self._sense()
 
-    def _drive(self, speed: float, turning: float, seconds: float) -> None:
-        self._cockpit.drive(speed, turning, self._cockpit.ticks_of(seconds))
+    def _drive(self, speed: float, turning: float, seconds: float, sensors: Sequence[str] = ()) -> None:
+        self._cockpit.drive(speed, turning, self._cockpit.ticks_of(seconds), sensors)
         self.places.append(self._cockpit.pose[:2])
         square = self._square()
         if square != self.squares[-1]:
@@ -132,7 +136,7 @@ class Driver:
         return way
 
     def _sense(self) -> Distances:
-        return Distances(*(self._cockpit.distance(f"sonar_{side}") for side in ("left", "front", "right")))
+        return Distances(*map(self._cockpit.distance, SONARS))
 
     def _square(self) -> Square:
         """Return the square in which the robot truly is."""
@@ -145,7 +149,7 @@ def main(
 ) -> list[Run]:
     """Pass mazes of sizes each a cell larger than the one before, print tables, and return the runs.
 
-    Of each size it passes as many mazes as there are `seeds`, from `seed` on; with more than one, a table counts them.
+    Of each size it passes as many mazes as there are `seeds`, from `seed` on; with several runs, a table counts them.
     """
     runs: list[Run] = []
     print(f"{'maze':>8} {'seed':>5} {'squares':>8} {'turns':>6} {'time':>9} {'ticks':>8}  result", flush=True)
@@ -159,7 +163,7 @@ def main(
             flush=True,
         )
     print(f"passed {sum(run.passed for run in runs)} of {len(runs)}")
-    if seeds > 1:
+    if len(runs) > 1:
         print("\n".join(["", *size_rows(runs)]))
     print()
     for row in document_rows(runs, client.clock.read().tick_length):
@@ -171,17 +175,37 @@ def main(
 
 
 def size_rows(runs: Sequence[Run]) -> list[str]:
-    """Return the lines of a table: of each size, how many mazes it passed, and their squares, turns and times."""
-    rows = [f"{'maze':>8} {'passed':>12} {'squares':>10} {'turns':>9} {'time':>16} {'a square':>9}"]
+    """Return the lines of a table: of each size, how many mazes it passed, in which part of all, and its ways.
+
+    A way is told in squares, beside the shortest one to the exit, of those that passed; time is simulation time.
+    """
+    rows = [
+        f"{'maze':>8} {'passed':>10} {'rate':>5} {'squares':>11} {'way / shortest':>15} {'turns':>9} {'time':>18} "
+        f"{'a square':>9}"
+    ]
     for size in sorted({run.maze.size for run in runs}):
         ours = [run for run in runs if run.maze.size == size]
-        squares, turns = [len(run.squares) - 1 for run in ours], [len(run.turned) for run in ours]
-        times = [run.seconds for run in ours]
-        count = f"{sum(run.passed for run in ours)} of {len(ours)}"
-        ranges = [f"{min(values)} to {max(values)}" for values in (squares, turns)]
-        time, each = f"{min(times):.1f} to {max(times):.1f} s", f"{sum(times) / sum(squares):.2f} s"
-        rows.append(f"{f'{size} x {size}':>8} {count:>12} {ranges[0]:>10} {ranges[1]:>9} {time:>16} {each:>9}")
+        there = [run for run in ours if run.passed]
+        squares = [len(run.squares) - 1 for run in there]
+        detours = [count / run.maze.shortest() for count, run in zip(squares, there, strict=True)]
+        turns, times = [len(run.turned) for run in there], [run.seconds for run in there]
+        cells = [
+            f"{f'{size} x {size}':>8}",
+            f"{f'{len(there)} of {len(ours)}':>10}",
+            f"{f'{100.0 * len(there) / len(ours):.0f}%':>5}",
+            f"{_range(squares, 'd'):>11}",
+            f"{_range(detours, '.2f'):>15}",
+            f"{_range(turns, 'd'):>9}",
+            f"{_range(times, '.1f') + ' s' if there else '':>18}",
+            f"{f'{sum(times) / sum(squares):.2f} s' if there else '':>9}",
+        ]
+        rows.append(" ".join(cells))
     return rows
+
+
+def _range(values: Sequence[float], form: str) -> str:
+    """Return the least and the greatest of some values; empty where there are none."""
+    return f"{min(values):{form}} to {max(values):{form}}" if values else ""
 
 
 def document_rows(runs: Sequence[Run], tick_length: float) -> list[str]:
@@ -219,11 +243,11 @@ def build(client: Client, maze: Maze) -> None:
 def drive(client: Client, maze: Maze, pace: float = 0.0) -> Run:
     """Let the robot pass the maze around it; raises what a rule on the map raises where it goes round for ever."""
     longest = SECONDS_A_SQUARE * len(right_hand(maze))
-    with Cockpit(client, pace) as cockpit:
+    with Cockpit(client, pace, SENSORS) as cockpit:
         driver = Driver(cockpit, maze)
         try:
             reason = driver.run(longest)
-        except MotionAbortedError as error:
+        except WrongStateError as error:  # it was stopped, such as before a wall
             reason = str(error)
         return Run(
             maze,
