@@ -28,6 +28,9 @@ class ShapeKind(Enum):
     """The radius, and half the length along z of the part between the half spheres."""
     HULL = "hull"
     """None: the convex hull of `vertices`."""
+    HEIGHTS = "heights"
+    """The lengths of a cell along x and y: ground, touched from above, of `heights`. It is the only shape of a body
+    that nothing moves."""
 
 
 class BodyJoint(Enum):
@@ -63,6 +66,11 @@ class BodyShape:
     body_t_shape: Floats = field(default_factory=lambda: np.eye(4))
     vertices: Floats | None = None
     """(n, 3) in meters, of a hull."""
+    heights: Floats | None = None
+    """(rows, columns) in meters along z, rows along y and columns along x, about the origin.
+
+    Each cell is two triangles, parted from its corner of least x and y to the opposite one.
+    """
 
 
 @dataclass(frozen=True, slots=True)

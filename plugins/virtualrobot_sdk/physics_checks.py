@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 
+from virtualrobot_sdk.arrays import is_finite
 from virtualrobot_sdk.errors import ArgumentError
-from virtualrobot_sdk.kinematics import Floats
+from virtualrobot_sdk.kinematics import Floats, Integers
 from virtualrobot_sdk.physics import (
     WORLD,
     Body,
@@ -24,11 +26,19 @@ from virtualrobot_sdk.physics import (
     sizes,
 )
 
+_MODES = sorted(mode.value for mode in MotorMode)
 UNIT_TOLERANCE = 1e-6
 """Tolerance of the length of a quaternion and of an axis."""
 TRIANGLE_TOLERANCE = 1e-9
 """Part by which a moment may exceed the sum of the other two: room for rounding."""
-_SIZES = {ShapeKind.BOX: 3, ShapeKind.SPHERE: 1, ShapeKind.CYLINDER: 2, ShapeKind.CAPSULE: 2, ShapeKind.HULL: 0}
+_SIZES = {
+    ShapeKind.BOX: 3,
+    ShapeKind.SPHERE: 1,
+    ShapeKind.CYLINDER: 2,
+    ShapeKind.CAPSULE: 2,
+    ShapeKind.HULL: 0,
+    ShapeKind.HEIGHTS: 2,
+}
 
 
 def check_model(model: PhysicsModel) -> None:
@@ -47,6 +57,8 @@ def check_model(model: PhysicsModel) -> None:
             raise _wrong(body, f"has limits from {body.lower} to {body.upper}; the lower must not be above the upper")
         for shape in body.shapes:
             _check_shape(body, shape)
+            if shape.kind is ShapeKind.HEIGHTS and (len(body.shapes) > 1 or _moves(model.bodies, row)):
+                raise _wrong(body, "has heights; they are the only shape of a body that nothing moves")
         surface = body.surface
         for name in ("friction", "spinning", "rolling", "restitution", "stiffness", "damping"):
             value = getattr(surface, name)
@@ -100,26 +112,35 @@ def check_step(
         raise ArgumentError("nothing is loaded yet; load comes before step")
     if substeps < 1:
         raise ArgumentError(f"{substeps} substeps; there must be one at least")
-    moved = [body.name for body in model.bodies if body.driven]
-    for name, values, width in (("poses", driven.poses, 7), ("twists", driven.twists, 6)):
-        _check_values(f"{name} of driven bodies", values, (len(moved), width))
+    moved, count = _moved_from_outside(model)
+    _check_values("poses of driven bodies", driven.poses, (len(moved), 7))
+    _check_values("twists of driven bodies", driven.twists, (len(moved), 6))
     if moved:
         lengths = np.linalg.norm(driven.poses[:, 3:], axis=1)
         at = int(np.abs(lengths - 1.0).argmax())
         _check_quaternion(moved[at], driven.poses[at, 3:])
-    count = len(jointed(model.bodies))
-    if np.shape(motors.mode) != (count,) or not np.isin(motors.mode, [mode.value for mode in MotorMode]).all():
-        raise ArgumentError(
-            f"modes of motors are {np.asarray(motors.mode).tolist()}; they must be {count} of MotorMode"
-        )
+    modes = np.asarray(motors.mode)
+    if modes.shape != (count,) or (count and not _are_modes(modes)):
+        raise ArgumentError(f"modes of motors are {modes.tolist()}; they must be {count} of MotorMode")
     _check_values("targets of motors", motors.target, (count,))
     for name in ("stiffness", "damping", "max_effort"):
         values = np.asarray(getattr(motors, name))
-        if values.shape != (count,) or not (values >= 0.0).all() or (name != "max_effort" and np.isinf(values).any()):
+        has_end = name == "max_effort" or is_finite(values)
+        if values.shape != (count,) or not has_end or (count and not values.min() >= 0.0):
             raise ArgumentError(f"{name} of motors is {values.tolist()}; it must be {count} numbers, 0 or more")
     if wrenches is not None:
         _check_values("wrenches", wrenches, (len(model.bodies), 6))
     return model
+
+
+def _are_modes(values: Integers) -> bool:
+    return values.dtype.kind in "iu" and values.min() >= _MODES[0] and values.max() <= _MODES[-1]
+
+
+@lru_cache(maxsize=4)
+def _moved_from_outside(model: PhysicsModel) -> tuple[tuple[str, ...], int]:
+    """Return the names of the driven bodies of a model, and how many joints have motors."""
+    return tuple(body.name for body in model.bodies if body.driven), len(jointed(model.bodies))
 
 
 def _check_place(bodies: Sequence[Body], row: int) -> None:
@@ -147,10 +168,23 @@ def _check_place(bodies: Sequence[Body], row: int) -> None:
         raise _wrong(body, f"has the pose {pose.tolist()} in its parent; it must be rigid")
 
 
+def _moves(bodies: Sequence[Body], row: int) -> bool:
+    """Return whether a joint moves a body, or it is driven."""
+    while row != WORLD:
+        if bodies[row].joint is not BodyJoint.FIXED:
+            return True
+        row = bodies[row].parent
+    return False
+
+
 def _check_shape(body: Body, shape: BodyShape) -> None:
     needed = _SIZES[shape.kind]
     if len(shape.size) != needed or not all(0.0 < value < math.inf for value in shape.size):
         raise _wrong(body, f"has a {shape.kind.value} of size {shape.size}; it needs {needed} lengths above 0")
+    if shape.kind is ShapeKind.HEIGHTS:
+        heights = np.asarray(shape.heights if shape.heights is not None else (), float)
+        if heights.ndim != 2 or min(heights.shape) < 2 or not np.isfinite(heights).all():
+            raise _wrong(body, f"has heights of shape {heights.shape}; two rows and columns at least, all finite")
     if shape.kind is not ShapeKind.HULL:
         return
     vertices = np.asarray(shape.vertices if shape.vertices is not None else (), float)
@@ -166,7 +200,7 @@ def _check_shape(body: Body, shape: BodyShape) -> None:
 def _check_values(what: str, values: Floats, shape: tuple[int, ...]) -> None:
     if np.shape(values) != shape:
         raise ArgumentError(f"{what} have shape {np.shape(values)}; it must be {shape}")
-    if not np.isfinite(values).all():
+    if not is_finite(values):
         raise ArgumentError(f"{what} are {np.asarray(values).tolist()}; they must be finite")
 
 

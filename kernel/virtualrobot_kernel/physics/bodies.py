@@ -8,11 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.errors import ArgumentError
-from virtualrobot_sdk.physics import WORLD, Body, BodyJoint, BodyShape, PhysicsModel, Surface
+from virtualrobot_sdk.physics import WORLD, Body, BodyJoint, BodyShape, PhysicsModel, ShapeKind, Surface
 from virtualrobot_sdk.physics_checks import check_inertia
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.physics.solids import Hulls, Spread, evenly, placed, shape_of, spread_of, together
+from virtualrobot_kernel.physics.solids import Solids, Spread, evenly, placed, shape_of, spread_of, together
 from virtualrobot_kernel.world import motored
 from virtualrobot_kernel.world.figures import Material
 from virtualrobot_kernel.world.state import Snapshot
@@ -74,7 +74,7 @@ def moves_by_forces(node: Node) -> bool:
     return is_dynamic(node) or motored.is_dynamic(node)
 
 
-def scene_of(snapshot: Snapshot, hull: Hulls, substep_seconds: float) -> Scene:
+def scene_of(snapshot: Snapshot, solids: Solids, substep_seconds: float) -> Scene:
     """Return the bodies of a world: what stands, what joints move, and the parts and robots that forces move.
 
     Raises KernelError, by the name of the node, for what no rigid body can be, for a mesh without volume, and for a
@@ -97,7 +97,7 @@ def scene_of(snapshot: Snapshot, hull: Hulls, substep_seconds: float) -> Scene:
         # Where it is in what it moves with, or in the world where it stands.
         above_t_node = mover_t.get(node.parent, np.eye(4)) @ pose
         mover_t[node.uid] = np.eye(4) if mover == node.uid else above_t_node
-        made = [*_surfaced(node, hull)]
+        made = [*_surfaced(node, solids, stands=not mover)]
         if mover == node.uid:
             # The first of its materials is the body's own; others hang on it.
             own = made.pop(0) if made else Body(node.name)
@@ -114,7 +114,7 @@ def scene_of(snapshot: Snapshot, hull: Hulls, substep_seconds: float) -> Scene:
                 _refuse_on_dynamic(structure, node, mover_of[node.parent])
             bodies.append(own)
         if mover and mover not in driven:
-            found = _spreads(structure, node, mover, hull)
+            found = _spreads(structure, node, mover, solids)
             masses.setdefault(mover, []).extend(placed(one, mover_t[node.uid]) for one in found)
         parent = rows[mover] if mover else WORLD
         bodies += [replace(body, parent=parent, parent_t_body=mover_t[node.uid]) for body in made]
@@ -183,11 +183,11 @@ def _refuse_on_dynamic(structure: Structure, node: Node, above: int) -> None:
         )
 
 
-def _spreads(structure: Structure, node: Node, mover: int, hull: Hulls) -> Iterator[Spread]:
+def _spreads(structure: Structure, node: Node, mover: int, solids: Solids) -> Iterator[Spread]:
     """Yield the mass that a node adds to what it moves with, in its own frame."""
     of_part = not structure.nodes[mover].is_moved
     if isinstance(node.data, PartData) and (node.data.dynamic or (not of_part and node.data.mass > 0.0)):
-        spread = _spread(node, node.data, hull)
+        spread = _spread(node, node.data, solids)
         _check(node, spread)
         yield spread
     elif isinstance(node.data, LinkData | ToolData) and node.data.inertial is not None and node.data.inertial.mass:
@@ -213,27 +213,32 @@ def _check(node: Node, spread: Spread) -> None:
         raise KernelError(str(error), node=node.name) from error
 
 
-def _spread(node: Node, data: PartData, hull: Hulls) -> Spread:
+def _spread(node: Node, data: PartData, solids: Solids) -> Spread:
     if not data.mass > 0.0:
         raise KernelError(
             f"the part {node.name!r} has no mass; what moves by forces needs mass_kilograms above 0", node=node.name
         )
     if data.inertial is not None and any((*data.inertial.diagonal, *data.inertial.products)):
         return spread_of(data.inertial)
-    shapes = [shape for one in node.figures if one.collision and (shape := shape_of(one, hull, node.name))]
+    shapes = [shape for one in node.figures if one.collision and (shape := shape_of(one, solids, node.name))]
     spread = evenly(data.mass, shapes, node.name)
     if data.inertial is None:
         return spread
     return Spread(data.mass, spread_of(data.inertial).center, spread.inertia)
 
 
-def _surfaced(node: Node, hull: Hulls) -> Iterator[Body]:
-    """Yield a body without mass for each surface of the figures of a node that are touched."""
+def _surfaced(node: Node, solids: Solids, *, stands: bool) -> Iterator[Body]:
+    """Yield a body without mass for each surface of the figures of a node that are touched, and each height field."""
     groups: dict[Surface, list[BodyShape]] = {}
     for figure in node.figures:
         # A tool that looks otherwise in each state is touched as it looks in all of them.
-        if figure.collision and not figure.tool_state and (shape := shape_of(figure, hull, node.name)) is not None:
-            groups.setdefault(_surface(figure.material or _PLAIN), []).append(shape)
+        if not figure.collision or figure.tool_state:
+            continue
+        shape, surface = shape_of(figure, solids, node.name, stands=stands), _surface(figure.material or _PLAIN)
+        if shape is not None and shape.kind is ShapeKind.HEIGHTS:
+            yield Body(node.name, shapes=(shape,), surface=surface)
+        elif shape is not None:
+            groups.setdefault(surface, []).append(shape)
     for surface, shapes in groups.items():
         yield Body(node.name, shapes=tuple(shapes), surface=surface)
 

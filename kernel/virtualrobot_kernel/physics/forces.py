@@ -19,7 +19,7 @@ from virtualrobot_kernel.physics.bodies import Scene, is_dynamic, movers, moves_
 from virtualrobot_kernel.physics.felt import felt_nodes
 from virtualrobot_kernel.physics.layout import layout_of, poses_7
 from virtualrobot_kernel.physics.running import UNTOUCHED, Running
-from virtualrobot_kernel.physics.solids import hulls
+from virtualrobot_kernel.physics.solids import solids
 from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.commands import (
     Command,
@@ -69,7 +69,7 @@ class Forces:
         self._touching: tuple[Scene, TouchingBodies] | None = None
         self._world = world
         self._catalog = catalog
-        self._hulls = hulls(meshes)
+        self._solids = solids(meshes)
         self._engine: ComponentHandle | None = None
         self._made_of: PhysicsSettings | None = None
         self._running: Running | None = None
@@ -99,7 +99,7 @@ class Forces:
                 self._catalog.find(ComponentKind.PHYSICS_ENGINE, command.engine)
                 now = self._world.snapshot
                 if any(map(moves_by_forces, now.structure.nodes.values())):
-                    scene_of(now, self._hulls, 1.0)
+                    scene_of(now, self._solids, 1.0)
 
     def admit(self, before: Snapshot, after: Snapshot, batch: Sequence[Command]) -> None:
         """Raise KernelError, by the name of the node, for bodies that cannot move by forces.
@@ -107,7 +107,7 @@ class Forces:
         And (PLUGIN_FAILED) for a motion of a robot whose engine has failed.
         """
         if before.structure is not after.structure and any(map(moves_by_forces, after.structure.nodes.values())):
-            scene_of(after, self._hulls, 1.0)
+            scene_of(after, self._solids, 1.0)
         if self.fault and after.state.physics_settings is self._made_of:
             self._refuse_motions(after, batch)
 
@@ -203,7 +203,7 @@ class Forces:
                     running.poses, running.twists, running.q, running.v = state.parent_t_node, twists, q, v
                     running.slow_ticks[:], running.still_ticks, running.stands = 0, 0, False
                 return running
-        scene = scene_of(now, self._hulls, now.tick_seconds / state.physics_settings.substeps)
+        scene = scene_of(now, self._solids, now.tick_seconds / state.physics_settings.substeps)
         layout = layout_of(now, scene)
         twists = _known({**self._carried, **state.twists}, scene.parts)
         felt = felt_nodes(now.structure)

@@ -13,6 +13,7 @@ from virtualrobot_sdk.physics import BodyShape, ShapeKind
 
 from virtualrobot_kernel.collision.outline import hull_of
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.physics.heights import Heights, heights_of
 from virtualrobot_kernel.shapes.submesh import Meshes, stacked
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Figure, Mesh, Sphere
 from virtualrobot_kernel.world.structure import Inertial
@@ -36,25 +37,39 @@ class Spread:
     inertia: Floats
 
 
-Hulls = Callable[[Mesh], Floats]
-"""Gives the corners (n, 3) of the convex hull of a mesh; none where it has no volume."""
+@dataclass(frozen=True, slots=True, eq=False)
+class Solids:
+    """Solids that meshes are, each made once.
+
+    hull: gives the corners (n, 3) of the convex hull of a mesh; none where it has no volume. heights: gives the height
+    field that a mesh is; None where it is none.
+    """
+
+    hull: Callable[[Mesh], Floats]
+    heights: Callable[[Mesh], Heights | None]
 
 
-def hulls(meshes: Meshes) -> Hulls:
-    """Return what gives hulls of meshes, each made once; `meshes` gives their triangles."""
+def solids(meshes: Meshes) -> Solids:
+    """Return what gives solids of meshes; `meshes` gives their triangles."""
 
     @lru_cache(maxsize=MOST_HULLS)
     def hull(mesh: Mesh) -> Floats:
         corners, faces, _ = hull_of(stacked(meshes(mesh))[0].astype(float), MOST_CORNERS)
         return corners if len(faces) else corners[:0]
 
-    return hull
+    @lru_cache(maxsize=MOST_HULLS)
+    def heights(mesh: Mesh) -> Heights | None:
+        corners, faces = stacked(meshes(mesh))
+        return heights_of(corners.astype(float), faces.astype(np.int64))
+
+    return Solids(hull, heights)
 
 
-def shape_of(figure: Figure, hull: Hulls, node: str) -> BodyShape | None:
+def shape_of(figure: Figure, solids: Solids, node: str, *, stands: bool = False) -> BodyShape | None:
     """Return the shape of a figure in its node's frame, of meshes and cones their convex hull; None for what is thin.
 
-    Raises KernelError for a mesh whose hull has no volume, by the name of its `node`.
+    Of a mesh that is a height field, and `stands`, the field. Raises KernelError for any other mesh whose hull has no
+    volume, by the name of its `node`.
     """
     geometry, pose = figure.geometry, np.asarray(figure.node_t_figure)
     match geometry:
@@ -73,7 +88,11 @@ def shape_of(figure: Figure, hull: Hulls, node: str) -> BodyShape | None:
             base = np.stack([geometry.radius * np.cos(turns), geometry.radius * np.sin(turns), low], axis=1)
             return BodyShape(ShapeKind.HULL, (), pose, np.vstack([base, (0.0, 0.0, geometry.length / 2.0)]))
         case Mesh():
-            corners = hull(geometry)
+            if stands and (field := solids.heights(geometry)) is not None:
+                middle = np.eye(4)
+                middle[:2, 3] = field.middle
+                return BodyShape(ShapeKind.HEIGHTS, field.cell, pose @ middle, heights=field.heights)
+            corners = solids.hull(geometry)
             if not len(corners):
                 raise KernelError(
                     f"the mesh {geometry.uri!r} of {node!r} has no volume; what is touched by forces needs one",

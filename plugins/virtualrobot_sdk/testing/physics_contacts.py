@@ -86,6 +86,40 @@ def shapes(trial: EngineTrial, rng: np.random.Generator) -> Measured:
     return Measured(len(made), {"m": worst})
 
 
+def heights(trial: EngineTrial, rng: np.random.Generator) -> Measured:
+    """Ground of heights is touched where it is: a ball rests in its groove, on both sides, and a box beside that.
+
+    The sides of the groove rise by the angle a, so a ball of radius r rests with its middle r / cos a above the bottom.
+    """
+    del rng
+    cell, angle, radius, half = 0.05, math.radians(30.0), 0.07, 0.04
+    x = cell * np.arange(-40, 41)
+    profile = np.minimum(np.abs(x), 0.5) * math.tan(angle)
+    level = float(profile.max())
+    surface = Surface(0.8, rolling=0.001)
+    field = BodyShape(ShapeKind.HEIGHTS, (cell, cell), heights=np.tile(profile, (21, 1)))
+    bodies = (
+        Body("ground", shapes=(field,), surface=surface),
+        a_ball("ball", radius, surface),
+        a_box("box", (2.0 * half, 2.0 * half, 2.0 * half), surface),
+    )
+    wanted = {"ball": radius / math.cos(angle), "box": level + half}
+    load_scene(
+        trial, bodies, np.append(pose_at((0.0, 0.0, wanted["ball"])), pose_at((1.2, 0.0, wanted["box"]))), np.zeros(12)
+    )
+    after = run_scene(trial, bodies, 500)
+    worst = 0.0
+    for i, (name, height) in enumerate(wanted.items()):
+        off = abs(float(after.q[7 * i + 2]) - height)
+        worst = max(worst, off)
+        if off > max(trial.facts.sinking, 2e-3) / math.cos(angle):
+            raise LawBroken(f"a {name} rests at {after.q[7 * i + 2]:.6g} m; heights say {height:.6g} m")
+        felt = force_on(after.contacts, 0, i + 1)
+        if abs(float(felt[2]) / GRAVITY - 1.0) > 0.02:
+            raise LawBroken(f"ground carries {numbers(felt)} N of a {name} that weighs {GRAVITY:.6g} N")
+    return Measured(2, {"m": worst})
+
+
 def restitution(trial: EngineTrial, rng: np.random.Generator) -> Measured:
     """A ball that hits the floor comes back with as much of its speed as its surface says."""
     del rng

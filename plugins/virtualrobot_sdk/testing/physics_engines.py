@@ -8,7 +8,15 @@ from typing import ClassVar
 
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.component_contract import ComponentContract
-from virtualrobot_sdk.testing.physics_contacts import carrying, momentum, pushing, restitution, shapes, stack
+from virtualrobot_sdk.testing.physics_contacts import (
+    carrying,
+    heights,
+    momentum,
+    pushing,
+    restitution,
+    shapes,
+    stack,
+)
 from virtualrobot_sdk.testing.physics_joints import limits, motors, wrenches
 from virtualrobot_sdk.testing.physics_manners import cost, determinism, divergence, forgetting, refusals
 from virtualrobot_sdk.testing.physics_motion import free_fall, mixing, pendulum, rolling, sliding
@@ -19,8 +27,8 @@ LAWS: Mapping[str, Law] = MappingProxyType(
     {
         law.__name__: law
         for law in (
-            *(free_fall, sliding, mixing, rolling, pendulum, stack, shapes, restitution, momentum, pushing, carrying),
-            *(motors, limits, wrenches, forgetting, determinism, refusals, divergence, cost),
+            *(free_fall, sliding, mixing, rolling, pendulum, stack, shapes, heights, restitution, momentum, pushing),
+            *(carrying, motors, limits, wrenches, forgetting, determinism, refusals, divergence, cost),
         )
     }
 )

@@ -135,6 +135,13 @@ def _senseless_models(q: Floats, v: Floats) -> Iterator[tuple[str, tuple[object,
         "a parent that comes later": replace(box, parent=3),
         "a mass of NaN": replace(box, mass=math.nan),
     }
+    field = BodyShape(ShapeKind.HEIGHTS, (0.1, 0.1), heights=np.zeros((3, 3)))
+    wrong |= {
+        "heights of a body that moves": replace(box, shapes=(field,)),
+        "heights of one row": Body("ground", shapes=(replace(field, heights=np.zeros((1, 3))),)),
+        "a height of NaN": Body("ground", shapes=(replace(field, heights=np.full((3, 3), math.nan)),)),
+        "cells without length": Body("ground", shapes=(replace(field, size=(0.1, 0.0)),)),
+    }
     for what, body in wrong.items():
         yield "load", (PhysicsModel((body,)), one, still), what
     yield "load", (PhysicsModel((box,), seconds=0.0), one, still), "substeps without length"

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 from virtualrobot_plugins.physics.mujoco.component import MujocoPhysics, MujocoSettings
 from virtualrobot_sdk.kinematics import Floats
-from virtualrobot_sdk.physics import Driven, Motors, PhysicsModel, Stepped
+from virtualrobot_sdk.physics import BodyShape, Driven, Motors, PhysicsModel, Stepped
 
 
 class Right(MujocoPhysics):
@@ -41,6 +41,20 @@ class Dead(Right):
     def load(self, model: PhysicsModel, q: Floats, v: Floats, /) -> None:
         dead = [replace(body, surface=replace(body.surface, restitution=0.0)) for body in model.bodies]
         super().load(replace(model, bodies=tuple(dead)), q, v)
+
+
+class Turned(Right):
+    """Takes rows of heights for columns."""
+
+    def load(self, model: PhysicsModel, q: Floats, v: Floats, /) -> None:
+        turned = [replace(body, shapes=tuple(map(_turned, body.shapes))) for body in model.bodies]
+        super().load(replace(model, bodies=tuple(turned)), q, v)
+
+
+def _turned(shape: BodyShape) -> BodyShape:
+    if shape.heights is None:
+        return shape
+    return replace(shape, size=shape.size[::-1], heights=shape.heights.T)
 
 
 class Slow(Right):

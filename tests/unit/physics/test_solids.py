@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.physics.solids import evenly, hulls, shape_of
+from virtualrobot_kernel.physics.solids import evenly, shape_of, solids
 from virtualrobot_kernel.shapes.submesh import Submesh, frozen
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Figure, Geometry, Mesh, Sphere
 from virtualrobot_sdk.poses import from_roll_pitch_yaw
@@ -23,7 +23,7 @@ def triangles(mesh: Mesh) -> tuple[Submesh, ...]:
 def spread(geometry: Geometry, pose: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
     """Return center of mass and moments of inertia of a figure of 2 kg."""
     figure = Figure(geometry, np.eye(4) if pose is None else pose)
-    shape = shape_of(figure, hulls(triangles), "thing")
+    shape = shape_of(figure, solids(triangles), "thing")
     assert shape is not None
     found = evenly(2.0, [shape], "thing")
     assert found.mass == 2.0

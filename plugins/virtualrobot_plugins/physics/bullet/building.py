@@ -10,7 +10,8 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from virtualrobot_sdk.kinematics import Floats
+from virtualrobot_sdk.errors import ArgumentError
+from virtualrobot_sdk.kinematics import Floats, Integers
 from virtualrobot_sdk.physics import WORLD, Body, BodyJoint, BodyShape, PhysicsModel, ShapeKind
 from virtualrobot_sdk.poses import quaternion
 
@@ -22,6 +23,8 @@ TOUCHES_FROM = 1e-4
 """Distance from which on two bodies touch (m): from farther away, Bullet would slow what is about to bounce."""
 HULL_MARGIN = 1e-4
 """Shell (m) around a hull that is a body's only shape; Bullet's own, which hulls of several have, is 1 mm thick."""
+MOST_HEIGHTS = 100_000
+"""Greatest number of heights of a field: Bullet takes 131,072 corners, and six numbers of corners for each."""
 FASTEST = 1000.0
 """Largest velocity of a joint (rad/s, m/s); Bullet's own choice would be 100."""
 
@@ -140,7 +143,7 @@ def _set_dynamics(bullet: Any, client: int, body: int, link: int, one: Body, *, 
     bullet.changeDynamics(
         body, link, linearDamping=0.0, angularDamping=0.0, maxJointVelocity=FASTEST, physicsClientId=client
     )
-    if len(one.shapes) == 1 and one.shapes[0].kind is ShapeKind.HULL:
+    if len(one.shapes) == 1 and one.shapes[0].kind in (ShapeKind.HULL, ShapeKind.HEIGHTS):
         bullet.changeDynamics(body, link, collisionMargin=HULL_MARGIN, physicsClientId=client)
     if surface.stiffness:
         bullet.changeDynamics(
@@ -181,12 +184,17 @@ def _shapes(bullet: Any, client: int, body: Body) -> int:  # noqa: ANN401
         ShapeKind.CYLINDER: bullet.GEOM_CYLINDER,
         ShapeKind.CAPSULE: bullet.GEOM_CAPSULE,
         ShapeKind.HULL: bullet.GEOM_MESH,
+        ShapeKind.HEIGHTS: bullet.GEOM_MESH,
     }
     if len(body.shapes) == 1:
         (shape,) = body.shapes
         sizes: dict[str, Any] = {"halfExtents": shape.size} if shape.kind is ShapeKind.BOX else {}
         if shape.kind is ShapeKind.HULL:
             sizes = {"vertices": np.asarray(shape.vertices).tolist()}
+        elif shape.kind is ShapeKind.HEIGHTS:
+            corners, triangles = _triangles(body, shape)
+            sizes = {"vertices": corners.tolist(), "indices": triangles.ravel().tolist()}
+            sizes["flags"] = bullet.GEOM_FORCE_CONCAVE_TRIMESH
         elif shape.kind is not ShapeKind.BOX:
             sizes = {"radius": shape.size[0], "height": _length(shape)}
         return bullet.createCollisionShape(
@@ -210,6 +218,22 @@ def _shapes(bullet: Any, client: int, body: Body) -> int:  # noqa: ANN401
             collisionFrameOrientations=[quaternion(shape.body_t_shape[:3, :3]) for shape in body.shapes],
             physicsClientId=client,
         )
+
+
+def _triangles(body: Body, shape: BodyShape) -> tuple[Floats, Integers]:
+    """Return corners (n, 3) and triangles (m, 3) of a height field; raise ArgumentError for one that is too large."""
+    heights = np.asarray(shape.heights, float)
+    rows, columns = heights.shape
+    if heights.size > MOST_HEIGHTS:
+        raise ArgumentError(
+            f"{body.name!r} has {heights.size} heights; Bullet takes {MOST_HEIGHTS} at most", body=body.name
+        )
+    x, y = (shape.size[axis] * (np.arange(n) - 0.5 * (n - 1)) for axis, n in enumerate((columns, rows)))
+    corners = np.stack([*np.meshgrid(x, y), heights], axis=-1).reshape(-1, 3)
+    first = (columns * np.arange(rows - 1)[:, None] + np.arange(columns - 1)).ravel()
+    lower = np.stack([first, first + 1, first + columns + 1], axis=-1)
+    upper = np.stack([first, first + columns + 1, first + columns], axis=-1)
+    return corners, np.concatenate([lower, upper]).astype(np.int32)
 
 
 def _written(file: Path, shape: BodyShape) -> str:

@@ -28,6 +28,10 @@ LEAST_DAMPING = 1e-4
 """Least damping ratio of what bounces: MuJoCo's stiffness is the inverse of its square, times that of a time."""
 BOUNCE_IMPEDANCE = (0.99, 0.99, 0.001, 0.5, 2.0)
 """Impedance (d0, dmax, width, midpoint, power) of contacts that bounce: constant, so that restitution is as said."""
+LEAST_HEIGHT = 1e-3
+"""Height of a level field (m), which it never takes; MuJoCo wants one above 0."""
+GROUND_DEPTH = 1.0
+"""Depth (m) to which a height field is solid below its lowest place."""
 MOVES, STAYS = 1, 2
 """Bits of geoms: what stays does not touch what stays."""
 
@@ -95,6 +99,8 @@ def _hang(mujoco: Any, at: Any, body: Body, row: int) -> None:  # noqa: ANN401
 def _shaped(mujoco: Any, spec: Any, at: Any, body: Body, shape: BodyShape) -> Any:  # noqa: ANN401
     """Return a new geom of this shape."""
     geom = at.add_geom(pos=shape.body_t_shape[:3, 3], quat=_wxyz(shape.body_t_shape))
+    if shape.kind is ShapeKind.HEIGHTS:
+        return _rolling(mujoco, spec, geom, shape)
     if shape.kind is not ShapeKind.HULL:
         geom.type = getattr(mujoco.mjtGeom, f"mjGEOM_{shape.kind.name}")
         geom.size = (*shape.size, 0.0, 0.0)[:3]
@@ -104,6 +110,28 @@ def _shaped(mujoco: Any, spec: Any, at: Any, body: Body, shape: BodyShape) -> An
     mesh.uservert = np.asarray(shape.vertices, float).ravel()
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     geom.type, geom.meshname = mujoco.mjtGeom.mjGEOM_MESH, name
+    return geom
+
+
+def _rolling(mujoco: Any, spec: Any, geom: Any, shape: BodyShape) -> Any:  # noqa: ANN401
+    """Return a geom as a height field; MuJoCo has its lowest place at the geom's origin."""
+    heights = np.asarray(shape.heights, float)
+    rows, columns = heights.shape
+    name = f"heights/{len(spec.hfields)}"
+    spec.add_hfield(
+        name=name,
+        nrow=rows,
+        ncol=columns,
+        size=(
+            0.5 * shape.size[0] * (columns - 1),
+            0.5 * shape.size[1] * (rows - 1),
+            max(float(np.ptp(heights)), LEAST_HEIGHT),
+            GROUND_DEPTH,
+        ),
+        userdata=heights.ravel(),
+    )
+    geom.type, geom.hfieldname = mujoco.mjtGeom.mjGEOM_HFIELD, name
+    geom.pos = shape.body_t_shape[:3, 3] + heights.min() * shape.body_t_shape[:3, 2]
     return geom
 
 
