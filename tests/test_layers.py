@@ -20,9 +20,10 @@ KERNEL = "kernel/virtualrobot_kernel"
 SDK = "plugins/virtualrobot_sdk"
 PLUGINS = "plugins/virtualrobot_plugins"
 
-# Files beside the rooms, and poses, which plugins need, too.
+# Files beside the rooms, and arrays and poses, which plugins need, too.
 ANYONE = (
-    *("numpy", "virtualrobot_sdk.poses", "virtualrobot_kernel.errors", "virtualrobot_kernel.background"),
+    *("numpy", "virtualrobot_sdk.arrays", "virtualrobot_sdk.poses"),
+    *("virtualrobot_kernel.errors", "virtualrobot_kernel.background"),
     *("virtualrobot_kernel.units", "virtualrobot_kernel.version", "virtualrobot_kernel.whole_files"),
 )
 CONTRACT = ("google.protobuf", "virtualrobot.v1")
@@ -46,7 +47,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "paths": ("collision", "motion", "planning", "world"),
     "crafts": ("components", "motion", "planning", "world"),
     "drivers": ("components", "inputs", "world"),
-    "physics": ("collision", "components", "shapes", "world"),
+    "physics": ("collision", "components", "numeric", "shapes", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
     "api": (

@@ -84,6 +84,8 @@ class Crafts:
         self._made: dict[int, tuple[Craft, ComponentHandle]] = {}
         self._asked: dict[int, tuple[int, bytes]] = {}
         self._twists: dict[str, _Twist] = {}
+        self._told: dict[str, tuple[bytes, tuple[float, ...]]] = {}
+        """Of each motion that follows a twist: of what its commands were made in this structure, and these."""
         world.listen(self._published)
         self._published()
 
@@ -271,6 +273,7 @@ class Crafts:
             run, craft = motions.get(id), self._at_work.get(uid)
             if not isinstance(run, SetpointMotion) or not isinstance(craft, CraftAtWork) or uid in self._faults:
                 self._twists.pop(id, None)
+                self._told.pop(id, None)
                 continue
             if run.closed or run.phase is not Phase.RUNNING:
                 continue
@@ -279,11 +282,15 @@ class Crafts:
                 why = f"no setpoint came for {run.timeout:g} s"
                 commands.append(CancelMotion(id, Cancellation(EndCause.SETPOINT_TIMEOUT, why)))
                 continue
-            try:
-                values = tuple(craft.commands(twist, now.state.q, now.tick_seconds).tolist())
-            except KernelError as error:
-                commands.append(CancelMotion(id, Cancellation(EndCause.SETPOINT_REFUSED, str(error))))
-                continue
+            made_of = twist.tobytes() + now.state.q[craft.drives.q].tobytes()
+            known, values = self._told.get(id, (b"", ()))
+            if known != made_of:
+                try:
+                    values = tuple(craft.commands(twist, now.state.q, now.tick_seconds).tolist())
+                except KernelError as error:
+                    commands.append(CancelMotion(id, Cancellation(EndCause.SETPOINT_REFUSED, str(error))))
+                    continue
+                self._told[id] = made_of, values
             if values != run.newest:
                 commands.append(SetSetpoint(id, values))
         return commands
@@ -298,7 +305,7 @@ class Crafts:
         if structure is self._structure:
             return
         self._structure = structure
-        made, self._made, self._at_work, self._asked = self._made, {}, {}, {}
+        made, self._made, self._at_work, self._asked, self._told = self._made, {}, {}, {}, {}
         faults, self._faults = self._faults, {}
         for node, _, craft in crafts(structure):
             self._begin(structure, node, craft, made.pop(node.uid, None), faults.get(node.uid))

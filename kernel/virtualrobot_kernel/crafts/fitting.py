@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.arrays import is_finite
 from virtualrobot_sdk.errors import ComponentFault, FaultKind
 
 from virtualrobot_kernel.components.running import ComponentHandle
@@ -83,7 +84,7 @@ def checked(component: ComponentHandle, method: str, value: object, shape: tuple
     """Return what a method answered; raise KernelError unless it is finite, and of this shape."""
     if not isinstance(value, np.ndarray) or value.dtype != np.float64 or value.shape != shape:
         raise nonsense(component, f"{method} returned {type(value).__name__}; it must be a float64 array {shape}")
-    if not np.isfinite(value).all():
+    if not is_finite(value):
         raise nonsense(component, f"{method} returned {value.tolist()}; all must be finite")
     return value
 

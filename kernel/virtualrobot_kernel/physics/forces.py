@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.arrays import is_finite
 from virtualrobot_sdk.physics import Driven, Stepped, TouchingBodies
 from virtualrobot_sdk.poses import rotation_vector
 from virtualrobot_sdk.registration import ComponentKind
@@ -15,10 +16,11 @@ from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.numeric.forces import are_at
 from virtualrobot_kernel.physics.bodies import Scene, is_dynamic, movers, moves_by_forces, scene_of
 from virtualrobot_kernel.physics.felt import felt_nodes
 from virtualrobot_kernel.physics.layout import layout_of, poses_7
-from virtualrobot_kernel.physics.running import UNTOUCHED, Running
+from virtualrobot_kernel.physics.running import UNTOUCHED, Running, equal
 from virtualrobot_kernel.physics.solids import solids
 from virtualrobot_kernel.shapes.submesh import Meshes
 from virtualrobot_kernel.world.commands import (
@@ -40,6 +42,8 @@ Floats = NDArray[np.float64]
 log = logging.getLogger(__name__)
 
 _STILL = np.zeros(6)
+_NONE = np.zeros(0)
+_UNDRIVEN = Driven(np.zeros((0, 7)), np.zeros((0, 6)))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -161,15 +165,14 @@ class Forces:
         engine = self._at_work(now.state.physics_settings)
         running = self._loaded(engine, now)
         layout = running.layout
-        twists = _twists(now, later, layout.driven_rows.tolist())
-        place, rate = layout.commanded(now.structure, later.state)
+        driven = _UNDRIVEN
+        if len(rows := layout.driven_rows):
+            driven = Driven(poses_7(later.world_t_node[rows]), _twists(now, later, rows.tolist()))
         self._carry(now, later)
-        same = np.array_equal(place, running.commanded[0]) and np.array_equal(rate, running.commanded[1])
-        running.commanded = place, rate
-        if running.stands and same and not twists.any():
+        same = running.command(later.state)
+        if running.stands and same and not driven.twists.any():
             return ()
-        driven = Driven(poses_7(later.world_t_node[layout.driven_rows]), twists)
-        motors = layout.motors(now.state, place, rate, now.tick_seconds)
+        motors = layout.motors(now.state, *running.commanded, now.tick_seconds)
         found = engine.call("step", driven, motors, None, running.settings.substeps)
         answer = _checked(found, layout.counts, len(running.scene.nodes))
         self._touching = running.scene, answer.contacts
@@ -191,22 +194,23 @@ class Forces:
         same = running is not None and running.structure is now.structure and running.settings is state.physics_settings
         if same and running is not None:
             layout = running.layout
-            changed = np.zeros(0, np.intp)
-            if state.parent_t_node is not running.poses:
-                changed = np.flatnonzero(np.any(state.parent_t_node != running.poses, (1, 2)))
-            twists = _known(state.twists, running.scene.parts)
-            if set(changed.tolist()) <= set(layout.part_rows.tolist()):
-                q, v = state.q[layout.q], state.v[layout.v]
-                here = (twists, running.twists), (q, running.q), (v, running.v)
-                if len(changed) or not all(np.array_equal(one, other) for one, other in here):
+            changed: set[int] = set()
+            if not equal(state.parent_t_node, running.poses):
+                changed = set(np.flatnonzero(np.any(state.parent_t_node != running.poses, (1, 2))).tolist())
+            if not changed or changed <= set(layout.part_rows.tolist()):
+                twists = _known(state.twists, running.scene.parts) if running.scene.parts else running.twists
+                there = are_at(state.q, layout.q, running.q) and are_at(state.v, layout.v, running.v)
+                if changed or not there or not equal(twists, running.twists):
                     engine.call("set_state", *layout.engine_state(now, twists))
-                    running.poses, running.twists, running.q, running.v = state.parent_t_node, twists, q, v
+                    running.poses, running.twists = state.parent_t_node, twists
+                    running.q, running.v = state.q[layout.q], state.v[layout.v]
                     running.slow_ticks[:], running.still_ticks, running.stands = 0, 0, False
                 return running
         scene = scene_of(now, self._solids, now.tick_seconds / state.physics_settings.substeps)
         layout = layout_of(now, scene)
         twists = _known({**self._carried, **state.twists}, scene.parts)
         felt = felt_nodes(now.structure)
+        felt_bodies = np.array([uid in felt for uid in scene.nodes], np.bool_)
         engine.call("load", scene.model, *layout.engine_state(now, twists))
         self._running = Running(
             scene=scene,
@@ -218,7 +222,8 @@ class Forces:
             q=state.q[layout.q],
             v=state.v[layout.v],
             commanded=(np.zeros(0), np.zeros(0)),
-            felt=np.array([uid in felt for uid in scene.nodes], np.bool_),
+            efforts=({}, np.zeros(len(layout.joints.exerts))),
+            felt=felt_bodies if felt_bodies.any() else None,
             slow_ticks=np.zeros(len(scene.parts), np.int64),
         )
         return self._running
@@ -231,6 +236,9 @@ class Forces:
             dynamic = (uid for uid, node in structure.nodes.items() if is_dynamic(node))
             self._held = structure, tuple(uid for uid in dynamic if mover_of[uid] != uid)
         uids = self._held[1]
+        if not uids:
+            self._carried = {}
+            return
         twists = _twists(now, later, [structure.rows[uid] for uid in uids])
         self._carried = dict(zip(uids, twists, strict=True))
 
@@ -271,7 +279,7 @@ def _stood(now: Snapshot, why: str) -> Sequence[Command]:
 
 def _known(twists: Mapping[int, Floats], uids: Sequence[int]) -> Floats:
     """Return the velocities (k, 6) of parts, 0 of those that have none."""
-    return np.array([twists.get(uid, _STILL) for uid in uids]).reshape(-1, 6)
+    return np.concatenate([_NONE, *(twists.get(uid, _STILL) for uid in uids)]).reshape(-1, 6)
 
 
 def _twists(now: Snapshot, later: Snapshot, rows: Sequence[int]) -> Floats:
@@ -298,8 +306,9 @@ def _checked(answer: object, counts: tuple[int, int], bodies: int) -> Stepped:
     """Return what an engine answered of so many bodies; raise KernelError where that is nonsense."""
     shapes = (counts[0],), (counts[1],)
     if isinstance(answer, Stepped) and (np.shape(answer.q), np.shape(answer.v)) == shapes:
-        if np.isfinite(answer.q).all() and np.isfinite(answer.v).all() and _makes_sense(answer.contacts, bodies):
-            return answer
+        q, v = np.ascontiguousarray(answer.q, float), np.ascontiguousarray(answer.v, float)
+        if is_finite(q) and is_finite(v) and _makes_sense(answer.contacts, bodies):
+            return Stepped(q, v, answer.contacts, answer.efforts)
     raise KernelError(
         f"the physics engine's answer is nonsense: it must be {counts[0]} coordinates and {counts[1]} velocities, and "
         f"contacts of {bodies} bodies, all finite"
@@ -314,4 +323,4 @@ def _makes_sense(found: object, bodies: int) -> bool:
         return True
     if rows.shape != (len(rows), 2) or not (0 <= rows.min() and rows.max() < bodies):
         return False
-    return all(np.shape(one) == (len(rows), 3) and np.isfinite(one).all() for one in vectors)
+    return all(np.shape(one) == (len(rows), 3) and is_finite(one) for one in vectors)

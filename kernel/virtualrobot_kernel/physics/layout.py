@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.physics import BodyJoint, MotorMode, Motors, jointed, places, sizes
-from virtualrobot_sdk.poses import from_quaternion, inverse, quaternion
+from virtualrobot_sdk.poses import inverse, quaternion
 
+from virtualrobot_kernel.numeric.forces import FOLLOWS, bring_parts, bring_robots, tell_motors
 from virtualrobot_kernel.physics.bodies import Scene
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world import motors as kinds
@@ -42,6 +45,10 @@ class Bases:
     """(b, 6) places in the world's v."""
     engine_q: Integers
     engine_v: Integers
+    told_q: Integers
+    """(b, 7) places among those of the layout's q."""
+    told_v: Integers
+    """(b, 6) places among those of the layout's v."""
     turns: Floats
     """(b, 3, 3) rotation of their joints' frames in the world."""
     quaternions: Floats
@@ -58,15 +65,37 @@ class Joints:
     v: Integers
     engine_q: Integers
     engine_v: Integers
+    told_q: Integers
+    """(m,) places among those of the layout's q."""
+    told_v: Integers
+    own_q: Integers
+    """(m,) places among the coordinates of the layout's robots, one robot after the other."""
+    own_v: Integers
     names: tuple[tuple[int, str], ...]
     """Their robots (uids) and names."""
+    exerts: NDArray[np.intp]
+    """Those whose motors exert an effort that clients say."""
     modes: Integers
     """(m,) values of the engine's MotorMode."""
-    follows: NDArray[np.bool_]
-    """(m,) motors that the engine has hold a velocity, by which they come to the position that is commanded."""
+    kinds: Integers
+    """(m,) the same, but FOLLOWS where a velocity is held by which a joint comes to the position that is commanded."""
     stiffness: Floats
     damping: Floats
+    """(m,) of springs; 0 of others."""
     max_effort: Floats
+
+
+class PartState(NamedTuple):
+    """The k free parts as an engine has them.
+
+    parent_t_part (k, 4, 4). twists (k, 6). speeds (k, 2): the lengths of both halves of these. off (k,): by how much
+    an entry of their poses in the world has changed at most.
+    """
+
+    parent_t_part: Floats
+    twists: Floats
+    speeds: Floats
+    off: Floats
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,6 +108,8 @@ class Layout:
     part_q: Integers
     """(k, 7) places in the engine's q."""
     part_v: Integers
+    part_order: NDArray[np.intp]
+    """(k,) these parts by their uids, rising."""
     parents: Floats
     """(k, 4, 4) parent_t_world of the parents of these parts, which stand."""
     driven_rows: Integers
@@ -104,57 +135,54 @@ class Layout:
         q[joints.engine_q], v[joints.engine_v] = state.q[joints.q], state.v[joints.v]
         return q, v
 
-    def robot_state(self, now: State, q: Floats, v: Floats) -> tuple[Floats, Floats]:
-        """Return the coordinates (n,) and velocities of robots, at the places `q` and `v`, of the engine's state."""
-        all_q, all_v, bases, joints = now.q.copy(), now.v.copy(), self.bases, self.joints
-        if len(bases.rows):
-            poses, rates = q[bases.engine_q], v[bases.engine_v]
-            turned = _product(bases.quaternions, poses[:, 3:])
-            # A quaternion and its negative are one rotation: that is taken which is near the last one.
-            before = now.q[bases.q][:, 3:]
-            turned *= np.where(np.einsum("bi,bi->b", turned, before) < 0.0, -1.0, 1.0)[:, None]
-            all_q[bases.q[:, :3]] = np.einsum("bji,bj->bi", bases.turns, poses[:, :3] - bases.origins)
-            all_q[bases.q[:, 3:]] = turned
-            all_v[bases.v[:, :3]] = np.einsum("bji,bj->bi", bases.turns, rates[:, :3])
-            all_v[bases.v[:, 3:]] = rates[:, 3:]
-        all_q[joints.q], all_v[joints.v] = q[joints.engine_q], v[joints.engine_v]
-        return all_q[self.q], all_v[self.v]
+    def part_state(self, now: Snapshot, q: Floats, v: Floats) -> PartState:
+        """Return where parts are by the engine's state, of a world as it is `now`."""
+        count = len(self.part_rows)
+        state = PartState(np.empty((count, 4, 4)), np.empty((count, 6)), np.empty((count, 2)), np.empty(count))
+        bring_parts(q, v, self.part_q, self.part_v, self.part_rows, self.parents, now.world_t_node, *state)
+        return state
+
+    def robot_state(self, now: State, q: Floats, v: Floats) -> tuple[Floats, Floats, float]:
+        """Return coordinates (n,) and velocities of robots, at the places `q` and `v`, by the engine's state.
+
+        And the greatest of these velocities, whatever its sign.
+        """
+        told_q, told_v, bases, joints = np.empty(len(self.q)), np.empty(len(self.v)), self.bases, self.joints
+        fastest = bring_robots(
+            *(q, v, now.q, bases.q, bases.engine_q, bases.engine_v, bases.told_q, bases.told_v),
+            *(bases.turns, bases.quaternions, bases.origins),
+            *(joints.engine_q, joints.engine_v, joints.told_q, joints.told_v, told_q, told_v),
+        )
+        return told_q, told_v, fastest
 
     def commanded(self, structure: Structure, later: State) -> tuple[Floats, Floats]:
-        """Return the positions and velocities (m,) that motions command of joints by the end of a tick.
+        """Return the positions and velocities (m,) that motions command of joints by the end of a tick."""
+        if not self.robots:
+            return _NONE, _NONE
+        # Of one that comes under physics in this tick, motions have moved the joints themselves.
+        told = [later.motored.get(uid) or _own(structure, later, uid) for uid in self.robots]
+        q, v = np.concatenate([one.q for one in told]), np.concatenate([one.v for one in told])
+        return q[self.joints.own_q], v[self.joints.own_v]
+
+    def efforts(self, told: Mapping[int, Mapping[str, float]]) -> Floats:
+        """Return what motors exert that exert an effort, of what is told by robot (uid) and joint; 0 unless said."""
+        names = (self.joints.names[at] for at in self.joints.exerts.tolist())
+        return np.array([told.get(uid, _NOTHING).get(name, 0.0) for uid, name in names])
+
+    def motors(self, now: State, place: Floats, rate: Floats, seconds: float) -> Motors:
+        """Return the motors of a tick at whose end positions and velocities (m,) are commanded.
 
         Of motors that exert an effort, that is in place of the position.
         """
-        if not len(self.robots):
-            return _NONE, _NONE
-        q, v = later.q.copy(), later.v.copy()
-        for uid in self.robots:
-            robot = structure.robots[uid]
-            # Of one that comes under physics in this tick, motions have moved the joints themselves.
-            told = later.motored.get(uid) or JointValues(q[robot.q_slice], v[robot.v_slice])
-            q[robot.q_slice], v[robot.v_slice] = told.q, told.v
-        place, rate = q[self.joints.q], v[self.joints.v]
-        exerts = self.joints.modes == MotorMode.EFFORT
-        if later.efforts and exerts.any():
-            told = [later.efforts.get(uid, {}).get(name, 0.0) for uid, name in self.joints.names]
-            return np.where(exerts, told, place), rate
-        return np.where(exerts, 0.0, place), rate
-
-    def motors(self, now: State, place: Floats, rate: Floats, seconds: float) -> Motors:
-        """Return the motors of a tick at whose end positions and velocities (m,) are commanded."""
-        joints = self.joints
-        off = place - rate * seconds - now.q[joints.q]
-        target = np.where(joints.modes == MotorMode.VELOCITY, rate, 0.0)
-        target = np.where(joints.modes == MotorMode.EFFORT, place, target)
-        target = np.where(joints.follows, rate + off / FOLLOWING_SECONDS, target)
-        springs = joints.modes == MotorMode.POSITION
-        # The engine damps against standstill; a spring that is ahead by as much makes it the difference of velocities.
-        ahead = np.divide(joints.damping * rate, joints.stiffness, out=np.zeros(len(rate)), where=springs)
-        target = np.where(springs, place + ahead, target)
-        damping = np.where(springs, joints.damping, 0.0)
-        return Motors(joints.modes, target, joints.stiffness, damping, joints.max_effort)
+        joints, target = self.joints, np.empty(len(place))
+        tell_motors(
+            *(joints.kinds, joints.stiffness, joints.damping, place, rate, now.q, joints.q),
+            *(seconds, FOLLOWING_SECONDS, target),
+        )
+        return Motors(joints.modes, target, joints.stiffness, joints.damping, joints.max_effort)
 
 
+_NOTHING: Mapping[str, float] = {}
 _NONE = np.zeros(0)
 
 
@@ -169,23 +197,31 @@ def layout_of(now: Snapshot, scene: Scene) -> Layout:
     bases = [uid for uid in scene.links if bodies[scene.rows[uid]].joint is BodyJoint.FREE]
     row_of = {row: uid for uid, row in scene.rows.items()}
     turning = [row_of[row] for row in jointed(bodies)]
-    joints = _joints(structure, turning, place, [scene.rows[uid] for uid in turning], starts, rates)
-    found = _bases(now, bases, place, [scene.rows[uid] for uid in bases], starts, rates)
-    robots = dict.fromkeys(robot.uid for uid in scene.links if (robot := structure.robot_of(uid)))
+    robots = tuple(dict.fromkeys(robot.uid for uid in scene.links if (robot := structure.robot_of(uid))))
+    q = _all_places([(place[uid][0], 7) for uid in bases] + [(place[uid][0], 1) for uid in turning])
+    v = _all_places([(place[uid][1], 6) for uid in bases] + [(place[uid][1], 1) for uid in turning])
     return Layout(
         part_rows=_integers([structure.rows[uid] for uid in scene.parts]),
         part_uids=np.array(scene.parts, np.int64),
         part_q=_runs([starts[row] for row in rows], 7),
         part_v=_runs([rates[row] for row in rows], 6),
+        part_order=np.argsort(scene.parts),
         parents=np.array(parents).reshape(-1, 4, 4),
         driven_rows=_integers([structure.rows[uid] for uid in scene.driven]),
-        robots=tuple(robots),
-        bases=found,
-        joints=joints,
-        q=np.sort(np.concatenate([found.q.ravel(), joints.q])).astype(np.int32),
-        v=np.sort(np.concatenate([found.v.ravel(), joints.v])).astype(np.int32),
+        robots=robots,
+        bases=_bases(now, bases, place, [scene.rows[uid] for uid in bases], starts, rates, q, v),
+        joints=_joints(structure, robots, turning, place, [scene.rows[uid] for uid in turning], starts, rates, q, v),
+        q=q,
+        v=v,
         counts=sizes(bodies),
     )
+
+
+def _all_places(runs: Sequence[tuple[int, int]]) -> Integers:
+    """Return all places of some runs, each from its first place on, rising; nobody can write to them."""
+    found = _integers(sorted(place for first, count in runs for place in range(first, first + count)))
+    found.setflags(write=False)
+    return found
 
 
 def _places(structure: Structure) -> dict[int, tuple[int, int]]:
@@ -209,16 +245,21 @@ def _bases(
     rows: list[int],
     starts: Integers,
     rates: Integers,
+    all_q: Integers,
+    all_v: Integers,
 ) -> Bases:
     structure = now.structure
     frames = np.array(
         [now.world_t(structure.nodes[uid].parent) @ now.state.parent_t_node[structure.rows[uid]] for uid in links]
     ).reshape(-1, 4, 4)
     turns = np.array([quaternion(frame[:3, :3]) for frame in frames]).reshape(-1, 4)
+    q, v = _runs([place[uid][0] for uid in links], 7), _runs([place[uid][1] for uid in links], 6)
     return Bases(
         rows=_integers([structure.rows[uid] for uid in links]),
-        q=_runs([place[uid][0] for uid in links], 7),
-        v=_runs([place[uid][1] for uid in links], 6),
+        q=q,
+        v=v,
+        told_q=_among(all_q, q),
+        told_v=_among(all_v, v),
         engine_q=_runs([starts[row] for row in rows], 7),
         engine_v=_runs([rates[row] for row in rows], 6),
         turns=frames[:, :3, :3].copy(),
@@ -229,11 +270,14 @@ def _bases(
 
 def _joints(
     structure: Structure,
+    robots: Sequence[int],
     links: list[int],
     place: dict[int, tuple[int, int]],
     rows: list[int],
     starts: Integers,
     rates: Integers,
+    all_q: Integers,
+    all_v: Integers,
 ) -> Joints:
     motors: list[kinds.JointMotor] = []
     names: list[tuple[int, str]] = []
@@ -243,19 +287,39 @@ def _joints(
         motors.append(motor_of(robot, joint))
         names.append((robot.uid, joint.name))
     held = np.array([one.mode is kinds.MotorMode.POSITION and not one.stiffness for one in motors], np.bool_)
-    modes = _integers([_MODES[one.mode] for one in motors])
+    modes = np.where(held, np.int32(MotorMode.VELOCITY), _integers([_MODES[one.mode] for one in motors]))
+    springs = modes == MotorMode.POSITION
+    q, v = _integers([place[uid][0] for uid in links]), _integers([place[uid][1] for uid in links])
+    slices = [structure.robots[uid] for uid in robots]
     return Joints(
-        q=_integers([place[uid][0] for uid in links]),
-        v=_integers([place[uid][1] for uid in links]),
+        q=q,
+        v=v,
         engine_q=_integers([starts[row] for row in rows]),
         engine_v=_integers([rates[row] for row in rows]),
+        told_q=_among(all_q, q),
+        told_v=_among(all_v, v),
+        own_q=_in_a_row([one.q_slice for one in slices], q),
+        own_v=_in_a_row([one.v_slice for one in slices], v),
         names=tuple(names),
-        modes=np.where(held, np.int32(MotorMode.VELOCITY), modes),
-        follows=held,
+        exerts=np.flatnonzero(modes == MotorMode.EFFORT),
+        modes=modes,
+        kinds=np.where(held, np.int32(FOLLOWS), modes),
         stiffness=np.array([one.stiffness for one in motors], float),
-        damping=np.array([one.damping for one in motors], float),
+        damping=np.where(springs, np.array([one.damping for one in motors], float), 0.0),
         max_effort=np.array([one.max_effort or np.inf for one in motors], float),
     )
+
+
+def _among(places: Integers, asked: Integers) -> Integers:
+    """Return where places that were asked for are among all, which rise."""
+    return np.searchsorted(places, asked).astype(np.int32)
+
+
+def _in_a_row(slices: Sequence[slice], asked: Integers) -> Integers:
+    """Return where places are once the values of some slices, one after the other, are an array of their own."""
+    places = [place for one in slices for place in range(one.start, one.stop)]
+    found = {place: at for at, place in enumerate(places)}
+    return _integers([found[place] for place in asked.tolist()])
 
 
 def poses_7(poses: Floats) -> Floats:
@@ -263,27 +327,10 @@ def poses_7(poses: Floats) -> Floats:
     return np.array([[*pose[:3, 3], *quaternion(pose[:3, :3])] for pose in poses]).reshape(-1, 7)
 
 
-def poses_4(poses: Floats) -> Floats:
-    """Return poses (k, 7) as x, y, z and quaternions x, y, z, w as matrices (k, 4, 4)."""
-    matrices = np.zeros((len(poses), 4, 4))
-    matrices[:, :3, :3] = np.moveaxis(from_quaternion(poses[:, 3:].T), -1, 0)
-    matrices[:, :3, 3] = poses[:, :3]
-    matrices[:, 3, 3] = 1.0
-    return matrices
-
-
-def _product(first: Floats, second: Floats) -> Floats:
-    """Return the products of quaternions x, y, z, w, (b, 4) each: the second rotation, then the first."""
-    a, b = first.T, second.T
-    return np.stack(
-        [
-            a[3] * b[0] + a[0] * b[3] + a[1] * b[2] - a[2] * b[1],
-            a[3] * b[1] - a[0] * b[2] + a[1] * b[3] + a[2] * b[0],
-            a[3] * b[2] + a[0] * b[1] - a[1] * b[0] + a[2] * b[3],
-            a[3] * b[3] - a[0] * b[0] - a[1] * b[1] - a[2] * b[2],
-        ],
-        axis=1,
-    )
+def _own(structure: Structure, state: State, uid: int) -> JointValues:
+    """Return where the joints of a robot are, and how fast."""
+    robot = structure.robots[uid]
+    return JointValues(state.q[robot.q_slice], state.v[robot.v_slice])
 
 
 def _integers(values: list) -> Integers:

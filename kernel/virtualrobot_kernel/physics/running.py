@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.physics import Stepped, TouchingBodies
 
 from virtualrobot_kernel.physics.bodies import Scene
-from virtualrobot_kernel.physics.layout import Layout, poses_4
+from virtualrobot_kernel.physics.layout import Layout
 from virtualrobot_kernel.world.commands import Command, SetContacts, SetDynamics, SetParts
 from virtualrobot_kernel.world.state import BodyContacts, PhysicsSettings, Snapshot, State
 from virtualrobot_kernel.world.structure import Structure
@@ -46,15 +46,27 @@ class Running:
     """(n,) of what forces move of robots, as the world has it."""
     v: Floats
     commanded: tuple[Floats, Floats]
-    """Positions and velocities of joints that motions commanded in the last tick."""
-    felt: NDArray[np.bool_]
-    """Bodies whose contacts sensors feel, in the order of the model."""
+    """Positions (of motors that exert an effort: that) and velocities of joints, as commanded in the last tick."""
+    efforts: tuple[Mapping[int, Mapping[str, float]], Floats]
+    """Efforts as clients say them, and of the motors that exert one."""
+    felt: NDArray[np.bool_] | None
+    """Bodies whose contacts sensors feel, in the order of the model; None where there are none."""
     slow_ticks: NDArray[np.int64]
     """(k,) number of ticks that each part was slow."""
     still_ticks: int = 0
     """Number of ticks that all robots were slow, and nothing else was commanded of them."""
     stands: bool = False
     """True where everything rests, so that the engine is not asked."""
+
+    def command(self, later: State) -> bool:
+        """Take what is commanded by the end of a tick; return whether that is the same as in the tick before."""
+        place, rate = self.layout.commanded(self.structure, later)
+        if len(exerts := self.layout.joints.exerts):
+            if self.efforts[0] is not later.efforts:
+                self.efforts = later.efforts, self.layout.efforts(later.efforts)
+            place[exerts] = self.efforts[1]
+        before, self.commanded = self.commanded, (place, rate)
+        return equal(place, before[0]) and equal(rate, before[1])
 
     def told(self, now: Snapshot, answer: Stepped, same: bool) -> Sequence[Command]:
         """Return the commands for what does not rest, and remember what the world is told.
@@ -68,8 +80,8 @@ class Running:
 
     def _contacts_told(self, state: State, found: TouchingBodies) -> Sequence[Command]:
         """Return the command for contacts that sensors feel; none where there are none, as before."""
-        felt = self.felt[found.bodies].any(axis=1) if self.felt.any() else np.zeros(0, np.bool_)
-        if not felt.any():
+        felt = None if self.felt is None else self.felt[found.bodies].any(axis=1)
+        if felt is None or not felt.any():
             return () if state.contacts is None else (UNTOUCHED,)
         nodes = np.array(self.scene.nodes, np.int64)[found.bodies[felt]]
         return (SetContacts(BodyContacts(nodes, found.positions[felt], found.normals[felt], found.forces[felt])),)
@@ -79,37 +91,41 @@ class Running:
         layout = self.layout
         if not len(layout.part_rows):
             return (), True
-        q, v = answer.q[layout.part_q], answer.v[layout.part_v]
-        slow = (np.linalg.norm(v[:, :3], axis=1) < REST_SPEED) & (np.linalg.norm(v[:, 3:], axis=1) < REST_TURN)
+        placed, twists, speeds, off = layout.part_state(now, answer.q, answer.v)
+        slow = (speeds < (REST_SPEED, REST_TURN)).all(axis=1)
         self.slow_ticks = np.where(slow, self.slow_ticks + 1, 0)
         resting = self.slow_ticks * now.tick_seconds >= REST_SECONDS
-        poses = poses_4(q)
-        stays = resting & ~self.twists.any(axis=1)
-        stays &= np.abs(poses - now.world_t_node[layout.part_rows]).max(axis=(1, 2)) < CREEP
+        stays = resting & (off < CREEP)
+        if stays.any():
+            stays &= ~self.twists.any(axis=1)
         if stays.all():
             return (), True
-        uids = layout.part_uids
-        chosen = np.flatnonzero(~stays)
-        chosen = chosen[np.argsort(uids[chosen])]
-        twists = np.where(resting[:, None], 0.0, v)[chosen]
-        placed = layout.parents[chosen] @ poses[chosen]
+        twists[resting] = 0.0
+        chosen = layout.part_order
+        if stays.any():
+            chosen = chosen[~stays[chosen]]
         self.twists = self.twists.copy()
-        self.twists[chosen] = twists
+        self.twists[chosen] = twists[chosen]
         self.poses = now.state.parent_t_node.copy()
-        self.poses[layout.part_rows[chosen]] = placed
-        return [SetParts(uids[chosen], placed, twists)], False
+        self.poses[layout.part_rows[chosen]] = placed[chosen]
+        return [SetParts(layout.part_uids[chosen], placed[chosen], twists[chosen])], False
 
     def _robots_told(self, now: Snapshot, answer: Stepped, same: bool) -> tuple[Sequence[Command], bool]:
         """Return the command for robots, and whether all rest."""
         layout, state = self.layout, now.state
-        entering = tuple(uid for uid in layout.robots if uid not in state.motored)
         if not len(layout.q):
             return (), True
-        q, v = layout.robot_state(state, answer.q, answer.v)
-        still = same and not entering and bool((np.abs(v) < REST_SPEED).all())
+        entering = tuple(uid for uid in layout.robots if uid not in state.motored)
+        q, v, fastest = layout.robot_state(state, answer.q, answer.v)
+        still = same and not entering and fastest < REST_SPEED
         self.still_ticks = self.still_ticks + 1 if still else 0
         rests = self.still_ticks * now.tick_seconds >= REST_SECONDS
         if rests and not self.v.any() and np.abs(q - self.q).max() < CREEP:
             return (), True
         self.q, self.v = q, np.zeros(len(v)) if rests else v
         return [SetDynamics(layout.q, q, layout.v, self.v, entering)], False
+
+
+def equal(one: Floats, other: Floats) -> bool:
+    """Return whether two arrays have the same shape and values."""
+    return one is other or (one.shape == other.shape and bool((one == other).all()))

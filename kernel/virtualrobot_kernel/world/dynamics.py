@@ -11,6 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.arrays import is_finite
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import motored
@@ -40,7 +41,7 @@ def set_dynamics(change: Change, command: SetDynamics, forward: Forward) -> Chan
     _check_quaternions(structure, state.q, q)
     if command.motored:
         state = motored.enter(structure, state, command.motored)
-    return replace(change, state=replace(state, dynamics=dynamics))
+    return replace(change, state=state.but(dynamics=dynamics))
 
 
 def arrived(structure: Structure, state: State) -> State:
@@ -49,7 +50,8 @@ def arrived(structure: Structure, state: State) -> State:
         return state
     q, v = state.q.copy(), state.v.copy()
     q[kept.q_index], v[kept.v_index] = kept.q, kept.v
-    return motored.followed(structure, replace(state, q=frozen(q), v=frozen(v), dynamics=None))
+    told = motored.followed(structure, state.motored, q)
+    return state.but(q=frozen(q), v=frozen(v), dynamics=None, motored=told)
 
 
 def _values(what: str, index: NDArray[np.int32], values: NDArray[np.float64], count: int) -> Values:
@@ -57,9 +59,9 @@ def _values(what: str, index: NDArray[np.int32], values: NDArray[np.float64], co
     index, values = np.array(index, np.int32), np.array(values, float)
     if index.ndim != 1 or values.shape != index.shape:
         raise KernelError(f"{what} need a place each, not {values.shape} for {index.shape}")
-    if len(index) and not (index[0] >= 0 and index[-1] < count and (np.diff(index) > 0).all()):
+    if len(index) and not (index[0] >= 0 and index[-1] < count and (index[1:] > index[:-1]).all()):
         raise KernelError(f"places of {what} must rise, from 0 or above to below {count}, not {index.tolist()}")
-    if not np.isfinite(values).all():
+    if not is_finite(values):
         at = int(np.flatnonzero(~np.isfinite(values))[0])
         raise KernelError(f"{what} must be finite; the one of place {index[at]} is {values[at]}")
     index.setflags(write=False)
@@ -84,12 +86,12 @@ def _check_quaternions(structure: Structure, q: NDArray[np.float64], values: Val
         return
     later = q.copy()
     later[values[0]] = values[1]
-    lengths = np.linalg.norm(later[places], axis=1)
-    if (wrong := np.flatnonzero(np.abs(lengths - 1.0) > UNIT_TOLERANCE)).size:
-        at = places[wrong[0]]
-        raise KernelError(
-            f"the quaternion at the places {at[0]} to {at[3]} must have length 1, not {lengths[wrong[0]]:g}"
-        )
+    parts = later[places]
+    lengths = np.sqrt(np.einsum("kj,kj->k", parts, parts))
+    if np.abs(lengths - 1.0).max() > UNIT_TOLERANCE:
+        wrong = int(np.flatnonzero(np.abs(lengths - 1.0) > UNIT_TOLERANCE)[0])
+        at = places[wrong]
+        raise KernelError(f"the quaternion at the places {at[0]} to {at[3]} must have length 1, not {lengths[wrong]:g}")
 
 
 @lru_cache(maxsize=4)

@@ -123,7 +123,12 @@ def weight(value: object) -> int:
         if id(one) in seen:
             continue
         seen.add(id(one))
-        total += one.nbytes if isinstance(one, np.ndarray) else sys.getsizeof(one)
+        if isinstance(one, np.ndarray):
+            total += one.nbytes
+            continue
+        total += sys.getsizeof(one)
+        if isinstance(one, (int, float, str)):
+            continue
         if isinstance(one, Mapping):
             left += (*one.keys(), *one.values())
         elif isinstance(one, (tuple, list, frozenset, set)):

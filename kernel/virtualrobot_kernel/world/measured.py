@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,11 +79,11 @@ def arrived(structure: Structure, state: State) -> State:
     q, v = state.q.copy(), state.v.copy()
     for uid, values in state.readings.items():
         q[structure.robots[uid].q_slice], v[structure.robots[uid].v_slice] = values.q, values.v
-    return replace(state, q=frozen(q), v=frozen(v), readings={})
+    return state.but(q=frozen(q), v=frozen(v), readings={})
 
 
-def parted(structure: Structure, state: State, q: Floats, v: Floats) -> State:
-    """Return a state after its joints have moved: what is commanded of measured and motored robots is kept apart.
+def parted(structure: Structure, state: State, q: Floats, v: Floats) -> dict[str, Any]:
+    """Return a state's fields after its joints have moved: what is commanded of measured and motored robots is apart.
 
     `q` (nq,) and `v` (nv,) are what motions command, and are written to; where joints are stays as it was.
     """
@@ -91,13 +92,12 @@ def parted(structure: Structure, state: State, q: Floats, v: Floats) -> State:
         places, rates = structure.robots[uid].q_slice, structure.robots[uid].v_slice
         kept[uid] = JointValues(frozen(q[places].copy()), frozen(v[rates].copy()))
         q[places], v[rates] = state.q[places], state.v[rates]
-    return replace(
-        state,
-        q=frozen(q),
-        v=frozen(v),
-        commanded={uid: kept[uid] for uid in state.commanded} if state.commanded else state.commanded,
-        motored={uid: kept[uid] for uid in state.motored} if state.motored else state.motored,
-    )
+    return {
+        "q": frozen(q),
+        "v": frozen(v),
+        "commanded": {uid: kept[uid] for uid in state.commanded} if state.commanded else state.commanded,
+        "motored": {uid: kept[uid] for uid in state.motored} if state.motored else state.motored,
+    }
 
 
 def _apart(state: State) -> Mapping[int, JointValues]:

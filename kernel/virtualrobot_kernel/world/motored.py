@@ -7,7 +7,7 @@ that no motor moves are commanded to be where they are.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -19,6 +19,8 @@ from virtualrobot_kernel.world.commands import SetJointEfforts
 from virtualrobot_kernel.world.motors import JointMotor, MotorMode
 from virtualrobot_kernel.world.state import JointValues, State
 from virtualrobot_kernel.world.structure import Joint, JointType, Node, RobotData, Structure
+
+Floats = NDArray[np.float64]
 
 COMMANDED = (MotorMode.VELOCITY, MotorMode.POSITION)
 """Modes of motors that motions command."""
@@ -135,18 +137,16 @@ def stood(structure: Structure, state: State, robots: Collection[int]) -> State:
     return replace(state, v=frozen(v), motored=motored, efforts=efforts)
 
 
-def followed(structure: Structure, state: State) -> State:
-    """Return the state in which what no motor moves is commanded to be where it is."""
-    if not state.motored:
-        return state
-    found, places = dict(state.motored), unmotored(structure)
-    for uid, one in state.motored.items():
-        robot, (at_q, at_v) = structure.robots[uid], places[uid]
-        if len(at_q):
-            q, v = one.q.copy(), one.v.copy()
-            q[at_q], v[at_v] = state.q[robot.q_slice][at_q], 0.0
-            found[uid] = JointValues(frozen(q), frozen(v))
-    return replace(state, motored=found)
+def followed(structure: Structure, motored: Mapping[int, JointValues], now: Floats) -> Mapping[int, JointValues]:
+    """Return what is commanded of robots under physics whose joints are at `now` (nq,): what no motor moves, that."""
+    if not motored:
+        return motored
+    following = _following(structure, tuple(motored))
+    q, v = (np.concatenate([getattr(one, name) for one in motored.values()]) for name in ("q", "v"))
+    q[following.q], v[following.v] = now[following.q_now], 0.0
+    frozen(q)
+    frozen(v)
+    return {uid: JointValues(q[of_q], v[of_v]) for uid, of_q, of_v in following.slices}
 
 
 def refuse_unmotored(structure: Structure, state: State, joints: Iterable[tuple[int, str]]) -> None:
@@ -169,19 +169,36 @@ def refuse_unmotored(structure: Structure, state: State, joints: Iterable[tuple[
             )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class _Following:
+    """Coordinates and velocities that follow what is, of some robots whose own ones lie one robot after the other.
+
+    q, v: their places there; q_now: among all coordinates. slices: of each robot (a uid), its own q and v there.
+    """
+
+    q: NDArray[np.intp]
+    v: NDArray[np.intp]
+    q_now: NDArray[np.intp]
+    slices: tuple[tuple[int, slice, slice], ...]
+
+
 @lru_cache(maxsize=4)
-def unmotored(structure: Structure) -> Mapping[int, tuple[NDArray[np.intp], NDArray[np.intp]]]:
-    """Return the places among each dynamic robot's own q and v, by uid, that no motion commands a motor of."""
-    return {uid: _unmotored(structure, uid) for uid in structure.robots if is_dynamic(structure.nodes[uid])}
-
-
-def _unmotored(structure: Structure, uid: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    robot, node = structure.robots[uid], structure.nodes[uid]
+def _following(structure: Structure, uids: tuple[int, ...]) -> _Following:
     at_q: list[int] = []
     at_v: list[int] = []
-    for joint, q, v in zip(robot.joints, robot.q_start, robot.v_start, strict=True):
-        if joint.type.coordinate_count == 1 and motor_of(node, joint).mode in COMMANDED:
-            continue
-        at_q += range(q - robot.q_slice.start, q - robot.q_slice.start + joint.type.coordinate_count)
-        at_v += range(v - robot.v_slice.start, v - robot.v_slice.start + joint.type.velocity_count)
-    return np.array(at_q, np.intp), np.array(at_v, np.intp)
+    now: list[int] = []
+    slices: list[tuple[int, slice, slice]] = []
+    first_q = first_v = 0
+    for uid in uids:
+        robot, node = structure.robots[uid], structure.nodes[uid]
+        of_q, of_v = robot.q_slice, robot.v_slice
+        for joint, q, v in zip(robot.joints, robot.q_start, robot.v_start, strict=True):
+            if joint.type.coordinate_count == 1 and motor_of(node, joint).mode in COMMANDED:
+                continue
+            now += range(q, q + joint.type.coordinate_count)
+            at_q += range(first_q + q - of_q.start, first_q + q - of_q.start + joint.type.coordinate_count)
+            at_v += range(first_v + v - of_v.start, first_v + v - of_v.start + joint.type.velocity_count)
+        last_q, last_v = first_q + of_q.stop - of_q.start, first_v + of_v.stop - of_v.start
+        slices.append((uid, slice(first_q, last_q), slice(first_v, last_v)))
+        first_q, first_v = last_q, last_v
+    return _Following(np.array(at_q, np.intp), np.array(at_v, np.intp), np.array(now, np.intp), tuple(slices))

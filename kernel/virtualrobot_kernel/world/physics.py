@@ -10,6 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot_sdk.arrays import is_finite
 
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.world import motored
@@ -34,10 +35,10 @@ def set_parts(change: Change, command: SetParts, forward: Forward) -> Change:
         ("poses", command.parent_t_part, (count, 4, 4)),
         ("velocities", command.twists, (count, 6)),
     ):
-        if values.shape != shape or not np.isfinite(values).all():
+        if values.shape != shape or not is_finite(values):
             raise KernelError(f"{name} of {count} parts must be finite and of shape {shape}, not {values.shape}")
     moved = MovedParts(_read_only(command.parts), _read_only(command.parent_t_part), _read_only(command.twists))
-    return replace(change, state=replace(change.state, moved_parts=moved))
+    return replace(change, state=change.state.but(moved_parts=moved))
 
 
 def set_contacts(change: Change, command: SetContacts, forward: Forward) -> Change:
@@ -51,10 +52,10 @@ def set_contacts(change: Change, command: SetContacts, forward: Forward) -> Chan
     shape = (len(told.nodes), 3)
     for name in ("positions", "normals", "forces"):
         values = getattr(told, name)
-        if values.shape != shape or not np.isfinite(values).all():
+        if values.shape != shape or not is_finite(values):
             raise KernelError(f"{name} of {shape[0]} contacts must be finite and of shape {shape}, not {values.shape}")
     kept = BodyContacts(*map(_read_only, (told.nodes, told.positions, told.normals, told.forces)))
-    return replace(change, state=replace(change.state, told_contacts=kept))
+    return replace(change, state=change.state.but(told_contacts=kept))
 
 
 def set_physics(change: Change, command: SetPhysics, forward: Forward) -> Change:
@@ -90,19 +91,26 @@ def set_physics(change: Change, command: SetPhysics, forward: Forward) -> Change
 def arrived(structure: Structure, state: State) -> State:
     """Return the state in which parts are where forces have moved them since the tick before, and touch as they do."""
     if (told := state.told_contacts) is not None:
-        state = replace(state, contacts=told if len(told.nodes) else None, told_contacts=None)
+        state = state.but(contacts=told if len(told.nodes) else None, told_contacts=None)
     if (moved := state.moved_parts) is None:
         return state
     # One that is gone by now, or hangs on something else, stays as it is.
-    there = [at for at, uid in enumerate(moved.parts.tolist()) if uid in structure.rows]
-    uids = moved.parts[there].tolist()
+    uids, placed, rates = moved.parts.tolist(), moved.parent_t_part, moved.twists
+    rows = [structure.rows.get(uid, -1) for uid in uids]
+    if -1 in rows:
+        there = [at for at, row in enumerate(rows) if row >= 0]
+        uids, rows = [uids[at] for at in there], [rows[at] for at in there]
+        placed, rates = placed[there], rates[there]
     poses = state.parent_t_node.copy()
-    poses[[structure.rows[uid] for uid in uids]] = moved.parent_t_part[there]
-    rates = frozen(moved.twists[there])
-    rests = {uids[at] for at in np.flatnonzero(~rates.astype(bool).any(axis=1)).tolist()}
-    twists = {**state.twists, **dict(zip(uids, rates, strict=True))}
-    twists = {uid: twists[uid] for uid in sorted(twists) if uid not in rests}
-    return replace(state, parent_t_node=frozen(poses), twists=twists, moved_parts=None)
+    poses[rows] = placed
+    told = dict(zip(uids, frozen(rates), strict=True))
+    for at in np.flatnonzero((rates == 0.0).all(axis=1)).tolist():
+        del told[uids[at]]
+    if state.twists.keys() - told.keys():
+        # What is not told goes on as it did; what is told to rest has no velocity.
+        rests = set(uids) - told.keys()
+        told = {uid: rate for uid, rate in sorted({**state.twists, **told}.items()) if uid not in rests}
+    return state.but(parent_t_node=frozen(poses), twists=told, moved_parts=None)
 
 
 def _read_only(values: NDArray) -> NDArray:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from enum import Enum
+from operator import attrgetter
 from types import EllipsisType
 from typing import Any
 
@@ -304,6 +305,20 @@ class State:
     def physics_settings(self) -> PhysicsSettings:
         """Return how forces move parts that are dynamic."""
         return self.physics or NO_PHYSICS
+
+    def but(self, **changes: Any) -> State:  # noqa: ANN401 fields of a state
+        """Return this state with other values of some fields, as `dataclasses.replace` does in twice the time.
+
+        A tick makes several states, one of another.
+        """
+        values = list(_VALUES(self))
+        for name, value in changes.items():
+            values[_PLACES[name]] = value
+        return State(*values)
+
+
+_VALUES = attrgetter(*(one.name for one in fields(State)))
+_PLACES = {one.name: place for place, one in enumerate(fields(State))}
 
 
 @dataclass(frozen=True, slots=True, eq=False)

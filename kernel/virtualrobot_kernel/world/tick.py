@@ -25,7 +25,7 @@ log = logging.getLogger(__name__)
 def advance(structure: Structure, state: State, tick_seconds: float, forward: Forward) -> State:
     """Return the state one tick later."""
     if not state.motions:
-        return _arrived(structure, replace(state, tick=state.tick + 1))
+        return _arrived(structure, state.but(tick=state.tick + 1))
     q, v = (array.copy() for array in measured.commanded(structure, state))
     context = TickContext(q, {name: signal.value for name, signal in state.signals.items()})
     signals: dict[str, Signal] = {}
@@ -72,22 +72,35 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
                 q[motion.q_index] = measured.commanded(structure, state)[0][motion.q_index]
                 v[motion.v_index] = 0.0
     motions = [advanced[motion.id] for motion in state.motions]
-    later = replace(
-        measured.parted(structure, state, q, v),
+    later = state.but(
+        **measured.parted(structure, state, q, v),
+        **_going_and_ended(state, motions),
         tick=state.tick + 1,
         signals={**state.signals, **signals} if signals else state.signals,
         # The same object as long as it is the same: whoever shows or sees tools goes by that.
         tool_states={**state.tool_states, **tool_states} if tool_states else state.tool_states,
     )
     later = _arrived(structure, later)
-    for place, motion in enumerate(motions):
-        if motion.running.found is not None and motion.search is None and motion.searcher:
-            # What was found was found as the tick began; what was not, at its goal.
-            at = state if motion.running.found else later
-            motions[place] = replace(motion, search=_search(structure, at, motion, forward))
+    over = [place for place, motion in enumerate(motions) if _has_searched(motion)]
+    if not over:
+        return later
+    for place in over:
+        # What was found was found as the tick began; what was not, at its goal.
+        at = state if motions[place].running.found else later
+        motions[place] = replace(motions[place], search=_search(structure, at, motions[place], forward))
+    return later.but(**_going_and_ended(state, motions))
+
+
+def _going_and_ended(state: State, motions: Sequence[Motion]) -> dict[str, tuple[Motion, ...]]:
+    """Return the motions of the state after this one, by its fields."""
     ended = tuple(motion for motion in motions if motion.running.ended)
     going = tuple(motion for motion in motions if not motion.running.ended)
-    return replace(later, motions=going, ended=(*state.ended, *ended)[-REMEMBERED:])
+    return {"motions": going, "ended": (*state.ended, *ended)[-REMEMBERED:] if ended else state.ended}
+
+
+def _has_searched(motion: Motion) -> bool:
+    """Return whether a motion's search is over, and it is not told yet what it came to."""
+    return motion.running.found is not None and motion.search is None and bool(motion.searcher)
 
 
 def told_more(structure: Structure, before: State, now: State, later: State) -> State | None:
@@ -109,7 +122,7 @@ def told_more(structure: Structure, before: State, now: State, later: State) -> 
         return None
     if any(motion.search is not None and motion.end_tick == later.tick for motion in later.ended):
         return None
-    told = replace(later, dynamics=now.dynamics, moved_parts=now.moved_parts, told_contacts=now.told_contacts)
+    told = later.but(dynamics=now.dynamics, moved_parts=now.moved_parts, told_contacts=now.told_contacts)
     return _arrived(structure, told)
 
 

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import numpy as np
 from msgspec import Meta
+from virtualrobot_sdk.arrays import is_finite
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import Floats
 
@@ -51,7 +52,7 @@ def check_values(what: str, values: Floats, names: tuple[str, ...]) -> Floats:
     """Return values, one for each name; raise ArgumentError for another count and for what is not finite."""
     if np.shape(values) != (len(names),):
         raise ArgumentError(f"{what} must be {len(names)} numbers ({', '.join(names)}), not {np.shape(values)}")
-    if not np.isfinite(values).all():
+    if not is_finite(values):
         raise ArgumentError(f"{what} are {values.tolist()}; they must be finite")
     return values
 

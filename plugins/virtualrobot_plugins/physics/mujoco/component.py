@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 import msgspec
 import numpy as np
+from virtualrobot_sdk.arrays import is_finite
 from virtualrobot_sdk.errors import ArgumentError, PluginError
 from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.physics import (
@@ -91,11 +92,13 @@ class MujocoPhysics:
             data.qpos[self._driven_q] = backwards(driven.poses, driven.twists, substeps * model.seconds)[:, _WXYZ]
             data.qvel[self._driven_v] = driven.twists
         self._drive(motors)
-        data.xfrc_applied[self._bodies] = 0.0 if wrenches is None else wrenches
+        if wrenches is not None or self._is_pushed:
+            data.xfrc_applied[self._bodies] = 0.0 if wrenches is None else wrenches
+            self._is_pushed = wrenches is not None
         self._mujoco.mj_step(self._built, data, nstep=substeps)
         # What one substep carries away shows in the next; so does what makes it fall apart.
         q, v = data.qpos[self._q], data.qvel[self._v]
-        if not (np.isfinite(q).all() and np.isfinite(v).all()):
+        if not (is_finite(q) and is_finite(v)):
             raise FloatingPointError(f"{self._lost(q, v)} is nowhere any more: the state is not finite")
         return Stepped(q, v, self._contacts(), data.qfrc_actuator[self._motor_v])
 
@@ -103,8 +106,10 @@ class MujocoPhysics:
         """Keep where in MuJoCo's arrays ours lie; its bodies come depth first, after the world."""
         built = self._built
         self._bodies = np.array([built.body(str(row)).id for row in range(len(model.bodies))], int)
-        self._rows = np.full(built.nbody, WORLD, np.int32)
-        self._rows[self._bodies] = np.arange(len(model.bodies))
+        rows = np.full(built.nbody, WORLD, np.int32)
+        rows[self._bodies] = np.arange(len(model.bodies))
+        self._row_of_geom = rows[built.geom_bodyid]
+        self._said: tuple[bytes, ...] = ()
         q: list[int] = []
         v: list[int] = []
         driven_q: list[range] = []
@@ -132,13 +137,20 @@ class MujocoPhysics:
     def _put(self, q: Floats, v: Floats) -> None:
         """Forget all but the model and these."""
         self._mujoco.mj_resetData(self._built, self._data)
+        self._is_pushed = False
         self._data.qpos[self._q], self._data.qvel[self._v] = q, v
 
     def _drive(self, motors: Motors) -> None:
         """Set the actuators: effort = gain * target + bias (0, position, velocity), within limits."""
-        built, mode = self._built, np.asarray(motors.mode)
-        if not len(mode):
+        if not len(motors.target):
             return
+        self._data.ctrl[:] = motors.target
+        said = tuple(np.asarray(one).tobytes() for one in (motors.mode, motors.stiffness, motors.damping))
+        said += (np.asarray(motors.max_effort).tobytes(),)
+        if said == self._said:
+            return
+        self._said = said
+        built, mode = self._built, np.asarray(motors.mode)
         speed, place = mode == MotorMode.VELOCITY, mode == MotorMode.POSITION
         hint = np.where(motors.damping > 0.0, motors.damping, self._own_damping)
         damping = np.where(speed, hint, np.where(place, motors.damping, 0.0))
@@ -151,27 +163,31 @@ class MujocoPhysics:
         built.actuator_forcelimited[:] = finite
         largest = np.where(finite, motors.max_effort, 0.0)
         built.actuator_forcerange[:, 0], built.actuator_forcerange[:, 1] = -largest, largest
-        self._data.ctrl[:] = motors.target
 
     def _contacts(self) -> TouchingBodies:
         contact, forces = self._data.contact, self._data.efc_force
-        at = np.asarray(contact.efc_address)
-        felt = at >= 0
-        at, frames = at[felt], np.asarray(contact.frame)[felt].reshape(-1, 3, 3)
-        pairs = self._rows[self._built.geom_bodyid[np.asarray(contact.geom)[felt]]].reshape(-1, 2)
+        at, geoms, places, sizes = (
+            np.asarray(one) for one in (contact.efc_address, contact.geom, contact.pos, contact.dim)
+        )
+        frames = np.asarray(contact.frame).reshape(-1, 3, 3)
+        numbers = np.arange(len(at))
+        if len(at) and at.min() < 0:
+            # One that is near and exerts nothing.
+            numbers = np.flatnonzero(at >= 0)
+            at, geoms, places, sizes, frames = (one[numbers] for one in (at, geoms, places, sizes, frames))
         local = np.zeros((len(at), 3))
         if self._settings.cone == "elliptic":
-            sizes = np.asarray(contact.dim)[felt]
             local[:, 0] = forces[at]
-            rubs = sizes > 1
+            rubs = np.flatnonzero(sizes > 1)
             local[rubs, 1], local[rubs, 2] = forces[at[rubs] + 1], forces[at[rubs] + 2]
         else:
             one = np.zeros(6)
-            for i, place in enumerate(np.flatnonzero(felt)):
-                self._mujoco.mj_contactForce(self._built, self._data, int(place), one)
+            for i, place in enumerate(numbers.tolist()):
+                self._mujoco.mj_contactForce(self._built, self._data, place, one)
                 local[i] = one[:3]
         world = np.einsum("kij,ki->kj", frames, local)
-        return TouchingBodies(pairs, np.asarray(contact.pos)[felt].reshape(-1, 3), frames[:, 0].copy(), world)
+        pairs = self._row_of_geom[geoms.reshape(-1, 2)]
+        return TouchingBodies(pairs, np.array(places).reshape(-1, 3), frames[:, 0].copy(), world)
 
     def _lost(self, q: Floats, v: Floats) -> str:
         """Return the name of the first body whose coordinates are not finite."""
