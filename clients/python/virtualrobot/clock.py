@@ -248,9 +248,9 @@ class Clock:
                 ticks = min(max(int(needed / tick), 1), _MOST_TICKS, left)
                 self.step(int(ticks))
                 left -= ticks
-        except KeyboardInterrupt:
+        except KeyboardInterrupt as interrupted:
             for motion in motions:
-                motion.cancel("interrupted from the keyboard")
+                motion.cancel(str(interrupted) or "interrupted from the keyboard")
             raise
         for motion in motions:
             motion.state.raise_early_end()

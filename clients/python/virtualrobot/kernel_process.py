@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
+from virtualrobot._wire import interruptions
 from virtualrobot._wire.arguments import checked
 from virtualrobot.child_process import end_child, start_child
 from virtualrobot.errors import KernelGoneError
@@ -56,7 +57,7 @@ class KernelProcess:
         threading.Thread(target=self._read, name="kernel output", daemon=True).start()
         try:
             while not self._ready.wait(0.5):  # a wait without limit cannot be interrupted on Windows
-                pass
+                interruptions.check()
         except BaseException:
             self.close()
             raise

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+from virtualrobot._wire import interruptions
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.transport import Stream
@@ -93,7 +94,7 @@ class Lease:
     def wait_for_loss(self, timeout: float | None = None) -> str:
         """Wait until it has lost robots, for at most `timeout` seconds; return why, or nothing when it has not."""
         with self._changed:
-            self._changed.wait_for(lambda: bool(self._lost), timeout)
+            interruptions.wait_for(self._changed, lambda: bool(self._lost), timeout)
         return self._lost
 
     def release(self) -> None:

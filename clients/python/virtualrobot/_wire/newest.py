@@ -6,6 +6,7 @@ import threading
 from collections.abc import Callable, Generator, Hashable, Iterable
 from typing import Any, TypeVar
 
+from virtualrobot._wire import interruptions
 from virtualrobot._wire.transport import Stream
 
 Part = TypeVar("Part")
@@ -47,7 +48,7 @@ def newest(stream: Stream[Any], parts: Callable[[Any], Iterable[tuple[Hashable, 
         while True:
             with changed:
                 while not waiting and not fault:
-                    changed.wait(_WAIT_SECONDS)
+                    interruptions.wait(changed, _WAIT_SECONDS)
                 if not waiting:
                     break
                 part = waiting.pop(next(iter(waiting)))

@@ -16,6 +16,7 @@ import grpc
 from google.rpc import error_details_pb2
 from grpc_status import rpc_status
 
+from virtualrobot._wire import interruptions
 from virtualrobot._wire.descriptions import Descriptions
 from virtualrobot.errors import (
     BY_REASON,
@@ -28,6 +29,7 @@ from virtualrobot.errors import (
     TooLargeError,
     VersionError,
     VirtualRobotError,
+    WrongStateError,
 )
 from virtualrobot.progress import OnProgress, Progress
 from virtualrobot.session import is_loopback
@@ -83,7 +85,8 @@ class Stream(Generic[Message]):
     def __next__(self) -> Message:
         """Wait for the next message."""
         try:
-            message = next(self._call)
+            with interruptions.waited_for(self._call):
+                message = next(self._call)
         except grpc.RpcError as error:
             if self._cancelled:
                 raise StopIteration from None
@@ -156,6 +159,8 @@ class Channel:
         self.descriptions = Descriptions()
         self.listener: Listener | None = None
         self.on_progress: OnProgress | None = None
+        self.kept_out: int | None = None
+        """Thread that must not wait for a kernel: that of an event loop."""
         self._closed = self._answered = False
         self._carrying = threading.Lock()
 
@@ -201,8 +206,7 @@ class Channel:
         return start
 
     def _whole(self, method: str, call: Callable[..., Any]) -> Callable[..., Any]:
-        if method in WAITED:
-            call = partial(self._waited, WAITED[method], call)
+        ask = partial(self._waited, WAITED[method]) if method in WAITED else interruptions.answer
 
         def make(request: object, timeout: float | None = None) -> Any:  # noqa: ANN401 the answer
             limit = self._timeout_seconds if timeout is None else timeout
@@ -210,13 +214,13 @@ class Channel:
             asked_at = time.monotonic()
             try:
                 try:
-                    answer = call(request, timeout=limit, metadata=self._metadata)
+                    answer = ask(call, request, timeout=limit, metadata=self._metadata)
                 except grpc.RpcError as error:
                     if not (self._answered and _nothing_listened(error)):
                         raise
                     # So it was when grpc tried last, perhaps long ago. It has begun to try again, and nothing was sent.
                     time.sleep(1.5e-3 * _RECONNECT_MILLISECONDS)
-                    answer = call(request, timeout=limit, metadata=self._metadata)
+                    answer = ask(call, request, timeout=limit, metadata=self._metadata)
             except grpc.RpcError as error:
                 # The cause would tell the same once more, in 20 lines of grpc's.
                 raise translated(error, self._address) from None
@@ -231,11 +235,12 @@ class Channel:
         running = call.future(request, **options)
         waiting = Waiting(what, self.on_progress)
         try:
-            while True:
-                try:
-                    return running.result(timeout=waiting.seconds)
-                except grpc.FutureTimeoutError:
-                    waiting.tell()
+            with interruptions.waited_for(running):
+                while True:
+                    try:
+                        return running.result(timeout=waiting.seconds)
+                    except grpc.FutureTimeoutError:
+                        waiting.tell()
         except BaseException:
             running.cancel()
             raise
@@ -255,6 +260,10 @@ class Channel:
     def _check_open(self) -> None:
         if self._closed:
             raise ClientClosedError("this client is closed: connect again")
+        if self.kept_out == threading.get_ident():
+            raise WrongStateError(
+                "this asks the kernel, for which the event loop would wait: await it by virtualrobot.aio"
+            )
 
     def __repr__(self) -> str:
         """Return a line for people."""

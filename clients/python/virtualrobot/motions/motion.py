@@ -10,6 +10,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypedDict, Unpack
 
+from virtualrobot._wire import interruptions
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import count_or_none, value_or_default
 from virtualrobot._wire.options import check_options
@@ -143,9 +144,9 @@ class Motion:
                     if left is not None and left <= 0:
                         raise CallTimeoutError(f"motion {self.id} has not ended after {timeout} s; it goes on")
                     # Never without a limit: on Windows Ctrl-C would not get through.
-                    self._changed.wait(0.5 if left is None else min(left, 0.5))
-        except KeyboardInterrupt:
-            self.cancel("interrupted from the keyboard")
+                    interruptions.wait(self._changed, 0.5 if left is None else min(left, 0.5))
+        except KeyboardInterrupt as interrupted:
+            self.cancel(str(interrupted) or "interrupted from the keyboard")
             raise
         if self._error is not None:
             raise self._error

@@ -12,6 +12,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot._wire import interruptions
 from virtualrobot._wire.arguments import ArrayLike, checked
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import shown
@@ -137,7 +138,7 @@ class SetpointStream:
             self._raise_if_over()
             self._changed.notify_all()
             while wait and self._arrived < version:
-                self._changed.wait(0.5)
+                interruptions.wait(self._changed, 0.5)
                 self._raise_if_over()
 
     def close(self, timeout: float | None = None) -> None:
@@ -145,7 +146,7 @@ class SetpointStream:
         with self._changed:
             self._closed = True
             self._changed.notify_all()
-            if not self._changed.wait_for(lambda: self._ended, timeout):
+            if not interruptions.wait_for(self._changed, lambda: self._ended, timeout):
                 raise CallTimeoutError(f"the joints of {self.motion.id} do not rest after {timeout} s; they go on")
             if Phase(self._response.motion.phase) is not Phase.SUCCEEDED:
                 self._raise_if_over()
@@ -166,7 +167,7 @@ class SetpointStream:
             with self._changed:
                 while self._response is seen:
                     self._raise_if_over()
-                    self._changed.wait(0.5)
+                    interruptions.wait(self._changed, 0.5)
                 seen = self._response
             yield self.state
 

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
+from virtualrobot._wire import interruptions
 from virtualrobot._wire.arguments import Count, checked
 from virtualrobot._wire.messages import whole
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
@@ -158,6 +159,7 @@ class Recording:
         """Wait until it has come to its end by itself, or `timeout` seconds are over; return whether it has ended."""
         begun = time.monotonic()
         while not self._ended.wait(_WAIT_SECONDS if timeout is None else min(_WAIT_SECONDS, timeout)):
+            interruptions.check()
             if timeout is not None and time.monotonic() - begun >= timeout:
                 return False
         return True

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Any
 
+from virtualrobot._wire import interruptions
 from virtualrobot._wire.messages import array_of
 from virtualrobot._wire.services import Services
 from virtualrobot.v1 import kernel_pb2, robot_pb2, scene_pb2, sensor_pb2, signal_pb2
@@ -130,5 +131,7 @@ class Seen:
         end = time.monotonic() + seconds
         with self._changed:
             while not (found := done()) and not self._ended and (left := end - time.monotonic()) > 0.0:
-                self._changed.wait(min(left, 0.1))  # in small steps: Ctrl-C would not get through on Windows
+                interruptions.wait(
+                    self._changed, min(left, 0.1)
+                )  # in small steps: Ctrl-C would not get through on Windows
             return found

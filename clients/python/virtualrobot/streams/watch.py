@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from virtualrobot._wire import interruptions
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.messages import array_of
 from virtualrobot._wire.services import Services
@@ -93,6 +94,7 @@ class StreamWatch:
         due = time.monotonic() + _BEGIN_SECONDS
         for begun in self._begun.values():
             while not begun.wait(_WAIT_SECONDS):
+                interruptions.check()
                 if time.monotonic() > due:
                     raise CallTimeoutError(f"the kernel has not begun to tell after {_BEGIN_SECONDS:g} s")
 
@@ -101,6 +103,7 @@ class StreamWatch:
         while not self._closed.is_set():
             if (one := self.next(_WAIT_SECONDS)) is not None:
                 yield one
+            interruptions.check()
 
     def next(self, timeout: float) -> Sample | None:
         """Return the next sample; None where none has come after `timeout` seconds of the wall clock."""
