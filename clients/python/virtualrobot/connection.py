@@ -350,7 +350,8 @@ class Client:
         """Record so much simulation time (s) to a file, and return what is in it.
 
         `path` ends with .mcap (all topics, for Foxglove, PlotJuggler and readers of MCAP), .csv or .parquet (a table of
-        joints, tool centre points and signals). `told` is called several times a second. Ctrl-C leaves a whole file. It
+        joints, tool centre points and signals), .glb (the scene and how it moved, as glTF) or .html (a page that plays
+        that without a kernel). `told` is called several times a second. Ctrl-C leaves a whole file. It
         needs packages: `pip install 'virtualrobot[record]'` for .mcap, `[parquet]` for .parquet.
 
         Raises:

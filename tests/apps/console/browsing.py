@@ -43,7 +43,7 @@ def opened(browser: Browser, url: str, width: int = WIDTH, height: int = HEIGHT)
     complaints: list[str] = []
     page.on("pageerror", lambda error: complaints.append(str(error)))
     page.on("console", lambda said: complaints.append(said.text) if "Content Security Policy" in said.text else None)
-    page.on("request", lambda asked: None if _is_own(asked.url) else complaints.append(f"asked for {asked.url}"))
+    page.on("request", lambda asked: None if _is_own(asked.url, url) else complaints.append(f"asked for {asked.url}"))
     try:
         page.goto(url)
         yield page
@@ -63,5 +63,7 @@ def hold(page: Page, label: str) -> None:
     page.mouse.down()
 
 
-def _is_own(url: str) -> bool:
-    return url.startswith(("http://127.0.0.1:", "ws://127.0.0.1:", "blob:http://127.0.0.1:", "data:"))
+def _is_own(asked: str, url: str) -> bool:
+    """Return whether an address that a page asks for is the page's own, or of this machine's servers."""
+    own = ("http://127.0.0.1:", "ws://127.0.0.1:", "blob:http://127.0.0.1:", "blob:null/", "data:")
+    return asked == url or asked.startswith(own)

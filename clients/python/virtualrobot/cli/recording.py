@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 DEFAULT_RATE = 25.0
 ABOVE_ZERO = FiniteRange(0.0, min_open=True)
 
-RECORDINGS = (".mcap", ".csv", ".parquet")
+RECORDINGS = (".mcap", ".csv", ".parquet", ".glb", ".html")
 _FILMS = (".mp4", ".gif")
 _FILM = ("fps", "camera", "eye", "target_point", "size", "plain")
 _DATA = ("topics", "rate", "png", "overwrite")
@@ -37,7 +37,9 @@ def data_options(function: Callable[..., Any]) -> Callable[..., Any]:
     for option in (
         click.option("--overwrite", is_flag=True, help="Recordings: replace a file that is there."),
         click.option("--png", is_flag=True, help="Recordings: colours of cameras as PNG."),
-        click.option("--rate", type=ABOVE_ZERO, help="Recordings: the most states a second [each tick]."),
+        click.option(
+            "--rate", type=ABOVE_ZERO, help="Recordings: the most states a second [each tick; .glb, .html: 60]."
+        ),
         click.option(
             "--topics",
             multiple=True,
@@ -73,6 +75,8 @@ def record(target: Target, output: Path, seconds: float | None, **options: Any) 
     \b
     .mcap           joints, transforms, scene, sensors, signals, motions: for Foxglove and PlotJuggler
     .csv, .parquet  a table of joints, tool centre points and signals
+    .glb            the scene and how it moved, for viewers of glTF and modellers
+    .html           the same as a page that plays in any browser, without a kernel
     .mp4, .gif      a film; no picture is left out, however long each takes
 
     Ctrl-C leaves a whole file. --topics, --rate, --png and --overwrite are for recordings of data, --fps and what

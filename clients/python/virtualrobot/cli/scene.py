@@ -126,9 +126,11 @@ def export(target: Target, source: str, file: Path, **options: Any) -> None:  # 
     \b
     .urdf                   the robot SOURCE; meshes go beside it
     .glb                    all that hangs below the node SOURCE; below 'world' hangs the whole scene
-    .mcap, .csv, .parquet   what the project folder SOURCE tells of a run, from 'virtualrobot serve --data SOURCE'
+    .mcap, .csv, .parquet,  what the project folder SOURCE tells of a run, from 'virtualrobot serve --data SOURCE';
+    .glb, .html             the last two as an animated scene
     """
-    if file.suffix.lower() in RECORDINGS:
+    is_run = file.suffix.lower() != ".glb" or Path(source, "project.json").is_file()
+    if is_run and file.suffix.lower() in RECORDINGS:
         export_run(source, file, options)
         return
     for name in options:

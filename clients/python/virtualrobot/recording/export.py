@@ -14,7 +14,7 @@ from virtualrobot.connection import connect
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.recording.recording import Recorded, Recording
-from virtualrobot.recording.start import RecordingOptions, checked_path, start
+from virtualrobot.recording.start import RecordingOptions, checked_path, start, usual_rate
 
 _TICKS_TOGETHER = 50
 """Number of ticks after which `told` is called."""
@@ -56,7 +56,7 @@ def export_run(
     checked_path(path, options)  # before a kernel is started for nothing
     if not (Path(folder) / "project.json").is_file():
         raise InvalidArgumentError(f"{folder} is no project folder, it has no project.json")
-    rate = options.pop("rate", None)
+    rate = options.pop("rate", None) or usual_rate(path)
     with KernelProcess(headless=True, replay=folder) as kernel, connect(kernel.address) as client:
         clock = client.clock.read()
         first, last = _ticks(clock, begin, end)

@@ -9,11 +9,14 @@ from typing import BinaryIO, TypedDict
 from virtualrobot._wire.services import Services
 from virtualrobot.errors import InvalidArgumentError, WrongStateError
 from virtualrobot.recording import topics
+from virtualrobot.recording.animation import RATE_HERTZ, AnimationOutput, glb_file
 from virtualrobot.recording.recording import Output, Recording
+from virtualrobot.recording.run_page import page_file, player
 from virtualrobot.recording.table_output import CsvFile, TableOutput
 from virtualrobot.v1 import kernel_pb2, robot_pb2, sensor_pb2, signal_pb2
 
-ENDINGS = (".mcap", ".csv", ".parquet")
+ENDINGS = (".mcap", ".csv", ".parquet", ".glb", ".html")
+ANIMATIONS = (".glb", ".html")
 PICTURES = ("raw", "png")
 EXTRAS = {".mcap": "record", ".parquet": "parquet"}
 
@@ -24,8 +27,8 @@ class RecordingOptions(TypedDict, total=False):
     Attributes:
         topics: names of topics, or patterns such as `/robots/*`; in tables those of columns too, such as `arm/*`. All
             by default.
-        rate: the most states of robots and of the scene a second; by default each tick that the kernel tells. Signals
-            and readings are recorded however often they come.
+        rate: the most states of robots and of the scene a second; by default each tick that the kernel tells, of an
+            animated scene 60. Signals and readings are recorded however often they come.
         overwrite: whether a file that is there is replaced; else it is refused.
         pictures: colours of cameras in an MCAP file: `raw` (the default), or `png`, which is smaller and takes longer.
     """
@@ -56,7 +59,10 @@ def start(
     pictures = options.get("pictures") or PICTURES[0]
     if pictures not in PICTURES:
         raise InvalidArgumentError(f"pictures are {' or '.join(PICTURES)}, not {pictures!r}")
-    selection = topics.Selection(options.get("topics") or ())
+    wanted = tuple(options.get("topics") or ())
+    if wanted and ending in ANIMATIONS:
+        raise InvalidArgumentError(f"{ending} has the scene and how it moves, and no topics: leave topics away")
+    selection = topics.Selection(wanted)
     info = services.kernel.GetInfo(kernel_pb2.GetInfoRequest())
     about = {"version": info.version, "api_version": info.api_version}
     try:
@@ -69,13 +75,16 @@ def start(
         raise WrongStateError(
             f"{ending} needs the package {package}: pip install 'virtualrobot[{EXTRAS[ending]}]'"
         ) from None
-    table = None if ending == ".mcap" else TableOutput(services, selection)
+    table = TableOutput(services, selection) if ending in (".csv", ".parquet") else None
     if not complete:
         selection.check(_topics(services) if table is None else table.known)
+    page = player() if ending == ".html" else ""
     stream = _opened(path, options.get("overwrite") or False)
     try:
-        if table is None:
-            output: Output = McapOutput(stream, services, selection, about, pictures == "png")
+        if ending in ANIMATIONS:
+            output: Output = AnimationOutput(services, page_file(stream, page) if page else glb_file(stream))
+        elif table is None:
+            output = McapOutput(stream, services, selection, about, pictures == "png")
         else:
             csv = ending == ".csv"
             table.begin(
@@ -83,10 +92,15 @@ def start(
                 grows=complete or not csv,
             )
             output = table
-        return Recording(services, path, stream, output, rate=rate, duration=duration)
+        return Recording(services, path, stream, output, rate=rate or usual_rate(path), duration=duration)
     except BaseException:
         stream.close()
         raise
+
+
+def usual_rate(path: str | Path) -> float | None:
+    """Return the states a second of a recording whose rate is not given; None: each tick."""
+    return RATE_HERTZ if Path(path).suffix.lower() in ANIMATIONS else None
 
 
 def checked_path(path: str | Path, options: RecordingOptions) -> Path:

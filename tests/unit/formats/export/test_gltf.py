@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
-import shutil
-import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -36,11 +33,10 @@ from virtualrobot_kernel.world.figures import (
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, NodeSpec, ToolData
 
+from tests.khronos import NEEDS_VALIDATOR, issues_of
 from tests.unit.formats.export.glb_reading import Glb, checked
 from tests.unit.formats.export.worlds import drawn, one, snapshot_of
 from tests.unit.formats.models import DATA, ROBOTS, binary_stl, corner_positions, disk, load, structure_of, volume
-
-ROOT = Path(__file__).resolve().parents[4]
 
 UP = np.array([[1, 0, 0, 0], [0, 0, 1, 0], [0, -1, 0, 0], [0, 0, 0, 1.0]])
 """glTF is right-handed with y up (3.4): our x, y, z are its x, -z, y."""
@@ -297,17 +293,7 @@ def test_refusals_say_what_would_be_right() -> None:
         export_model(snapshot_of([one(Figure(Label("words")))]), library, "", ".glb")
 
 
-VALIDATE = """
-const validator = require('gltf-validator');
-const bytes = new Uint8Array(require('fs').readFileSync(process.argv[1]));
-validator.validateBytes(bytes, {maxIssues: 0}).then(report => console.log(JSON.stringify(report.issues)));
-"""
-
-
-@pytest.mark.skipif(
-    not (shutil.which("node") and (ROOT / "node_modules/gltf-validator").exists()),
-    reason="Khronos' validator comes with `npm ci`",
-)
+@NEEDS_VALIDATOR
 def test_the_validator_of_khronos_finds_nothing(tmp_path: Path, rng: np.random.Generator) -> None:
     nodes, library = [], MeshLibrary(AssetStore())
     for file in (ROBOTS["r2d2"], ROBOTS["xarm6"], DATA / "duck.obj"):
@@ -316,10 +302,7 @@ def test_the_validator_of_khronos_finds_nothing(tmp_path: Path, rng: np.random.G
     nodes.append(one(*marks, Figure(Cone(0.1, 0.3), material=Material((1.0, 0.5, 0.0, 0.5)))))
     exported = export_model(snapshot_of(nodes), library, "", ".glb")
     (tmp_path / "world.glb").write_bytes(library.store.get(exported.files[0][1]))
-    run = subprocess.run(
-        ["node", "-e", VALIDATE, str(tmp_path / "world.glb")], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    issues = json.loads(run.stdout)
+    issues = issues_of(tmp_path / "world.glb")
     assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues["messages"][:5]
 
 
