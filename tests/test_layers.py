@@ -218,7 +218,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{PLUGINS}/drivers/serial_port.py": ("virtualrobot_sdk", "serial"),
     f"{PLUGINS}/importers": (
         *("virtualrobot_plugins.importers", "virtualrobot_sdk", "numpy"),
-        *("cascadio", "ezdxf", "lxml", "msgspec", "PIL", "trimesh", "xacro", "yaml"),
+        *("cascadio", "ezdxf", "lxml", "manifold3d", "msgspec", "PIL", "trimesh", "xacro", "yaml"),
     ),
 }
 

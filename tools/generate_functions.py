@@ -87,7 +87,7 @@ GROUPS = (
         batch=("CreateNode", "UpdateNode", "RemoveNode", "AttachNode", "SetGroups", "SetPostures"),
         python={"client.scene": "scene.scene:Scene", "node": "scene.node:Node", "client.assets": "files.assets:Assets"},
         client=("load_denavit_hartenberg", "load_robot", "models"),
-        commands=("load", "models", "save", "export", "ls", "add", "rename", "attach", "remove", "new"),
+        commands=("load", "models", "model", "save", "export", "ls", "add", "rename", "attach", "remove", "new"),
     ),
     Group(
         "Robots",

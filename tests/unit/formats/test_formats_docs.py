@@ -8,6 +8,7 @@ from virtualrobot.v1 import nodes_pb2, scene_pb2
 from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.models import MODEL_FORMATS
 from virtualrobot_plugins import importers
+from virtualrobot_plugins.importers.solid import grammar
 
 from tests.unit.formats.models import refusal
 from tests.unit.formats.test_urdf_bad import joint
@@ -46,3 +47,14 @@ def test_the_example_of_a_scene_is_one() -> None:
 def test_the_example_of_an_error_is_one() -> None:
     text = (DOCS / "formats.md").read_text()
     assert str(refusal(joint('<axis xyz="0 0 0"/>'))).partition("joint 'j'")[2] in text
+
+
+def test_every_word_of_the_modeller_is_in_its_tables() -> None:
+    """With what it takes, in the order of the grammar."""
+    rows = re.findall(r"^\| `(\w+)` \| (.*?) \|", (DOCS / "modeller.md").read_text(), re.MULTILINE)
+    words = {**grammar.SOLIDS, **grammar.PROFILES}
+    assert [name for name, _ in rows] == [*grammar.SOLIDS, *grammar.PROFILES, *grammar.File.__dataclass_fields__]
+    for name, takes in rows[: -len(grammar.File.__dataclass_fields__)]:
+        fields = getattr(words[name], "__dataclass_fields__", None)
+        if fields is not None:
+            assert re.findall(r"`(\w+)`", takes) == list(fields)
