@@ -261,3 +261,13 @@ def test_a_picture_is_a_png_of_the_asked_size(stage: Stage) -> None:
     data = picture(stage.page)
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
     assert stage.pixels().shape == (HEIGHT, WIDTH, 3)
+
+
+@pytest.mark.long
+def test_the_live_view_stands_in_a_notebook(stage: Stage) -> None:
+    """The page draws within another page, as `client.view` in a notebook has it."""
+    frame = f'<iframe src="{stage.viewer.url}" title="Live view" width="100%" height="480"></iframe>'
+    page = stage.page.context.new_page()
+    page.set_content(frame)
+    page.frame_locator("iframe").locator("canvas").first.wait_for()
+    page.close()

@@ -131,6 +131,7 @@ def test_pictures_and_tables_are_shown_in_notebooks(client: Client, iiwa: Robot)
     assert client.view.capture(size=(8, 6), format="jpeg")._repr_jpeg_() is not None
     assert "<td>lbr_iiwa_joint_1</td>" in iiwa._repr_html_() and "<td>rad, rad/s</td>" in iiwa._repr_html_()
     assert "<td>5.5</td><td>bar</td>" in client.signals._repr_html_()
+    assert "no viewer: start it without" in client.view._repr_html_()
     assert "<td>eye</td><td>camera_sensor</td>" in client.sensors._repr_html_()
     assert "<td>kinematics</td>" in client.plugins._repr_html_()
     assert "<td>iiwa</td><td>7</td>" in client.robots._repr_html_()

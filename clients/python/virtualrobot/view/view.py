@@ -216,3 +216,12 @@ class View(ViewSetup):
 
     def _add(self, kind: str, name: str | None, figure: figures.Figures, pose: PoseLike | None, parent: str) -> Node:
         return self._scene.add_annotation(name or f"{kind}-{uuid.uuid4().hex[:8]}", figure, pose=pose, parent=parent)
+
+    def _repr_html_(self) -> str:
+        """Return the live picture for notebooks: the viewer's page, to be turned and come nearer in."""
+        from html import escape
+
+        url = self._services.kernel.GetInfo(kernel_pb2.GetInfoRequest()).viewer_url
+        if not url:
+            return "<p>This kernel has no viewer: start it without <code>--headless</code>.</p>"
+        return f'<iframe src="{escape(url)}" title="Live view" width="100%" height="480" style="border: 0"></iframe>'

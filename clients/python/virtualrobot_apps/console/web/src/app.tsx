@@ -6,6 +6,7 @@ import { placing } from "./kernel/loader";
 import { selected } from "./kernel/world";
 import { Tabs } from "./parts/tabs";
 import { Bottom } from "./panels/bottom";
+import { Finder, openFinder } from "./panels/finder";
 import { Library } from "./panels/library";
 import { Pendant } from "./panels/pendant";
 import { Properties } from "./panels/properties";
@@ -40,6 +41,7 @@ export function App() {
       </aside>
       <Bottom />
       <Status />
+      <Finder />
     </div>
   );
 }
@@ -65,6 +67,11 @@ const KEYS: Record<string, () => void> = {
 addEventListener(
   "keydown",
   (event) => {
+    if (event.key.toLowerCase() === "k" && (event.ctrlKey || event.metaKey)) {
+      event.preventDefault();
+      openFinder();
+      return;
+    }
     if (isTyped(event)) return;
     if (event.code === "Space") {
       // Whatever has the focus: a button that would be pressed by it is not.

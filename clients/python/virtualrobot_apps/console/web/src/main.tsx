@@ -7,6 +7,7 @@ import "./style/base.css";
 import "./style/frame.css";
 import "./style/parts.css";
 import "./style/panels.css";
+import "./style/finder.css";
 
 watch();
 render(<App />, document.getElementById("app")!);

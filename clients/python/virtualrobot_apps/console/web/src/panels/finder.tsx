@@ -1,0 +1,108 @@
+// The finder (Ctrl-K): whatever the page can do, by its name, and the nodes of the cell.
+import { signal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
+import { items, selected } from "../kernel/world";
+import { Icon, KindIcon } from "../parts/icons";
+
+const MOST_SHOWN = 12;
+/** What has a name and can be pressed; a jog's button moves a robot as long as it is held, which nobody holds here. */
+const PRESSED = 'button:not(:disabled):not(.jog), [role="tab"]';
+
+interface Command {
+  name: string;
+  place: string;
+  kind?: string;
+  run: () => void;
+}
+
+interface Search {
+  commands: readonly Command[];
+  words: string;
+  at: number;
+}
+
+const search = signal<Search | undefined>(undefined);
+let before: Element | null = null;
+
+export function openFinder(): void {
+  before = document.activeElement;
+  search.value = { commands: [...buttons(), ...nodes()], words: "", at: 0 };
+}
+
+function close(): void {
+  search.value = undefined;
+  if (before instanceof HTMLElement) before.focus();
+}
+
+function* buttons(): Iterable<Command> {
+  const known = new Set<string>();
+  for (const one of document.querySelectorAll<HTMLElement>(PRESSED)) {
+    const name = (one.ariaLabel || one.title || one.textContent || "").trim().replace(/\s+/g, " ");
+    const place = one.closest("aside, section, header, footer, nav, [role=tabpanel], [role=toolbar]")?.ariaLabel ?? "";
+    if (!name || known.has(`${place}/${name}`)) continue;
+    known.add(`${place}/${name}`);
+    yield { name: one.role === "tab" || one.getAttribute("role") === "tab" ? `Show ${name}` : name, place, run: () => one.click() };
+  }
+}
+
+function* nodes(): Iterable<Command> {
+  for (const { name, kind } of items.peek().values()) {
+    if (kind !== "world") yield { name, place: `Select, ${kind}`, kind, run: () => (selected.value = name) };
+  }
+}
+
+/** Returns the commands that have all words in their names; those whose name begins with the first come first. */
+function found({ commands, words }: Search): Command[] {
+  const wanted = words.toLowerCase().split(/\s+/).filter(Boolean);
+  const fit = commands.filter(({ name, place }) => wanted.every((word) => `${name} ${place}`.toLowerCase().includes(word)));
+  const begins = ({ name }: Command) => (wanted.length && name.toLowerCase().startsWith(wanted[0]) ? 0 : 1);
+  return fit.sort((a, b) => begins(a) - begins(b)).slice(0, MOST_SHOWN);
+}
+
+export function Finder() {
+  const field = useRef<HTMLInputElement>(null);
+  const now = search.value;
+  useEffect(() => field.current?.focus(), [now === undefined]);
+  if (!now) return null;
+  const shown = found(now);
+  const at = Math.min(now.at, shown.length - 1);
+  const run = (command: Command | undefined) => {
+    if (!command) return;
+    close();
+    command.run();
+  };
+  const keys: Record<string, () => void> = {
+    ArrowDown: () => (search.value = { ...now, at: Math.min(at + 1, shown.length - 1) }),
+    ArrowUp: () => (search.value = { ...now, at: Math.max(at - 1, 0) }),
+    Enter: () => run(shown[at]),
+    Escape: close,
+  };
+  return (
+    <div class="veil finding" onClick={close}>
+      <div class="float finder" role="dialog" aria-label="Find a command or a node" onClick={(event) => event.stopPropagation()}>
+        <label class="search">
+          <Icon name="search" size={15} />
+          <input ref={field} value={now.words} placeholder="What to do, or a node" role="combobox" aria-expanded="true"
+            aria-label="Find a command or a node" aria-controls="found" aria-activedescendant={`found-${at}`}
+            onInput={(event) => (search.value = { ...now, words: event.currentTarget.value, at: 0 })}
+            onKeyDown={(event) => {
+              if (!keys[event.key]) return;
+              event.preventDefault();
+              event.stopPropagation();
+              keys[event.key]();
+            }} />
+        </label>
+        <ul id="found" role="listbox" aria-label="What was found">
+          {shown.map((command, place) => (
+            <li key={`${command.place}/${command.name}`} id={`found-${place}`} role="option" aria-selected={place === at} onClick={() => run(command)}>
+              {command.kind ? <KindIcon kind={command.kind} /> : <Icon name="chevron-right" size={15} color="var(--muted)" />}
+              <span>{command.name}</span>
+              <span class="muted">{command.place}</span>
+            </li>
+          ))}
+          {shown.length === 0 && <li class="muted">Nothing here is called so.</li>}
+        </ul>
+      </div>
+    </div>
+  );
+}
