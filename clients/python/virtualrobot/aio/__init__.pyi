@@ -742,6 +742,8 @@ class Odometry(Face):
         """Return the place as of the last update."""
     def update(self, encoders: EncoderReading | None = ...) -> Order[OdometryReading]:
         """Return where the craft should be by now."""
+    def reckon(self, encoders: Sequence[EncoderReading]) -> Order[Floats]:
+        """Return where the craft should have been, (n, 3) x, y (m) and heading (rad), at readings of its encoders."""
     def drift(self, true_pose: ArrayLike | None = ...) -> Order[Floats]:
         """Return by how much the last update is off: x, y (m) and heading (rad, within half a turn), shape (3,)."""
 
