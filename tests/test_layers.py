@@ -123,6 +123,9 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{CLIENT}/testing.py": ("virtualrobot", "pytest"),
     # Serial ports are listed by pyserial, where it is installed.
     f"{CLIENT}/cli/ports.py": ("virtualrobot", "click", "serial"),
+    # Gamepads are read by SDL, where it is installed; what they mean is written in YAML.
+    f"{CLIENT}/cli/gamepad.py": ("virtualrobot", "sdl2"),
+    f"{CLIENT}/cli/gamepad_mapping.py": ("virtualrobot", "yaml"),
     # Recordings are written by the libraries of their formats, where these are installed.
     f"{CLIENT}/recording": ("virtualrobot", "numpy", "google"),
     f"{CLIENT}/recording/mcap_file.py": ("virtualrobot", "google", "mcap"),

@@ -1,4 +1,4 @@
-"""Teleoperation on a real kernel: a craft drives while a key is held, and whatever ends that stops it."""
+"""Teleoperation on a real kernel: what moves while a key or a button is held, and whatever ends that stops it."""
 
 from __future__ import annotations
 
@@ -6,16 +6,21 @@ import os
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 from prompt_toolkit.input import create_pipe_input
 from prompt_toolkit.output import DummyOutput
 from virtualrobot import Client, Robot
-from virtualrobot.cli.teleop import drive_by_keys
+from virtualrobot.cli.gamepad import Gamepad
+from virtualrobot.cli.gamepad_mapping import USUAL, read_mapping
+from virtualrobot.cli.teleop import drive_by_keys, drive_by_pad
 from virtualrobot.cli.teleoperation import REST, Teleoperation
-from virtualrobot.errors import WrongStateError
+from virtualrobot.errors import UnknownNameError, WrongStateError
 
 from tests.api.client.conftest import Run
+from tests.gamepads import VirtualPad, virtual_pad
 from tests.waiting import repeated, until
 
 COMMAND = [sys.executable, "-m", "virtualrobot", "teleop", "ugv"]
@@ -99,6 +104,96 @@ def test_another_motion_is_preempted_only_when_asked_for(ugv: Robot) -> None:
             until(lambda: heading_of(ugv) > 0.02)
         other.cancel()
     assert rests(ugv)
+
+
+def driven_by_pad(robot: Robot, act: Callable[[VirtualPad], None]) -> None:
+    """Drive a robot by SDL's virtual gamepad, which `act` moves meanwhile; ends with q, or raises what it raises."""
+    failed: list[BaseException] = []
+    with virtual_pad() as virtual, Gamepad() as pad, create_pipe_input() as keys:
+
+        def hands() -> None:
+            try:
+                act(virtual)
+            except BaseException as error:
+                failed.append(error)
+            finally:
+                keys.send_text("q")
+
+        holder = threading.Thread(target=hands)
+        holder.start()
+        try:
+            drive_by_pad(robot, pad, read_mapping(), SPEED, TURN, source=keys, output=DummyOutput())
+        finally:
+            holder.join()
+    assert not failed, failed
+
+
+def test_a_gamepad_drives_while_its_dead_mans_button_is_held(ugv: Robot, capsys: pytest.CaptureFixture[str]) -> None:
+    def hands(virtual: VirtualPad) -> None:
+        virtual.press("right_shoulder")
+        virtual.move(left_y=-1.0)
+        until(lambda: x_of(ugv) > 0.05)
+        virtual.press("right_shoulder", down=False)  # the stick is held on
+        until(lambda: rests(ugv))
+        virtual.move(left_y=0.0, right_x=-1.0)
+        virtual.press("right_shoulder")
+        until(lambda: heading_of(ugv) > 0.1)
+
+    driven_by_pad(ugv, hands)
+    assert rests(ugv)
+    assert capsys.readouterr().out == "ugv rests\n"
+
+
+def test_a_gamepad_that_is_unplugged_stops_what_it_drives(ugv: Robot) -> None:
+    def hands(virtual: VirtualPad) -> None:
+        virtual.press("right_shoulder")
+        virtual.move(left_y=-1.0)
+        until(lambda: x_of(ugv) > 0.02)
+        virtual.unplug()
+        until(lambda: rests(ugv))
+
+    with pytest.raises(WrongStateError, match="has gone"):
+        driven_by_pad(ugv, hands)
+    assert rests(ugv)
+
+
+def test_a_gamepad_moves_the_joints_of_an_arm(client: Client) -> None:
+    """A joint goes no faster than its limit of speed and the one that is asked for."""
+    arm = client.load_robot("model://ar_manipulator", name="arm")
+    start = arm.positions
+    fastest: list[float] = []
+
+    def hands(virtual: VirtualPad) -> None:
+        virtual.press("right_shoulder")
+        virtual.move(left_x=-1.0)
+
+        def moved() -> bool:
+            fastest.append(float(arm.state.velocities[0]))
+            return arm.positions[0] - start[0] > 0.2
+
+        until(moved)
+
+    driven_by_pad(arm, hands)
+    assert rests(arm)
+    assert TURN * 0.9 < max(fastest) <= TURN + 1e-9
+    assert arm.positions[1:].tolist() == start[1:].tolist()
+
+
+def test_a_mapping_that_moves_nothing_of_a_robot_is_refused(
+    run: Run, client: Client, ugv: Robot, tmp_path: Path
+) -> None:
+    file = tmp_path / "pad.yaml"
+    with virtual_pad(), Gamepad() as pad:
+        file.write_text("{schema_version: 1, hold: a}")
+        with pytest.raises(WrongStateError, match="'ugv' is a craft, and the mapping has no 'drive'"):
+            drive_by_pad(ugv, pad, read_mapping(file), SPEED, TURN)
+        arm = client.load_robot("model://ar_manipulator", name="arm")
+        with pytest.raises(WrongStateError, match="'arm' is no craft, and the mapping names no joint of it"):
+            drive_by_pad(arm, pad, read_mapping(file), SPEED, TURN)
+        file.write_text("{schema_version: 1, hold: a, jog: {elbow: left_x}}")
+        with pytest.raises(UnknownNameError, match="'arm' has no joint 'elbow'; its joints are joint_1, joint_2"):
+            drive_by_pad(arm, pad, read_mapping(file), SPEED, TURN)
+    assert "say --gamepad, too" in run("teleop", "ugv", "--mapping", str(USUAL), code=2)
 
 
 def test_teleoperation_wants_a_craft_a_terminal_and_time(run: Run, client: Client, ugv: Robot) -> None:

@@ -36,7 +36,7 @@ _COMMANDS = {
     "start": ("virtualrobot.cli.start", "Start a plan as it was shown or checked."),
     "path": ("virtualrobot.cli.path", "Find a way round what stands in between."),
     "drive": ("virtualrobot.cli.drive", "Drive a craft for some seconds."),
-    "teleop": ("virtualrobot.cli.teleop", "Drive a craft by the keys of this terminal."),
+    "teleop": ("virtualrobot.cli.teleop", "Drive a craft by the keys of this terminal, or by a gamepad."),
     "jog": ("virtualrobot.cli.jog", "Move a robot by hand: a joint, or the tool centre point in one direction."),
     "teach": ("virtualrobot.cli.teach", "Save where a robot stands as a target or a posture."),
     "run": ("virtualrobot.cli.program", "Run a program from a file."),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -15,6 +17,8 @@ if TYPE_CHECKING:
     from prompt_toolkit.input import Input
     from prompt_toolkit.output import Output
 
+    from virtualrobot.cli.gamepad import Pad
+    from virtualrobot.cli.gamepad_mapping import Control, GamepadMapping
     from virtualrobot.robots.robot import Robot
 
 ABOVE_ZERO = FiniteRange(0.0, min_open=True)
@@ -24,26 +28,50 @@ _EXAMPLES = """
 Examples:
   virtualrobot teleop ugv
   virtualrobot teleop ugv --speed 0.3 --turn 0.5
+  virtualrobot teleop ugv --gamepad
 """
+
+PAD_SECONDS = 0.02
+"""Time (s) between two looks at a gamepad."""
 
 
 @click.command(epilog=_EXAMPLES)
 @click.argument("robot", type=ROBOT)
 @click.option("--speed", type=ABOVE_ZERO, default=0.3, help="The greatest speed in m/s [0.3].")
 @click.option("--turn", type=ABOVE_ZERO, default=0.6, help="The greatest turning rate in rad/s [0.6].")
+@click.option("--gamepad", is_flag=True, help="Drive by a gamepad, while its dead man's button is held.")
+@click.option(
+    "--mapping",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    metavar="FILE",
+    help="What sticks and buttons mean.",
+)
 @click.option("--preempt", is_flag=True, help="Stop what the robot does and take over.")
 @target_options
-def teleop(target: Target, robot: str, speed: float, turn: float, preempt: bool) -> None:
+def teleop(
+    target: Target, robot: str, speed: float, turn: float, gamepad: bool, mapping: Path | None, preempt: bool
+) -> None:
     """Drive the craft ROBOT by the keys of this terminal, while one is held.
 
-    Whatever ends this command stops the craft.
+    With --gamepad by a gamepad, which moves the joints of a robot that is no craft. Whatever ends this command stops
+    the robot.
     """
+    if mapping is not None and not gamepad:
+        raise click.UsageError("--mapping is that of a gamepad: say --gamepad, too")
     if sys.stdin is None or not sys.stdin.isatty():
         raise click.UsageError("keys need a terminal; without one use 'virtualrobot drive'")
     with target.connect() as client:
         if client.clock.mode == "stepped":
             raise click.UsageError(f"time stands still, and nothing would drive; {GO_ON}")
-        drive_by_keys(client.robot(robot), speed, turn, preempt)
+        if not gamepad:
+            drive_by_keys(client.robot(robot), speed, turn, preempt)
+            return
+        from virtualrobot.cli.gamepad import Gamepad
+        from virtualrobot.cli.gamepad_mapping import USUAL, read_mapping
+
+        meant = read_mapping(mapping or USUAL)
+        with Gamepad() as pad:
+            drive_by_pad(client.robot(robot), pad, meant, speed, turn, preempt)
 
 
 def drive_by_keys(
@@ -71,3 +99,87 @@ def drive_by_keys(
         KeyScreen(keys.press, text).run(source, output)
     x, y, heading = driving.place
     click.echo(f"{robot.name} rests at {x:.3f}, {y:.3f} m, heading {heading:.3f} rad")
+
+
+def drive_by_pad(
+    robot: Robot,
+    pad: Pad,
+    mapping: GamepadMapping,
+    speed: float,
+    turn: float,
+    preempt: bool = False,
+    source: Input | None = None,
+    output: Output | None = None,
+) -> None:
+    """Drive a craft by a gamepad until q, or move the joints of another robot; speeds at most in m/s and rad/s.
+
+    Raises WrongStateError when the gamepad has gone; the robot rests then.
+    """
+    from virtualrobot.cli.gamepad_mapping import DIRECTIONS
+    from virtualrobot.cli.held_pad import HeldPad
+    from virtualrobot.cli.key_screen import KeyScreen
+    from virtualrobot.cli.teleoperation import Teleoperation
+    from virtualrobot.errors import WrongStateError
+
+    joints = {} if is_craft(robot) else joints_of(robot, mapping, speed, turn)
+    if not joints and not mapping.drive:
+        raise WrongStateError(f"{robot.name!r} is a craft, and the mapping has no 'drive'")
+    if joints:
+        controls, limits = [control for control, _ in joints.values()], [limit for _, limit in joints.values()]
+    else:
+        controls, limits = [mapping.drive.get(name) for name in DIRECTIONS], [speed, speed, turn]
+    held = HeldPad(pad, mapping, controls, limits)
+
+    async def follow() -> None:
+        while True:
+            held.read()
+            await asyncio.sleep(PAD_SECONDS)
+
+    with Teleoperation(robot, held.wanted, preempt, list(joints)) as moving:
+
+        def text() -> str:
+            told = ", ".join(f"{value:z.2f}" for value in moving.twist)
+            names = ", ".join(joints) if joints else "m/s, m/s, rad/s"
+            held_on = "" if held.is_held else f"   hold {mapping.hold} to move"
+            share = f"{100.0 * held.share:.0f}% of the limits"
+            return f"{pad.name} moves {robot.name}{held_on}\n{told}   {names}   {share}\n{moving.error}   q ends"
+
+        KeyScreen(lambda key: None, text, follow=follow).run(source, output)
+    click.echo(f"{robot.name} rests")
+
+
+def is_craft(robot: Robot) -> bool:
+    """Return whether a robot drives by twists."""
+    from virtualrobot.errors import WrongStateError
+
+    try:
+        robot.way([])
+    except WrongStateError:
+        return False
+    return True
+
+
+def joints_of(robot: Robot, mapping: GamepadMapping, speed: float, turn: float) -> dict[str, tuple[Control, float]]:
+    """Return the joints that a mapping moves, each with its control and its greatest speed (m/s or rad/s).
+
+    Raises UnknownNameError for a joint that the robot lacks, and WrongStateError where the mapping moves none.
+    """
+    from virtualrobot.errors import UnknownNameError, WrongStateError
+
+    limits, types = robot.limits, robot.joint_types
+    names = [name for name in robot.joint_names if types[name] not in ("planar", "floating")]
+    found: dict[str, tuple[Control, float]] = {}
+    for said, control in mapping.jog.items():
+        if said.isdecimal():
+            # A mapping may be for robots of more joints.
+            if not 0 < int(said) <= len(names):
+                continue
+            name = names[int(said) - 1]
+        elif said in names:
+            name = said
+        else:
+            raise UnknownNameError(f"{robot.name!r} has no joint {said!r}; its joints are {', '.join(names)}")
+        found[name] = control, min(limits[name].velocity, speed if types[name] == "prismatic" else turn)
+    if not found:
+        raise WrongStateError(f"{robot.name!r} is no craft, and the mapping names no joint of it")
+    return found

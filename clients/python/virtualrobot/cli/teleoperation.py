@@ -1,10 +1,10 @@
-"""Teleoperation of a craft: twists from keys, within limits, and none without somebody who holds one."""
+"""Teleoperation: twists of a craft from keys, or what else is wanted, and none without somebody who holds on."""
 
 from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from virtualrobot.cli.key_screen import HeldKey
@@ -18,6 +18,9 @@ Twist = tuple[float, float, float]
 """Twist of a craft: vx and vy in m/s along the axes of its base, and its turning rate in rad/s to the left."""
 
 REST: Twist = (0.0, 0.0, 0.0)
+
+Values = tuple[float, ...]
+"""Twist of a craft, or speeds of joints (rad/s or m/s)."""
 
 RATE_HERTZ = 20.0
 """Rate at which twists are sent."""
@@ -51,6 +54,23 @@ HELP = (
 )
 
 
+class Share:
+    """Share of the limits that is moved with, in tenths."""
+
+    def __init__(self) -> None:
+        """Begin with all of them."""
+        self._tenths = 10
+
+    @property
+    def part(self) -> float:
+        """The share, 0.1 to 1."""
+        return self._tenths / 10.0
+
+    def change(self, tenths: int) -> None:
+        """Take some tenths more, or less, as far as that goes."""
+        self._tenths = min(10, max(1, self._tenths + tenths))
+
+
 class DriveKeys:
     """Twist that the keys of a terminal mean: that of the one which is held down."""
 
@@ -58,17 +78,17 @@ class DriveKeys:
         """Go no faster than `speed` (m/s), and turn no faster than `turn` (rad/s)."""
         self._limits = speed, speed, turn
         self._held = HeldKey(clock)
-        self._tenths = 10
+        self._share = Share()
 
     @property
     def share(self) -> float:
         """Share of the limits that is driven with, 0.1 to 1."""
-        return self._tenths / 10.0
+        return self._share.part
 
     def press(self, key: str) -> None:
         """Take a key; one that means nothing changes nothing."""
         if key in ("[", "]"):
-            self._tenths = min(10, max(1, self._tenths + (1 if key == "]" else -1)))
+            self._share.change(1 if key == "]" else -1)
         elif key in KEYS:
             self._held.press(key)
         elif key in (" ", "k"):
@@ -82,25 +102,29 @@ class DriveKeys:
 
 
 class Teleoperation:
-    """Drives a craft by what somebody wants, RATE_HERTZ times a second, in a thread; a context manager.
+    """Drives a craft, or moves joints, by what somebody wants, RATE_HERTZ times a second, in a thread.
 
-    The craft is this program's only while something is wanted, and for IDLE_SECONDS. What the kernel refuses is in
-    `error`, and nothing is driven until nothing was wanted for a moment: who holds a key on lets go first. At the end
-    of the block the craft comes to rest, and also when the program dies.
+    A context manager. The robot is this program's only while something is wanted, and for IDLE_SECONDS. What the kernel
+    refuses is in `error`, and nothing is moved until nothing was wanted for a moment: who holds a key on lets go first.
+    At the end of the block the robot comes to rest, and also when the program dies.
     """
 
-    def __init__(self, robot: Robot, wanted: Callable[[], Twist], preempt: bool = False) -> None:
-        """Drive a craft as `wanted` says; `preempt`: cancel motions in the way instead of being refused.
+    def __init__(
+        self, robot: Robot, wanted: Callable[[], Values], preempt: bool = False, joints: Sequence[str] = ()
+    ) -> None:
+        """Drive a craft as `wanted` says, or move `joints`; `preempt`: cancel motions in the way.
 
-        Raises WrongStateError when the robot is no craft.
+        Raises WrongStateError when the robot is no craft and no joints are named.
         """
-        robot.way([])
-        self._robot, self._wanted, self._preempt = robot, wanted, preempt
+        if not joints:
+            robot.way([])
+        self._robot, self._wanted, self._preempt, self._joints = robot, wanted, preempt, list(joints)
+        self._resting: Values = (0.0,) * len(joints) if joints else REST
         self._stream: SetpointStream | None = None
         self._wanted_at = 0.0
         self._refused = False
         self._ended = threading.Event()
-        self.twist, self.error = REST, ""
+        self.twist, self.error = self._resting, ""
         self._thread = threading.Thread(target=self._run, name="teleoperation", daemon=True)
         self._thread.start()
 
@@ -113,7 +137,7 @@ class Teleoperation:
         while not self._ended.wait(1.0 / RATE_HERTZ):
             self.twist = self._wanted()
             try:
-                if self.twist == REST:
+                if self.twist == self._resting:
                     self._rest()
                 elif not self._refused:
                     self._drive(self.twist)
@@ -121,10 +145,14 @@ class Teleoperation:
                 self._refused, self.error = True, str(error)
                 self._give_up()
 
-    def _drive(self, twist: Twist) -> None:
+    def _drive(self, twist: Values) -> None:
         self._wanted_at, self.error = time.monotonic(), ""
         if self._stream is None:
-            self._stream = self._robot.stream_twist(timeout=TIMEOUT_SECONDS, preempt=self._preempt)
+            robot, preempt = self._robot, self._preempt
+            if self._joints:
+                self._stream = robot.stream("velocity", self._joints, timeout=TIMEOUT_SECONDS, preempt=preempt)
+            else:
+                self._stream = robot.stream_twist(timeout=TIMEOUT_SECONDS, preempt=preempt)
         self._stream.send(twist)
 
     def _rest(self) -> None:
@@ -132,18 +160,18 @@ class Teleoperation:
         if self._stream is None:
             return
         if time.monotonic() - self._wanted_at < IDLE_SECONDS:
-            self._stream.send(REST)
+            self._stream.send(self._resting)
         else:
             self._stream.close(REST_SECONDS)
             self._stream = None
 
     def _give_up(self) -> None:
         if self._stream is not None:
-            self._stream.cancel("the keyboard that drives it was refused")
+            self._stream.cancel("what drives it was refused")
             self._stream = None
 
     def close(self) -> None:
-        """Let the craft come to rest."""
+        """Let the robot come to rest."""
         self._ended.set()
         self._thread.join()
         try:

@@ -1,0 +1,120 @@
+"""Mappings of gamepads from files: which stick or button drives a craft, or moves a joint, and which one is held.
+
+schema_version: 1
+hold: right_shoulder
+drive: {forward: -left_y, turn: -right_x, left: [dpad_left, dpad_right]}
+jog: {1: left_x, 2: -left_y}
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from virtualrobot.cli.gamepad import AXES, BUTTONS, PadState
+from virtualrobot.errors import MalformedFileError, MissingFileError
+
+DIRECTIONS = ("forward", "left", "turn")
+"""Parts of a craft's twist, in its order."""
+USUAL = Path(__file__).with_name("gamepad.yaml")
+"""Mapping that is taken where none is named."""
+
+
+@dataclass(frozen=True)
+class Control:
+    """Axis with its sign, or two buttons, that give a value from -1 to 1."""
+
+    axis: str = ""
+    sign: float = 1.0
+    buttons: tuple[str, str] = ("", "")
+    """That for 1, and that for -1."""
+
+    def value(self, state: PadState, dead_zone: float) -> float:
+        """Return its value: 0 within the dead zone, from there on growing to 1."""
+        if not self.axis:
+            plus, minus = (float(one in state.buttons) for one in self.buttons)
+            return plus - minus
+        moved = state.axes.get(self.axis, 0.0)
+        beyond = max(0.0, min(1.0, (abs(moved) - dead_zone) / (1.0 - dead_zone)))
+        return self.sign * math.copysign(beyond, moved) if beyond else 0.0
+
+
+@dataclass(frozen=True)
+class GamepadMapping:
+    """Meaning of a gamepad's sticks and buttons.
+
+    hold: the dead man's button. dead_zone: part of a stick's way that is none. drive: by part of a twist. jog: by a
+    joint's name, or its number from 1 on. slower, faster: buttons that change the speed by a tenth.
+    """
+
+    hold: str
+    dead_zone: float
+    drive: Mapping[str, Control]
+    jog: Mapping[str, Control]
+    slower: str = ""
+    faster: str = ""
+
+
+def read_mapping(file: Path = USUAL) -> GamepadMapping:
+    """Return the mapping of a file; raise MissingFileError, or MalformedFileError with the field that is wrong."""
+    try:
+        document = yaml.safe_load(file.read_text("utf-8"))
+    except OSError as error:
+        raise MissingFileError(f"there is no mapping {file}: {error.strerror}") from error
+    except (yaml.YAMLError, UnicodeDecodeError) as error:
+        raise MalformedFileError(f"{file} is not YAML: {error}", metadata={"file": str(file)}) from error
+    try:
+        return _mapping(document)
+    except ValueError as error:
+        raise MalformedFileError(f"{file}: {error}", metadata={"file": str(file)}) from error
+
+
+def _mapping(document: Any) -> GamepadMapping:  # noqa: ANN401  whatever a file may hold
+    fields = _table(document, "a mapping")
+    known = ("schema_version", "hold", "dead_zone", "drive", "jog", "slower", "faster")
+    if unknown := [name for name in fields if name not in known]:
+        raise ValueError(f"there is no {unknown[0]!r}; a mapping has {', '.join(known)}")
+    if fields.get("schema_version") != 1:
+        raise ValueError(f"schema_version is {fields.get('schema_version')!r}; it must be 1")
+    dead_zone = fields.get("dead_zone", 0.15)
+    if isinstance(dead_zone, bool) or not isinstance(dead_zone, int | float) or not 0.0 <= dead_zone <= 0.9:
+        raise ValueError(f"dead_zone is {dead_zone!r}; it must be a number from 0 to 0.9")
+    drive = {name: _control(said, f"drive.{name}") for name, said in _table(fields.get("drive", {}), "drive").items()}
+    if unknown := [name for name in drive if name not in DIRECTIONS]:
+        raise ValueError(f"there is no drive.{unknown[0]}; it has {', '.join(DIRECTIONS)}")
+    return GamepadMapping(
+        hold=_button(fields.get("hold"), "hold"),
+        dead_zone=float(dead_zone),
+        drive=drive,
+        jog={name: _control(said, f"jog.{name}") for name, said in _table(fields.get("jog", {}), "jog").items()},
+        **{name: _button(fields[name], name) for name in ("slower", "faster") if name in fields},
+    )
+
+
+def _table(said: Any, place: str) -> dict[str, Any]:  # noqa: ANN401  as above
+    if not isinstance(said, dict):
+        raise ValueError(f"{place} is {said!r}; it must be fields with values")
+    return {str(name): value for name, value in said.items()}
+
+
+def _control(said: Any, place: str) -> Control:  # noqa: ANN401  as above
+    if isinstance(said, list) and len(said) == 2:
+        return Control(buttons=(_button(said[0], place), _button(said[1], place)))
+    name = str(said)
+    axis = name.removeprefix("-")
+    if axis not in AXES:
+        raise ValueError(
+            f"{place} is {said!r}; it must be an axis, such as -left_y, or two buttons; axes are {', '.join(AXES)}"
+        )
+    return Control(axis, -1.0 if name.startswith("-") else 1.0)
+
+
+def _button(said: Any, place: str) -> str:  # noqa: ANN401  as above
+    if said not in BUTTONS:
+        raise ValueError(f"{place} is {said!r}; it must be a button: {', '.join(BUTTONS)}")
+    return str(said)
