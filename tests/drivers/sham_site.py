@@ -6,6 +6,7 @@ import threading
 import time
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from virtualrobot_kernel.drivers.twin import Asked, Twin
@@ -35,6 +36,7 @@ class ShamProcess:
         ready = State.INACTIVE, 0, 0, 0, -1, False, Mode.READY, Safety.NORMAL, 0, 0, 1.0, 1.0
         self.report = Report(0, *ready, q=np.zeros(k), v=np.zeros(k), error=np.zeros(k))
         self.reported = threading.Event()
+        self._changing = threading.Lock()
         self._ended = threading.Event()
         self._thread = threading.Thread(target=self._run, daemon=True)
 
@@ -44,19 +46,17 @@ class ShamProcess:
         if not self._thread.is_alive():
             self._thread.start()
         self.fault = None
-        self.report = replace(self.report, state=State.INACTIVE)
-        self.reported.clear()
-        assert self.reported.wait(30.0)
+        self.tell(state=State.INACTIVE, is_faulty=False)
         return self.about
 
     def begin(self) -> None:
         """Play."""
         self._refuse()
-        self.report = replace(self.report, state=State.ACTIVE, mode=Mode.RUNNING)
+        self.tell(state=State.ACTIVE, mode=Mode.RUNNING)
 
     def end(self) -> None:
         """Play no more."""
-        self.report = replace(self.report, state=State.INACTIVE, mode=Mode.READY)
+        self.tell(state=State.INACTIVE, mode=Mode.READY)
 
     def reset(self) -> None:
         """Clear nothing."""
@@ -78,15 +78,24 @@ class ShamProcess:
     def close(self) -> None:
         """End the thread."""
         self._ended.set()
+        self.reported.set()
         if self._thread.is_alive():
             self._thread.join()
 
     def fail(self, said: DriverFault) -> None:
-        """Meet a fault as a host does: the cell stops where the robot is moved, the words can be asked for."""
+        """Meet a fault as a host does: where the robot is moved it is told, with its words, before the cell stops."""
         self.said = said
         if self.report.state in (State.BEGINNING, State.ACTIVE, State.STOPPING):
+            self.tell(is_faulty=True)
             self.cell.stop()
-        self.report = replace(self.report, state=State.ERROR)
+        self.tell(state=State.ERROR, is_faulty=False)
+
+    def tell(self, **changes: Any) -> None:  # noqa: ANN401 any field of a report
+        """Report something else from now on, and return once that was reported."""
+        with self._changing:
+            self.report = replace(self.report, **changes)
+            self.reported.clear()
+        assert self._ended.is_set() or self.reported.wait(30.0)
 
     def _refuse(self) -> None:
         if self.refusal is not None:
@@ -95,7 +104,8 @@ class ShamProcess:
     def _run(self) -> None:
         while not self._ended.wait(CYCLE_SECONDS):
             if not self.hangs:
-                self._cycle()
+                with self._changing:
+                    self._cycle()
 
     def _cycle(self) -> None:
         said, now = self.report, time.monotonic_ns()

@@ -40,7 +40,7 @@ GOAL = {FIRST: 2.0, FOURTH: -1.0}
 
 FAULTS = {
     "silent": "has been silent for",
-    "raises": "the driver raised RuntimeError: loopback raises",
+    "raises": "the driver Loopback raised in read RuntimeError: loopback raises",
     "hangs": "the driver has been silent for",
     "dies": "its process ended with exit code 1",
     "nan 0 5": "the controller sent nonsense",

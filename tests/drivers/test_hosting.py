@@ -272,6 +272,37 @@ class TestBeginning:
         assert rig.host.state is State.ERROR
 
 
+@pytest.mark.parametrize(
+    ("name", "becomes", "words"),
+    [
+        ("calls", None, "raised in connect AttributeError: 'NoneType' object has no attribute 'append' (test"),
+        ("connect", lambda: None, ": `connect` returned None; it must return an About"),
+        ("connect", lambda: About(2, *["fast"]), ": rate of its About is 'fast'; it must be a number"),
+        ("connect", lambda: About(2, 0.0), ": rate of its About is 0; it must be 0.1 to 10000"),
+        ("connect", lambda: About(2, RATE, units=(1.0, 1.0, 1.0)), ": units of its About have shape (3,)"),
+        ("raises", "the cable is out", "raised in read RuntimeError: the cable is out (test_hosting.py:"),
+        ("read", lambda: None, ": `read` returned None; it must return a Reading"),
+        ("mode", "READY", ": mode of its Reading is 'READY'; it must be a Mode"),
+        ("at", ["a", "b"], "positions are ['a', 'b']; they must be numbers"),
+    ],
+)
+def test_what_its_author_did_wrong_is_told(cell: Cell, name: str, becomes: object, words: str) -> None:
+    """With the driver, its method, and what would be right; the host goes on, and connects again."""
+    rig = Rig(cell.folder, cell.block, "ring")
+    cell.rigs.append(rig)
+    before = getattr(rig.controller, name)
+    if name == "mode":
+        rig.controller.connect = lambda: About(2, RATE, watchdog=0.1)  # it sets the mode
+    setattr(rig.controller, name, becomes)
+    rig.host.connect()
+    rig.until_state(State.ERROR)
+    assert words in rig.host.words().text
+    assert rig.host.words().text.startswith("the driver Controller") or name == "at"
+    setattr(rig.controller, name, before)
+    assert isinstance(rig.host.connect(), About)
+    rig.until_state(State.INACTIVE)
+
+
 @pytest.mark.long
 class TestFaultsInMotion:
     @pytest.mark.parametrize(
@@ -279,7 +310,7 @@ class TestFaultsInMotion:
         [
             ("at", np.array([np.nan, 0.0]), "finite"),
             ("silent", True, "stood still"),
-            ("raises", "the cable is out", "RuntimeError: the cable is out"),
+            ("raises", "the cable is out", "the driver Controller raised in read RuntimeError: the cable is out (test"),
             ("safety", Safety.PROTECTIVE_STOP, "PROTECTIVE_STOP"),
             ("safety", Safety.EMERGENCY_STOP, "EMERGENCY_STOP"),
             ("mode", Mode.LOCAL, "LOCAL"),
@@ -330,12 +361,14 @@ class TestFaultsInMotion:
     def test_a_setpoint_that_jumps_is_never_sent_but_the_brake_before_it(self, cell: Cell) -> None:
         rig = cell.robot()
         twin = cell.follow()
+        told = _told_at_stops(cell, rig)
         cell.freeze()
         twin.starts[rig.ring] = np.array([0.5, 0.0])
         last = twin.tick
         twin.write(last + 40)
         rig.until_state(State.ERROR)
         assert "'hip'" in rig.host.words().text and "not sent" in rig.host.words().text
+        assert told[0].is_faulty, "a stop is told with its reason, or somebody else is taken for it"
         sent = rig.joints_sent()
         assert np.abs(np.diff(sent, axis=0)).max() < 0.1
         assert cell.block.stop_ns != NEVER
@@ -382,6 +415,21 @@ class TestFaultsInMotion:
         assert "slower" in rig.host.words().text
 
 
+def _told_at_stops(cell: Cell, rig: Rig) -> list[Report]:
+    """Return the list of what a robot had told whenever somebody stopped the cell from now on."""
+    told: list[Report] = []
+    stop = cell.block.stop
+
+    def noted(at_ns: int | None = None) -> None:
+        report = rig.ring.reported()
+        assert report is not None
+        told.append(report)
+        stop(at_ns)
+
+    cell.block.stop = noted  # type: ignore[method-assign]
+    return told
+
+
 def _late_once(rig: Rig) -> None:
     """Have a robot's driver take 0.3 s for its next cycle."""
     read = rig.controller.read
@@ -399,10 +447,12 @@ class TestStops:
     def test_a_kernel_that_is_gone_is_the_brake(self, cell: Cell) -> None:
         rig = cell.robot()
         twin = cell.follow()
+        told = _told_at_stops(cell, rig)
         cell.freeze()
         # A kernel that comes back after that is told why, too.
         assert rig.until(lambda report: report.state is State.INACTIVE).on_brake
         assert "no newer tick" in rig.host.words().text and cell.block.stop_ns != NEVER
+        assert told[0].on_brake
         rest = twin.brake(*twin.state(rig.ring, twin.tick))[-1]
         np.testing.assert_allclose(rig.joints_sent()[-1], rest, atol=1e-12)
         assert rig.controller.calls[-1] == "end"

@@ -16,8 +16,9 @@ from virtualrobot.v1 import (
 )
 from virtualrobot_sdk.drivers import DriverFault, Mode
 
-from tests.api.asking import box, create, joints, refusal
-from tests.drivers.bench import ACTIVE, EXECUTE, FIRST, GUARD, INACTIVE, SIMULATED, Bench, aspect, pose, until
+from tests.api.asking import IIWA, box, create, joints, load, refusal
+from tests.api.leasing import Holder
+from tests.drivers.bench import ACTIVE, ERROR, EXECUTE, FIRST, GUARD, INACTIVE, SIMULATED, Bench, aspect, pose, until
 
 
 def test_a_robot_does_what_its_twin_does_a_lead_later(bench: Bench) -> None:
@@ -35,6 +36,30 @@ def test_a_robot_does_what_its_twin_does_a_lead_later(bench: Bench) -> None:
     last = bench.call("DisconnectDriver", robot="arm").driver
     assert last.robot == "arm"
     assert not bench.alone.driver.GetDrivers(driver_pb2.GetDriversRequest()).drivers
+
+
+def test_a_line_in_the_network_is_one_robots(bench: Bench) -> None:
+    """However it is written; it is free while its connection is in ERROR, and refused to whom has had it before."""
+    load(bench.alone, IIWA, "other", parent_t_node=pose(2.0))
+    others = Holder(bench, "other")  # pyright: ignore[reportArgumentType] what it needs of a kernel is here
+
+    def connect(robot: str, url: str, note: str = "") -> None:
+        ask = driver_pb2.ConnectDriverRequest(robot=robot, component="sham")
+        ask.settings.update({"port": url, "note": note})
+        holder = bench.holder if robot == "arm" else others
+        holder.stubs.driver.ConnectDriver(ask, metadata=holder.metadata)
+
+    connect("arm", "socket://localhost:4001", "socket://[::no address")
+    one = bench.process
+    for url in ("socket://127.0.0.1:4001", "SOCKET://LocalHost:4001/", "socket://[::1]:4001?logging=debug"):
+        refused = refusal(lambda url=url: connect("other", url))
+        assert aspect(refused) == "driver"
+        assert "socket://127.0.0.1:4001 is the line of the driver 'sham' of 'arm' already" in refused.message
+    one.fail(DriverFault("the board is silent", clears=True))
+    until(lambda: bench.status.state == ERROR)
+    connect("other", "socket://127.0.0.1:4001")
+    refused = refusal(lambda: bench.call("ResetDriver", robot="arm"))
+    assert (aspect(refused), "of 'other' already" in refused.message) == ("driver", True)
 
 
 @pytest.mark.long

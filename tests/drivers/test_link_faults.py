@@ -13,7 +13,7 @@ from virtualrobot.v1 import (
 )
 from virtualrobot_kernel.drivers import link
 from virtualrobot_sdk.drivers import About, DriverFault, Mode, Safety
-from virtualrobot_sdk.drivers.shared import State
+from virtualrobot_sdk.drivers.shared import NEVER, State, TickRing
 
 from tests.api.asking import refusal
 from tests.api.leasing import Holder
@@ -112,8 +112,7 @@ def test_each_way_in_which_a_robot_does_not_follow_stops_it(bench: Bench, how: s
     elif how == "ends":
         sham.report = replace(sham.report, state=State.INACTIVE)
     elif how == "starves":
-        sham.report = replace(sham.report, on_brake=True)
-        until(lambda: (seen := sham.ring.reported()) is not None and seen.on_brake)
+        sham.tell(on_brake=True)
         sham.cell.stop()
     else:
         sham.report = replace(sham.report, mode=Mode.LOCAL)
@@ -161,6 +160,21 @@ def test_a_lost_lease_stops_the_robot(bench: Bench) -> None:
     assert aspect(refusal(lambda: bench.move(**{FIRST: 0.0}))) == "mode"
 
 
+def test_a_stop_is_nobodys_before_all_reports_could_be_read(bench: Bench) -> None:
+    """A host tells its fault, and stops the cell then; where it writes the next report just now, that is waited for."""
+    bench.connect()
+    bench.mode(EXECUTE)
+    world = bench.kernel.world
+    with mock.patch.object(TickRing, "reported", lambda ring: None):
+        bench.process.fail(DriverFault("joint 3 is too hot", "C204"))
+        tick = world.snapshot.state.tick
+        until(lambda: world.snapshot.state.tick > tick + 3)
+        assert world.snapshot.state.stop is None
+    until(lambda: world.snapshot.state.stop is not None)
+    assert (bench.cell.stopped_by, "joint 3 is too hot" in bench.cell.reason) == ("driver sham of arm", True)
+    until(lambda: bench.status.mode == SIMULATED)
+
+
 def test_what_keeps_a_controller_from_being_read_is_told(bench: Bench) -> None:
     connects = ShamProcess.connect
 
@@ -194,7 +208,7 @@ def test_a_host_is_silent_after_its_lead_and_three_cycles(lead: float, rate: flo
     ring.reported.return_value, ring.pulse.return_value = report, (5, 1, 0.0)
     one = link.Link(mock.Mock(), asked, process, ring, mock.Mock(rate=rate), state=State.ACTIVE)
     looks = 0
-    while one.fault(looks * 10_000_000, False) is None:
+    while one.fault(looks * 10_000_000, mock.Mock(stop_ns=NEVER)) is None:
         looks += 1
     assert one.is_silent
     assert seconds - 1e-9 <= looks * 0.01 <= seconds + 0.03

@@ -35,7 +35,7 @@ SIDE = RobotSide((JointSide("hip", 0, -3.0, 3.0, SPEED),), TICK_NS)
 def test_a_silence_is_told_apart_from_a_jump(tmp_path: Path, way: float, milliseconds: int, told: str) -> None:
     """A step that the joint's own speed explains in the time that has gone is a silence; any other is a jump."""
     cell, ring = CellBlock.create(tmp_path / CELL), TickRing.create(tmp_path / "ring", 1)
-    out = Outgoing(Controller(), SIDE, cell)
+    out = Outgoing(Controller(), SIDE, lambda why: cell.stop())
     out.send(Setpoint(np.zeros(1), np.zeros(1), 0), 0, Mapping(SIDE, About(1, RATE)))
     player, there = Player(ring, cell, TICK_NS), Setpoint(np.array([way]), np.zeros(1), 0)
     if not told:
@@ -69,7 +69,13 @@ def test_a_host_that_is_late_brakes_on_the_path(
     cell, ring = CellBlock.create(tmp_path / CELL), TickRing.create(tmp_path / "ring", 1)
     side = RobotSide((JointSide("hip", 0, -3.0, 3.0, 10.0),), TICK_NS)
     controller = Controller()
-    out, player, mapping = Outgoing(controller, side, cell), Player(ring, cell, TICK_NS), Mapping(side, About(1, RATE))
+    stops: list[str] = []
+
+    def stop(why: str) -> None:
+        stops.append(why)
+        cell.stop()
+
+    out, player, mapping = Outgoing(controller, side, stop), Player(ring, cell, TICK_NS), Mapping(side, About(1, RATE))
     twin = Twin({ring: np.array([0.3])}, cell, 0, side.lead_ns)
     twin.swings = moves
     period, ns = 10_000_000, 0
@@ -89,6 +95,7 @@ def test_a_host_that_is_late_brakes_on_the_path(
     ns += elapsed * 1_000_000
     went.append(cycle(late * 1_000_000))
     assert out.refused.startswith(told) and bool(out.refused) == bool(told)
+    assert stops == ([out.refused] if told else [])
     if not told:
         return
     assert out.refused.endswith("it was not sent, and the robot braked before it")

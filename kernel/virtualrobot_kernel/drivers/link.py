@@ -10,7 +10,7 @@ from threading import Lock
 
 from virtualrobot_sdk.drivers import About, Safety, Words
 from virtualrobot_sdk.drivers import Mode as ControllerMode
-from virtualrobot_sdk.drivers.shared import NEVER, Report, State, TickRing
+from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Report, State, TickRing
 
 from virtualrobot_kernel.drivers.far_side import Process
 from virtualrobot_kernel.drivers.played import Played
@@ -77,6 +77,8 @@ class Link:
     follows_badly: bool = False
     report: Report | None = None
     is_silent: bool = False
+    is_unread: bool = False
+    """True where the newest report could not be read: the host was writing it."""
     told: Words | None = None
     """Words of the host, once they were asked for after it met a fault."""
     settling: Lock = field(default_factory=Lock)
@@ -173,7 +175,7 @@ class Link:
 
     def forget_faults(self) -> None:
         """Forget which fault was met, as another connection begins."""
-        self.words, self.told, self.is_silent = Words(), None, False
+        self.words, self.told, self.is_silent, self.is_unread = Words(), None, False, False
         self._fine = self._cycles = -1
         self._silence, self._error_ns = 0.0, 0
 
@@ -181,10 +183,10 @@ class Link:
         """Return the newest report that can be read: the host may be writing one just now."""
         return self.ring.reported() or self.report
 
-    def fault(self, now_ns: int, stopped: bool) -> Words | None:
+    def fault(self, now_ns: int, block: CellBlock) -> Words | None:
         """Return why the robot cannot go on being played; None: it can. It is asked before each tick.
 
-        `stopped`: whether the cell is, which is no fault of the robot's.
+        `block`: the cell's; that it is stopped is no fault of the robot's.
         """
         cycles, news, error = self.ring.pulse()
         # Where all was well, and nothing is new but that time goes on, no more is looked at: each tick costs that.
@@ -192,19 +194,19 @@ class Link:
         if not fine or self.process.fault is not None:
             self._fine = -1
             report = self.ring.reported()
-            known, self.report = report is not None, report or self.report
+            self.is_unread, self.report = report is None, report or self.report
             if (fault := self._met(self.report, now_ns)) is not None:
                 return fault
             if self.report is None:
                 cycles = self._cycles
             elif has_fault(self.report):
                 return None  # its words are on their way
-            elif self.state is State.ACTIVE and not stopped and cycles != self._cycles:
+            elif self.state is State.ACTIVE and cycles != self._cycles and block.stop_ns == NEVER:
                 if self.report.state is not State.ACTIVE:
                     return Words("the driver has ended what it played")
                 if (fault := self._astray(self.report)) is not None:
                     return fault
-                self._fine = news if known else -1
+                self._fine = -1 if self.is_unread else news
         # Only time in which the world goes on counts: a kernel that was late has not looked.
         since, self._asked_ns = min(now_ns - self._asked_ns, LOOK_SECONDS * 1e9), now_ns
         if cycles != self._cycles:

@@ -9,8 +9,8 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Callable, Iterable, Sequence
-from contextlib import suppress
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
 
 import numpy as np
 from virtualrobot_sdk.drivers import DriverFault
@@ -60,6 +60,7 @@ class Links:
             world, mailbox, forward, self._cell, self._settling, leased, self._end_with_robot
         )
         self._busy: dict[int, threading.Lock] = {}
+        self._connecting: dict[int, Asked] = {}
         self._end_listening: Callable[[], None] = lambda: None
 
     @property
@@ -114,7 +115,7 @@ class Links:
         if isinstance(self._world, PastWorld):
             raise is_past()
         twin = twin_of(snapshot.structure, robot, asked.joints)
-        with self._alone(twin.uid, robot):
+        with self._alone(twin.uid, robot), self._alone_at(twin.uid, robot, asked):
             link = self._cell.links.get(twin.uid)
             if link is not None and link.state is not State.ERROR:
                 raise KernelError(
@@ -179,7 +180,7 @@ class Links:
         """Clear the fault at a controller, where that may help, and connect again."""
         status = self.status(robot)
         link = status.link
-        with self._alone(link.twin.uid, robot):
+        with self._alone(link.twin.uid, robot), self._alone_at(link.twin.uid, robot, link.asked):
             if link.state is not State.ERROR:
                 raise refused(robot, "state", f"its connection is {link.state.name}, and there is no fault to clear")
             if link.words.text and not link.words.clears:
@@ -292,6 +293,29 @@ class Links:
         """Return a context in which nobody else changes a robot's link; raise KernelError where somebody does."""
         with self._cell.changing:
             return _Alone(self._busy.setdefault(uid, threading.Lock()), robot)
+
+    @contextmanager
+    def _alone_at(self, uid: int, robot: str, asked: Asked) -> Iterator[None]:
+        """Have the lines that a connection names for this robot alone while it is made.
+
+        A serial port is kept from a second driver by the system; of a device server in the network nobody does that.
+        Raises KernelError (WRONG_STATE) where another robot has one, or is about to have it.
+        """
+        with self._cell.changing:
+            there = {other: link.asked for other, link in self._cell.links.items() if link.state is not State.ERROR}
+            for other, has in (there | self._connecting).items():
+                if other != uid and (shared := asked.lines & has.lines):
+                    host, port = min(shared)
+                    node = self._world.snapshot.structure.nodes.get(other)
+                    whose = f"of {node.name!r}" if node else "of a robot that is gone"
+                    said = f"socket://{host}:{port} is the line of the driver {has.component!r} {whose} already"
+                    raise refused(robot, "driver", f"{said}; disconnect that first, or name another line")
+            self._connecting[uid] = asked
+        try:
+            yield
+        finally:
+            with self._cell.changing:
+                del self._connecting[uid]
 
 
 class _Alone:

@@ -13,7 +13,7 @@ from contextlib import suppress
 
 import numpy as np
 from virtualrobot_sdk.drivers import DriverFault, Words
-from virtualrobot_sdk.drivers.shared import NEVER, State
+from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, State
 
 from virtualrobot_kernel.drivers.admission import check, check_orders
 from virtualrobot_kernel.drivers.brakes import Brakes
@@ -30,9 +30,6 @@ from virtualrobot_kernel.world.commands import Command, SetMeasuredJoints, StopC
 from virtualrobot_kernel.world.state import Cancellation, CellStop, EndCause, Signal, Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.tick_inputs import TickInput
-
-FAULT_SECONDS = 0.05
-"""Time (s) for which it is waited whether a cell that was stopped by nobody known was stopped by a host's fault."""
 
 NOTE_SECONDS = 1.0
 """Period (s) of simulation time at which the journal is told what was played."""
@@ -71,7 +68,7 @@ class Supervision:
         self._world, self._mailbox, self._leased, self._removed = world, mailbox, leased, removed
         self._cell, self._settling = cell, settling
         self._brakes = Brakes(forward)
-        self._stopped_ns = self._looked_ns = 0
+        self._looked_ns = 0
         self._monitors = False
         self._signals: Mapping[str, Signal] | None = None
 
@@ -96,7 +93,7 @@ class Supervision:
             return ()
         if now.state.stop is not None and block.stop_ns == NEVER:
             cell.stop(now.state.stop.reason, now.state.stop.by)
-        stopped = block.stop_ns != NEVER
+        stopped = block.stop_ns != NEVER  # before reports: a host tells why it stops the cell, and stops it then
         stands = not now.state.motions and not self._monitors and stopped == (now.state.stop is not None)
         if stands and now_ns - self._looked_ns < REST_LOOK_NS:
             return ()
@@ -104,14 +101,12 @@ class Supervision:
         played: list[Link] = []
         failed: list[tuple[Link, Words]] = []
         awaits = False
-        if not stopped:
-            self._stopped_ns = 0
         for link in self._cell.links.values():
             is_played = link.is_played
-            words = self._look_at(link, now_ns, stopped)
+            words = self._look_at(link, now_ns, block)
             if is_played:
                 played.append(link)
-                awaits = awaits or link.awaits_words
+                awaits = awaits or link.awaits_words or link.is_unread
                 if words is not None:
                     failed.append((link, words))
         is_known = now.state.stop is not None or cell.closed
@@ -123,17 +118,11 @@ class Supervision:
             if not cell.reason:
                 cell.by, cell.reason = author_of(now, failed[0][0]), why
             block.stop()
-        elif block.stop_ns != NEVER:
+        elif stopped:
             cause, why = EndCause.CELL_STOPPED, cell.stopped
-            if played and not cell.reason:
-                if late := self._late(played, now_ns):
-                    cause, why = EndCause.DRIVER, late
-                    cell.by, cell.reason = self.author, why
-                else:
-                    # A host that meets a fault stops the cell before it can say so.
-                    self._stopped_ns = self._stopped_ns or now_ns
-                    if now_ns - self._stopped_ns < FAULT_SECONDS * 1e9:
-                        return ()
+            if played and not cell.reason and (late := self._late(played, now_ns)):
+                cause, why = EndCause.DRIVER, late
+                cell.by, cell.reason = self.author, why
         else:
             return self._stop_unleased(played, now)
         for link in played:
@@ -160,12 +149,12 @@ class Supervision:
         """Want nothing."""
         return ()
 
-    def _look_at(self, link: Link, now_ns: int, stopped: bool) -> Words | None:
+    def _look_at(self, link: Link, now_ns: int, block: CellBlock) -> Words | None:
         """Return the new fault of a link, which is in ERROR from then on."""
         if link.state in UNWATCHED:
             return None
         awaited = link.awaits_words
-        words = link.fault(now_ns, stopped)
+        words = link.fault(now_ns, block)
         if link.awaits_words and not awaited:
             self._settling.aside(_ask_words, link)
         if words is None:

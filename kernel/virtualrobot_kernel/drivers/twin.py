@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from urllib.parse import urlsplit
 
 import numpy as np
 from numpy.typing import NDArray
@@ -73,6 +74,25 @@ class Asked:
         for place, one in enumerate(self.joints):
             if not math.isfinite(one.offset):
                 raise KernelError(f"joints[{place}].offset must be finite, not {one.offset}", field="joints")
+
+    @property
+    def lines(self) -> frozenset[tuple[str, int]]:
+        """Hosts and ports of the serial device servers (`socket://host:port`) that its settings name."""
+        return frozenset(line for line in map(_line_of, self.settings.values()) if line)
+
+
+_LOCAL = {"localhost": "127.0.0.1", "::1": "127.0.0.1"}
+"""Names of this machine, by which one line may be named twice."""
+
+
+def _line_of(value: object) -> tuple[str, int] | None:
+    """Return host and port of `socket://host:port`; None of anything else."""
+    try:
+        url = urlsplit(value if isinstance(value, str) else "")
+        host, port = url.hostname, url.port
+    except ValueError:
+        return None
+    return (_LOCAL.get(host, host), port) if url.scheme == "socket" and host and port else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -17,9 +17,10 @@ docstring says, and a driver that doesn't is killed with its process, after whic
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
+from numbers import Integral, Real
 
 import numpy as np
 
@@ -224,13 +225,40 @@ class Driver:
         """Tell the controller of the tool: mass (kg), centre of mass (3,) and TCP (4, 4) in the flange's frame."""
 
 
+_NAMES = {Real: "a number", Integral: "a whole number", str: "a text"}
+_KINDS = {
+    **{"stamp": Real, "speed_scaling": Real, "inputs": Integral, "done": Integral},
+    **{"mode": Mode, "safety": Safety, "text": str},
+}
+"""Types of what a reading says beside its joints; numbers of NumPy are numbers."""
+
+
+def wrong_fields(told: object, kinds: Mapping[str, type]) -> str:
+    """Return which field of what a driver tells is of another type, with its value; empty when none is."""
+    for name, kind in kinds.items():
+        if not isinstance(given := getattr(told, name), kind):
+            wanted = _NAMES.get(kind, f"a {kind.__name__}")
+            return f"{name} of its {type(told).__name__} is {given!r}; it must be {wanted}"
+    return ""
+
+
+def wrong_reading(reading: object) -> str:
+    """Return what is wrong with the types of what `read` has returned, with its values; empty when nothing is."""
+    if not isinstance(reading, Reading):
+        return f"`read` returned {reading!r}; it must return a Reading"
+    return wrong_fields(reading, _KINDS)
+
+
 def finite(reading: Reading, joints: int) -> str:
     """Return what is wrong with a reading's numbers, with the numbers; empty when nothing is."""
     for name in ("positions", "velocities", "efforts"):
-        values = getattr(reading, name)
-        if values is None and name != "positions":
+        given = getattr(reading, name)
+        if given is None and name != "positions":
             continue
-        values = np.asarray(values, dtype=np.float64)
+        try:
+            values = np.asarray(given, dtype=np.float64)
+        except (TypeError, ValueError):
+            return f"{name} are {given!r}; they must be numbers"
         if values.shape != (joints,):
             return f"{name} have shape {values.shape}; they must have ({joints},)"
         if not np.isfinite(values).all():

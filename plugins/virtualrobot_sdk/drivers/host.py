@@ -24,9 +24,10 @@ from virtualrobot_sdk.drivers.jobs import Jobs
 from virtualrobot_sdk.drivers.measured import Measured
 from virtualrobot_sdk.drivers.outgoing import Outgoing
 from virtualrobot_sdk.drivers.player import Play, Player
-from virtualrobot_sdk.drivers.robot_side import MOST_OUTPUTS, Mapping, RobotSide, check_fits
+from virtualrobot_sdk.drivers.robot_side import MOST_OUTPUTS, Mapping, RobotSide, check_fits, wrong_about
 from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, Floats, Report, State, TickRing
 from virtualrobot_sdk.errors import ArgumentError, PluginError
+from virtualrobot_sdk.worker.blame import describe_error, package_of
 
 BEGIN_SECONDS = 10.0
 """Longest time (s) for a controller to let its robot follow."""
@@ -57,7 +58,7 @@ class Host:
     def __init__(self, driver: Driver, side: RobotSide, ring: TickRing, cell: CellBlock) -> None:
         """Host a driver that is connected to nothing yet."""
         self._driver, self._side, self._ring, self._cell = driver, side, ring, cell
-        self._out = Outgoing(driver, side, cell)
+        self._out = Outgoing(driver, side, self._refuse)
         self._requests, self._cadence = Requests(), Cadence()
         self._thread = threading.Thread(target=self._run, name="driver")  # no daemon: a robot that moves comes to rest
         self._over = False
@@ -216,13 +217,15 @@ class Host:
         # A brake that is shorter than a cycle is over at once.
         if player.state in (Play.STOPPING, Play.STARVED, Play.RESTS) and self.state is State.ACTIVE:
             starved = self._cell.stop_ns == NEVER
-            self._cell.stop()
             why = "no newer tick came in time" if starved else "the cell was stopped"
             if self._jobs is not None and not self._jobs.done:
                 # Its controller goes on by itself, whatever the play clock does.
                 raise DriverFault(STOPPED_ON_ITS_WAY.format(why))
+            if starved:
+                self._stop()
             self.state = State.STOPPING
-            self._tell(self._out.refused or (f"{why}: the robot brakes on its path" if starved else why))
+            if not self._out.refused:
+                self._tell(f"{why}: the robot brakes on its path" if starved else why)
         if player.state is Play.RESTS and self._out.refused:
             raise DriverFault(self._out.refused)
         if player.state is Play.RESTS and self.state is State.STOPPING and self._stands():
@@ -238,18 +241,27 @@ class Host:
 
     def _fail(self, error: BaseException) -> None:
         """Come to ERROR: stop the cell, let the controller stop, and keep the words."""
-        self._tell(*_said(error))
+        self._tell(*_said(error, self._driver))
         moving = self.state in (State.BEGINNING, State.ACTIVE, State.STOPPING)
         if moving:
             self._out.refused = self._words.text
-            self._say(time.monotonic_ns())  # before the stop is seen, so that nobody else is taken for its reason
-            self._cell.stop()
+            self._stop()
             with contextlib.suppress(BaseException):
                 self._driver.stop()
         with contextlib.suppress(BaseException):
             self._driver.close()
         self._let_go(State.ERROR)
         self._say(time.monotonic_ns())
+
+    def _refuse(self, why: str) -> None:
+        """Tell why a setpoint is not sent, and stop the cell."""
+        self._tell(why)
+        self._stop()
+
+    def _stop(self) -> None:
+        """Stop the cell, once reports tell what is known of the reason: nobody else is taken for it then."""
+        self._say(time.monotonic_ns())
+        self._cell.stop()
 
     def _let_go(self, state: State) -> None:
         """Play nothing any more, in this state."""
@@ -291,8 +303,6 @@ class Host:
         self._say(time.monotonic_ns())
         try:
             about = self._driver.connect()
-            if not isinstance(about, About):
-                raise PluginError(f"`connect` returned {about!r}; it must return an About")
             self._check(about)
             self._mapping, self._about = Mapping(self._side, about), about
         except ArgumentError:
@@ -309,10 +319,8 @@ class Host:
         return about
 
     def _check(self, about: About) -> None:
-        if not (0.1 <= about.rate <= 10_000.0 and 0 <= min(about.inputs, about.outputs)):
-            raise PluginError(f"the driver says {about}; rates are 0.1 to 10,000 Hz, and no number is below 0")
-        if max(about.inputs, about.outputs) > MOST_OUTPUTS:
-            raise PluginError(f"the driver says {about}; inputs and outputs are at most {MOST_OUTPUTS}")
+        if wrong := wrong_about(about):
+            raise PluginError(wrong)
         check_fits(self._side, about)
 
     def _begin(self) -> Words:
@@ -380,7 +388,7 @@ class Host:
         try:
             work()
         except BaseException as error:
-            return self._tell(*_said(error))
+            return self._tell(*_said(error, self._driver))
         return Words()
 
     def _tell(self, text: str, code: str = "", clears: bool = False) -> Words:
@@ -392,9 +400,25 @@ class Host:
             self._cell.stop()
 
 
-def _said(error: BaseException) -> tuple[str, str, bool]:
+def _said(error: BaseException, driver: Driver) -> tuple[str, str, bool]:
     """Return the words of an error, its code, and whether `reset` may help."""
+    name = f"the driver {type(driver).__name__}"
     if isinstance(error, DriverFault):
-        return error.text or "the driver tells a fault without words", error.code, error.clears
+        return error.text or f"{name} tells a fault without words", error.code, error.clears
+    if isinstance(error, PluginError):
+        return f"{name}: {error}", "", False
     sys.stderr.write("".join(traceback.format_exception(error)))
-    return f"the driver raised {type(error).__name__}: {error}", "", False
+    method = _method(error, driver)
+    raised = f"raised in {method}" if method else "failed:"
+    return f"{name} {raised} {describe_error(error, package_of(type(driver).__module__))}", "", False
+
+
+def _method(error: BaseException, driver: Driver) -> str:
+    """Return the method of a driver that was called and has raised; empty where none was."""
+    trace = error.__traceback__
+    while trace is not None:
+        frame = trace.tb_frame
+        if frame.f_code.co_argcount and frame.f_locals.get(frame.f_code.co_varnames[0]) is driver:
+            return frame.f_code.co_name
+        trace = trace.tb_next
+    return ""

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from virtualrobot_sdk.drivers.driver import About, DriverFault, Reading, finite
+from virtualrobot_sdk.drivers.driver import About, DriverFault, Reading, finite, wrong_reading
 from virtualrobot_sdk.drivers.robot_side import Mapping
 from virtualrobot_sdk.drivers.shared import Floats
+from virtualrobot_sdk.errors import PluginError
 
 SILENT_SECONDS = 0.1
 """Shortest time (s) for which the controller's own clock may stand still; three cycles where they are longer."""
@@ -37,8 +38,11 @@ class Measured:
     def take(self, reading: Reading, ns: int, late_ns: int, about: About, mapping: Mapping) -> None:
         """Take a reading that came at a time, and so long after it was due (ns).
 
-        Raises DriverFault for one that is no number, and where the controller's own clock stands still.
+        Raises PluginError for what is no Reading, or one of other types than it says; DriverFault for one that is no
+        number, and where the controller's own clock stands still.
         """
+        if wrong := wrong_reading(reading):
+            raise PluginError(wrong)
         if wrong := finite(reading, about.joints):
             raise DriverFault(f"the controller sent nonsense: {wrong}")
         if reading.stamp != self._stamp:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from virtualrobot_sdk.drivers.driver import Driver, DriverFault
 from virtualrobot_sdk.drivers.player import SLACK_SECONDS, Player, Setpoint
 from virtualrobot_sdk.drivers.robot_side import Gate, Mapping, RobotSide
-from virtualrobot_sdk.drivers.shared import CellBlock, Floats
+from virtualrobot_sdk.drivers.shared import Floats
 
 LATEST_NS = 20_000_000
 """Time (ns) since the setpoint before, or three longer cycles, up to which the next may go on from it."""
@@ -33,9 +35,9 @@ class Outgoing:
         refused: why a setpoint was not sent, before which the robot has braked or brakes; empty where all were.
     """
 
-    def __init__(self, driver: Driver, side: RobotSide, cell: CellBlock) -> None:
-        """Send nothing yet."""
-        self._driver, self._cell = driver, cell
+    def __init__(self, driver: Driver, side: RobotSide, stop: Callable[[str], None]) -> None:
+        """Send nothing yet; `stop` tells why a setpoint was refused, and stops the cell then."""
+        self._driver, self._stop = driver, stop
         self._gate = Gate(side)
         self._lead = side.lead_ns * 1e-9
         self.sent: tuple[int, Floats] | None = None
@@ -66,16 +68,16 @@ class Outgoing:
         if not fault and not self.refused and ((setpoint.q != before).any() or setpoint.v.any()):
             fault = _late(elapsed, lateness_ns * 1e-9, max(longest, self._lead / 2.0))
         if fault and not self.refused:
-            self.refused = f"{fault}; it was not sent, and the robot braked before it"
             # The brake begins where the robot is, at the cycle that is due by now: in a time in which it was told
             # nothing it has gone no way.
             period = round(1e9 / rate)
             now = ns + lateness_ns // period * period
-            braked = player.halt(now - min(now - before_ns, period))
-            self._cell.stop()
-            braking = player.step(now) if braked else None
+            why = fault
+            braking = player.step(now) if player.halt(now - min(now - before_ns, period)) else None
             if braking is None or (fault := self._fault(braking, before, elapsed, longest)):
                 raise DriverFault(f"{fault}; nothing was sent")
+            self.refused = f"{why}; it was not sent, and the robot braked before it"
+            self._stop(self.refused)
             return braking
         if fault and not player.late:
             raise DriverFault(f"{fault}; nothing was sent")

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Integral, Real
 
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_sdk.drivers.driver import About, Pace, Reading
+from virtualrobot_sdk.drivers.driver import About, Pace, Reading, wrong_fields
 from virtualrobot_sdk.drivers.shared import Floats
 from virtualrobot_sdk.errors import ArgumentError
 
@@ -55,6 +56,34 @@ class RobotSide:
     def names(self) -> tuple[str, ...]:
         """Names of the joints."""
         return tuple(joint.name for joint in self.joints)
+
+
+_KINDS = {
+    **{"joints": Integral, "inputs": Integral, "outputs": Integral, "rate": Real, "watchdog": Real, "silence": Real},
+    **{"pace": Pace, "model": str, "version": str, "serial": str},
+}
+"""Types of what a driver says of its controller beside its units; numbers of NumPy are numbers."""
+
+
+def wrong_about(about: object) -> str:
+    """Return what is wrong with what `connect` has returned, with its values; empty when nothing is."""
+    if not isinstance(about, About):
+        return f"`connect` returned {about!r}; it must return an About"
+    if wrong := wrong_fields(about, _KINDS):
+        return wrong
+    for name, least, most in (
+        *(("rate", 0.1, 10_000.0), ("inputs", 0, MOST_OUTPUTS), ("outputs", 0, MOST_OUTPUTS)),
+        *(("watchdog", 0.0, np.inf), ("silence", 0.0, np.inf)),
+    ):
+        if not least <= (given := getattr(about, name)) <= most:
+            return f"{name} of its About is {given:g}; it must be {least:g} to {most:g}"
+    try:
+        units = np.asarray(about.units, dtype=np.float64)
+    except (TypeError, ValueError):
+        return f"units of its About are {about.units!r}; they must be numbers"
+    if units.shape not in ((), (about.joints,)):
+        return f"units of its About have shape {units.shape}; they must be one number, or one for each of its joints"
+    return ""
 
 
 def check_fits(side: RobotSide, about: About) -> None:

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from virtualrobot_sdk.drivers import About, DriverFault, Mode, Pace, Reading
-from virtualrobot_sdk.drivers.driver import finite
+from virtualrobot_sdk.drivers.driver import finite, wrong_reading
 from virtualrobot_sdk.errors import ComponentFault, FaultKind
 from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.testing.stage import Stage
@@ -280,10 +280,10 @@ class DriverStage(Stage):
             self._due = time.perf_counter() + 1.0 / about.rate
         self._read_at = time.perf_counter()
         found = self._ask("read")
-        if not isinstance(found, Reading):
-            raise _nonsense(f"read returned {type(found).__name__}; it must be Reading")
-        if wrong := finite(found, about.joints) or _wrong_words(found, about):
+        if wrong := wrong_reading(found) or finite(found, about.joints):
             raise _nonsense(f"read: {wrong}")
+        if not 0 <= found.inputs < 2**about.inputs:
+            raise _nonsense(f"read: inputs are {found.inputs:#b}; the controller has {about.inputs}")
         velocities = None if found.velocities is None else np.asarray(found.velocities) * self._units
         return dataclasses.replace(found, positions=np.asarray(found.positions) * self._units, velocities=velocities)
 
@@ -315,16 +315,6 @@ class DriverStage(Stage):
 
 def _is_at(reading: Reading, place: Floats, tolerance: float) -> bool:
     return bool((np.abs(reading.positions - place) <= tolerance).all())
-
-
-def _wrong_words(reading: Reading, about: About) -> str:
-    """Return what is wrong with a reading besides its numbers; empty when nothing is."""
-    for name, kind in (("mode", "Mode"), ("safety", "Safety"), ("inputs", "int"), ("text", "str"), ("done", "int")):
-        if type(getattr(reading, name)).__name__ != kind:
-            return f"{name} is {getattr(reading, name)!r}; it must be of {kind}"
-    if not 0 <= reading.inputs < 2**about.inputs:
-        return f"inputs are {reading.inputs:#b}; the controller has {about.inputs}"
-    return ""
 
 
 def _complaint(fault: DriverFault, seconds: float) -> Complaint:

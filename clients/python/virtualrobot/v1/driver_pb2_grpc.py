@@ -84,8 +84,9 @@ class DriverServiceServicer(object):
     def ConnectDriver(self, request, context):
         """Starts a driver in a process of its own and connects it to its controller: the robot is INACTIVE, in mode SIMULATED, and
         nothing moves. A robot whose connection is in ERROR is connected anew, with what this call says. Refused as
-        WRONG_STATE where the robot is connected already, as UNKNOWN_NAME for components and joints that there are not, and as
-        DRIVER_FAULT, with the controller's own words, where it does not answer or refuses.
+        WRONG_STATE where the robot is connected already, or another one by the same line (a setting `socket://host:port`), as
+        UNKNOWN_NAME for components and joints that there are not, and as DRIVER_FAULT, with the controller's own words, where
+        it does not answer or refuses.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
