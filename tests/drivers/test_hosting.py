@@ -12,6 +12,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from tests.drivers.twin import PERIOD, TICK_NS, Twin
 RATE = 100.0
 LEAD_NS = 400_000_000
 AMPLITUDES = np.array([0.3, -0.2])
+TEXT: Any = "fast"
 STARVED_SECONDS = 3.0
 """Time (s) after which a robot that has braked for want of ticks is not waited for any more."""
 
@@ -277,7 +279,7 @@ class TestBeginning:
     [
         ("calls", None, "raised in connect AttributeError: 'NoneType' object has no attribute 'append' (test"),
         ("connect", lambda: None, ": `connect` returned None; it must return an About"),
-        ("connect", lambda: About(2, *["fast"]), ": rate of its About is 'fast'; it must be a number"),
+        ("connect", lambda: About(2, TEXT), ": rate of its About is 'fast'; it must be a number"),
         ("connect", lambda: About(2, 0.0), ": rate of its About is 0; it must be 0.1 to 10000"),
         ("connect", lambda: About(2, RATE, units=(1.0, 1.0, 1.0)), ": units of its About have shape (3,)"),
         ("raises", "the cable is out", "raised in read RuntimeError: the cable is out (test_hosting.py:"),
