@@ -66,8 +66,13 @@ def test_thrusters_are_those_of_the_component() -> None:
     np.testing.assert_allclose(own.masses, np.diag(other.mass_matrix), rtol=1e-12)
 
 
-def sail(mission: Mission, gains: Gains, seconds: float) -> tuple[list[tuple[float, Floats, float]], bool]:
-    """Return times, positions and cross-track errors of a mission at 20 Hz, and whether it came to its end."""
+def sail(
+    mission: Mission, gains: Gains, seconds: float, upright: list[float] | None = None
+) -> tuple[list[tuple[float, Floats, float]], bool]:
+    """Return times, positions and cross-track errors of a mission at 20 Hz, and whether it came to its end.
+
+    Cosines of the angle between the vehicle's upward axis and the vertical are put into `upright`.
+    """
     dynamics = FossenDynamics(FossenSettings())
     autopilot = Autopilot(read("bluerov2_heavy"), gains)
     water = Surroundings(CURRENT, surface=0.0)
@@ -79,6 +84,8 @@ def sail(mission: Mission, gains: Gains, seconds: float) -> tuple[list[tuple[flo
         if wanted is None:
             return log, True
         log.append((0.05 * i, pose[:3, 3].copy(), mission.cross_track))
+        if upright is not None:
+            upright.append(float(pose[2, 2]))
         commands = autopilot.speeds(wanted, pose[:3, :3], twist, 0.05)
         pose, twist, states = dynamics.step(pose, twist, states, commands, 0.05, water)
     return log, False
@@ -92,6 +99,15 @@ def test_a_vehicle_follows_a_path_against_a_current() -> None:
     assert np.sqrt(np.mean(off**2)) < 0.06
     assert off.max() < 0.2
     assert np.linalg.norm(log[-1][1] - SQUARE[-1]) < 0.15
+
+
+def test_it_stays_upright_though_munks_moment_would_turn_it_over() -> None:
+    """M. M. Munk: (heave's added mass - surge's) u w, at 0.6 m/s of water 4.4 N m a rad against 1.3 of its weight."""
+    leaned: dict[float, list[float]] = {0.0: [], Gains().tilt: []}
+    for tilt, upright in leaned.items():
+        sail(Mission([Follow(Path.through(SQUARE), 0.4), Hold(5.0)]), Gains(tilt=tilt), 120.0, upright)
+    assert min(leaned[0.0]) < math.cos(math.radians(30.0))
+    assert min(leaned[Gains().tilt]) > math.cos(math.radians(20.0))
 
 
 def test_without_the_integral_the_current_pushes_it_off() -> None:

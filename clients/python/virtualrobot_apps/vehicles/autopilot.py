@@ -19,6 +19,9 @@ class Gains:
     integral: float = 1.0
     heading: float = 1.2
     """Both rates of a second-order system, critically damped."""
+    tilt: float = 3.5
+    """The same of roll and pitch: a hull that is broader than long to the water turns across it where nothing holds it
+    (Munk's moment), by more than its weight rights it."""
 
 
 class Autopilot:
@@ -44,6 +47,7 @@ class Autopilot:
         heading = math.atan2(rotation[1, 0], rotation[0, 0])
         off = math.remainder(wanted.heading - heading, 2.0 * math.pi)
         yaw = masses[5] * gains.heading * (gains.heading * off - 2.0 * twist[5])
-        # Roll and pitch right themselves; thrusters only damp them.
-        tilt = -masses[3:5] * 2.0 * gains.heading * twist[3:5]
+        # The way from the vehicle's own upward axis to the vertical, about its x and y.
+        lean = np.array([rotation[2, 1], -rotation[2, 0]])
+        tilt = -masses[3:5] * gains.tilt * (gains.tilt * lean + 2.0 * twist[3:5])
         return self._vehicle.thrusters.speeds(np.array([*force, *tilt, yaw]))
