@@ -35,7 +35,7 @@ steps:
 @click.option("--theme", type=click.Choice(["dark", "light"]), default="dark", show_default=True)
 @click.option("--quality", type=click.Choice(["high", "low"]), default="high", show_default=True)
 def main(folder: Path, theme: str, quality: str) -> None:
-    """Write pictures to FOLDER: of the library, of a program that runs, and of the trace of that."""
+    """Write pictures to FOLDER: of the library, of a program that runs, of its trace, of a craft that drives."""
     with (
         KernelProcess("--no-token", headless=True) as kernel,
         virtualrobot.connect(kernel.address) as client,
@@ -55,6 +55,8 @@ def main(folder: Path, theme: str, quality: str) -> None:
             _save(page, folder / "console-program.png")
             page.get_by_role("tab", name="Traces").click()
             _save(page, folder / "console-traces.png")
+            _drive(client, page)
+            _save(page, folder / "console-drive.png")
 
 
 def _place(page: Page) -> None:
@@ -79,6 +81,18 @@ def _play(page: Page) -> None:
     page.set_input_files("#open-program", {"name": "fetch.yaml", "mimeType": "", "buffer": PROGRAM.encode()})
     page.locator("#play").click()
     page.wait_for_selector(".step.lit:nth-child(6)")
+
+
+def _drive(client: virtualrobot.Client, page: Page) -> None:
+    """Drive a UGV by its button, and let time stand still while it goes."""
+    client.load_robot("model://ugv", name="ugv", base="planar", pose=virtualrobot.pose(0.9, -1.3, yaw=2.4))
+    page.get_by_role("tab", name="Scene").click()
+    page.locator('.node[data-name="ugv"]').click()
+    client.clock.set_realtime()
+    page.get_by_label("Ahead", exact=True).hover()
+    page.mouse.down()
+    page.wait_for_function("document.querySelector('#driven').textContent.startsWith('0.30')")
+    client.clock.set_stepped()
 
 
 def _save(page: Page, file: Path) -> None:

@@ -53,6 +53,11 @@ function isTyped(event: KeyboardEvent): boolean {
   return target.type !== "range" && !target.readOnly && !(event.code === "Space" && target.inputMode === "decimal");
 }
 
+/** Returns whether a key is meant for what takes letters itself, such as driving by keys. */
+function isOwnKey(event: KeyboardEvent): boolean {
+  return (event.target as HTMLElement).closest?.("[data-keys]") != null;
+}
+
 const KEYS: Record<string, () => void> = {
   q: () => (tool.value = "select"),
   w: () => (tool.value = "translate"),
@@ -81,7 +86,7 @@ addEventListener(
     } else if (event.key.toLowerCase() === "z" && (event.ctrlKey || event.metaKey)) {
       event.preventDefault();
       void (event.shiftKey ? redo() : undo());
-    } else if (!event.ctrlKey && !event.metaKey && !event.altKey && KEYS[event.key]) KEYS[event.key]();
+    } else if (!event.ctrlKey && !event.metaKey && !event.altKey && KEYS[event.key] && !isOwnKey(event)) KEYS[event.key]();
   },
   { capture: true },
 );

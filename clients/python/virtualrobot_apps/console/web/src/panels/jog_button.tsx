@@ -1,4 +1,4 @@
-// A button that moves a robot while it is held, by pointer or by key.
+// Buttons that move a robot while they are held, by pointer or by key.
 import { useState } from "preact/hooks";
 import { goal } from "../kernel/goal";
 import { letGo, press, type Move } from "../kernel/jog";
@@ -7,18 +7,21 @@ import { Icon } from "../parts/icons";
 interface Props {
   label: string;
   icon: string;
-  move: () => Move;
 }
 
-export function JogButton({ label, icon, move }: Props) {
+export function JogButton({ label, icon, move }: Props & { move: () => Move }) {
+  return <HoldButton label={label} icon={icon} begin={() => press(move())} end={letGo} />;
+}
+
+export function HoldButton({ label, icon, begin, end }: Props & { begin: () => void; end: () => void }) {
   const [held, setHeld] = useState(false);
-  const begin = () => {
+  const down = () => {
     goal.clear();
     setHeld(true);
-    press(move());
+    begin();
   };
-  const end = () => {
-    if (held) letGo();
+  const up = () => {
+    if (held) end();
     setHeld(false);
   };
   return (
@@ -26,11 +29,11 @@ export function JogButton({ label, icon, move }: Props) {
       onPointerDown={(event) => {
         if (event.button !== 0) return;
         event.currentTarget.setPointerCapture(event.pointerId);
-        begin();
+        down();
       }}
-      onPointerUp={end} onLostPointerCapture={end} onBlur={end} onContextMenu={(event) => event.preventDefault()}
-      onKeyDown={(event) => event.key === "Enter" && !event.repeat && begin()}
-      onKeyUp={(event) => event.key === "Enter" && end()}>
+      onPointerUp={up} onLostPointerCapture={up} onBlur={up} onContextMenu={(event) => event.preventDefault()}
+      onKeyDown={(event) => event.key === "Enter" && !event.repeat && down()}
+      onKeyUp={(event) => event.key === "Enter" && up()}>
       <Icon name={icon} size={14} />
     </button>
   );

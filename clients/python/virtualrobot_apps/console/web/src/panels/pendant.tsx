@@ -5,6 +5,7 @@ import { teach } from "../kernel/orders";
 import { chosen, leases, robotNames, robots, selected, states } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
+import { Drive, isCraft } from "./drive";
 import { Joints } from "./joints";
 import { ToolJog } from "./tool_jog";
 import { Tools } from "./tools";
@@ -26,6 +27,7 @@ export function Pendant() {
           <span class="select readonly" title="The tool that poses are of">{state.tool || "flange"}</span>
         </div>
         {lease && <p class="hint warned"><Icon name="lock" size={13} /> {lease.owner} has leased it: others can't move it.</p>}
+        {isCraft(about) && <Drive robot={name} about={about} state={state} />}
         <Joints robot={name} about={about} state={state} />
         <ToolJog robot={name} />
         <section>
