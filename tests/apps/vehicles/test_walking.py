@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -12,13 +13,16 @@ from click.testing import CliRunner
 from virtualrobot.cli import cli
 from virtualrobot_apps.vehicles.walking import demo
 from virtualrobot_apps.vehicles.walking.course import Part
+from virtualrobot_apps.vehicles.walking.footholds import Stand
 from virtualrobot_apps.vehicles.walking.gaits import HEXAPOD_GAITS, QUADRUPED_GAITS
 from virtualrobot_apps.vehicles.walking.machine import HEXAPOD_LEGS, hexapod
-from virtualrobot_apps.vehicles.walking.play import play
+from virtualrobot_apps.vehicles.walking.play import Record, play, strayed
 from virtualrobot_apps.vehicles.walking.terrain import SensedGround
 from virtualrobot_apps.vehicles.walking.walk import plan_walk
 
 from tests.kernels import KernelProcess
+
+CORNERS = np.array([[0.2, 0.1], [0.2, -0.1], [-0.2, 0.1], [-0.2, -0.1]])
 
 
 def test_a_leg_is_that_of_its_table(steps: virtualrobot.Client) -> None:
@@ -160,7 +164,79 @@ def test_a_hexapod_walks_by_forces(steps: virtualrobot.Client, slope: float) -> 
     assert steps.physics.status.fault == ""
 
 
-def test_by_forces_it_walks_on_level_ground() -> None:
-    result = CliRunner().invoke(cli, ["demo", "hexapod", "--physics", "mujoco"])
+@pytest.mark.long
+@pytest.mark.parametrize("engine", ["mujoco", "bullet"])
+def test_a_hexapod_walks_on_rolling_ground_by_forces(steps: virtualrobot.Client, engine: str) -> None:
+    """Feet stand on the surface that rays find, which a hull of the ground would be far above."""
+    machine, ground = demo.build(steps, ground_name="rolling", engine=engine)
+    gait = HEXAPOD_GAITS["tripod"]
+    walk = plan_walk(gait, demo.stand_of(machine, ground_name="rolling"), [Part(gait.cycle, gait.speed(0.06))], ground)
+    record = play(machine, walk, shown=False)
+    off = strayed(record, walk)
+    assert off.fell is None
+    planned = float(np.linalg.norm(walk.bodies[-1][:2, 3] - walk.bodies[0][:2, 3]))
+    assert off.way < 0.15 * planned
+    assert off.tilt < np.radians(4.0)
+    assert record.margins.min() > 0.0
+    below, normals = ground(record.feet[-1][:, :2])
+    np.testing.assert_allclose((record.feet[-1][:, 2] - below) * normals[:, 2], machine.foot_radius, atol=3e-3)
+    assert steps.physics.status.fault == ""
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("gait_name", "engine", "slope", "cycles", "part", "tilt"),
+    [
+        ("trot", "mujoco", 0.0, 4.0, 0.1, 5.0),
+        ("trot", "mujoco", 3.0, 4.0, 0.1, 5.0),
+        ("crawl", "bullet", 0.0, 1.0, 0.2, 2.0),
+        # Its motors yield, and the plan's margin is 0.3 mm as it begins: it leans on the foot that is lifted.
+        ("crawl", "mujoco", 0.0, 1.0, 0.7, 8.0),
+    ],
+)
+def test_a_quadruped_walks_by_forces(
+    steps: virtualrobot.Client, gait_name: str, engine: str, slope: float, cycles: float, part: float, tilt: float
+) -> None:
+    machine, ground = demo.build(steps, "a1", slope=np.radians(slope), engine=engine)
+    gait = QUADRUPED_GAITS[gait_name]
+    course = [Part(cycles * gait.cycle, gait.speed(0.08))]
+    walk = plan_walk(gait, demo.stand_of(machine, "a1", gait_name), course, ground)
+    off = strayed(play(machine, walk, shown=False), walk)
+    assert off.fell is None
+    assert off.way < part * float(np.linalg.norm(walk.bodies[-1][:3, 3] - walk.bodies[0][:3, 3]))
+    assert off.tilt < np.radians(tilt)
+    assert steps.physics.status.fault == ""
+
+
+def test_a_walk_that_falls_is_told() -> None:
+    """A body 0.1 m above its feet: tilted by 60 degrees from its second instant on, or sunk to 0.04 m."""
+    walk = plan_walk(QUADRUPED_GAITS["trot"], Stand(CORNERS, 0.1, 0.0, 0.02), [Part(0.5)])
+    times = np.array([0.0, 0.004, 0.008])
+    bodies, feet = np.repeat(walk.bodies[:1], 3, axis=0), np.repeat(walk.feet[:1], 3, axis=0)
+    record = Record(times, bodies, feet, bodies[:, :3, 3], np.ones((3, 4), bool), np.ones(3))
+    off = strayed(record, walk)
+    assert (off.way, off.tilt, off.fell) == (pytest.approx(0.0, abs=1e-9), pytest.approx(0.0, abs=1e-6), None)
+    tilted, sunk = bodies.copy(), bodies.copy()
+    tilted[1:, :3, :3] = virtualrobot.pose(roll=np.pi / 3.0)[:3, :3]
+    sunk[2:, 2, 3] = 0.04
+    off = strayed(replace(record, bodies=tilted), walk)
+    assert (off.tilt, off.fell) == (pytest.approx(np.pi / 3.0), 0.004)
+    off = strayed(replace(record, bodies=sunk), walk)
+    assert (off.way, off.tilt, off.fell) == (pytest.approx(0.06), pytest.approx(0.0, abs=1e-6), 0.008)
+
+
+@pytest.mark.parametrize("machine", ["hexapod", "quadruped"])
+def test_rolling_ground_has_no_slope(machine: str) -> None:
+    result = CliRunner().invoke(cli, ["demo", machine, "--slope", "5"])
     assert result.exit_code == 2
-    assert "--slope and --physics are of level ground: say --ground level" in result.output
+    assert "--slope is of level ground: say --ground level" in result.output
+
+
+@pytest.mark.long
+def test_the_demo_by_forces_tells_whether_it_fell(stepped_kernel: KernelProcess) -> None:
+    given = ["demo", "quadruped", "--gait", "trot", "--physics", "mujoco", "--ground", "level", "--headless"]
+    result = CliRunner().invoke(cli, [*given, "--address", stepped_kernel.address])
+    assert result.exit_code == 0, result.output
+    assert "a1 by mujoco, trot on level ground" in result.output
+    assert "off its plan" in result.output
+    assert "did not fall" in result.output or "fell after" in result.output

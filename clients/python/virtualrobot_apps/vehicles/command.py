@@ -120,7 +120,7 @@ def hexapod(
     """
     from virtualrobot_apps.vehicles.walking import demo
 
-    check_ground(ground, slope, physics)
+    check_ground(ground, slope)
     with stepped(target, plot, headless) as client:
         pace = pace_of(speed, headless)
         demo.main(client, "hexapod", gait, ground, seed, plot, pace, math.radians(slope), physics)
@@ -133,6 +133,8 @@ def hexapod(
 @click.option("--gait", type=click.Choice(["crawl", "trot"]), default="crawl", show_default=True, help="How it steps.")
 @GROUND
 @SEED
+@SLOPE
+@PHYSICS
 @PLOT
 @HEADLESS
 @SPEED
@@ -143,6 +145,8 @@ def quadruped(
     gait: str,
     ground: str,
     seed: int,
+    slope: float,
+    physics: str,
     plot: Path | None,
     headless: bool,
     speed: float | None,
@@ -154,8 +158,10 @@ def quadruped(
     """
     from virtualrobot_apps.vehicles.walking import demo
 
+    check_ground(ground, slope)
     with stepped(target, plot, headless) as client:
-        demo.main(client, model, gait, ground, seed, plot, pace_of(speed, headless))
+        pace = pace_of(speed, headless)
+        demo.main(client, model, gait, ground, seed, plot, pace, math.radians(slope), physics)
 
 
 @click.command()
@@ -204,10 +210,10 @@ def maze(
         maze_run.main(client, size, seed, mazes, plot, pace_of(speed, headless), seeds)
 
 
-def check_ground(ground: str, slope: float, physics: str) -> None:
-    """Refuse slopes and physics on rolling ground."""
-    if ground == "rolling" and (slope or physics != "none"):
-        raise click.UsageError("--slope and --physics are of level ground: say --ground level")
+def check_ground(ground: str, slope: float) -> None:
+    """Refuse slopes of rolling ground."""
+    if ground == "rolling" and slope:
+        raise click.UsageError("--slope is of level ground: say --ground level")
 
 
 @contextmanager

@@ -16,6 +16,7 @@ from virtualrobot.scene.figures import lines
 
 from virtualrobot_apps.chart import Panel, chart, plan, stacked
 from virtualrobot_apps.pace import Pace
+from virtualrobot_apps.vehicles.floor import FRICTION, NO_PHYSICS
 from virtualrobot_apps.vehicles.waypoints import (
     CONTROLLERS,
     FASTEST,
@@ -30,9 +31,6 @@ from virtualrobot_apps.vehicles.waypoints import (
 ROBOT = "ugv"
 SIDE = 2.0
 """Side of the square (m)."""
-NO_PHYSICS = "none"
-FRICTION = 0.8
-"""Friction of the floor: that of the wheels, as the document has it."""
 LONGEST = 120.0
 """Simulation time (s) after which a run is given up."""
 

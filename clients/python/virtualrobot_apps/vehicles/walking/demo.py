@@ -11,18 +11,16 @@ import virtualrobot
 from virtualrobot import Client
 
 from virtualrobot_apps.chart import Panel, chart
+from virtualrobot_apps.vehicles.floor import FRICTION, NO_PHYSICS
 from virtualrobot_apps.vehicles.walking.course import Part
 from virtualrobot_apps.vehicles.walking.footholds import Stand
 from virtualrobot_apps.vehicles.walking.gaits import HEXAPOD_GAITS, QUADRUPED_GAITS, Gait
 from virtualrobot_apps.vehicles.walking.machine import Machine, hexapod, quadruped
-from virtualrobot_apps.vehicles.walking.play import Record, play
+from virtualrobot_apps.vehicles.walking.play import Record, Strayed, play, strayed
 from virtualrobot_apps.vehicles.walking.terrain import SensedGround, rolling, triangles_of
 from virtualrobot_apps.vehicles.walking.walk import plan_walk
 
 GROUNDS = ("level", "rolling")
-NO_PHYSICS = "none"
-FRICTION = 0.8
-"""Friction of level ground; it counts under physics."""
 CELL = 0.05
 """Distance of two heights of rolling ground (m)."""
 
@@ -80,7 +78,7 @@ def main(
         flush=True,
     )
     record = play(machine, walk, pace)
-    for line in numbers(record, walker, gait):
+    for line in [*numbers(record, walker, gait), *(forces_numbers(strayed(record, walk)) if by else ())]:
         print(line, flush=True)
     if plot is not None:
         plot.write_text(picture(record, walker, gait), "utf-8")
@@ -98,21 +96,21 @@ def build(
 ) -> tuple[Machine, SensedGround]:
     """Replace the world by the ground and a machine; return the machine, and the ground as rays find it.
 
-    Level ground rises forward by a `slope` (rad). With an `engine` the machine stands on it by forces. Raises
-    ValueError for a ground that is none of GROUNDS, and for rolling ground by forces: a mesh is touched as its hull.
+    Level ground rises forward by a `slope` (rad). With an `engine` the machine stands on it by forces, and the clock is
+    stepped, so that nothing sinks before it is led. Raises ValueError for a ground that is none of GROUNDS.
     """
     if ground_name not in GROUNDS:
         raise ValueError(f"the ground is {' or '.join(GROUNDS)}, not {ground_name!r}")
-    if engine != NO_PHYSICS and ground_name != "level":
-        raise ValueError("by forces it walks on level ground: a mesh is touched as its convex hull")
+    if engine != NO_PHYSICS:
+        client.clock.set_stepped()
     client.scene.clear()
     if ground_name == "level":
         tilted = virtualrobot.pose(pitch=-slope) @ virtualrobot.pose(z=-0.05)
-        figure = virtualrobot.box(6.0, 6.0, 0.1, color="#b8bcc0", pose=tilted).with_surface(friction=FRICTION)
+        figure = virtualrobot.box(6.0, 6.0, 0.1, color="#b8bcc0", pose=tilted)
     else:
         heights = rolling(np.random.default_rng(seed), cell=CELL, height=MACHINES[model].rolling)
         figure = client.assets.triangles(*triangles_of(heights, CELL), color="#a8a08c")
-    client.scene.add_object("ground", figure)
+    client.scene.add_object("ground", figure.with_surface(friction=FRICTION))
     machine = hexapod(client) if model == "hexapod" else quadruped(client, model)
     for leg in machine.legs:
         client.collisions.allowed.add(leg.foot, "ground", "it stands there")
@@ -158,6 +156,13 @@ def numbers(record: Record, walker: Walker, gait: Gait) -> list[str]:
         f"slip              {1e3 * record.slips.max():.4f} mm at most, of feet on the ground",
         f"stability margin  {1e3 * record.margins.min():.1f} to {1e3 * record.margins.max():.1f} mm",
     ]
+
+
+def forces_numbers(off: Strayed) -> list[str]:
+    """Return the lines that a demo by forces ends with beside the others."""
+    stood = "it did not fall" if off.fell is None else f"it fell after {off.fell:.2f} s"
+    tilt = np.degrees(off.tilt)
+    return [f"off its plan      {1e3 * off.way:.0f} mm in the end, tilted by {tilt:.1f}° at most; {stood}"]
 
 
 def picture(record: Record, walker: Walker, gait: Gait) -> str:

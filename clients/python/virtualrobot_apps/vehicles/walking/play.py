@@ -19,6 +19,8 @@ Floats = NDArray[np.float64]
 Booleans = NDArray[np.bool_]
 DRAWN = 0.1
 """Time (s) after which the support polygon is drawn anew, also where no foot was lifted or set down."""
+FALLEN_TILT = np.radians(45.0)
+"""Tilt (rad) from which on a body has fallen."""
 ABOVE = 0.003
 """Height above the ground (m) at which lines are drawn."""
 
@@ -55,6 +57,31 @@ class Record:
         during = (self.times >= begin - 1e-9) & (self.times <= end + 1e-9)
         places, times = self.bodies[during, :2, 3], self.times[during]
         return float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum() / (times[-1] - times[0]))
+
+
+@dataclass(frozen=True, slots=True)
+class Strayed:
+    """Difference of a walk by forces from its plan.
+
+    way: how far the body is from its place in the end (m). tilt: how far it was tilted against its plan at most (rad).
+    fell: when it lay lower than half its height, or was tilted by more than 45 degrees (s); None where it stood.
+    """
+
+    way: float
+    tilt: float
+    fell: float | None
+
+
+def strayed(record: Record, walk: Walk) -> Strayed:
+    """Return how far a record is from the walk that was planned."""
+    planned = walk.bodies[np.searchsorted(walk.times, record.times - 1e-9).clip(max=len(walk.times) - 1)]
+    ups = record.bodies[:, :3, 2]
+    tilts = np.arccos(np.clip((ups * planned[:, :3, 2]).sum(axis=1), -1.0, 1.0))
+    below = record.feet.mean(axis=1) - walk.stand.foot_radius * ups
+    heights = ((record.bodies[:, :3, 3] - below) * ups).sum(axis=1)
+    fallen = np.flatnonzero((tilts > FALLEN_TILT) | (heights < 0.5 * walk.stand.height))
+    way = float(np.linalg.norm(record.bodies[-1, :3, 3] - planned[-1, :3, 3]))
+    return Strayed(way, float(tilts.max()), float(record.times[fallen[0]]) if len(fallen) else None)
 
 
 def play(machine: Machine, walk: Walk, pace: float = 0.0, shown: bool = True) -> Record:
