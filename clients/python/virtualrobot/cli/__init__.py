@@ -62,6 +62,7 @@ _COMMANDS = {
     "step": ("virtualrobot.cli.state", "Let time go on by some ticks."),
     "plugins": ("virtualrobot.cli.plugins", "Show plugins and their components."),
     "kinematics": ("virtualrobot.cli.plugins", "Show or swap what solves a robot's kinematics."),
+    "view": ("virtualrobot.cli.view", "Show or set from where the viewer, pictures and films look."),
     "capture": ("virtualrobot.cli.pictures", "Take a picture, without a browser."),
     "record": ("virtualrobot.cli.recording", "Record joints, scene, sensors and signals, or a film."),
     "pixel": ("virtualrobot.cli.pictures", "Tell what is under a pixel."),

@@ -105,8 +105,8 @@ def pixel(
         return
     red, green, blue = (round(255 * part) for part in found.color.tolist())
     click.echo(f"{found.node}, {found.distance:.3f} m from the eye, of the colour #{red:02x}{green:02x}{blue:02x}")
-    click.echo(f"  world  {_three(found.point)}")
-    click.echo(f"  node   {_three(found.node_point)}")
+    click.echo(f"  world  {three(found.point)}")
+    click.echo(f"  node   {three(found.node_point)}")
 
 
 @click.command()
@@ -137,8 +137,9 @@ def camera_of(camera: str | None, eye: Sequence[float] | None, target: Sequence[
 
 
 def _measured(told: Measure) -> str:
-    return f"{told.distance:.4f} m from {_three(told.first)} to {_three(told.second)}"
+    return f"{told.distance:.4f} m from {three(told.first)} to {three(told.second)}"
 
 
-def _three(values: Iterable[float]) -> str:
+def three(values: Iterable[float]) -> str:
+    """Return the coordinates of a point in words."""
     return " ".join(f"{value + 0.0:.4f}" for value in values)
