@@ -35,7 +35,7 @@ steps:
 @click.option("--theme", type=click.Choice(["dark", "light"]), default="dark", show_default=True)
 @click.option("--quality", type=click.Choice(["high", "low"]), default="high", show_default=True)
 def main(folder: Path, theme: str, quality: str) -> None:
-    """Write pictures to FOLDER: of the library, of a program that runs, of its trace, of a craft that drives."""
+    """Write pictures to FOLDER: of library, program, trace, a craft that drives, collisions, parts and views."""
     with (
         KernelProcess("--no-token", headless=True) as kernel,
         virtualrobot.connect(kernel.address) as client,
@@ -57,6 +57,16 @@ def main(folder: Path, theme: str, quality: str) -> None:
             _save(page, folder / "console-traces.png")
             _drive(client, page)
             _save(page, folder / "console-drive.png")
+            page.mouse.up()
+            page.locator('.node[data-name="iiwa"]').click()
+            page.get_by_title("Trace iiwa no more").click()
+            _collide(client, page)
+            _save(page, folder / "console-collisions.png")
+            page.get_by_role("tab", name="Joints").click()
+            _grasp(client, page)
+            _save(page, folder / "console-parts.png")
+            _look(client, page)
+            _save(page, folder / "console-views.png")
 
 
 def _place(page: Page) -> None:
@@ -93,6 +103,47 @@ def _drive(client: virtualrobot.Client, page: Page) -> None:
     page.mouse.down()
     page.wait_for_function("document.querySelector('#driven').textContent.startsWith('0.30')")
     client.clock.set_stepped()
+
+
+def _collide(client: virtualrobot.Client, page: Page) -> None:
+    """Put a post where the arm's tool is, and mark what touches."""
+    client.stop()
+    client.clock.step(1000)
+    client.collisions.set("monitor")
+    arm = client.robots["iiwa"]
+    arm.set_positions([-0.35, 0.75, 0.0, -1.1, 0.0, 1.3, 0.0])
+    x, y, z = arm.tcp[:3, 3]
+    client.scene.add_object("post", virtualrobot.box(0.1, 0.1, z + 0.03), pose=virtualrobot.pose(x, y, (z + 0.03) / 2))
+    page.get_by_role("tab", name="Collisions").click()
+    page.get_by_role("list", name="What touches now").get_by_role("listitem").first.get_by_role("button").first.click()
+
+
+def _grasp(client: virtualrobot.Client, page: Page) -> None:
+    """Choose a box on the belt that the arm's tool is not near enough to."""
+    client.scene.remove("post")
+    client.robots["iiwa"].set_positions([-0.8, 0.4, 0.0, -1.1, 0.0, 1.3, 0.0])
+    for number in range(1, 4):
+        pose = virtualrobot.pose(0.45 - 0.3 * number, -0.02, 0.72)
+        figure = virtualrobot.box(0.155, 0.10, 0.11, color="#c99a62")
+        client.scene.add_part(f"box-{number}", figure, pose=pose, mass=1.0)
+    page.get_by_role("tab", name="Parts", exact=True).click()
+    page.locator("#parts").get_by_role("listitem").first.get_by_role("button").first.click()
+
+
+def _look(client: virtualrobot.Client, page: Page) -> None:
+    """Look along with the arm's tool, and show what a camera on it sees."""
+    arm = client.robots["iiwa"]
+    pose = virtualrobot.pose(0.0, -0.08, 0.05)
+    client.scene.add_camera("wrist", virtualrobot.camera(320, 240), pose=pose, parent=arm.flange)
+    page.get_by_role("tab", name="Views", exact=True).click()
+    page.get_by_label("Name of the view").fill("pallet of the iiwa")
+    page.keyboard.press("Enter")
+    panel = page.locator("#views")
+    panel.get_by_role("button", name="Picture").click()
+    panel.get_by_role("button", name="Right", exact=True).click()
+    panel.get_by_role("radio", name="Go along").click()
+    client.clock.step(50)
+    page.get_by_role("img", name="What wrist sees").wait_for()
 
 
 def _save(page: Page, file: Path) -> None:

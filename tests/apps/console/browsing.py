@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterator
 from contextlib import contextmanager
 
+import numpy as np
 import pytest
+from PIL import Image
 from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
 from virtualrobot_apps.console.page_files import is_built
 
@@ -61,6 +64,13 @@ def hold(page: Page, label: str) -> None:
     """Press the button of this label and don't let it go."""
     page.get_by_label(label, exact=True).hover()
     page.mouse.down()
+
+
+def color_count(page: Page, color: tuple[int, int, int]) -> int:
+    """Return how many pixels of the view, as it is drawn when all is known, have nearly this color."""
+    page.locator('.view .canvas[aria-busy="false"]').wait_for()
+    picture = Image.open(io.BytesIO(page.locator(".view .canvas canvas").screenshot())).convert("RGB")
+    return int(np.count_nonzero(np.abs(np.asarray(picture, float) - color).max(axis=2) < 12.0))
 
 
 def _is_own(asked: str, url: str) -> bool:

@@ -166,3 +166,21 @@ def test_all_of_the_pendant_and_the_plot_is_seen_in_low_windows(
                 page.wait_for_function(f"() => ({WITHIN})('{parts}', '{whole}')")
             expect(page.locator(".series")).to_have_count(7)
             expect(page.get_by_label("Tools")).to_be_in_viewport(ratio=1.0)
+
+
+def test_a_phone_has_all_one_under_the_other(console: Console, stepped: Stubs) -> None:
+    load(stepped, IIWA, "arm")
+    with browsers() as browser, opened(browser, console.url + PLAIN, 390, 844) as page:
+        expect(page.locator("#connection")).to_have_text("connected")
+        assert page.evaluate("document.documentElement.scrollWidth") <= 390
+        stop = page.locator("#stop")
+        for part in (page.get_by_label("lbr_iiwa_joint_7 plus"), row(page, "arm")):
+            part.scroll_into_view_if_needed()
+            expect(part).to_be_in_viewport(ratio=1.0)
+            expect(stop).to_be_in_viewport(ratio=1.0)
+        row(page, "arm").click()
+        expect(row(page, "arm")).to_have_attribute("aria-selected", "true")
+        stop.click()
+        expect(page.locator("#stopped")).to_be_visible()
+        assert stepped.driver.GetDrivers(driver_pb2.GetDriversRequest()).cell.stopped
+        stepped.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())

@@ -8,12 +8,14 @@ import { Tabs } from "./parts/tabs";
 import { Bottom } from "./panels/bottom";
 import { Finder, openFinder } from "./panels/finder";
 import { Library } from "./panels/library";
+import { Parts } from "./panels/parts";
 import { Pendant } from "./panels/pendant";
 import { Properties } from "./panels/properties";
 import { Status } from "./panels/status";
 import { Top } from "./panels/top";
 import { Tree } from "./panels/tree";
 import { View, viewport } from "./panels/view";
+import { turnTo, Views } from "./panels/views";
 import { stop } from "./kernel/stop";
 import { tool } from "./view/gizmo";
 
@@ -35,9 +37,14 @@ export function App() {
       <aside class="right" aria-label="Robot and properties">
         <Tabs label="Right" chosen={right.value} choose={(id) => (right.value = id)} tabs={[
           { id: "pendant", icon: "gamepad-2", name: "Pendant" },
+          { id: "parts", icon: "package", name: "Parts" },
+          { id: "views", icon: "camera", name: "Views" },
           { id: "properties", icon: "box", name: "Properties" },
         ]} />
-        {right.value === "pendant" ? <Pendant /> : <Properties />}
+        {right.value === "pendant" && <Pendant />}
+        {right.value === "parts" && <Parts />}
+        {right.value === "views" && <Views />}
+        {right.value === "properties" && <Properties />}
       </aside>
       <Bottom />
       <Status />
@@ -86,7 +93,10 @@ addEventListener(
     } else if (event.key.toLowerCase() === "z" && (event.ctrlKey || event.metaKey)) {
       event.preventDefault();
       void (event.shiftKey ? redo() : undo());
-    } else if (!event.ctrlKey && !event.metaKey && !event.altKey && KEYS[event.key] && !isOwnKey(event)) KEYS[event.key]();
+    } else if (!event.ctrlKey && !event.metaKey && !event.altKey && !isOwnKey(event)) {
+      KEYS[event.key]?.();
+      if (/^[1-7]$/.test(event.key)) turnTo(Number(event.key));
+    }
   },
   { capture: true },
 );

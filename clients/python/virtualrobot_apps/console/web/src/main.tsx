@@ -8,6 +8,7 @@ import "./style/frame.css";
 import "./style/parts.css";
 import "./style/panels.css";
 import "./style/finder.css";
+import "./style/handling.css";
 
 watch();
 render(<App />, document.getElementById("app")!);

@@ -5,6 +5,7 @@ import { ClockMode } from "../generated/virtualrobot/v1/kernel_pb";
 import type { Lease } from "../generated/virtualrobot/v1/lease_pb";
 import type { WatchSceneResponse } from "../generated/virtualrobot/v1/scene_pb";
 import { ofArray } from "./arrays";
+import { take as takeCollisions } from "./collisions";
 import { attempt, say } from "./messages";
 import * as service from "./services";
 import * as world from "./world";
@@ -45,15 +46,7 @@ export function watch(): void {
       world.cellSignals.value = next;
     },
   );
-  void follow(
-    () => service.collisions.watchCollisions({}),
-    (said) => {
-      world.touching.value = said.touching;
-      for (const { what } of said.events) {
-        if (what.case === "begun") say(`${what.value.pair?.first} touches ${what.value.pair?.second}`, "warning");
-      }
-    },
-  );
+  void follow(() => service.collisions.watchCollisions({}), takeCollisions);
   void follow(
     () => service.drivers.watchDrivers({ maxRateHertz: 10 }),
     (said) => {

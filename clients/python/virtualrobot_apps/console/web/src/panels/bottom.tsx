@@ -4,9 +4,10 @@ import { StepKind } from "../generated/virtualrobot/v1/history_pb";
 import { messages, type Level } from "../kernel/messages";
 import { lines } from "../kernel/program";
 import { traces } from "../kernel/traces";
-import { cellSignals, selected, steps, touching } from "../kernel/world";
+import { cellSignals, steps, touching } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { Tabs } from "../parts/tabs";
+import { Collisions } from "./collisions";
 import { Plot } from "./plot";
 import { Program } from "./program";
 import { Signals } from "./signals";
@@ -37,27 +38,6 @@ export function Bottom() {
       {shown.value === "messages" && <Messages />}
     </section>
   );
-}
-
-function Collisions() {
-  return (
-    <div class="list">
-      {touching.value.length === 0 && <p class="hint">Nothing touches that may not.</p>}
-      {touching.value.map(({ pair, simulationTimeSeconds }) => (
-        <div key={`${pair?.first} ${pair?.second}`} class="entry">
-          <Icon name="zap" size={14} color="var(--danger)" />
-          <NodeLink name={pair?.first ?? ""} />
-          <span class="muted">touches</span>
-          <NodeLink name={pair?.second ?? ""} />
-          <span class="mono muted">since {simulationTimeSeconds.toFixed(2)} s</span>
-        </div>
-      ))}
-    </div>
-  );
-}
-
-function NodeLink({ name }: { name: string }) {
-  return <button type="button" class="link" onClick={() => (selected.value = name)}>{name}</button>;
 }
 
 const STEP_ICONS: Partial<Record<StepKind, string>> = {

@@ -50,7 +50,7 @@ export function Pendant() {
 }
 
 /** All postures that reach the wanted place, to click through. */
-function Branches() {
+export function Branches() {
   const unreachable = goal.reach.value === "unreachable";
   if (!goal.isPose && !unreachable) return null;
   return (
@@ -70,7 +70,8 @@ function Branches() {
   );
 }
 
-function Go() {
+/** Lets the robot go where its ghost is. */
+export function Go() {
   if (!goal.shown.value) return null;
   return (
     <div class="footer">

@@ -11,6 +11,7 @@ import { fixed, positionOf } from "../parts/numbers";
 import { inToolAxes, tool, type Tool } from "../view/gizmo";
 import { loading } from "../view/meshes";
 import { Viewport } from "../view/viewport";
+import { CameraInset } from "./camera_inset";
 import { Loading } from "./loading";
 import { Placing } from "./placing";
 import { Question } from "./question";
@@ -32,6 +33,7 @@ export function View() {
       <Handles />
       <Looks />
       <Robot />
+      <CameraInset />
       <Cover />
       <Placing />
       <Loading />

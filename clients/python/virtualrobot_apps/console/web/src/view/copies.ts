@@ -1,4 +1,4 @@
-// Copies of what nodes look like: the silhouette of what is selected, and robots shown where they are not.
+// Copies of what nodes look like: silhouettes of what is selected and marked, and robots shown where they are not.
 import * as THREE from "three";
 import type { Piece } from "./figures";
 
@@ -23,20 +23,24 @@ const RIM_FRAGMENT = `
     #include <colorspace_fragment>
   }`;
 
-/** Silhouette: what is selected marks the stencil, then swollen copies are drawn where it is not marked. */
+/** Silhouette of nodes: they mark the stencil, then swollen copies are drawn where it is not marked. */
 export class Silhouette {
   readonly group = new THREE.Group();
   #mark = new THREE.MeshBasicMaterial({
     colorWrite: false, depthWrite: false, depthTest: false,
     stencilWrite: true, stencilRef: 1, stencilFunc: THREE.AlwaysStencilFunc, stencilZPass: THREE.ReplaceStencilOp,
   });
-  #rim = new THREE.ShaderMaterial({
-    depthTest: false, depthWrite: false,
-    stencilWrite: true, stencilRef: 1, stencilFunc: THREE.NotEqualStencilFunc,
-    uniforms: { color: { value: new THREE.Color(0x3b9eff) }, pixel: { value: new THREE.Vector2() } },
-    vertexShader: RIM_VERTEX,
-    fragmentShader: RIM_FRAGMENT,
-  });
+  #rim: THREE.ShaderMaterial;
+
+  constructor(color: number) {
+    this.#rim = new THREE.ShaderMaterial({
+      depthTest: false, depthWrite: false,
+      stencilWrite: true, stencilRef: 1, stencilFunc: THREE.NotEqualStencilFunc,
+      uniforms: { color: { value: new THREE.Color(color) }, pixel: { value: new THREE.Vector2() } },
+      vertexShader: RIM_VERTEX,
+      fragmentShader: RIM_FRAGMENT,
+    });
+  }
 
   show(names: readonly string[], pieces: Pieces, places: Places): void {
     this.group.clear();

@@ -1,14 +1,25 @@
 // Where the view is looked at from: the camera, how it is turned by the pointer, and the axes in the corner.
-import { Box3, PerspectiveCamera, Vector3, type WebGLRenderer } from "three";
+import { signal } from "@preact/signals";
+import { MathUtils, PerspectiveCamera, Vector3, type Box3, type Matrix4, type WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { ViewHelper } from "three/examples/jsm/helpers/ViewHelper.js";
-import { views } from "../kernel/services";
+import { readViewpoint, type Viewpoint } from "../kernel/viewpoints";
 
 const FROM = new Vector3(0.62, -0.78, 0.5).normalize();
 const LARGEST = 12;
+const FIELD = { usual: 42, least: 5, most: 120 };
+
+/** Directions from what is looked at to the eye, in the world's frame. */
+export const SIDES = {
+  front: new Vector3(0, -1, 0), back: new Vector3(0, 1, 0), left: new Vector3(-1, 0, 0), right: new Vector3(1, 0, 0),
+  top: new Vector3(0, 0, 1), bottom: new Vector3(0, 0, -1), iso: FROM,
+};
+export type Side = keyof typeof SIDES;
 
 export class Observer {
-  readonly camera = new PerspectiveCamera(42, 1, 0.02, 200);
+  /** Vertical field of view, degrees. */
+  readonly field = signal(FIELD.usual);
+  readonly camera = new PerspectiveCamera(FIELD.usual, 1, 0.02, 200);
   readonly orbit: OrbitControls;
   readonly axes: ViewHelper;
   /** Whether it looks at something already: as the kernel said, or at all that there was. */
@@ -24,7 +35,8 @@ export class Observer {
     this.axes = new ViewHelper(this.camera, canvas);
     this.axes.center = this.orbit.target;
     this.axes.setLabels("X", "Y", "Z");
-    void this.#lookAsTheKernel();
+    // Without a viewpoint of all it is framed when the world is there.
+    void readViewpoint().then((viewpoint) => viewpoint && this.look(viewpoint));
   }
 
   /** Looks at a box, from the present side or (`anew`) from the usual one. */
@@ -34,9 +46,40 @@ export class Observer {
     const direction = this.isPlaced && !anew ? this.camera.position.clone().sub(this.orbit.target).normalize() : FROM;
     box.getCenter(this.orbit.target);
     this.camera.position.copy(this.orbit.target).addScaledVector(direction, Math.max(size, 0.2) * 1.25);
-    this.orbit.update();
-    this.isPlaced = true;
+    this.#placed();
+  }
+
+  /** Looks at the same point from another side, as far away as now. */
+  turn(side: Side): void {
+    const meters = this.camera.position.distanceTo(this.orbit.target);
+    this.camera.position.copy(this.orbit.target).addScaledVector(SIDES[side], meters);
+    this.#placed();
+  }
+
+  get viewpoint(): Viewpoint {
+    const { position } = this.camera, { target } = this.orbit;
+    return { position: [position.x, position.y, position.z], target: [target.x, target.y, target.z], fieldDegrees: this.field.value };
+  }
+
+  look({ position, target, fieldDegrees }: Viewpoint): void {
+    this.camera.position.set(...position);
+    this.orbit.target.set(...target);
+    this.setField(fieldDegrees);
+    this.#placed();
+  }
+
+  /** Sets the vertical field of view, 5 to 120 degrees. */
+  setField(degrees: number): void {
+    this.field.value = this.camera.fov = MathUtils.clamp(degrees, FIELD.least, FIELD.most);
+    this.camera.updateProjectionMatrix();
     this.changed();
+  }
+
+  /** Moves along with what has moved by a rigid motion of the world. */
+  carry(motion: Matrix4): void {
+    this.camera.position.applyMatrix4(motion);
+    this.orbit.target.applyMatrix4(motion);
+    this.orbit.update();
   }
 
   /** Goes on turning to the axis that was clicked. */
@@ -58,17 +101,9 @@ export class Observer {
     this.camera.updateProjectionMatrix();
   }
 
-  async #lookAsTheKernel(): Promise<void> {
-    try {
-      const camera = (await views.getView({})).view?.camera;
-      const { position, target } = camera ?? {};
-      if (!position || !target) return;
-      this.camera.position.set(position.x, position.y, position.z);
-      this.orbit.target.set(target.x, target.y, target.z);
-      this.orbit.update();
-      this.isPlaced = true;
-    } catch {
-      // Then it is framed when the world is there.
-    }
+  #placed(): void {
+    this.orbit.update();
+    this.isPlaced = true;
+    this.changed();
   }
 }

@@ -1,5 +1,6 @@
 // What the world's nodes look like and where they are: their figures, what is selected, and marks of what has no figure.
 import { Box3, Matrix4, type Object3D, type Raycaster } from "three";
+import { outlined } from "../kernel/collisions";
 import * as world from "../kernel/world";
 import { Batches } from "./batches";
 import { Silhouette } from "./copies";
@@ -8,6 +9,9 @@ import { Marks } from "./marks";
 import { Meshes } from "./meshes";
 import { readRow } from "./poses";
 
+const SELECTED = 0x3b9eff;
+const MARKED = 0xff2e63;
+
 export class Solids {
   readonly places = new Map<string, Matrix4>();
   readonly pieces = new Map<string, readonly Piece[]>();
@@ -15,7 +19,8 @@ export class Solids {
   /** Whether all meshes of what there is are here. */
   isComplete = false;
   #batches = new Batches();
-  #silhouette = new Silhouette();
+  #silhouette = new Silhouette(SELECTED);
+  #marked = new Silhouette(MARKED);
   #marks = new Marks();
   #meshes = new Meshes(() => this.#restructure());
   #moved = true;
@@ -23,7 +28,7 @@ export class Solids {
 
   /** `changed` is called when there is something else to be drawn. */
   constructor(private readonly changed: () => void) {
-    this.objects = [this.#batches.group, this.#silhouette.group, this.#marks.group];
+    this.objects = [this.#batches.group, this.#silhouette.group, this.#marked.group, this.#marks.group];
     world.hearers.poses.add((uids, rows) => this.#takePoses(uids, rows));
     world.hearers.structure.add((renamed) => this.#rename(renamed));
   }
@@ -41,6 +46,12 @@ export class Solids {
     const names = item && item.kind !== "world" ? world.below(name) : [];
     this.#silhouette.show(names, this.pieces, this.places);
     this.#moved = true;
+    this.changed();
+  }
+
+  /** Marks these nodes, without what hangs below them, and no others. */
+  mark(names: readonly string[]): void {
+    this.#marked.show(names, this.pieces, this.places);
     this.changed();
   }
 
@@ -64,6 +75,7 @@ export class Solids {
 
   setSize(width: number, height: number): void {
     this.#silhouette.setSize(width, height);
+    this.#marked.setSize(width, height);
   }
 
   #restructure(): void {
@@ -115,6 +127,7 @@ export class Solids {
     this.#batches.rebuild(this.pieces);
     this.#marks.rebuild(shown);
     this.select(world.selected.peek());
+    this.mark(outlined.peek());
     this.isComplete = missing.size === 0 && shown.length > 0;
   }
 
@@ -122,6 +135,7 @@ export class Solids {
     this.#moved = false;
     this.#batches.place(this.places);
     this.#silhouette.place(this.places);
+    this.#marked.place(this.places);
     this.#marks.place(this.places);
   }
 }

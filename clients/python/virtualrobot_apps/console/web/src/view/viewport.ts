@@ -1,13 +1,16 @@
 // The 3D view: draws what there is when something has changed, and is the one place that its parts meet at.
 import { effect, signal } from "@preact/signals";
 import { Group, Timer } from "three";
+import { outlined } from "../kernel/collisions";
 import * as world from "../kernel/world";
 import { theme } from "../parts/theme";
 import { Ghost } from "./copies";
+import { Follower } from "./follower";
 import { Gizmo } from "./gizmo";
 import { Observer } from "./observer";
 import { hearPointer } from "./pointer";
 import { Solids } from "./solids";
+import { drawSpans } from "./spans";
 import { Stage } from "./stage";
 import { drawTraces } from "./trails";
 
@@ -23,6 +26,7 @@ export class Viewport {
   readonly overlay = new Group();
   #stage = new Stage();
   #timer = new Timer();
+  #follower = new Follower();
   #dirty = true;
   #frames = 0;
   #rested = 0;
@@ -37,11 +41,13 @@ export class Viewport {
     new ResizeObserver(() => this.#resize()).observe(host);
     hearPointer(this);
     drawTraces(this);
+    drawSpans(this);
     effect(() => {
       this.#stage.setTheme(theme.value);
       this.invalidate();
     });
     effect(() => this.solids.select(world.selected.value));
+    effect(() => this.solids.mark(outlined.value));
     setInterval(() => {
       framesPerSecond.value = this.#frames;
       this.#frames = 0;
@@ -70,6 +76,11 @@ export class Viewport {
     this.observer.frame(this.solids.boxOf(name ? world.below(name) : this.solids.pieces.keys()), name === "");
   }
 
+  /** Looks at these nodes, without what hangs below them, from the present side. */
+  look(names: readonly string[]): void {
+    this.observer.frame(this.solids.boxOf(names), false);
+  }
+
   /** Returns a picture of the view as it is, PNG. */
   picture(): Promise<Blob | null> {
     this.#render();
@@ -82,6 +93,7 @@ export class Viewport {
       this.ghost.renew(this.solids.pieces, this.solids.places);
       if (!this.observer.isPlaced && this.solids.pieces.size > 0) this.frame();
     }
+    this.#follower.advance(this.observer, this.solids.places);
     this.observer.advance(this.#timer.getDelta());
     this.#tellBusy(this.#dirty || !this.solids.isComplete || this.ghost.isAwaited);
     const now = performance.now();
