@@ -99,6 +99,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The console passes calls of any method on, in bytes: it speaks gRPC and the contract itself, and serves HTTP.
     f"{APPS}/console": ("virtualrobot_apps.console", "virtualrobot", "google", "grpc"),
     f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),
+    # For its pages it runs what another command runs, too.
+    f"{APPS}/console/wiring.py": ("virtualrobot_apps", "virtualrobot"),
     f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot", "uvicorn"),
     # Recorded files are read by the libraries of their formats, and PNGs drawn by Pillow, where these are installed.
     f"{APPS}/topic/recorded.py": (

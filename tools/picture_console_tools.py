@@ -29,6 +29,17 @@ steps:
 - move: {moves: [{robot: iiwa, speed_factor: 0.5, point_to_point: {pose: {reference: pallet}}}]}
 """
 
+SIGNALS = ("part at end", "belt moving", "run belt", "grip", "alarm")
+CONNECTIONS = """
+schema_version: 1
+signals:
+- {name: parts, type: integer}
+connections:
+  run belt: {not: part at end}
+  grip: {and: [part at end, {not: belt moving}]}
+  parts: {count: {up: part at end}}
+"""
+
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path, file_okay=False, exists=True))
@@ -67,6 +78,14 @@ def main(folder: Path, theme: str, quality: str) -> None:
             _save(page, folder / "console-parts.png")
             _look(client, page)
             _save(page, folder / "console-views.png")
+        for signal in SIGNALS:
+            client.signals.create(signal)
+        client.clock.set_realtime()
+        with opened_page(playwright, kernel.address, theme, quality) as page:
+            _wire(client, page)
+            _save(page, folder / "console-connections.png")
+            _speeds(client, page)
+            _save(page, folder / "console-speeds.png")
 
 
 def _place(page: Page) -> None:
@@ -144,6 +163,26 @@ def _look(client: virtualrobot.Client, page: Page) -> None:
     panel.get_by_role("radio", name="Go along").click()
     client.clock.step(50)
     page.get_by_role("img", name="What wrist sees").wait_for()
+
+
+def _wire(client: virtualrobot.Client, page: Page) -> None:
+    """Connect signals, and begin with one more connection."""
+    page.get_by_role("tab", name="Signals").click()
+    page.get_by_label("Part").get_by_role("radio", name="Connections", exact=True).click()
+    page.set_input_files("#open-connections", {"name": "belt.yaml", "mimeType": "", "buffer": CONNECTIONS.encode()})
+    page.get_by_label("Connection of run belt").wait_for()
+    client.signals["part at end"] = True
+    page.get_by_label("Signal to drive").select_option("alarm")
+    page.get_by_label("Logic").select_option(label="delay on")
+    page.get_by_label("Input input").fill("part at end")
+    page.get_by_label("seconds", exact=True).fill("5")
+
+
+def _speeds(client: virtualrobot.Client, page: Page) -> None:
+    """Show the speeds of the robots."""
+    client.speed_factor, client.robots["panda"].speed_factor = 0.8, 0.5
+    client.robots["iiwa"].tcp_speed_limit = 0.25
+    page.get_by_title("Speed of each robot, and of time").click()
 
 
 def _save(page: Page, file: Path) -> None:

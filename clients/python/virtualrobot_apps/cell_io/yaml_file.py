@@ -162,13 +162,17 @@ def read_file(path: str | Path) -> Item:
         MissingFileError: when it can't be read.
         MalformedFileError: when it is not YAML, or not of schema version 1.
     """
+    return parse(read_text(path), str(path))
+
+
+def read_text(path: str | Path) -> str:
+    """Return the text of a file; raise MissingFileError when it can't be read, MalformedFileError when it is none."""
     try:
-        text = Path(path).read_text("utf-8")
+        return Path(path).read_text("utf-8")
     except UnicodeDecodeError as error:
         raise MalformedFileError(f"{path} is no text in UTF-8", metadata={"file": str(path)}) from error
     except OSError as error:
         raise MissingFileError(f"{path} cannot be read: {error.strerror or error}") from error
-    return parse(text, str(path))
 
 
 def parse(text: str, file: str) -> Item:

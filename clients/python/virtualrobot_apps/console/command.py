@@ -20,6 +20,9 @@ from virtualrobot.session import DEFAULT_HOST, find_token, is_loopback, split_ad
 @click.option("--origin", "origins", multiple=True, metavar="URL", help="Let pages of this origin call.")
 @click.option("--tls-certificate", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="A PEM file.")
 @click.option("--tls-key", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Its key, a PEM file.")
+@click.option(
+    "--connections", type=click.Path(path_type=Path, dir_okay=False), help="Run the connections of this file."
+)
 @click.option("--browser/--no-browser", default=None, help="Open the page, as it is in a terminal of a desktop.")
 @click.option("--end-with-input", is_flag=True, help="End when the standard input does, as for a child process.")
 @target_options
@@ -31,6 +34,7 @@ def console(
     origins: tuple[str, ...],
     tls_certificate: Path | None,
     tls_key: Path | None,
+    connections: Path | None,
     browser: bool | None,
     end_with_input: bool,
 ) -> None:
@@ -55,7 +59,7 @@ def console(
     token, _ = find_token(split_address(address)[1], target.token_file)
     if not token and not is_loopback(host):
         raise click.UsageError("a kernel without token isn't served to other machines: start it with one")
-    kernel = Kernel(address, token, target.certificate, most)
+    kernel = Kernel(address, token, target.certificate, most, connections)
     opened = sys.stdout.isatty() and has_desktop() if browser is None else browser
     place = Place(host, port, names, origins, tls_certificate, tls_key)
     run(kernel, place, click.echo, webbrowser.open if opened else None, end_with_input)

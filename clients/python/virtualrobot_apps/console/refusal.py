@@ -12,6 +12,7 @@ import grpc
 from google.protobuf.any_pb2 import Any as Packed
 from google.rpc import error_details_pb2, status_pb2
 from virtualrobot._wire.transport import translated
+from virtualrobot.errors import VirtualRobotError
 from virtualrobot.v1.errors_pb2 import ErrorReason
 
 DOMAIN = "virtualrobot"
@@ -81,11 +82,15 @@ class Refusal(Exception):
     @classmethod
     def of_kernel(cls, error: grpc.RpcError, address: str) -> Refusal:
         """Return what the kernel at `address`, or the way to it, has refused."""
-        said = translated(error, address)
+        return cls.of_client(translated(error, address))
+
+    @classmethod
+    def of_client(cls, said: VirtualRobotError) -> Refusal:
+        """Return what the client library has refused, or the kernel through it."""
         code = "canceled" if said.code == "CANCELLED" else said.code.lower()
         # The client library has reasons of its own for what no kernel has said.
         reason = said.reason if f"ERROR_REASON_{said.reason}" in ErrorReason.keys() else ""
-        return cls(code, said.message, reason, said.metadata)
+        return cls(code or "failed_precondition", said.message, reason, said.metadata)
 
     @property
     def info(self) -> error_details_pb2.ErrorInfo | None:

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import json
-from collections.abc import AsyncIterator, Callable
-from contextlib import aclosing
+from collections.abc import Callable
 from urllib.parse import parse_qs
 
-from virtualrobot_apps.console.contract import methods
 from virtualrobot_apps.console.door import Door
 from virtualrobot_apps.console.http_calls import PREFIX, Caller, Event, HttpCalls, Receive, Send, refuse
 from virtualrobot_apps.console.page_calls import PageCalls
 from virtualrobot_apps.console.page_files import page_files
 from virtualrobot_apps.console.refusal import Refusal
+from virtualrobot_apps.console.tools import PageTools
 from virtualrobot_apps.console.upstream import Upstream
 from virtualrobot_apps.console.wires import Limit
 
-_GET_INFO = "/virtualrobot.v1.KernelService/GetInfo"
 # Textures of meshes come as parts of files that the page has loaded: addresses of its own memory.
 _SOURCES = "default-src 'self'; connect-src 'self' blob:; img-src 'self' blob: data:"
 _POLICY = f"{_SOURCES}; frame-ancestors 'none'; base-uri 'none'; form-action 'none'"
@@ -40,10 +38,15 @@ class Server:
     """The application; `link_used` is called when a browser has come in by a link."""
 
     def __init__(
-        self, upstream: Upstream, door: Door, limit: Limit, link_used: Callable[[], None] = lambda: None
+        self,
+        upstream: Upstream,
+        door: Door,
+        limit: Limit,
+        tools: PageTools,
+        link_used: Callable[[], None] = lambda: None,
     ) -> None:
         """Serve one kernel through one door."""
-        self._upstream, self._door, self._limit = upstream, door, limit
+        self._upstream, self._door, self._limit, self._tools = upstream, door, limit, tools
         self._calls = HttpCalls(upstream, limit)
         self._link_used = link_used
         self._files = page_files()
@@ -98,6 +101,8 @@ class Server:
             await self._calls.serve(path, verb, caller, receive, send)
         elif path == "/link" and verb == "POST":
             await self._link(scope["scheme"], caller, send)
+        elif self._tools.knows(path):
+            await self._tools.serve(path, verb, caller, receive, send)
         elif verb not in ("GET", "HEAD") or path not in self._files:
             await refuse(send, Refusal("not_found", f"there is no {path}; methods are POST to {PREFIX}SERVICE/METHOD"))
         elif path == "/" and (key := parse_qs(scope["query_string"].decode("latin-1")).get("key")):
@@ -111,9 +116,7 @@ class Server:
         """Answer with a link for one more browser, which is good for what the caller's token is good for."""
         metadata = caller.metadata()
         try:
-            async with aclosing(self._upstream.call(methods()[_GET_INFO], _empty(), metadata, 10.0)) as answers:
-                async for _ in answers:
-                    pass
+            await self._upstream.info(metadata)
         except Refusal as refusal:
             await refuse(send, refusal)
             return
@@ -130,10 +133,6 @@ class Server:
         # The browser forgets the key, and a page that is loaded again does not ask with it.
         await _respond(send, 303, b"", [(b"location", b"/"), (b"set-cookie", cookie.encode()), _UNKEPT, *_OF_PAGES])
         self._link_used()
-
-
-async def _empty() -> AsyncIterator[bytes]:
-    yield b""
 
 
 async def _respond(send: Send, status: int, data: bytes, headers: list[tuple[bytes, bytes]]) -> None:

@@ -13,11 +13,13 @@ from pathlib import Path
 from threading import Thread
 
 import uvicorn
+import virtualrobot
 from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.console.door import Door
 from virtualrobot_apps.console.page_files import is_built
 from virtualrobot_apps.console.server import Server
+from virtualrobot_apps.console.tools import PageTools
 from virtualrobot_apps.console.upstream import Upstream
 from virtualrobot_apps.console.wires import Limit
 
@@ -34,12 +36,20 @@ class Kernel:
 
     token: what pages that come in by the printed link may do is what this token may.
     message_bytes: the greatest message that it takes.
+    connections: a file of connections that run with that token from the begin; None: none.
     """
 
     address: str
     token: str
     certificate: Path | None
     message_bytes: int
+    connections: Path | None = None
+
+    def connect(self, token: str) -> virtualrobot.Client:
+        """Return a client of its own with a token, "" for a kernel that wants none."""
+        return virtualrobot.connect(
+            self.address, token or None, root_certificate=self.certificate, name="console", on_progress=None
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,7 +137,9 @@ async def _serve(
         say(f"{words} {link()}")
 
     upstream = Upstream(kernel.address, kernel.certificate)
-    server = Server(upstream, door, Limit(kernel.message_bytes), lambda: tell("a link for another browser:"))
+    limit = Limit(kernel.message_bytes)
+    tools = PageTools(upstream, limit, kernel.connect)
+    server = Server(upstream, door, limit, tools, lambda: tell("a link for another browser:"))
     config = uvicorn.Config(
         server,  # pyright: ignore[reportArgumentType] its own types for the same events
         interface="asgi3",
@@ -152,6 +164,8 @@ async def _serve(
         config.load()
     except OSError as error:
         raise InvalidArgumentError(f"--tls-certificate and --tls-key are no certificate and its key: {error}") from None
+    if kernel.connections is not None:
+        await tools.begin(kernel.token, kernel.connections)
     tell("console at")
     say(f"the link is good once; programs call {base}/virtualrobot.v1.SERVICE/METHOD")
     if not is_built():
@@ -164,6 +178,7 @@ async def _serve(
     try:
         await uvicorn_server.serve([listening])
     finally:
+        await tools.close()
         await upstream.close()
 
 

@@ -5,17 +5,22 @@ from __future__ import annotations
 import asyncio
 from collections import deque
 from collections.abc import AsyncGenerator, AsyncIterator, Callable
+from contextlib import aclosing
 from pathlib import Path
 from typing import Any
 
 import grpc
 from virtualrobot._wire.transport import way_to
 from virtualrobot.session import split_address
+from virtualrobot.v1 import kernel_pb2
 
-from virtualrobot_apps.console.contract import Answer, Method
+from virtualrobot_apps.console.contract import Answer, Method, methods
 from virtualrobot_apps.console.refusal import Refusal
 
 Metadata = tuple[tuple[str, str], ...]
+
+INFO_SECONDS = 10.0
+_GET_INFO = "/virtualrobot.v1.KernelService/GetInfo"
 
 MOST_BEHIND = 8
 """Answers of a shared watch that wait for one page. A page that is further behind goes on with how everything is."""
@@ -65,6 +70,22 @@ class Upstream:
             raise Refusal.of_kernel(error, self._address) from None
         finally:
             await answers.aclose()
+
+    async def info(self, metadata: Metadata) -> kernel_pb2.GetInfoResponse:
+        """Return what the kernel says of itself and of the token of `metadata`.
+
+        Raises:
+            Refusal: when it is refused, or the kernel can't be reached.
+        """
+
+        async def nothing() -> AsyncIterator[bytes]:
+            yield b""
+
+        found = kernel_pb2.GetInfoResponse()
+        async with aclosing(self.call(methods()[_GET_INFO], nothing(), metadata, INFO_SECONDS)) as answers:
+            async for answer in answers:
+                found.ParseFromString(answer.data)
+        return found
 
     async def close(self) -> None:
         """End all calls."""

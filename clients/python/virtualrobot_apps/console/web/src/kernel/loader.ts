@@ -5,6 +5,7 @@ import { Code, ConnectError } from "@connectrpc/connect";
 import { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
 import type { CreatedNode, FileWarning, KnownModel, ModelSourceSchema } from "../generated/virtualrobot/v1/scene_pb";
 import { packed, unpacked } from "./archives";
+import { open as openConnections } from "./connections";
 import { endingOf, lastPart, type Files } from "./file_names";
 import { attempt, say } from "./messages";
 import { reasonOf } from "./page_calls";
@@ -156,13 +157,14 @@ function told(created: readonly CreatedNode[], warnings: readonly FileWarning[])
   if (items.peek().get(first.name)?.kind === "robot") chosen.value = first.name;
 }
 
-/** Loads a text in the project's own formats: a scene, or a program. */
+/** Loads a text in the project's own formats: a scene, a program, or connections. */
 async function bringText(files: Files, main: string, course: Shown): Promise<void> {
   const file = files.get(main)!;
   const most = Number(info.peek()?.maxMessageBytes ?? Infinity);
   if (file.size > most) throw new ConnectError(`${main} has ${megabytes(file.size)}, and a text may have ${megabytes(most)} (limit message_bytes)`, Code.ResourceExhausted);
   const text = await file.text();
   if (/^(steps|moves)\s*:/m.test(text)) return read(text, main);
+  if (/^(connections|belts)\s*:/m.test(text)) return openConnections(file);
   const sent = await upload(files, main, course);
   const add = [...items.peek().values()].every(({ kind }) => kind === "world") ? "replace" : await ask({
     title: `Open ${lastPart(main)}`,

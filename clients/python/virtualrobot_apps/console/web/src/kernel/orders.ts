@@ -37,12 +37,26 @@ export function remove(name: string): Promise<boolean> {
   return apply({ case: "removeNode", value: { name } });
 }
 
-export function setSpeedFactor(factor: number): Promise<boolean> {
-  return apply({ case: "setSpeedFactor", value: { factor } });
+/** Slows all robots, or one besides. */
+export function setSpeedFactor(factor: number, robot = ""): Promise<boolean> {
+  return apply({ case: "setSpeedFactor", value: { factor, robot } });
+}
+
+/** Limits the speed of a robot's tool centre point (m/s); 0 is no limit. */
+export function setTcpSpeedLimit(limit: number, robot: string): Promise<boolean> {
+  return apply({ case: "setTcpSpeedLimit", value: { robot, metersPerSecond: limit } });
 }
 
 export function setSignal(name: string, kind: SignalValue["kind"]): Promise<boolean> {
   return apply({ case: "setSignal", value: { name, value: { kind } } });
+}
+
+export function createSignal(name: string, kind: SignalValue["kind"]): Promise<boolean> {
+  return apply({ case: "createSignal", value: { signal: { name, value: { kind } } } });
+}
+
+export function removeSignal(name: string): Promise<boolean> {
+  return apply({ case: "removeSignal", value: { name } });
 }
 
 /** Makes a target where the robot's tool centre point is now, with its posture; returns its name, "" when it is refused. */

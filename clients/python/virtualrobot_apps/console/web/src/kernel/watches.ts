@@ -43,7 +43,9 @@ export function watch(): void {
       const next = new Map(first ? [] : world.cellSignals.value);
       for (const one of said.signals) next.set(one.name, one);
       for (const name of said.removedNames) next.delete(name);
+      const gone = first ? [...world.cellSignals.peek().keys()].filter((name) => !next.has(name)) : said.removedNames;
       world.cellSignals.value = next;
+      for (const hear of world.hearers.signals) hear({ signals: said.signals, removed: gone, time: said.stamp?.simulationTimeSeconds ?? 0 });
     },
   );
   void follow(() => service.collisions.watchCollisions({}), takeCollisions);

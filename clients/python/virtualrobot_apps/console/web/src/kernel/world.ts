@@ -69,6 +69,12 @@ export const selected = signal("");
 export const chosen = signal("");
 
 export type Renamed = ReadonlyMap<string, string>;
+/** Signals that are new or changed, and those that are gone, at a simulation time. */
+export interface SignalChanges {
+  signals: readonly Signal[];
+  removed: readonly string[];
+  time: number;
+}
 export type Poses = (uids: readonly bigint[], rows: Float64Array) => void;
 
 /** Functions that are told what comes often, without a signal for it. */
@@ -76,6 +82,7 @@ export const hearers = {
   poses: new Set<Poses>(),
   structure: new Set<(renamed: Renamed) => void>(),
   states: new Set<(time: number) => void>(),
+  signals: new Set<(told: SignalChanges) => void>(),
 };
 
 /** Returns the names of a node and of all that hangs below it. */

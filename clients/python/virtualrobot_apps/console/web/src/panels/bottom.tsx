@@ -1,8 +1,8 @@
 // What happens below the view: joints over time, the program, signals, collisions, traces, history, messages.
-import { signal } from "@preact/signals";
 import { StepKind } from "../generated/virtualrobot/v1/history_pb";
 import { messages, type Level } from "../kernel/messages";
 import { lines } from "../kernel/program";
+import { shownBelow as shown } from "../kernel/shown";
 import { traces } from "../kernel/traces";
 import { cellSignals, steps, touching } from "../kernel/world";
 import { Icon } from "../parts/icons";
@@ -13,7 +13,6 @@ import { Program } from "./program";
 import { Signals } from "./signals";
 import { Traces } from "./traces";
 
-const shown = signal("plot");
 const COLORS: Record<Level, string> = { info: "var(--muted)", good: "var(--good)", warning: "var(--warning)", error: "var(--danger)" };
 
 export function Bottom() {

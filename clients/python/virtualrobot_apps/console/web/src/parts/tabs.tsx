@@ -20,7 +20,7 @@ export function Tabs({ label, tabs, chosen, choose }: Props) {
   return (
     <div class="tabs" role="tablist" aria-label={label}>
       {tabs.map(({ id, icon, name, count, alarm }) => (
-        <button key={id} type="button" role="tab" aria-selected={chosen === id} class="tab" onClick={() => choose(id)}>
+        <button key={id} type="button" role="tab" aria-selected={chosen === id} class="tab" title={name} onClick={() => choose(id)}>
           <Icon name={icon} size={14} />
           {name}
           {!!count && <span class={alarm ? "badge alarm" : "badge"}>{count}</span>}

@@ -1,0 +1,122 @@
+"""Tools of the page that are no calls of the contract: connections between signals that run.
+
+Each is a path of the console's own port, with JSON both ways. Whoever asks needs what the kernel would want, a token
+and a role, and what is done is done with that token.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import json
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from virtualrobot import Client
+from virtualrobot.errors import InvalidArgumentError, VirtualRobotError
+from virtualrobot.v1 import token_pb2
+
+from virtualrobot_apps.console.http_calls import Caller, Receive, Send, begin, refuse
+from virtualrobot_apps.console.refusal import Refusal
+from virtualrobot_apps.console.upstream import Upstream
+from virtualrobot_apps.console.wires import Limit
+from virtualrobot_apps.console.wiring import Wiring
+
+
+@dataclass(frozen=True, slots=True)
+class _Asked:
+    """A request: the token that it came with, and the fields of its JSON."""
+
+    token: str
+    said: Mapping[str, Any]
+
+    def text(self, field: str) -> str:
+        value = self.said.get(field, "")
+        if not isinstance(value, str):
+            raise InvalidArgumentError(f"{field!r} is a text, not {value!r:.60}")
+        return value
+
+
+Work = Callable[[_Asked], object]
+
+
+class PageTools:
+    """The tools of one console; all its pages share them."""
+
+    def __init__(self, upstream: Upstream, limit: Limit, connect: Callable[[str], Client]) -> None:
+        """Work for pages as `connect` gives a client of the kernel with a token."""
+        self._upstream, self._limit = upstream, limit
+        self._wiring = Wiring(connect)
+        observer, operator = token_pb2.ROLE_OBSERVER, token_pb2.ROLE_OPERATOR
+        self._work: dict[tuple[str, str], tuple[int, Work]] = {
+            ("GET", "/connections"): (observer, lambda _: self._wiring.state()),
+            ("POST", "/connections/open"): (operator, self._open),
+            ("POST", "/connections/set"): (operator, self._set),
+            ("POST", "/connections/remove"): (operator, lambda one: self._wiring.remove(one.token, one.text("target"))),
+            ("POST", "/connections/run"): (operator, lambda one: self._wiring.run(one.token)),
+            ("POST", "/connections/pause"): (operator, lambda _: self._wiring.pause()),
+        }
+
+    async def begin(self, token: str, connections: Path) -> None:
+        """Run the connections of a file with a token; raises what is wrong with it."""
+        await asyncio.to_thread(self._wiring.open_file, token, connections)
+
+    def knows(self, path: str) -> bool:
+        """Return whether a path is that of a tool."""
+        return any(path == one for _, one in self._work)
+
+    async def serve(self, path: str, verb: str, caller: Caller, receive: Receive, send: Send) -> None:
+        """Answer one request with JSON, `{}` where there is nothing to tell."""
+        try:
+            if (verb, path) not in self._work:
+                raise Refusal("unimplemented", f"{path} is asked for otherwise than by {verb}", status=405)
+            role, work = self._work[verb, path]
+            said = await self._read(receive) if verb == "POST" else {}
+            asked = await self._admitted(caller, role, said)
+            done = await asyncio.to_thread(work, asked)
+        except VirtualRobotError as error:
+            await refuse(send, Refusal.of_client(error))
+        except Refusal as refusal:
+            await refuse(send, refusal)
+        else:
+            await begin(send, 200, "application/json")
+            await send({"type": "http.response.body", "body": json.dumps({} if done is None else done).encode()})
+
+    async def close(self) -> None:
+        """End what runs."""
+        await asyncio.to_thread(self._wiring.close)
+
+    async def _read(self, receive: Receive) -> dict[str, Any]:
+        body, more = bytearray(), True
+        while more:
+            event = await receive()
+            if event["type"] == "http.disconnect":
+                raise Refusal("canceled", "the client has gone")
+            body += event.get("body", b"")
+            self._limit.check(len(body))
+            more = event.get("more_body", False)
+        try:
+            said = json.loads(bytes(body) or b"{}")
+        except (ValueError, RecursionError):
+            said = None
+        if not isinstance(said, dict):
+            raise Refusal.of("INVALID_ARGUMENT", "what is asked is one object as JSON")
+        return said
+
+    async def _admitted(self, caller: Caller, role: int, said: Mapping[str, Any]) -> _Asked:
+        metadata = caller.metadata()
+        given = (await self._upstream.info(metadata)).role
+        if given < role:
+            needed, has = (token_pb2.Role.Name(one).removeprefix("ROLE_").lower() for one in (role, given))
+            raise Refusal("permission_denied", f"this needs the role {needed}, and the token is one of the role {has}")
+        token = dict(metadata).get("authorization", "").removeprefix("Bearer ")
+        return _Asked(token, said)
+
+    def _open(self, asked: _Asked) -> None:
+        self._wiring.open(asked.token, asked.text("text"), asked.text("name") or "connections.yaml")
+
+    def _set(self, asked: _Asked) -> None:
+        if "source" not in asked.said:
+            raise InvalidArgumentError("a connection needs its 'source'")
+        self._wiring.set(asked.token, asked.text("target"), asked.said["source"])
