@@ -125,10 +125,20 @@ def unmount(target: Target, robot: str, what: str | None, to: str, at: tuple[flo
 @click.command()
 @click.argument("factor", required=False, type=_FACTOR)
 @click.argument("robot", required=False, type=ROBOT)
+@click.option(
+    "--tool-limit",
+    type=FiniteRange(min=0.0),
+    metavar="M/S",
+    help="With ROBOT: the greatest speed of its tool centre point, as for teaching; 0 is no limit.",
+)
 @target_options
-def speed(target: Target, factor: float | None, robot: str | None) -> None:
+def speed(target: Target, factor: float | None, robot: str | None, tool_limit: float | None) -> None:
     """Show the factor by which all motions are slowed, or set it to FACTOR, for all or for ROBOT alone."""
+    if tool_limit is not None and robot is None:
+        raise click.UsageError("--tool-limit goes with a FACTOR and a ROBOT")
     with target.connect() as client:
+        if robot is not None and tool_limit is not None:
+            client.robot(robot).tcp_speed_limit = tool_limit
         slowed = client if robot is None else client.robot(robot)
         if factor is not None:
             slowed.speed_factor = factor

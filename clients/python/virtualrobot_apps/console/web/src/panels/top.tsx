@@ -3,6 +3,7 @@ import { ClockMode } from "../generated/virtualrobot/v1/kernel_pb";
 import { attempt } from "../kernel/messages";
 import { redo, setSpeedFactor, undo } from "../kernel/orders";
 import * as service from "../kernel/services";
+import { opened, toggle } from "../kernel/shown";
 import { stop, stopping } from "../kernel/stop";
 import { holdTime } from "../kernel/watches";
 import { clock, leases, simulationTime, speedFactor } from "../kernel/world";
@@ -62,7 +63,7 @@ function Speed() {
   const percent = Math.round(100 * speedFactor.value);
   return (
     <div class="pill" title="Speed of all robots; running motions slow down and stay on their paths">
-      <Icon name="gauge" size={15} color="var(--muted)" />
+      <button type="button" class="tool small" aria-pressed={opened.value === "speeds"} title="Speed of each robot, and of time" onClick={() => toggle("speeds")}><Icon name="gauge" size={15} /></button>
       <input class="slider" type="range" min="5" max="100" step="5" value={percent} aria-label="Speed of all robots, %"
         onChange={(event) => void setSpeedFactor(Number(event.currentTarget.value) / 100)} />
       <span class="mono percent">{percent} %</span>

@@ -15,6 +15,7 @@ import { CameraInset } from "./camera_inset";
 import { Loading } from "./loading";
 import { Placing } from "./placing";
 import { Question } from "./question";
+import { Speeds } from "./speeds";
 import { Stopped } from "./stopped";
 
 export const viewport: { current?: Viewport } = {};
@@ -36,6 +37,7 @@ export function View() {
       <CameraInset />
       <Cover />
       <Placing />
+      <Speeds />
       <Loading />
       <Question />
       <Stopped />
