@@ -9,7 +9,7 @@ from pathlib import Path
 
 import click
 import virtualrobot
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page, expect, sync_playwright
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.demos.palletizing import cell
 
@@ -67,7 +67,7 @@ def main(folder: Path, theme: str, quality: str) -> None:
             page.get_by_role("tab", name="Traces").click()
             _save(page, folder / "console-traces.png")
             _drive(client, page)
-            _save(page, folder / "console-drive.png")
+            page.get_by_label("Drive", exact=True).screenshot(path=folder / "console-drive.png")
             page.mouse.up()
             page.locator('.node[data-name="iiwa"]').click()
             page.get_by_title("Trace iiwa no more").click()
@@ -120,7 +120,7 @@ def _drive(client: virtualrobot.Client, page: Page) -> None:
     client.clock.set_realtime()
     page.get_by_label("Ahead", exact=True).hover()
     page.mouse.down()
-    page.wait_for_function("document.querySelector('#driven').textContent.startsWith('0.30')")
+    expect(page.locator("#driven")).to_contain_text("0.30 m/s", timeout=60_000.0)
     client.clock.set_stepped()
 
 
