@@ -28,6 +28,7 @@ from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
 from virtualrobot_kernel.world.commands import Command, SetDynamics
 from virtualrobot_kernel.world.figures import Material
+from virtualrobot_kernel.world.sensing import CameraSensor
 from virtualrobot_kernel.world.state import Motion, State
 from virtualrobot_kernel.world.structure import Craft, Node, PartData, RobotData
 
@@ -42,10 +43,14 @@ PARTS = (Node, Motion, Plan, Program)
 TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 """Name in documents of a class, where that isn't its own: two have the same name, or it was renamed."""
 
-VERSIONS: Mapping[type, int] = {State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 2}
+VERSIONS: Mapping[type, int] = {
+    **{State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 2},
+    CameraSensor: 2,
+}
 """Version of each class whose fields aren't those of its first one."""
 
 MIGRATIONS: Mapping[tuple[str, int], Migration] = {
+    ("CameraSensor", 1): lambda fields: [*fields, None, None],  # water_attenuation_per_meter, water_color
     ("Craft", 1): lambda fields: [*fields, None],  # water
     ("RobotData", 1): lambda fields: [*fields, None],  # craft
     ("RobotData", 2): lambda fields: [*fields, False, ()],  # dynamic, motors

@@ -19,6 +19,8 @@ MOST_PIXELS = 16_000_000
 """The most pixels of a camera."""
 BRIGHTEST = 1e9
 """The greatest intensity of a light."""
+MURKIEST = 1000.0
+"""The greatest attenuation of light (1/m)."""
 FASTEST = 10_000.0
 """The greatest rate in hertz; nothing reads more than once a tick."""
 SLOWEST = 1e-6
@@ -107,6 +109,11 @@ def _camera(data: sensing.CameraSensor, what: str) -> None:
     if len(set(data.images)) != len(data.images):
         names = ", ".join(kind.name for kind in ImageKind)
         _refuse(f"{what}.images", f"names a kind twice; give each of {names} once")
+    taken = data.water_attenuation_per_meter
+    if taken is not None and not 0.0 <= min(taken) <= max(taken) <= MURKIEST:
+        _refuse(f"{what}.water_attenuation_per_meter", f"must be 0 to {MURKIEST:g} in each colour, not {list(taken)}")
+    if data.water_color is not None and taken is None:
+        _refuse(f"{what}.water_color", "is of no water; give water_attenuation_per_meter, too")
 
 
 def _contact(data: sensing.ContactSensor, what: str) -> None:

@@ -15,8 +15,10 @@ from virtualrobot_kernel.sensing.lenses import Lens, lens_of, size_of
 from virtualrobot_kernel.sensing.picture import Picture
 from virtualrobot_kernel.sensing.reading import Moment
 from virtualrobot_kernel.sensing.render_context import RenderContext
+from virtualrobot_kernel.sensing.water import FARTHEST, stretches, through_water
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind
+from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Node
 
 MOST_BYTES = 240_000_000
@@ -58,6 +60,7 @@ class CameraReader:
         self._uid, self._settings = node.uid, node.data
         self._check(self._kinds(None))
         self._lens = lens_of(node.data)
+        self._stretches = stretches(self._lens) if node.data.water_attenuation_per_meter else None
         self._eye = RenderContext(shapes, looks, frozenset({node.uid}))
 
     def read(self, moment: Moment, kinds: object | None = None) -> CameraContent:
@@ -71,7 +74,7 @@ class CameraReader:
         for side in (0.0, settings.stereo_baseline_meters)[: self._eyes]:
             pose = snapshot.world_t(self._uid).copy()
             pose[:3, 3] += side * pose[:3, 0]
-            picture = self._eye.see(snapshot, self._lens, pose, wanted)
+            picture = self._seen(snapshot, pose, wanted)
             pictures.append(_noisy(picture, settings, next(draws), next(draws)))
         nodes = snapshot.structure.nodes
         return CameraContent(
@@ -81,6 +84,18 @@ class CameraReader:
             element_names=tuple(nodes[uid].name for uid in self._eye.uids),
             baseline=settings.stereo_baseline_meters,
         )
+
+    def _seen(self, snapshot: Snapshot, pose: NDArray[np.float64], wanted: tuple[ImageKind, ...]) -> Picture:
+        """Return the picture of one eye, its colours through water where the camera is in some."""
+        taken, color = self._settings.water_attenuation_per_meter, self._settings.water_color
+        if self._stretches is None or taken is None or ImageKind.COLOR not in wanted:
+            return self._eye.see(snapshot, self._lens, pose, wanted)
+        picture = self._eye.see(snapshot, self._lens, pose, tuple({*wanted, ImageKind.DEPTH}))
+        assert picture.color is not None and picture.depth is not None
+        # A pixel that looks nowhere has no distance, and stays black.
+        distance = np.minimum(picture.depth, np.float32(FARTHEST)) * self._stretches
+        depth = picture.depth if ImageKind.DEPTH in wanted else None
+        return replace(picture, color=through_water(picture.color, distance, taken, color), depth=depth)
 
     def close(self) -> None:
         """Free the scene."""

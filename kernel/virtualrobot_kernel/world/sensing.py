@@ -140,6 +140,8 @@ class CameraSensor:
     depth_noise_meters: float = 0.0
     seed: int = 0
     stereo_baseline_meters: float = 0.0
+    water_attenuation_per_meter: Vector | None = None
+    water_color: tuple[float, float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

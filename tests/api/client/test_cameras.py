@@ -166,6 +166,8 @@ def test_lights_that_cannot_be_are_refused(scene: virtualrobot.Client) -> None:
         (virtualrobot.camera(rate=-1.0), "rate_hertz"),
         (virtualrobot.camera(images=["color", "color"]), "names a kind twice"),
         (virtualrobot.camera(stereo_baseline=float("inf")), "stereo_baseline_meters"),
+        (virtualrobot.camera(water_attenuation=(0.1, -0.1, 0)), r"water_attenuation_per_meter must be 0 to 1000.*-0.1"),
+        (virtualrobot.camera(water_color="blue"), "water_color is of no water; give water_attenuation_per_meter"),
     ],
     ids=lambda value: value[:20] if isinstance(value, str) else "",
 )

@@ -21,6 +21,7 @@ from virtualrobot_kernel.world.commands import RemoveNode, UpdateNode
 from virtualrobot_kernel.world.figures import Box, Figure, Material, Mesh, Sphere
 from virtualrobot_kernel.world.sensing import CameraSensor, ImageKind, Light, Projection
 from virtualrobot_kernel.world.structure import Kind
+from virtualrobot_sdk.srgb import to_linear
 
 from tests.drawing.cell import Cell
 from tests.unit.sensing.studio import at, looking
@@ -115,6 +116,46 @@ def test_the_noise_of_depth_grows_with_its_square(cell: Cell, seed: int) -> None
         assert count > 300
         assert abs(parts.mean()) < 6 * 0.002 / np.sqrt(count)
         assert parts.std() == pytest.approx(0.002, rel=6 / np.sqrt(2 * count))
+
+
+WATER = (0.4, 0.1, 0.0)
+
+
+def through(cell: Cell, camera: CameraSensor) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the picture without water, that in water, as linear light, and the depth (m)."""
+    with reading(cell, replace(camera, water_attenuation_per_meter=None, water_color=None)) as read:
+        content = read(1, (ImageKind.COLOR, ImageKind.DEPTH))
+        plain, depth = pixels(content, "color"), pixels(content, "depth")
+    with reading(cell, camera) as read:
+        content = read(1)
+        assert content.kinds == (ImageKind.COLOR,) and content.pictures[0].depth is None
+        seen = pixels(content, "color")
+        np.testing.assert_array_equal(pixels(read(1, ALL), "color"), seen)
+        np.testing.assert_array_equal(pixels(read(1, ALL), "depth"), depth)
+    return to_linear(plain / 255.0), to_linear(seen / 255.0), depth
+
+
+def test_light_fades_in_water_by_the_distance_along_the_ray(cell: Cell) -> None:
+    """Beer and Lambert: e^(-c d) of it is left; at the edge of a picture d is more than the depth."""
+    plain, seen, depth = through(
+        cell, CameraSensor(65, 49, horizontal_field_radians=1.6, water_attenuation_per_meter=WATER)
+    )
+    half = np.tan(0.8) / 32.5
+    x, y = np.meshgrid((np.arange(65) - 32) * half, (np.arange(49) - 24) * half)
+    distance = depth * np.sqrt(1.0 + x**2 + y**2)
+    assert distance.max() > 1.3 * depth.max()
+    exact = plain * np.exp(-distance[..., None] * np.array(WATER))
+    # A step of a screen is 2 % of its light at the most, here.
+    np.testing.assert_allclose(seen, exact, atol=0.01)
+    np.testing.assert_allclose(seen[..., 2], plain[..., 2], atol=1e-3)
+
+
+def test_what_is_nowhere_is_water(cell: Cell) -> None:
+    color = (0.1, 0.4, 0.6, 1.0)
+    camera = CameraSensor(32, 24, far_meters=1.0, water_attenuation_per_meter=(0.5, 0.5, 0.5), water_color=color)
+    with reading(cell, camera) as read:
+        seen = pixels(read(), "color")
+    assert np.abs(seen - 255.0 * np.array(color[:3])).max() <= 1.0
 
 
 def test_nothing_stays_nothing_with_noise() -> None:

@@ -73,6 +73,8 @@ def camera(
     depth_noise: float = 0.0,
     seed: int = 0,
     stereo_baseline: float | None = None,
+    water_attenuation: ArrayLike | None = None,
+    water_color: str | ArrayLike | None = None,
     running: bool = False,
 ) -> CameraSettings:
     """Return the settings of a camera for `scene.add_camera`.
@@ -92,6 +94,8 @@ def camera(
         depth_noise: the standard deviation of depth at 1 m, in meters; it grows with the square of the depth.
         seed: the seed of the noise.
         stereo_baseline: to a second eye along x, in meters; by default there is one eye.
+        water_attenuation: how much of red, green and blue light water takes, (3,) in 1/m; by default there is none.
+        water_color: the color of water in which nothing is, black by default.
         running: whether it takes pictures from the start.
 
     Example:
@@ -112,6 +116,10 @@ def camera(
         depth_noise_meters=depth_noise,
         seed=seed_of(seed),
         stereo_baseline_meters=value_or_default(stereo_baseline, "stereo_baseline"),
+        water_attenuation_per_meter=(
+            None if water_attenuation is None else vector_message(water_attenuation, "water_attenuation")
+        ),
+        water_color=None if water_color is None else color_message(water_color),
         running=running,
     )
     if camera_matrix is not None:

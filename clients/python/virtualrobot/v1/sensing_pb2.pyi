@@ -143,7 +143,7 @@ class FreeBeams(_message.Message):
     def __init__(self, directions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., origins: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class CameraSensor(_message.Message):
-    __slots__ = ("width", "height", "projection", "horizontal_field_radians", "intrinsics", "distortion", "near_meters", "far_meters", "rate_hertz", "images", "color_noise", "depth_noise_meters", "seed", "stereo_baseline_meters", "running")
+    __slots__ = ("width", "height", "projection", "horizontal_field_radians", "intrinsics", "distortion", "near_meters", "far_meters", "rate_hertz", "images", "color_noise", "depth_noise_meters", "seed", "stereo_baseline_meters", "running", "water_attenuation_per_meter", "water_color")
     WIDTH_FIELD_NUMBER: _ClassVar[int]
     HEIGHT_FIELD_NUMBER: _ClassVar[int]
     PROJECTION_FIELD_NUMBER: _ClassVar[int]
@@ -159,6 +159,8 @@ class CameraSensor(_message.Message):
     SEED_FIELD_NUMBER: _ClassVar[int]
     STEREO_BASELINE_METERS_FIELD_NUMBER: _ClassVar[int]
     RUNNING_FIELD_NUMBER: _ClassVar[int]
+    WATER_ATTENUATION_PER_METER_FIELD_NUMBER: _ClassVar[int]
+    WATER_COLOR_FIELD_NUMBER: _ClassVar[int]
     width: int
     height: int
     projection: CameraProjection
@@ -174,7 +176,9 @@ class CameraSensor(_message.Message):
     seed: int
     stereo_baseline_meters: float
     running: bool
-    def __init__(self, width: _Optional[int] = ..., height: _Optional[int] = ..., projection: _Optional[_Union[CameraProjection, str]] = ..., horizontal_field_radians: _Optional[float] = ..., intrinsics: _Optional[_Union[CameraIntrinsics, _Mapping]] = ..., distortion: _Optional[_Iterable[float]] = ..., near_meters: _Optional[float] = ..., far_meters: _Optional[float] = ..., rate_hertz: _Optional[float] = ..., images: _Optional[_Iterable[_Union[ImageKind, str]]] = ..., color_noise: _Optional[float] = ..., depth_noise_meters: _Optional[float] = ..., seed: _Optional[int] = ..., stereo_baseline_meters: _Optional[float] = ..., running: bool = ...) -> None: ...
+    water_attenuation_per_meter: _geometry_pb2.Vector3
+    water_color: _geometry_pb2.Color
+    def __init__(self, width: _Optional[int] = ..., height: _Optional[int] = ..., projection: _Optional[_Union[CameraProjection, str]] = ..., horizontal_field_radians: _Optional[float] = ..., intrinsics: _Optional[_Union[CameraIntrinsics, _Mapping]] = ..., distortion: _Optional[_Iterable[float]] = ..., near_meters: _Optional[float] = ..., far_meters: _Optional[float] = ..., rate_hertz: _Optional[float] = ..., images: _Optional[_Iterable[_Union[ImageKind, str]]] = ..., color_noise: _Optional[float] = ..., depth_noise_meters: _Optional[float] = ..., seed: _Optional[int] = ..., stereo_baseline_meters: _Optional[float] = ..., running: bool = ..., water_attenuation_per_meter: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., water_color: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ...) -> None: ...
 
 class CameraIntrinsics(_message.Message):
     __slots__ = ("fx", "fy", "cx", "cy")
