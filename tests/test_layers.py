@@ -153,7 +153,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # In the tick an arm goes along with a frame by compiled Newton steps.
     f"{KERNEL}/motion/conveyor_tracking.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
     # Of the many brakes that are tried, the one that keeps the limits is chosen within a tick.
-    f"{KERNEL}/motion/brake.py": (*MOTION, "virtualrobot_kernel.numeric.braking"),
+    f"{KERNEL}/motion/brake.py": (
+        *MOTION,
+        *(f"virtualrobot_kernel.numeric.{one}" for one in ("braking", "memory", "rings")),
+    ),
     # Plugins are found by entry point; no room imports one.
     f"{KERNEL}/components": room("components", "virtualrobot_sdk"),
     f"{KERNEL}/planning": room("planning", "virtualrobot_sdk"),
@@ -176,6 +179,14 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/paths/search.py": room("paths", "ompl"),
     f"{KERNEL}/sensing": room("sensing", "virtualrobot_sdk"),
     f"{KERNEL}/drivers": room("drivers", "virtualrobot_sdk"),
+    # One compiled call finds the brakes of all robots of a tick and writes them into their rings.
+    f"{KERNEL}/drivers/ticks.py": room(
+        "drivers",
+        "virtualrobot_sdk",
+        "virtualrobot_kernel.motion.brake",
+        "virtualrobot_kernel.numeric.memory",
+        "virtualrobot_kernel.numeric.rings",
+    ),
     f"{KERNEL}/physics": room("physics", "virtualrobot_sdk"),
     # The browser by viser, whose server is that of websockets; files of pictures, and the letters in them, by Pillow.
     f"{KERNEL}/drawing": room("drawing", "virtualrobot_sdk", "viser", "websockets", "PIL"),

@@ -44,6 +44,7 @@ class Beginning:
             moved = self._put_twin(robot, link, report)
             link.state = State.BEGINNING
             link.begin_anew(self._world.snapshot.state.tick)
+            self._cell.again()
             self._await_tick()
             self._check_conditions(robot, link, reported(robot, link))
             link.mode = LinkMode.EXECUTE

@@ -61,6 +61,11 @@ class Cell:
         with self.changing:
             self.links = {**self.links, uid: link}
 
+    def again(self) -> None:
+        """Have the links looked at anew by who has seen them: one of them is played from now on."""
+        with self.changing:
+            self.links = dict(self.links)
+
     def remove(self, link: Link) -> None:
         """Forget a link."""
         with self.changing:

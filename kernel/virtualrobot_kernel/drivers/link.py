@@ -116,14 +116,11 @@ class Link:
         return self._places[1], self._places[2]
 
     def write_rest(self, now: Snapshot, due_ns: int) -> bool:
-        """Put a tick that was due at a time (ns) into the ring where nothing moves; return whether that is so.
+        """Put a tick that was due at a time (ns) into the ring, while nothing moves.
 
-        One that is as the one before is there already.
+        One that is as the one before is there already: then it returns True, as for those that come, if they are so.
         """
         state, rest = now.state, self._stood
-        if state.motions:
-            self._stood = None
-            return False
         if rest is None or rest.q is not state.q or rest.v is not state.v or rest.structure is not now.structure:
             at_q, at_v = self.places(now.structure)
             q = state.q[at_q]
@@ -141,17 +138,7 @@ class Link:
             rest.tick, rest.due_ns, rest.outputs, rest.lasts = state.tick, due_ns, self.outputs, False
             rest.period_ns = round(now.tick_seconds * 1e9)
         self.ring.put_joints(state.tick, due_ns + self.lead_ns, self.outputs, rest.joints)
-        return True
-
-    def write(self, now: Snapshot, due_ns: int, brake: Floats | None) -> bool:
-        """Put a tick that was due at a time (ns) into the ring; return whether its brake is in it.
-
-        `brake` (m, k): where the robot's joints are, a tick apart, if all brakes from there; None where nobody knows.
-        """
-        state = now.state
-        at_q, at_v = self.places(now.structure)
-        joints = self.ring.joints_of(state.q[at_q], state.v[at_v], brake)
-        return self.ring.put_joints(state.tick, due_ns + self.lead_ns, self.outputs, joints)
+        return False
 
     def halt(self, words: Words, state: State) -> None:
         """Follow no more though nobody chose so, for the reason that the words tell."""

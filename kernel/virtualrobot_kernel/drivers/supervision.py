@@ -10,25 +10,28 @@ import logging
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 from virtualrobot_sdk.drivers import DriverFault, Words
 from virtualrobot_sdk.drivers.shared import NEVER, CellBlock, State
 
 from virtualrobot_kernel.drivers.admission import check, check_orders
-from virtualrobot_kernel.drivers.brakes import Brakes
 from virtualrobot_kernel.drivers.cell import Cell
 from virtualrobot_kernel.drivers.conditions import halted_error, name_of
-from virtualrobot_kernel.drivers.link import Link, LinkMode
+from virtualrobot_kernel.drivers.link import ROUNDING_NS, Link, LinkMode
 from virtualrobot_kernel.drivers.settling import Settling, author_of
 from virtualrobot_kernel.drivers.signals import bits_of, inputs_changed
+from virtualrobot_kernel.drivers.ticks import Ticks
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.inputs.mailbox import Mailbox
 from virtualrobot_kernel.world.braking import going
 from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.commands import Command, SetMeasuredJoints, StopCell, StopRobots
 from virtualrobot_kernel.world.state import Cancellation, CellStop, EndCause, Signal, Snapshot
+from virtualrobot_kernel.world.state import State as WorldState
 from virtualrobot_kernel.world.store import World
+from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tick_inputs import TickInput
 
 NOTE_SECONDS = 1.0
@@ -67,7 +70,9 @@ class Supervision:
         """Begin with nothing seen."""
         self._world, self._mailbox, self._leased, self._removed = world, mailbox, leased, removed
         self._cell, self._settling = cell, settling
-        self._brakes = Brakes(forward)
+        self._ticks = Ticks(forward)
+        self._stands: _Standing | None = None
+        self._looked = True
         self._looked_ns = 0
         self._monitors = False
         self._signals: Mapping[str, Signal] | None = None
@@ -95,7 +100,8 @@ class Supervision:
             cell.stop(now.state.stop.reason, now.state.stop.by)
         stopped = block.stop_ns != NEVER  # before reports: a host tells why it stops the cell, and stops it then
         stands = not now.state.motions and not self._monitors and stopped == (now.state.stop is not None)
-        if stands and now_ns - self._looked_ns < REST_LOOK_NS:
+        self._looked = not (stands and now_ns - self._looked_ns < REST_LOOK_NS)
+        if not self._looked:
             return ()
         self._looked_ns = now_ns
         played: list[Link] = []
@@ -173,14 +179,25 @@ class Supervision:
 
     def ticked(self, now: Snapshot) -> None:
         """Write a tick into the rings, and take what was measured for the next one."""
-        block, links = self._cell.block, self._cell.links
+        cell, state, due = self._cell, now.state, self._world.due_nanoseconds
+        block, links = cell.block, cell.links
         if block is None:
             return
+        if (stands := self._stands) is not None:
+            if not self._looked and stands.goes_on(now, due, links):
+                block.complete(state.tick, True)
+                return
+            self._stands = None
         played = [link for link in links.values() if link.is_played or link.mode is LinkMode.EXECUTE]
-        if played:
-            block.complete(now.state.tick, self._write(now, played))
-        signals_changed = now.state.signals is not self._signals
-        self._signals = now.state.signals
+        if played and state.motions:
+            block.complete(state.tick, self._ticks.write(now, due, played))
+        elif played:
+            told = [link.write_rest(now, due) for link in played]
+            block.complete(state.tick, True)
+            if all(told) and state.signals is self._signals:
+                self._stands = _Standing(now.structure, state, due, round(now.tick_seconds * 1e9), links)
+        signals_changed = state.signals is not self._signals
+        self._signals = state.signals
         self._monitors = False
         for link in links.values():
             if link.twin.uid not in now.structure.robots:
@@ -196,18 +213,6 @@ class Supervision:
                 self._read(now, link)
         for link in played:
             self._watch(now, link)
-
-    def _write(self, now: Snapshot, played: Sequence[Link]) -> bool:
-        """Write a tick into the rings of robots that are played; return whether all have its brake."""
-        due = self._world.due_nanoseconds
-        if not now.state.motions:
-            for link in played:
-                link.write_rest(now, due)
-            return True
-        places = {link.twin.uid: link.places(now.structure)[0] for link in played}
-        brakes = self._brakes.of(places, now.structure, now.state, now.tick_seconds) or {}
-        kept = [link.write(now, due, brakes.get(link.twin.uid)) for link in played]
-        return all(kept)
 
     def _read(self, now: Snapshot, link: Link) -> None:
         report = link.report
@@ -246,6 +251,25 @@ class Supervision:
         if link.state is State.ACTIVE and (now.state.tick - played.noted) * now.tick_seconds >= NOTE_SECONDS:
             played.noted = now.state.tick
             self._settling.note(now, link)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Standing:
+    """World in which nothing moves, at a tick from which on all rings tell those that come: due_ns, period_ns (ns)."""
+
+    structure: Structure
+    state: WorldState
+    due_ns: int
+    period_ns: int
+    links: Mapping[int, Link]
+
+    def goes_on(self, now: Snapshot, due_ns: int, links: Mapping[int, Link]) -> bool:
+        """Return whether nothing is new in a tick but that time has gone on evenly."""
+        was, state = self.state, now.state
+        if state.motions or state.q is not was.q or state.v is not was.v or state.signals is not was.signals:
+            return False
+        off = due_ns - self.due_ns - (state.tick - was.tick) * self.period_ns
+        return links is self.links and now.structure is self.structure and -ROUNDING_NS < off < ROUNDING_NS
 
 
 def _ask_words(link: Link) -> None:

@@ -7,6 +7,7 @@ parameter on the same path.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Sequence
 from functools import lru_cache
 from typing import NamedTuple
@@ -17,16 +18,24 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.ramp import RateRamp
-from virtualrobot_kernel.numeric import braking
+from virtualrobot_kernel.numeric import braking, rings
 from virtualrobot_kernel.numeric.braking import END_TOLERANCE as END_TOLERANCE
 from virtualrobot_kernel.numeric.braking import RETRY as RETRY
+from virtualrobot_kernel.numeric.memory import address_of
 
 #: Path parameter u of a track and its first two derivatives by time (1/s, 1/s²).
 PathState = tuple[float, float, float]
 #: For each track its brake, a law u(t), t >= 0; none while the motion does not brake.
 Brakes = tuple[PiecewisePolynomial, ...]
 
-_NO_TABLE = (np.empty((0, 3, 0)), np.empty((0, 2, 0)), np.empty(0), np.empty(0))
+_NO_ROBOTS = np.empty((0, len(rings.ROBOT)), np.int64)
+_NO_PLACES = np.empty(0, np.int64)
+_NOTHING = np.empty(0)
+_STATE = struct.Struct(f"@{braking.STATE}d")
+_OF_PLAN = braking.SHAPES, braking.BREAKS, braking.TERMS, braking.LIMITS, braking.LAST
+_COUNTS = braking.TRACKS, braking.BREAK_COUNT, braking.TERM_COUNT, braking.JOINTS
+_OF_TABLE = braking.TABLE, braking.BEYOND, braking.MOST_ACCELERATION, braking.MOST_JERK
+"""Columns of a plan's addresses, of their counts, and of the addresses of its braking table."""
 
 
 class RateState(NamedTuple):
@@ -128,8 +137,66 @@ def nominal_time(law: PiecewisePolynomial, u: float, low: float) -> float:
     return tau
 
 
+class BrakeTable:
+    """Table of motions on plans of one track, a row each: one compiled call finds how all of them stop.
+
+    It is kept between ticks: of a motion that goes on along its plan `tell` says how far it is, and no more.
+    """
+
+    def __init__(self, rows: int) -> None:
+        """Have room for so many motions."""
+        self._motions = np.zeros((rows, len(braking.MOTION)), np.int64)
+        self._numbers = np.zeros((rows, braking.width(1)))
+        self._bytes = memoryview(self._numbers).cast("B")
+        self._row_bytes = 8 * self._numbers.shape[1]
+        self._plans: list[Plan | None] = [None] * rows
+        self._rows: list[_Row | None] = [None] * rows
+
+    def tell(self, row: int, plan: Plan, tau: float, ramp_tau: float, elapsed: float, ramp: RateRamp) -> None:
+        """Say where a motion is that runs on its plan, as in `RateState`; it begins to stop now."""
+        if self._plans[row] is not plan:
+            self._take(row, plan, _row(plan, True, True))
+        _STATE.pack_into(
+            self._bytes, self._row_bytes * row, tau, ramp_tau, elapsed, 0.0, ramp.goal, ramp.length, *ramp.coefficients
+        )
+
+    def drop(self, row: int) -> None:
+        """Have no motion in a row until one is told again."""
+        self._plans[row], self._rows[row] = None, None
+        self._motions[row] = 0
+
+    def write(
+        self,
+        dt: float,
+        most: int,
+        robots: NDArray[np.int64],
+        places: NDArray[np.int64],
+        q: Array,
+        v: Array,
+        tick: int,
+        due: int,
+    ) -> int:
+        """Write a tick of robots with their brakes; return for how many a brake was written. See `brakes_ahead`."""
+        tell = self._motions, self._numbers, robots, places, q, v, tick, due, dt, most
+        braked, _ = braking.brakes_ahead(*tell)
+        lacking = np.flatnonzero(self._numbers[:, braking.CAME] == braking.NEEDS_TABLE).tolist() if not braked else ()
+        if lacking:
+            for row in lacking:
+                plan = self._plans[row]
+                assert plan is not None
+                self._take(row, plan, _row_with_table(plan, True, True))
+            return self.write(dt, most, robots, places, q, v, tick, due)
+        return braked
+
+    def _take(self, row: int, plan: Plan, of_plan: _Row) -> None:
+        self._plans[row], self._rows[row] = plan, of_plan
+        self._motions[row] = of_plan.motion
+        self._numbers[row, braking.STOP_TIME : braking.CAME] = (*of_plan.times, 0.0)
+        braking.tracks_of(self._numbers[row], 1).begun_ends[:] = -1.0
+
+
 class _Answer(NamedTuple):
-    """Answer of `brake_ahead`, with all that it has written."""
+    """Answer of `brakes_ahead` about one motion."""
 
     came: int
     positions: Array
@@ -151,28 +218,31 @@ def _asked(
     most: int = 0,
 ) -> _Answer:
     """Return what a motion comes to; its braking table is made only where nothing can be told without it."""
+    ramp, tracks = now.ramp, len(plan.tracks)
+    numbers = np.empty((1, braking.width(tracks)))
+    numbers[0, : braking.STATE] = (*now[:4], ramp.goal, ramp.length, *ramp.coefficients)
+    numbers[0, braking.WANTED] = wanted
+    told = braking.tracks_of(numbers[0], tracks)
+    told.begun_ends[:] = -1.0
+    for track, law in enumerate(begun):
+        count = len(law.coefficients)
+        told.begun[track, :, 0] = np.inf
+        told.begun[track, :count, 0] = law.breaks[:-1]
+        told.begun[track, :count, 1:] = law.coefficients[:, :, 0]
+        told.begun_ends[track] = law.end
 
-    def ask(table: tuple[Array, ...], stop_time: float, begin: float) -> _Answer:
-        ramp, tracks = now.ramp, len(plan.tracks)
-        state = np.array([*now[:4], ramp.goal, ramp.length, *ramp.coefficients])
-        none, not_begun = _no_brakes(tracks)
-        brakes, ends, reached = none.copy(), not_begun.copy(), np.empty(tracks)
-        for track, law in enumerate(begun):
-            count = len(law.coefficients)
-            brakes[track, :count, 0] = law.breaks[:-1]
-            brakes[track, :count, 1:] = law.coefficients[:, :, 0]
-            ends[track] = law.end
-        times = np.array([stop_time, begin, plan.duration])
-        came, positions = braking.brake_ahead(
-            *_arrays(plan), *table, times, stops, asks, wanted, dt, most, state, brakes, ends, reached
-        )
-        return _Answer(came, positions, state, brakes, ends, reached)
+    def ask(row: _Row) -> tuple[int, Array]:
+        numbers[0, braking.STOP_TIME : braking.WANTED] = row.times
+        motion = row.motion[None]
+        _, ways = braking.brakes_ahead(motion, numbers, _NO_ROBOTS, _NO_PLACES, _NOTHING, _NOTHING, 0, 0, dt, most)
+        return int(numbers[0, braking.CAME]), ways
 
-    answer = ask(_NO_TABLE, 0.0, 0.0)
-    if answer.came == braking.NEEDS_TABLE:
-        data = plan.braking
-        answer = ask((data.table, data.beyond, data.max_acceleration, data.max_jerk), data.stop_time, data.begin)
-    return answer
+    came, ways = ask(_row(plan, stops, asks))
+    if came == braking.NEEDS_TABLE:
+        came, ways = ask(_row_with_table(plan, stops, asks))
+    rows = int(numbers[0, braking.ROWS])
+    state = numbers[0, braking.RESULT : braking.OF_TRACKS]
+    return _Answer(came, ways.reshape(rows, plan.q_count), state, told.brakes, told.ends, told.reached)
 
 
 def _law(brake: Array, end: float) -> PiecewisePolynomial:
@@ -180,16 +250,22 @@ def _law(brake: Array, end: float) -> PiecewisePolynomial:
     return PiecewisePolynomial(np.append(brake[begun, 0], end), brake[begun, 1:, None])
 
 
-@lru_cache
-def _no_brakes(tracks: int) -> tuple[Array, Array]:
-    """Return brakes and ends of a motion that has begun none, as `brake_ahead` takes them; each tick copies them."""
-    return np.full((tracks, 3, 5), np.inf), np.full(tracks, -1.0)
+class _Row(NamedTuple):
+    """Row of a plan in a table of motions.
+
+    motion (17,): addresses and counts. times (s): of a stop from top speed, at which it begins, and which it lasts.
+    kept: the arrays at these addresses.
+    """
+
+    motion: NDArray[np.int64]
+    times: tuple[float, float, float]
+    kept: tuple[NDArray[np.int64] | Array, ...]
 
 
 # Beside the plans, which the journal keeps for good, and only for the last ones, as their braking tables.
 @lru_cache(maxsize=256)
-def _arrays(plan: Plan) -> tuple[NDArray[np.int64], Array, Array, Array, Array]:
-    """Return a plan's polynomials, limits and goal as `brake_ahead` takes them."""
+def _row(plan: Plan, stops: bool, asks: bool) -> _Row:
+    """Return the row of a plan without its braking table; `stops` and `asks` as in `brakes_ahead`."""
     shapes, breaks, terms = [], [], []
     for track in plan.tracks:
         for part in (track.path, track.quasi, track.time_law):
@@ -200,5 +276,21 @@ def _arrays(plan: Plan) -> tuple[NDArray[np.int64], Array, Array, Array, Array]:
             breaks.append(part.breaks)
             terms.append(part.coefficients.ravel())
     limits = np.stack([plan.max_velocity, plan.max_acceleration, plan.max_jerk])
-    shaped = np.array(shapes, np.int64).reshape(-1, 3, 5)
-    return shaped, np.concatenate(breaks), np.concatenate(terms), limits, plan.goal
+    shaped = np.array(shapes, np.int64)
+    kept = shaped, np.concatenate(breaks), np.concatenate(terms), limits, plan.goal, _NOTHING
+    motion = np.zeros(len(braking.MOTION), np.int64)
+    motion[list(_OF_PLAN)] = list(map(address_of, kept[:-1]))
+    motion[list(_COUNTS)] = len(plan.tracks), len(kept[1]), len(kept[2]), plan.q_count
+    motion[list(_OF_TABLE)] = address_of(_NOTHING)
+    motion[braking.STOPS], motion[braking.ASKS] = stops, asks
+    return _Row(motion, (0.0, 0.0, plan.duration), kept)
+
+
+def _row_with_table(plan: Plan, stops: bool, asks: bool) -> _Row:
+    """Return the same with the braking table."""
+    without, data = _row(plan, stops, asks), plan.braking
+    table = data.table, data.beyond, data.max_acceleration, data.max_jerk
+    motion = without.motion.copy()
+    motion[list(_OF_TABLE)] = list(map(address_of, table))
+    motion[braking.TABLE_ROWS], motion[braking.TABLE_COLUMNS] = data.table.shape[0], data.table.shape[2]
+    return _Row(motion, (data.stop_time, data.begin, plan.duration), (*without.kept, *table))

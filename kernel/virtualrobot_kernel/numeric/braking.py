@@ -6,7 +6,7 @@ import math
 from typing import Any, NamedTuple
 
 import numpy as np
-from numba import boolean, float64, int64
+from numba import float64, int64
 from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
 
 from virtualrobot_kernel.numeric.brake_choice import (
@@ -22,8 +22,10 @@ from virtualrobot_kernel.numeric.brake_choice import (
     choose_brake,
 )
 from virtualrobot_kernel.numeric.brake_laws import brake_at, brake_phases, phases_with_peak, total, write_brake
+from virtualrobot_kernel.numeric.memory import floats_at, integers_at
 from virtualrobot_kernel.numeric.polynomials import one_of, scalar_state, write_values
 from virtualrobot_kernel.numeric.ramps import Limited, choose_ramp, ramp_state, time_when
+from virtualrobot_kernel.numeric.rings import BY_ROWS, GOES, MOST_ROWS, ROBOT_JOINTS, WAY, WAY_ROWS, write_tick
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Integers = np.ndarray[Any, np.dtype[np.int64]]
@@ -42,7 +44,7 @@ how long it has waited, and the ramp. They are those of `PlanExecution` and `Rat
 
 
 class _Motion(NamedTuple):
-    """Motion on a plan: arrays of `brake_ahead`, and `ramps` where a braking table is at hand."""
+    """Motion on a plan: arrays that `brakes_ahead` has addresses of, and `ramps` where a braking table is at hand."""
 
     shapes: Integers
     breaks: Floats
@@ -52,6 +54,55 @@ class _Motion(NamedTuple):
     ramps: bool
     stops: bool
     wanted: float
+
+
+STATE = 12
+"""Number of numbers of that state."""
+
+STOP_TIME, BEGIN, DURATION, WANTED, CAME, ROWS, RESULT = range(STATE, STATE + 7)
+OF_TRACKS = RESULT + STATE
+"""Places of a motion's other numbers: seconds of a stop from top speed, at which its plan begins and which it lasts,
+the rate that it shall have; then, written in place, what it came to, the rows of its way, and its state then; at last
+what its tracks have, as `Tracks` tells."""
+
+MOTION = range(17)
+(SHAPES, TRACKS, BREAKS, BREAK_COUNT, TERMS, TERM_COUNT, LIMITS, JOINTS, LAST) = MOTION[:9]
+(TABLE, TABLE_ROWS, TABLE_COLUMNS, BEYOND, MOST_ACCELERATION, MOST_JERK, STOPS, ASKS) = MOTION[9:17]
+"""Columns of a motion's addresses and counts, in the table that `brakes_ahead` takes."""
+
+
+class Tracks(NamedTuple):
+    """Numbers of t tracks, parts of a motion's own: what is told, and then what is written in place.
+
+    begun_ends (t,): how long the brake lasts (s) that each has begun, below 0 while it doesn't brake. begun (t, 3, 5):
+    these brakes. ends, brakes: likewise, in the end. reached (t,): where on its path each comes to.
+    """
+
+    begun_ends: Floats
+    begun: Floats
+    ends: Floats
+    reached: Floats
+    brakes: Floats
+
+
+def width(tracks: int) -> int:
+    """Return the number of numbers of a motion with so many tracks."""
+    return OF_TRACKS + 33 * tracks
+
+
+def tracks_of(numbers: Floats, tracks: int) -> Tracks:
+    """Return what a motion's numbers (width,) say of its tracks."""
+    at = OF_TRACKS
+    return Tracks(
+        numbers[at : at + tracks],
+        numbers[at + tracks : at + 16 * tracks].reshape((tracks, 3, 5)),
+        numbers[at + 16 * tracks : at + 17 * tracks],
+        numbers[at + 17 * tracks : at + 18 * tracks],
+        numbers[at + 18 * tracks : at + 33 * tracks].reshape((tracks, 3, 5)),
+    )
+
+
+_tracks_of = inlined(tracks_of)
 
 
 @inlined
@@ -144,82 +195,55 @@ def _change(motion: _Motion, state: Floats, brakes: Floats, ends: Floats, chosen
     return RAMPS
 
 
-@compiled(
-    array_of(int64, 3),
-    array_of(float64, 1),
-    array_of(float64, 1),
-    array_of(float64, 2),
-    array_of(float64, 1),
-    array_of(float64, 3),
-    array_of(float64, 3),
-    array_of(float64, 1),
-    array_of(float64, 1),
-    array_of(float64, 1),
-    boolean,
-    boolean,
-    float64,
-    float64,
-    int64,
-    output_of(float64, 1),
-    output_of(float64, 3),
-    output_of(float64, 1),
-    output_of(float64, 1),
-)
-def brake_ahead(
-    shapes: Integers,
-    breaks: Floats,
-    terms: Floats,
-    limits: Floats,
-    goal: Floats,
-    table: Floats,
-    beyond: Floats,
-    most_acceleration: Floats,
-    most_jerk: Floats,
-    times: Floats,
-    stops: bool,
-    asks: bool,
-    wanted: float,
-    dt: float,
-    most: int,
-    state: Floats,
-    brakes: Floats,
-    ends: Floats,
-    reached: Floats,
-) -> tuple[int, Floats]:
-    """Return what a motion comes to, and where its joints are until then (m, n), now and a tick apart.
+@inlined
+def _one_motion(row: Integers, numbers: Floats) -> _Motion:
+    """Return the motion that a row of the tables tells of."""
+    tracks = row[TRACKS]
+    count = row[JOINTS]
+    table_rows = row[TABLE_ROWS]
+    table_columns = row[TABLE_COLUMNS]
+    columns = count if row[STOPS] else table_columns
+    joints = Limited(
+        floats_at(row[TABLE], table_rows * 3 * table_columns).reshape((table_rows, 3, table_columns)),
+        floats_at(row[BEYOND], table_rows * 2 * table_columns).reshape((table_rows, 2, table_columns)),
+        floats_at(row[MOST_ACCELERATION], table_columns),
+        floats_at(row[MOST_JERK], table_columns),
+        columns,
+        numbers[STOP_TIME],
+        numbers[BEGIN],
+        numbers[DURATION],
+    )
+    return _Motion(
+        integers_at(row[SHAPES], tracks * 15).reshape((tracks, 3, 5)),
+        floats_at(row[BREAKS], row[BREAK_COUNT]),
+        floats_at(row[TERMS], row[TERM_COUNT]),
+        floats_at(row[LIMITS], 3 * count).reshape((3, count)),
+        joints,
+        table_rows > 0,
+        row[STOPS] != 0,
+        numbers[WANTED],
+    )
 
-    With `most` = 0 that is what its change now comes to. Otherwise it stops, and the ticks are those until it stands,
-    at its goal, by a ramp or by its brakes. It asks for a change as a `PlanExecution` does. Where nothing can be told
-    without a braking table, and it is empty, it says so.
 
-    Args:
-        shapes: (t, 3, 5) of the path, of what rates it and of the law of t tracks, as in `one_of`.
-        breaks: (b,) all their breaks.
-        terms: (c,) all their terms.
-        limits: (3, n) greatest velocity, acceleration and jerk of the joints.
-        goal: (n,) where the joints are at the end of the plan.
-        table: (m, 3, c) as in `Braking`, as are the next three; empty where it is not at hand.
-        beyond: (m, 2, c).
-        most_acceleration: (c,).
-        most_jerk: (c,).
-        times: (3,) s: for a stop from top speed, when the plan begins and when it ends.
-        stops: whether it stops, and may brake.
-        asks: whether it asks for a change now.
-        wanted: the rate that it shall have.
-        dt: s, a tick.
-        most: greatest number of ticks.
-        state: (12,) the motion, written in place.
-        brakes: (t, 3, 5) its brakes, written in place.
-        ends: (t,) s, their durations, written in place; the first one is negative while it doesn't brake.
-        reached: (t,) where on the paths it comes to, written in place.
-    """
-    count = limits.shape[1]
-    columns = count if stops else most_jerk.shape[0]
-    joints = Limited(table, beyond, most_acceleration, most_jerk, columns, times[0], times[1], times[2])
-    motion = _Motion(shapes, breaks, terms, limits, joints, table.shape[0] > 0, stops, wanted)
+@inlined
+def _way_ahead(
+    row: Integers, numbers: Floats, dt: float, most: int, ways: Floats, begin: int
+) -> tuple[int, int, Floats]:
+    """Return what a motion comes to, how many rows its way has, and `ways` with them from `begin` on; it may grow."""
+    motion = _one_motion(row, numbers)
+    joints = motion.joints
+    tracks = row[TRACKS]
+    count = row[JOINTS]
+    wanted = motion.wanted
+    state = numbers[RESULT:OF_TRACKS]
+    state[:] = numbers[:STATE]
+    of_tracks = _tracks_of(numbers, tracks)
+    ends, reached, brakes = of_tracks.ends, of_tracks.reached, of_tracks.brakes
+    ends[:] = of_tracks.begun_ends
+    brakes[:] = of_tracks.begun
     chosen = np.empty(6)
     came = BRAKES if ends[0] >= 0.0 else WAITS
-    at_once = asks
+    at_once = row[ASKS] != 0
     taus = np.empty(512)
     taus[0] = state[TAU]
     ticks = 0
@@ -234,10 +258,10 @@ def brake_ahead(
         if again:
             came = _change(motion, state, brakes, ends, chosen)
             if came == NEEDS_TABLE:
-                return came, np.empty((0, count))
+                return came, 0, ways
         if at_once:
             if most == 0:
-                return came, np.empty((0, count))
+                return came, 0, ways
             at_once = False
             continue
         if came == BRAKES:
@@ -258,23 +282,124 @@ def brake_ahead(
     rest = 0
     if came == BRAKES:
         rest = max(1, math.ceil(min((ends.max() - state[ELAPSED]) / dt, float(most - ticks))))
-    rows = np.empty((1 + ticks + rest, count))
+    length = 1 + ticks + rest
+    needed = begin + length * count
+    if needed > ways.shape[0]:
+        more = np.empty(needed)
+        more[:begin] = ways[:begin]
+        ways = more
+    rows = ways[begin:needed].reshape((length, count))
     first = 0
-    for track in range(shapes.shape[0]):
-        path_breaks, path = one_of(breaks, terms, shapes[track, 0])
-        law_breaks, law = one_of(breaks, terms, shapes[track, 2])
+    for track in range(tracks):
+        path_breaks, path = one_of(motion.breaks, motion.terms, motion.shapes[track, 0])
+        law_breaks, law = one_of(motion.breaks, motion.terms, motion.shapes[track, 2])
         u = 0.0
-        for row in range(rows.shape[0]):
-            if row < ticks or came != BRAKES:
-                u = scalar_state(law_breaks, law, taus[row])[0]
+        for place in range(length):
+            if place < ticks or came != BRAKES:
+                u = scalar_state(law_breaks, law, taus[place])[0]
             else:
-                u = brake_at(brakes[track], min(state[ELAPSED] + (row - ticks) * dt, ends[track]))[0]
-            write_values(path_breaks, path, u, rows[row], first)
+                u = brake_at(brakes[track], min(state[ELAPSED] + (place - ticks) * dt, ends[track]))[0]
+            write_values(path_breaks, path, u, rows[place], first)
         reached[track] = u
         first += path.shape[2]
     if came == AT_GOAL:
-        rows[ticks] = goal
-    return came, rows
+        rows[ticks] = floats_at(row[LAST], count)
+    return came, length, ways
+
+
+@compiled(
+    array_of(int64, 2),
+    output_of(float64, 2),
+    array_of(int64, 2),
+    array_of(int64, 1),
+    array_of(float64, 1),
+    array_of(float64, 1),
+    int64,
+    int64,
+    float64,
+    int64,
+)
+def brakes_ahead(
+    motions: Integers,
+    numbers: Floats,
+    robots: Integers,
+    places: Integers,
+    q: Floats,
+    v: Floats,
+    tick: int,
+    due: int,
+    dt: float,
+    most: int,
+) -> tuple[int, Floats]:
+    """Find where motions come to, write that for the robots of a tick, and return for how many, and the ways.
+
+    With `most` = 0 it is found what the motions' changes now come to. Otherwise they stop, and their ways (w,) go on
+    until they stand, at their goals, by a ramp or by their brakes: rows of each motion's joints, now and a tick apart,
+    one motion after the other. A motion asks for a change as a `PlanExecution` does. Where nothing can be told without
+    a braking table, and it is empty, it says so, and nothing is written for any robot.
+
+    Robots go together: each has as many rows as the longest way. Where that is longer than `most`, or than what is
+    kept of a robot, no brake is written with its tick, and the robot isn't counted.
+
+    Args:
+        motions: (m, 17) the columns from SHAPES on, all 0 where a row has no motion: addresses of shapes (t, 3, 5) of
+            the path, of what rates it and of the law of t tracks, as in `one_of`, of all their breaks and terms, of
+            limits (3, n), the greatest velocity, acceleration and jerk of the joints, of where these are at the end of
+            the plan (n,), and of the braking table (r, 3, c), (r, 2, c), (c,), (c,) as in `Braking`; with their
+            numbers. STOPS: whether it stops, and may brake; ASKS: whether it asks for a change now.
+        numbers: (m, w) the columns of each motion from TAU on, as told there; what it comes to is written in place.
+        robots: (r, 11) the columns from MEMORY on: where ticks are kept, of how many words each, and of how many
+            ticks; the robot's joints k, where they begin in `places`; outputs, lead (ns), the greatest number of rows
+            that is kept, and whose way it goes: that of a motion, or that at an address (rows, k), none where it has no
+            rows, or none where it stands.
+        places: where robots' joints are in q, k of each, and then in v.
+        q: (nq,) rad or m.
+        v: (nv,) per second.
+        tick: its number.
+        due: ns at which it was due.
+        dt: s, a tick.
+        most: greatest number of ticks.
+    """
+    begins = np.empty(motions.shape[0], np.int64)
+    ways = np.empty(0)
+    size = 0
+    longest = 1
+    for place in range(motions.shape[0]):
+        begins[place] = size
+        numbers[place, CAME] = WAITS
+        numbers[place, ROWS] = 0.0
+        if motions[place, TRACKS] == 0:
+            continue
+        came, length, ways = _way_ahead(motions[place], numbers[place], dt, most, ways, size)
+        numbers[place, CAME] = came
+        numbers[place, ROWS] = length
+        if came == NEEDS_TABLE:
+            return 0, ways
+        size += length * motions[place, JOINTS]
+        longest = max(longest, length)
+    knows = True
+    for place in range(robots.shape[0]):
+        if robots[place, GOES] == BY_ROWS:
+            longest = max(longest, robots[place, WAY_ROWS])
+            knows = knows and robots[place, WAY_ROWS] > 0
+    braked = 0
+    for place in range(robots.shape[0]):
+        robot = robots[place]
+        goes = robot[GOES]
+        count = robot[ROBOT_JOINTS]
+        length = 1
+        if goes >= 0:
+            length = int(numbers[goes, ROWS])
+            way = ways[begins[goes] : begins[goes] + length * count]
+        elif goes == BY_ROWS:
+            length = robot[WAY_ROWS]
+            way = floats_at(robot[WAY], length * count)
+        else:
+            way = ways[:0]
+        rows = longest if knows and longest <= min(most, robot[MOST_ROWS]) else 0
+        write_tick(robot, places, q, v, tick, due, way, length, rows)
+        braked += rows > 0
+    return braked, ways
 
 
 @compiled(array_of(float64, 2), array_of(float64, 2), float64, int64)

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import ENDED, Phase, RunningMotion
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
@@ -133,6 +134,19 @@ def brakes_alone(motion: Motion) -> bool:
     if not motion.tool_states or not isinstance(run, ProgramRun) or run.at == len(run.program.stages):
         return not motion.tool_states
     return len(run.program.stages[run.at].steps) == 1
+
+
+def on_plan(motion: Motion) -> PlanExecution | None:
+    """Return the run of a motion that goes along a plan of one track, by which alone it would brake now; else None."""
+    run = motion.running
+    if not isinstance(run, ProgramRun) or run.phase is not Phase.RUNNING or run.due:
+        return None
+    if motion.tool_states or motion.tracked_joint is not None or run.program.places[run.at] is not None:
+        return None
+    running = run.running
+    if running is None or running.phase is not Phase.RUNNING or len(running.plan.tracks) != 1:
+        return None
+    return running
 
 
 class Way(NamedTuple):

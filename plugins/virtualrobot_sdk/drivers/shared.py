@@ -308,10 +308,20 @@ class TickRing(_Mapped):
 
     def put_joints(self, tick: int, play_ns: int, outputs: int, joints: bytes) -> bool:
         """Write a tick as `put` does, with what `joints_of` has returned."""
+        self.end_rest(tick)
+        return self._put(tick % SLOTS, tick, play_ns, outputs, joints)
+
+    def end_rest(self, tick: int) -> None:
+        """Say that this tick is not as those before it, which `put_joints` says, too."""
         if self._rest >= 0:
             self._words[self._RESTS[self._rest] + 1] = self._rests_end[self._rest] = tick - 1
             self._rest = -1
-        return self._put(tick % SLOTS, tick, play_ns, outputs, joints)
+
+    @property
+    def slots(self) -> NDArray[np.int64]:
+        """Words (SLOTS, n) of the ticks, for who writes them by himself; they are there as long as this view is."""
+        words = self._floats.view(np.int64)[self._ring_at : self._ring_at + SLOTS * self._slot]
+        return words.reshape(SLOTS, self._slot)
 
     def rest(self, tick: int, play_ns: int, outputs: int, joints: bytes, period_ns: int) -> bool:
         """Write a tick that those after it are as, `period_ns` apart, until another one is written.
