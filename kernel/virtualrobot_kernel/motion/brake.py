@@ -145,6 +145,7 @@ class BrakeTable:
 
     def __init__(self, rows: int) -> None:
         """Have room for so many motions."""
+        rows = max(rows, 1)
         self._motions = np.zeros((rows, len(braking.MOTION)), np.int64)
         self._numbers = np.zeros((rows, braking.width(1)))
         self._bytes = memoryview(self._numbers).cast("B")
