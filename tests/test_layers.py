@@ -46,7 +46,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
     "paths": ("collision", "motion", "planning", "world"),
     "crafts": ("components", "motion", "planning", "world"),
-    "drivers": ("components", "inputs", "world"),
+    "drivers": ("components", "inputs", "motion", "numeric", "world"),
     "physics": ("collision", "components", "numeric", "shapes", "world"),
     "sensing": ("collision", "components", "numeric", "planning", "shapes", "world"),
     "drawing": ("collision", "numeric", "planning", "sensing", "shapes", "world"),
@@ -179,14 +179,6 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/paths/search.py": room("paths", "ompl"),
     f"{KERNEL}/sensing": room("sensing", "virtualrobot_sdk"),
     f"{KERNEL}/drivers": room("drivers", "virtualrobot_sdk"),
-    # One compiled call finds the brakes of all robots of a tick and writes them into their rings.
-    f"{KERNEL}/drivers/ticks.py": room(
-        "drivers",
-        "virtualrobot_sdk",
-        "virtualrobot_kernel.motion.brake",
-        "virtualrobot_kernel.numeric.memory",
-        "virtualrobot_kernel.numeric.rings",
-    ),
     f"{KERNEL}/physics": room("physics", "virtualrobot_sdk"),
     # The browser by viser, whose server is that of websockets; files of pictures, and the letters in them, by Pillow.
     f"{KERNEL}/drawing": room("drawing", "virtualrobot_sdk", "viser", "websockets", "PIL"),

@@ -23,7 +23,7 @@ MEMORY, SLOT_WORDS, SLOTS, ROBOT_JOINTS, PLACES, OUTPUTS, LEAD, MOST_ROWS, GOES,
 """Columns of a robot's addresses and counts, in the table that `brakes_ahead` takes."""
 
 STANDS_STILL, BY_ROWS = -1, -2
-"""Whose way a robot goes that goes none of a motion in the table: none, or the rows at an address."""
+"""Marks of robots that go the way of no motion in the table: they stand, or go the rows at an address."""
 
 _CHECKED, _JOINTS = 2, 6
 """Words before those that are in the checksum, and before the joints."""
