@@ -102,7 +102,8 @@ class Ticks:
         self._moved = [motion.q_index for motion in state.motions]  # so that no other gets its id
         self._columns = [link.places(now.structure)[0] for link in links]
         self._slots = [link.ring.slots for link in links]  # so that they stay where they are
-        robots, places = [], []
+        robots: list[tuple[int, ...]] = []
+        places: list[int] = []
         for link, slots in zip(links, self._slots, strict=True):
             counts = address_of(slots), slots.shape[1], slots.shape[0], link.ring.joints
             robots.append((*counts, len(places), 0, link.lead_ns, BRAKE_ROWS, STANDS_STILL, 0, 0))
