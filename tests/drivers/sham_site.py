@@ -50,8 +50,10 @@ class ShamProcess:
         return self.about
 
     def begin(self) -> None:
-        """Play."""
+        """Play, where the ring has the newest tick, as a host does."""
         self._refuse()
+        if self.ring.get(self.cell.newest_braked) is None:
+            raise DriverFault("the twin tells no ticks")
         self.tell(state=State.ACTIVE, mode=Mode.RUNNING)
 
     def end(self) -> None:

@@ -63,6 +63,26 @@ def test_a_line_in_the_network_is_one_robots(bench: Bench) -> None:
 
 
 @pytest.mark.long
+def test_a_second_robot_is_told_ticks_at_once(bench: Bench) -> None:
+    """Though the first one stands, so that its ticks are told no more."""
+    load(bench.alone, IIWA, "other", parent_t_node=pose(2.0))
+    others = Holder(bench, "other")  # pyright: ignore[reportArgumentType] what it needs of a kernel is here
+    bench.connect()
+    ask = driver_pb2.ConnectDriverRequest(robot="other", component="sham")
+    others.stubs.driver.ConnectDriver(ask, metadata=others.metadata)
+    bench.mode(EXECUTE)
+    world = bench.kernel.world
+    for _ in range(20):
+        tick = world.snapshot.state.tick
+        until(lambda tick=tick: world.snapshot.state.tick > tick + 5)
+        for mode in (EXECUTE, SIMULATED):
+            follow = driver_pb2.SetDriverModeRequest(robot="other", mode=mode)
+            told = others.stubs.driver.SetDriverMode(follow, metadata=others.metadata).driver
+            assert told.state == (ACTIVE if mode == EXECUTE else INACTIVE)
+    assert bench.status.state == ACTIVE
+
+
+@pytest.mark.long
 def test_the_twin_is_first_put_to_where_the_robot_stands(bench: Bench) -> None:
     bench.connect()
     bench.process.stands = np.full(7, 0.2)
