@@ -148,7 +148,7 @@ class BrakeTable:
         rows = max(rows, 1)
         self._motions = np.zeros((rows, len(braking.MOTION)), np.int64)
         self._numbers = np.zeros((rows, braking.width(1)))
-        self._bytes = memoryview(self._numbers).cast("B")
+        self._bytes = self._numbers.data.cast("B")
         self._row_bytes = 8 * self._numbers.shape[1]
         self._plans: list[Plan | None] = [None] * rows
         self._rows: list[_Row | None] = [None] * rows

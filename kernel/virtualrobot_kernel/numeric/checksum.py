@@ -51,4 +51,4 @@ def crc32_of(words: Integers) -> int:
             ^ np.int64(_TABLES[1, high >> 16 & 0xFF])
             ^ np.int64(_TABLES[0, high >> 24])
         )
-    return crc ^ 0xFFFFFFFF
+    return int(crc ^ 0xFFFFFFFF)

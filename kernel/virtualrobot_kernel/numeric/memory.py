@@ -9,8 +9,9 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import carray, types
+from numba import types
 from numba.extending import intrinsic
+from numba.np.numpy_support import carray
 from virtualrobot_sdk.compiled.cache import inlined
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
@@ -26,25 +27,26 @@ def _pointer(kind: Any) -> tuple[Any, Any]:  # noqa: ANN401  numba's own types
     return types.CPointer(kind)(types.int64), code
 
 
-@intrinsic
-def _float_pointer(typing: Any, address: Any) -> tuple[Any, Any]:  # noqa: ANN401
+def _to_floats(typing: Any, address: Any) -> tuple[Any, Any]:  # noqa: ANN401
     return _pointer(types.float64)
 
 
-@intrinsic
-def _integer_pointer(typing: Any, address: Any) -> tuple[Any, Any]:  # noqa: ANN401
+def _to_integers(typing: Any, address: Any) -> tuple[Any, Any]:  # noqa: ANN401
     return _pointer(types.int64)
 
 
-@intrinsic
-def fence(typing: Any) -> tuple[Any, Any]:  # noqa: ANN401
-    """Have all that was written before seen by other processes before all that is written after."""
-
+def _fence(typing: Any) -> tuple[Any, Any]:  # noqa: ANN401
     def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:  # noqa: ANN401
         builder.fence("release")
         return context.get_dummy_value()
 
     return types.void(), code
+
+
+_float_pointer: Any = intrinsic(_to_floats)
+_integer_pointer: Any = intrinsic(_to_integers)
+fence: Any = intrinsic(_fence)
+"""Function by which all that was written before is seen by other processes before all that is written after."""
 
 
 @inlined
