@@ -31,12 +31,17 @@ CORNER_PIXELS = 140
 KEY = "virtualrobot-views"
 
 
-def seen(page: Page, color: tuple[float, float, float]) -> np.ndarray:
-    """Return the middle of what looks like this color, as parts of the view to the right and down; NaN: nowhere."""
+def shot(page: Page) -> np.ndarray:
+    """Return the view as it is drawn when all is known, without the axes in its corner: shape (h, w, 3), 0 to 1."""
     page.locator('.view .canvas[aria-busy="false"]').wait_for()
-    shot = Image.open(io.BytesIO(page.locator(".view .canvas canvas").screenshot())).convert("RGB")
-    pixels = np.asarray(shot, float) / 255.0
+    picture = Image.open(io.BytesIO(page.locator(".view .canvas canvas").screenshot())).convert("RGB")
+    pixels = np.asarray(picture, float) / 255.0
     pixels[-CORNER_PIXELS:, -CORNER_PIXELS:] = 0.0
+    return pixels
+
+
+def middle(pixels: np.ndarray, color: tuple[float, float, float]) -> np.ndarray:
+    """Return the middle of what looks like this color, as parts of the view to the right and down; NaN: nowhere."""
     strongest = int(np.argmax(color))
     others = np.delete(pixels, strongest, axis=2).max(axis=2)
     rows, columns = np.nonzero((pixels[..., strongest] > 0.3) & (pixels[..., strongest] > 2.5 * others))
@@ -45,9 +50,20 @@ def seen(page: Page, color: tuple[float, float, float]) -> np.ndarray:
     return np.array([columns.mean() / pixels.shape[1], rows.mean() / pixels.shape[0]])
 
 
+def seen(page: Page, color: tuple[float, float, float]) -> np.ndarray:
+    """Return where something of this color is seen."""
+    return middle(shot(page), color)
+
+
 def apart(page: Page) -> np.ndarray:
     """Return where the red cube is seen from the blue one."""
-    return seen(page, RED) - seen(page, BLUE)
+    pixels = shot(page)
+    return middle(pixels, RED) - middle(pixels, BLUE)
+
+
+def is_right_of(way: np.ndarray) -> bool:
+    """Return whether a way in the picture leads straight to the right."""
+    return bool(way[0] > 0.05 and abs(way[1]) < 0.02)
 
 
 def show_views(page: Page) -> Locator:
@@ -74,14 +90,12 @@ def test_a_person_looks_from_elsewhere(console: Console, stepped: Stubs, stepped
 
             # As the kernel's pictures: from the front, red is to the right of blue; from behind to its left.
             expect(panel.get_by_label("Vertical field of view")).to_have_value(f"{np.degrees(FIELD):.1f}")
-            until(lambda: apart(page)[0] > 0.05)
-            assert abs(apart(page)[1]) < 0.02
+            until(lambda: is_right_of(apart(page)))
             panel.get_by_role("button", name="Back", exact=True).click()
             until(lambda: apart(page)[0] < -0.05)
             row(page, "blue").click()
             page.keyboard.press("5")  # from the top: x to the right, y upwards
-            until(lambda: apart(page)[0] > 0.05)
-            assert abs(apart(page)[1]) < 0.02
+            until(lambda: is_right_of(apart(page)))
 
             # Saved under a name, looked at from elsewhere, and there again after the page was loaded anew.
             page.keyboard.press("1")
@@ -163,8 +177,8 @@ def test_a_person_sees_what_a_camera_sees(console: Console, stepped: Stubs, step
                 return inset.get_by_role("img").count() == 1
 
             until(pictured)
-            middle = "(canvas) => [...canvas.getContext('2d').getImageData(32, 24, 1, 1).data]"
-            red, green, blue, alpha = inset.get_by_role("img").evaluate(middle)
+            pixel = "(canvas) => [...canvas.getContext('2d').getImageData(32, 24, 1, 1).data]"
+            red, green, blue, alpha = inset.get_by_role("img").evaluate(pixel)
             assert red > 100 and max(green, blue) < 60 and alpha == 255
             assert reads()
 
