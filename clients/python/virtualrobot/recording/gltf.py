@@ -97,7 +97,7 @@ class Export:
 
 
 class Taking:
-    """What takes figures of a glTF file into another one, with all that they name, each once."""
+    """Copier of figures of a glTF file into another one, with all that they name, each once."""
 
     def __init__(self, tree: dict[str, Any], buffer: memoryview, parts: Parts) -> None:
         """Take from a tree and its buffer into `parts`."""

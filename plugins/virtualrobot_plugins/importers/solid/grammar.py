@@ -1,4 +1,4 @@
-"""What a `.solid` file can say: bodies, profiles of which bodies are made, and bodies of other bodies.
+"""Grammar of `.solid` files: bodies, profiles of which bodies are made, and bodies of other bodies.
 
 Each is a mapping of one word to what that word takes, the fields of the class below it. Meters and radians.
 """
