@@ -145,7 +145,7 @@ GROUPS = (
         "View",
         services=("ViewService",),
         python={"client.view": "view.view:View"},
-        commands=("capture", "pixel", "measure"),
+        commands=("view", "capture", "pixel", "measure"),
     ),
     Group(
         "Distance and collision",
