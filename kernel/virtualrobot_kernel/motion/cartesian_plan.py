@@ -234,9 +234,10 @@ def slowed_down(path: PiecewisePolynomial, law: PiecewisePolynomial, limits: Joi
     """
     bounds = np.stack([limits.velocity, limits.acceleration, limits.jerk])
     powers = np.array([1.0, 1.0 / 2.0, 1.0 / 3.0])
-    # The second, finer grid verifies the first; a stretched law is checked again.
+    # The second, finer grid verifies the first.
     for points in (2000, 7001):
-        while (need := float(((peaks(Track(path, law), points) / bounds).max(axis=1) ** powers).max())) > 1.0:
+        need = float(((peaks(Track(path, law), points) / bounds).max(axis=1) ** powers).max())
+        if need > 1.0:
             law = law.stretched(law.end * need * _MARGIN)
     return law
 

@@ -1,4 +1,4 @@
-"""Planned motion: geometric paths and time laws as plain arrays, evaluated with nothing but numpy."""
+"""Planned motion: geometric paths and time laws as plain arrays."""
 
 from __future__ import annotations
 
@@ -10,7 +10,8 @@ import numpy as np
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.limits import JointLimits
-from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
+from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial, flattened
+from virtualrobot_kernel.numeric.laws import greatest_rates
 
 #: Time between rows of a braking table (s), and the fewest and most rows.
 _TABLE_STEP, _TABLE_ROWS = 0.002, (512, 16384)
@@ -186,7 +187,9 @@ def _braking(plan: Plan) -> Braking:
 
 def peaks(track: Track, points: int = 2000) -> Array:
     """Return the largest |velocity|, |acceleration| and |jerk| of a track at nominal rate: (3, k)."""
-    return np.abs(track.derivatives(track.grid(points))[1:]).max(axis=1)
+    greatest = np.empty((3, track.path.dimension))
+    greatest_rates(*flattened([track.rated.derivative(), track.time_law]), track.grid(points), greatest)
+    return greatest
 
 
 def planned(

@@ -272,6 +272,24 @@ def merged(breaks: Sequence[ArrayLike]) -> Array:
     return kept
 
 
+def flattened(functions: Sequence[PiecewisePolynomial]) -> tuple[NDArray[np.int64], Array, Array]:
+    """Return f functions as compiled code takes them (`numeric.polynomials.one_of`): shapes (f, 5), breaks, terms.
+
+    One that comes twice is there once.
+    """
+    shapes: dict[PiecewisePolynomial, tuple[int, ...]] = {}
+    breaks = terms = 0
+    for one in functions:
+        if one not in shapes:
+            shapes[one] = (breaks, terms, *one.coefficients.shape)
+            breaks, terms = breaks + len(one.breaks), terms + one.coefficients.size
+    return (
+        np.array([shapes[one] for one in functions], np.int64),
+        np.concatenate([one.breaks for one in shapes]),
+        np.concatenate([one.coefficients.ravel() for one in shapes]),
+    )
+
+
 def _padded(part: PiecewisePolynomial, terms: int) -> Array:
     return np.pad(part.coefficients, ((0, 0), (0, terms - part.coefficients.shape[1]), (0, 0)))
 

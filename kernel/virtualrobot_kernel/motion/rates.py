@@ -10,21 +10,23 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.bounds import JointBound, TcpBound
 from virtualrobot_kernel.motion.cartesian_path import CartesianPath
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
-from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
+from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial, flattened, merged
+from virtualrobot_kernel.numeric import laws
 
 #: Nodes of the polynomial that stands for a rate on one piece, and how exactly it has to: a share of the rate, or of
 #: this many m or rad for one of the parameter where the rate is smaller, as that of a TCP which is to stand still.
 _NODES, _EXACT, _SMALL = 9, 1e-6, 1e-2
 _SMALLEST_PIECE = 1e-4
-#: Peaks that are looked at more closely: those above this share of the greatest value, and above their neighbours by
-#: more than rounding; and the number of moments.
-_PEAK, _SAME, _CLOSE = 0.97, 1e-7, 33
+#: Cells of a path: at least, and on each piece at least.
+_CELLS, _CELLS_PER_PIECE = 200, 6
 _ONCE = 0.5 - 0.5 * np.cos(np.linspace(0.0, np.pi, 12))
 _ONCE_COEFFICIENTS = np.linalg.inv(np.vander(_ONCE, increasing=True))
 
@@ -144,24 +146,29 @@ def fitted(function: Callable[[float], Array], breaks: Array) -> PiecewisePolyno
     )
 
 
+def nodes_of(rates: Sequence[Rate]) -> Array:
+    """Return the nodes (N + 1,) of the path of the first rate: its breaks, where ranges end, and points between."""
+    edges = merged([rates[0].polynomial.breaks, *([rate.begin, rate.end] for rate in rates)])
+    each = max(_CELLS_PER_PIECE, -(-_CELLS // (len(edges) - 1)))
+    steps = np.arange(each) / each
+    return np.append((edges[:-1, None] + np.diff(edges)[:, None] * steps).ravel(), edges[-1])
+
+
+def table(rates: Sequence[Rate], *others: PiecewisePolynomial) -> tuple[NDArray[Any], ...]:
+    """Return rates, and other functions after them, as `numeric.laws` takes them."""
+    limits = np.concatenate([np.empty((3, 0)), *(rate.limits for rate in rates)], axis=1)
+    sizes = np.array([rate.size for rate in rates], np.int64)
+    return *flattened([*(rate.polynomial for rate in rates), *others]), sizes, np.ascontiguousarray(limits)
+
+
 def stretch_needed(rates: Sequence[Rate], law: PiecewisePolynomial, taus: Array) -> Array:
     """Return by how much the law has to be slower at each nominal time (m,), for each limit to be kept there: (3, m).
 
     Rows: velocity, acceleration, jerk. A stretch by c divides velocities by c, accelerations by c², jerks by c³.
     """
-    s, s1, s2, s3 = law.states(taus, 3)[:, :, 0]
-    needed = np.zeros((3, len(taus)))
-    for rate in rates:
-        at = np.flatnonzero((s >= rate.begin) & (s <= rate.end))
-        if not len(at):
-            continue
-        f, f1, f2 = rate.polynomial.states(s[at], 2)
-        x1, x2, x3 = s1[at, None], s2[at, None], s3[at, None]
-        vectors = (f * x1, f * x2 + f1 * x1**2, f * x3 + 3.0 * f1 * x1 * x2 + f2 * x1**3)
-        for row, vector, limit in zip(needed, vectors, rate.limits, strict=True):
-            for share in (rate.lengths(vector) / limit).T:
-                row[at] = np.maximum(row[at], share)
-    return needed ** np.array([[1.0], [1.0 / 2.0], [1.0 / 3.0]])
+    needed = np.empty((3, len(taus)))
+    laws.stretch_needed(*table(rates, law), taus, needed)
+    return needed
 
 
 def greatest_stretch(rates: Sequence[Rate], law: PiecewisePolynomial, taus: Array, rows: int = 3) -> float:
@@ -169,12 +176,4 @@ def greatest_stretch(rates: Sequence[Rate], law: PiecewisePolynomial, taus: Arra
 
     taus (m,): increasing nominal times.
     """
-    needed = stretch_needed(rates, law, taus)[:rows]
-    greatest = float(needed.max())
-    inner = needed[:, 1:-1]
-    high = (inner > _PEAK * greatest) & (inner > needed[:, :-2] + _SAME) & (inner > needed[:, 2:] + _SAME)
-    at = np.flatnonzero(high.any(axis=0)) + 1
-    if len(at):
-        close = taus[at - 1][:, None] + (taus[at + 1] - taus[at - 1])[:, None] * np.linspace(0.0, 1.0, _CLOSE)
-        greatest = max(greatest, float(stretch_needed(rates, law, close.ravel())[:rows].max()))
-    return greatest
+    return laws.greatest_stretch(*table(rates, law), taus, rows)

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.law_search import STILL, nodes_of
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
-from virtualrobot_kernel.motion.rates import Rate, greatest_stretch, stretch_needed
+from virtualrobot_kernel.motion.rates import Rate, greatest_stretch, nodes_of, stretch_needed
+from virtualrobot_kernel.numeric.laws import STILL
 
 #: Sides of the polygon that stands for the circle of the accelerations of a position or a rotation.
 _SIDES = 16

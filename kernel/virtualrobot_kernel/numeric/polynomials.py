@@ -42,6 +42,47 @@ def piece_at(breaks: Floats, x: float) -> int:
 
 
 @inlined
+def piece_near(breaks: Floats, x: float, piece: int) -> int:
+    """Return the piece at x as `piece_at` does, looked for from a piece on, which is quick where it is near."""
+    while piece > 0 and x < breaks[piece]:
+        piece -= 1
+    while piece < breaks.shape[0] - 2 and x >= breaks[piece + 1]:
+        piece += 1
+    return piece
+
+
+@inlined
+def jerk_state(breaks: Floats, terms: Floats, x: float, piece: int) -> tuple[float, float, float, float]:
+    """Return the first component at x, in a piece, and its first three derivatives, which are 0 beyond the ends."""
+    begin = breaks[0]
+    end = breaks[breaks.shape[0] - 1]
+    local = min(max(x, begin), end) - breaks[piece]
+    value, first, second, third = 0.0, 0.0, 0.0, 0.0
+    for power in range(terms.shape[1] - 1, -1, -1):
+        third = third * local + second
+        second = second * local + first
+        first = first * local + value
+        value = value * local + terms[piece, power, 0]
+    if x < begin or x > end:
+        return value, 0.0, 0.0, 0.0
+    return value, first, 2.0 * second, 6.0 * third
+
+
+@inlined
+def write_derivatives(terms: Floats, piece: int, local: float, rows: Floats) -> None:
+    """Write all components and their first two derivatives, `local` after a piece's break, into rows (3, k)."""
+    for component in range(terms.shape[2]):
+        rows[0, component], rows[1, component], rows[2, component] = 0.0, 0.0, 0.0
+    for power in range(terms.shape[1] - 1, -1, -1):
+        for component in range(terms.shape[2]):
+            rows[2, component] = rows[2, component] * local + rows[1, component]
+            rows[1, component] = rows[1, component] * local + rows[0, component]
+            rows[0, component] = rows[0, component] * local + terms[piece, power, component]
+    for component in range(terms.shape[2]):
+        rows[2, component] *= 2.0
+
+
+@inlined
 def scalar_state(breaks: Floats, terms: Floats, x: float) -> tuple[float, float, float]:
     """Return the first component at x and its first two derivatives, which are 0 beyond the ends."""
     begin = breaks[0]
