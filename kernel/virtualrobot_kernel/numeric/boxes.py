@@ -17,7 +17,7 @@ SLACK = 1e-9
 """Boxes overlap that are so near (m): what rounding makes of them must part nothing that touches."""
 
 GROUP = 8
-"""Number of elements around which one box is put first: neighbours in a list of elements are neighbours in a robot."""
+"""Number of elements around which one box is put, after one around all: neighbours in a list are so in a robot."""
 
 
 @compiled(
@@ -138,24 +138,30 @@ def _apart(
 
 
 @inlined
-def _near_any(own: Integers, begin: int, end: int, centre: Floats, half: Floats, nearby: Integers) -> int:
-    """Write which elements meet the one box around own[begin:end] to the beginning of `nearby`; return their count."""
+def _near_any(
+    own: Integers, begin: int, end: int, centre: Floats, half: Floats, among: Integers, count: int, nearby: Integers
+) -> int:
+    """Write which of `count` elements meet the one box around own[begin:end] to `nearby`'s beginning; return how many.
+
+    `among` is where they are told.
+    """
     low, high = np.full(3, np.inf), np.full(3, -np.inf)
     for i in range(begin, end):
         for axis in range(3):
             low[axis] = min(low[axis], centre[own[i], axis] - half[own[i], axis])
             high[axis] = max(high[axis], centre[own[i], axis] + half[own[i], axis])
-    count = 0
-    for other in range(centre.shape[0]):
+    found = 0
+    for place in range(count):
+        other = among[place]
         near = True
         for axis in range(3):
             reach = half[other, axis] + 2.0 * SLACK  # twice: these sums are rounded otherwise than those of two boxes
             if centre[other, axis] + reach < low[axis] or centre[other, axis] - reach > high[axis]:
                 near = False
         if near:
-            nearby[count] = other
-            count += 1
-    return count
+            nearby[found] = other
+            found += 1
+    return found
 
 
 @compiled(
@@ -194,11 +200,15 @@ def overlapping_boxes(
         found: (m, 4) element, element, block, block.
     """
     work = np.empty((7, 3))
-    nearby = np.empty(centre.shape[0], np.int64)
+    among, nearby = np.empty(centre.shape[0], np.int64), np.empty(centre.shape[0], np.int64)
+    for element in range(centre.shape[0]):
+        among[element] = element
+    # In place: an element is written no later than where it stands.
+    among_count = _near_any(own, 0, own.shape[0], centre, half, among, centre.shape[0], among)
     count = 0
     for begin in range(0, own.shape[0], GROUP):
         end = min(begin + GROUP, own.shape[0])
-        near_count = _near_any(own, begin, end, centre, half, nearby)
+        near_count = _near_any(own, begin, end, centre, half, among, among_count, nearby)
         for i in range(begin, end):
             one = own[i]
             for at in range(near_count):
