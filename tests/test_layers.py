@@ -214,6 +214,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # Settings are described by msgspec's Meta.
     f"{PLUGINS}/mobile": ("virtualrobot_plugins.mobile", "virtualrobot_sdk", "numpy", "msgspec"),
     f"{PLUGINS}/sensor_models": ("virtualrobot_plugins.sensor_models", "virtualrobot_sdk", "numpy", "msgspec"),
+    f"{PLUGINS}/sensor_models/laser_readings.py": ("virtualrobot_sdk", "numpy", "numba"),
     # Models by name are data: tables in YAML.
     f"{PLUGINS}/models": ("virtualrobot_plugins.models", "virtualrobot_sdk", "numpy", "msgspec", "yaml"),
     # Physics engines see their own library each.

@@ -391,9 +391,7 @@ def _integrated(start: float, seconds: Floats, jerks: Floats, goal: float) -> tu
 
 
 @inlined
-def _searched(
-    nodes: Floats, cells: Floats, ceiling: Floats, window: float, budget: Floats
-) -> tuple[Floats, Floats]:
+def _searched(nodes: Floats, cells: Floats, ceiling: Floats, window: float, budget: Floats) -> tuple[Floats, Floats]:
     """Return the law s(t) with the moving average over `window` seconds; without terms when it is too long.
 
     budget (n,): by what the share of the jerk that is left for changing s'' is multiplied on each cell.

@@ -11,16 +11,17 @@ from typing import Annotated, Literal
 
 import numpy as np
 from msgspec import Meta
+from virtualrobot_sdk.compiled.cache import make_ready
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.rays import Booleans, Readings, TrueHits
 
 from virtualrobot_plugins.sensor_models.beams import spot
 from virtualrobot_plugins.sensor_models.echoes import chosen_echo, only_echo
-from virtualrobot_plugins.sensor_models.saying import WithoutEcho, readings
+from virtualrobot_plugins.sensor_models.laser_readings import NONE, SHOT, THERMAL, told
+from virtualrobot_plugins.sensor_models.saying import WithoutEcho, distance_without_echo
 
-LEAST_COSINE = 0.01
-"""Least cosine of the incidence angle in the noise: where the beam grazes a surface, the noise grows no further."""
+_NOISE_LIMITS = {"none": NONE, "shot": SHOT, "thermal": THERMAL}
 _SURE = 6.0
 """Spreads off the threshold from which on an echo is found, or lost, for certain (by chance in 1 of 10^9)."""
 
@@ -99,6 +100,7 @@ class Laser:
 
     def __init__(self, settings: LaserSettings) -> None:
         """Take the settings."""
+        make_ready()
         self._settings = settings
         self._beam = spot(settings.rays, *settings.divergence_radians)
         reach = settings.detection_range_meters
@@ -120,13 +122,18 @@ class Laser:
             found = found & is_detected(echo.power(), threshold, settings.detection_spread, rng)
         if settings.dropout_rate > 0.0:
             found = found & (rng.random(len(found)) >= settings.dropout_rate)
-        distance = echo.distance
-        if settings.deviation_meters > 0.0 or settings.relative_deviation > 0.0:
-            noise = deviation(distance, echo.cosine, settings)
-            noise *= rng.standard_normal(len(found), dtype=np.float32)
-            distance = np.add(distance, noise, out=noise)
-        distance = distance + settings.bias_meters if settings.bias_meters else distance
-        return readings(distance, echo.strength, found, hits, settings.resolution_meters, settings.without_echo)
+        noisy = settings.deviation_meters > 0.0 or settings.relative_deviation > 0.0
+        return Readings(
+            *told(
+                np.ascontiguousarray(echo.distance),
+                *(echo.cosine, echo.strength, found),
+                rng.standard_normal(len(found) if noisy else 0, dtype=np.float32),
+                *(settings.deviation_meters, settings.relative_deviation),
+                _NOISE_LIMITS[settings.noise_limit],
+                *(settings.bias_meters, settings.resolution_meters, hits.nearest, hits.farthest),
+                distance_without_echo(settings.without_echo, hits),
+            )
+        )
 
 
 def is_detected(power: Floats, threshold: float, spread: float, rng: np.random.Generator) -> Booleans:
@@ -137,17 +144,3 @@ def is_detected(power: Floats, threshold: float, spread: float, rng: np.random.G
     over = power[unsure] / threshold - 1.0
     detected[unsure] = over + spread * rng.standard_normal(len(unsure)) > 0.0
     return detected
-
-
-def deviation(distance: Floats, cosine: Floats, settings: LaserSettings) -> Floats:
-    """Return the standard deviation (n,) of the noise at distances (n,) and cosines of the incidence angle (n,).
-
-    Timing noise goes with one over the ratio of signal to noise; that ratio goes with the root of the power where the
-    light's own shot noise prevails, with the power where the receiver's thermal noise does.
-    """
-    upright = settings.relative_deviation * distance
-    np.maximum(upright, settings.deviation_meters, out=upright)
-    if settings.noise_limit != "none":
-        slant = np.maximum(cosine, LEAST_COSINE)
-        upright /= np.sqrt(slant, out=slant) if settings.noise_limit == "shot" else slant
-    return upright

@@ -27,6 +27,11 @@ def readings(
         steps = distance * (1.0 / resolution)
         distance = np.multiply(np.rint(steps, out=steps), resolution, out=steps)
     valid = valid & (distance >= hits.nearest) & (distance <= hits.farthest)
-    other = {"infinite": np.inf, "zero": 0.0, "farthest": hits.farthest}[without_echo]
+    other = distance_without_echo(without_echo, hits)
     intensity = np.where(valid, strength, 0.0)
     return Readings(np.where(valid, distance, other), np.minimum(intensity, 1.0, out=intensity), valid)
+
+
+def distance_without_echo(without_echo: WithoutEcho, hits: TrueHits) -> float:
+    """Return what a beam without a valid reading says (m)."""
+    return {"infinite": np.inf, "zero": 0.0, "farthest": hits.farthest}[without_echo]

@@ -70,13 +70,13 @@ class CompiledFunction:
     are declared read-only, which takes both kinds. A wrong dtype, rank or layout raises TypeError.
     """
 
-    def __init__(self, function: Callable[..., Any], signature: tuple[Type, ...]) -> None:
-        """Keep `function` and the numba types of its arguments; `compile` makes the native code."""
+    def __init__(self, function: Callable[..., Any], signature: tuple[Type, ...], options: dict[str, Any]) -> None:
+        """Keep `function`, the numba types of its arguments and numba's options; `compile` makes the native code."""
         from numba import njit
 
         self._directory = cache_directory(Path(function.__code__.co_filename).parent)
         with _kept_in(self._directory):
-            self.dispatcher: Any = njit(cache=True, **_OPTIONS)(function)
+            self.dispatcher: Any = njit(cache=True, **options)(function)
         self.name = function.__name__.lstrip("_")
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
@@ -152,9 +152,13 @@ def callback(signature: Any) -> Callable[[Callable[..., Any]], CompiledCallback]
     return lambda function: CompiledCallback(function, signature)
 
 
-def compiled(*signature: Type) -> Callable[[Callable[..., Any]], CompiledFunction]:
-    """Return a decorator that makes a function a `CompiledFunction` of arguments of these numba types."""
-    return lambda function: CompiledFunction(function, signature)
+def compiled(*signature: Type, exact: bool = False) -> Callable[[Callable[..., Any]], CompiledFunction]:
+    """Return a decorator that makes a function a `CompiledFunction` of arguments of these numba types.
+
+    exact: whether a * b + c is rounded twice, so that results are NumPy's to the last bit.
+    """
+    options = {**_OPTIONS, "fastmath": False} if exact else _OPTIONS
+    return lambda function: CompiledFunction(function, signature, options)
 
 
 def inlined(function: Function) -> Function:

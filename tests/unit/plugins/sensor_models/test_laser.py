@@ -37,6 +37,33 @@ def test_noise_has_the_deviation_of_its_distance_and_incidence(
     assert_normal((said.distance - distance - 0.05) / expected, 0.0, 1.0)
 
 
+@pytest.mark.parametrize("limit", ["none", "shot", "thermal"])
+def test_readings_are_those_of_the_formulas_one_after_the_other_to_the_last_bit(
+    limit: str, rng: np.random.Generator
+) -> None:
+    """By NumPy, which rounds each product and each sum; chance is drawn in the same order."""
+    distance, incidence = rng.uniform(0.5, 20.0, MANY), rng.uniform(0.0, 1.57, MANY)
+    reflectance, seed = rng.uniform(0.0, 1.2, MANY), int(rng.integers(2**32))
+    lost = rng.random(MANY) < 0.1
+    model = laser(
+        **{"deviation_meters": 0.02, "relative_deviation": 0.004, "noise_limit": limit, "bias_meters": 0.05},
+        **{"resolution_meters": 0.003, "dropout_rate": 0.1, "without_echo": "farthest"},
+    )
+    away = np.where(lost, np.inf, distance)
+    said = model.apply(hits(away, incidence, reflectance, 1.0, 18.0), np.random.default_rng(seed))
+    chance = np.random.default_rng(seed)
+    valid = ~lost & (chance.random(MANY) >= 0.1)
+    cosine = np.cos(incidence.astype(np.float32)).astype(np.float64)
+    slant = np.maximum(cosine, 0.01)
+    spread = np.maximum(0.004 * distance, 0.02) / {"none": 1.0, "shot": np.sqrt(slant), "thermal": slant}[limit]
+    told = distance + spread * chance.standard_normal(MANY, dtype=np.float32) + 0.05
+    told = np.rint(told * (1.0 / 0.003)) * 0.003
+    valid &= (told >= 1.0) & (told <= 18.0)
+    np.testing.assert_array_equal(said.valid, valid)
+    np.testing.assert_array_equal(said.distance, np.where(valid, told, 18.0))
+    np.testing.assert_array_equal(said.intensity, np.where(valid, np.minimum(reflectance * cosine, 1.0), 0.0))
+
+
 def test_a_scanner_of_the_data_sheet_is_within_its_bounds(rng: np.random.Generator) -> None:
     """Hokuyo URG-04LX: +-10 mm to 1 m, +-1% beyond, taken as two deviations, so that 95.4% lie within."""
     model = laser(deviation_meters=0.005, relative_deviation=0.005)
