@@ -153,10 +153,9 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # In the tick an arm goes along with a frame by compiled Newton steps.
     f"{KERNEL}/motion/conveyor_tracking.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
     # Laws are searched, and what moves by them is looked at, at thousands of places.
-    **{
-        f"{KERNEL}/motion/{name}.py": (*MOTION, "virtualrobot_kernel.numeric.laws")
-        for name in ("path_law", "planned", "rates")
-    },
+    **{f"{KERNEL}/motion/{name}.py": (*MOTION, "virtualrobot_kernel.numeric.laws") for name in ("path_law", "rates")},
+    # In a tick all motions on plans are sampled at once.
+    f"{KERNEL}/motion/planned.py": (*MOTION, "virtualrobot_kernel.numeric.laws", "virtualrobot_kernel.numeric.samples"),
     # Of the many brakes that are tried, the one that keeps the limits is chosen within a tick.
     f"{KERNEL}/motion/brake.py": (
         *MOTION,

@@ -10,7 +10,7 @@ trajectories, rarely on a curved joint path) it is a ramp of the rate, too.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -25,7 +25,7 @@ from virtualrobot_kernel.motion.brake import (
     nominal_time,
 )
 from virtualrobot_kernel.motion.limits import checked_scale
-from virtualrobot_kernel.motion.planned import Plan
+from virtualrobot_kernel.motion.planned import Plan, sample_plans
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.ramp import RateRamp
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
@@ -103,9 +103,7 @@ class PlanExecution:
 
     def sample(self) -> tuple[Array, Array, Array]:
         """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
-        if self.brakes:
-            return self.plan.sample_path(self.path_states)
-        return self.plan.sample(self.tau, self.rate, self.rate_slope)
+        return sample_all([self])
 
     @property
     def settled(self) -> float:
@@ -190,6 +188,13 @@ def start(plan: Plan, override: float) -> PlanExecution:
     rate = checked_scale(override, "speed override")
     phase = Phase.RUNNING if plan.duration > 0.0 else Phase.SUCCEEDED
     return PlanExecution(plan, phase, rate, 0.0, rate, 0.0, RateRamp(rate), 0.0, 0.0)
+
+
+def sample_all(running: Sequence[PlanExecution]) -> tuple[Array, Array, Array]:
+    """Return what `PlanExecution.sample` does for motions, one after another: one call for all."""
+    states = [(one.tau, one.rate, one.rate_slope, 1.0 if one.brakes else 0.0) for one in running]
+    brakes = {place: one.path_states for place, one in enumerate(running) if one.brakes}
+    return sample_plans(tuple(one.plan for one in running), states, brakes)
 
 
 def _advanced(running: PlanExecution, dt: float) -> PlanExecution:

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial, flattened
+from virtualrobot_kernel.numeric import samples
 from virtualrobot_kernel.numeric.laws import greatest_rates
 
 #: Time between rows of a braking table (s), and the fewest and most rows.
@@ -136,26 +139,54 @@ class Plan:
 
         rate_slope: d2tau/dt2 in 1/s.
         """
-        if tau >= self.duration:
-            return self.goal, np.zeros(self.q_count), np.zeros(self.q_count)
-        states = []
-        for track in self.tracks:
-            u, u1, u2 = track.time_law.scalar_state(tau)
-            states.append((u, u1 * rate, u2 * rate * rate + u1 * rate_slope))
-        return self.sample_path(states)
+        return sample_plans((self,), [(tau, rate, rate_slope, 0.0)], {})
 
-    def sample_path(self, states: Sequence[tuple[float, float, float]]) -> tuple[Array, Array, Array]:
-        """Return joint positions, velocities and accelerations (n,) for u, du/dt, d2u/dt2 of each track."""
-        parts = []
-        for track, (u, speed, slope) in zip(self.tracks, states, strict=True):
-            state = track.path.state(u, 2)
-            if track.quasi is not None:
-                state[1:] = track.quasi.state(u, 2)[1:]
-            parts.append((state[0], state[1] * speed, state[2] * (speed * speed) + state[1] * slope))
-        if len(parts) == 1:
-            return parts[0]
-        q, v, a = (np.concatenate(arrays) for arrays in zip(*parts, strict=True))
-        return q, v, a
+
+def sample_plans(
+    plans: tuple[Plan, ...],
+    states: Sequence[tuple[float, float, float, float]],
+    brakes: Mapping[int, Sequence[tuple[float, float, float]]],
+) -> tuple[Array, Array, Array]:
+    """Return positions, velocities and accelerations (n,) of the joints of plans, one plan after another.
+
+    What comes of one doesn't depend on the others. states: nominal time, its rate and the rate's slope of each, and 1
+    where its tracks brake; brakes: of those, by their place, u, du/dt and d2u/dt2 of each track.
+    """
+    shapes, breaks, terms, tracks, goal, durations, along = _together(plans)
+    if brakes:
+        along = along.copy()
+        for place, found in brakes.items():
+            along[tracks[place] : tracks[place + 1]] = found
+    q, v, a = samples.sample_plans(shapes, breaks, terms, tracks, goal, durations, np.array(states), along)
+    return q, v, a
+
+
+# Beside the plans, which the journal keeps for good, and only for the last ones, as their braking tables.
+@lru_cache(maxsize=256)
+def flat(plan: Plan) -> tuple[NDArray[np.int64], Array, Array, Array, Array]:
+    """Return a plan's polynomials, as compiled code takes them, its limits and its goal.
+
+    The polynomials (`flattened`) are path, what rates it, and law of each track: shapes (t, 3, 5).
+    """
+    parts = [part for track in plan.tracks for part in (track.path, track.rated, track.time_law)]
+    shapes, breaks, terms = flattened(parts)
+    limits = np.stack([plan.max_velocity, plan.max_acceleration, plan.max_jerk])
+    return shapes.reshape(-1, 3, 5), breaks, terms, limits, plan.goal
+
+
+# Few at a time: a tick asks for all that go on plans, the next one mostly for the same.
+@lru_cache(maxsize=4)
+def _together(plans: tuple[Plan, ...]) -> tuple[NDArray[Any], ...]:
+    """Return plans as `numeric.samples` takes them, and what `along` is while none brakes."""
+    parts = [flat(plan) for plan in plans]
+    shapes, begun = [], np.zeros(2, np.int64)
+    for shape, breaks, terms, _, _ in parts:
+        shapes.append(shape + np.append(begun, [0, 0, 0]))
+        begun += len(breaks), len(terms)
+    tracks = np.cumsum([0, *(len(shape) for shape in shapes)])
+    breaks, terms, goal = (np.concatenate([part[place] for part in parts]) for place in (1, 2, 4))
+    durations = np.array([plan.duration for plan in plans])
+    return np.concatenate(shapes), breaks, terms, tracks, goal, durations, np.zeros((tracks[-1], 3))
 
 
 # Large, and the journal keeps every plan for good: so beside the plans, and only for the last ones.

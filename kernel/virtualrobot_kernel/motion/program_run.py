@@ -116,6 +116,11 @@ class ProgramRun:
             return 0.0
         return min(self.waited, self.program.stages[self.at].duration)
 
+    @property
+    def whole(self) -> PlanExecution | None:
+        """The motion on a plan that moves all of its joints now; None where there is none."""
+        return self.running if self.running is not None and self.program.places[self.at] is None else None
+
     def sample(self) -> tuple[Array, Array, Array]:
         """Return joint positions, velocities and accelerations (n,): rad or m, per s, per s²."""
         if self.running is None:

@@ -139,6 +139,12 @@ class Motion:
     cancellation: Cancellation | None = None
     end_tick: int = 0
 
+    def going(self, running: RunningMotion) -> Motion:
+        """Return the motion with another state on its path, as `replace` does, which takes three times as long."""
+        values = [*_every_value(self)]
+        values[_RUNNING] = running
+        return Motion(*values)
+
     @property
     def step_path(self) -> str:
         """Step of the program that it is at, as its text calls it."""
@@ -155,6 +161,11 @@ class Motion:
         if phase is Phase.CANCELLED and self.cancellation and self.cancellation.cause.aborts:
             return Phase.ABORTED
         return phase
+
+
+_NAMES = [one.name for one in fields(Motion)]
+_RUNNING = _NAMES.index("running")
+_every_value = attrgetter(*_NAMES)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -7,7 +7,10 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
+from virtualrobot_kernel.motion.plan_execution import PlanExecution, sample_all
+from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import Phase, TickContext
 from virtualrobot_kernel.world import dynamics, measured, physics
 from virtualrobot_kernel.world.apply_motions import override
@@ -15,6 +18,8 @@ from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Search, Signal, State
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tcp import world_t_tcp
+
+Floats = NDArray[np.float64]
 
 REMEMBERED = 256
 """Number of ended motions that the state remembers."""
@@ -31,31 +36,39 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
     signals: dict[str, Signal] = {}
     advanced: dict[str, Motion] = {}
     tool_states: dict[int, str] = {}
+    on_plans: list[tuple[Motion, PlanExecution]] = []
+    still: list[Motion] = []
     for motion in in_order(state.motions):
         # One without length has succeeded before its first tick.
         done = motion.running.steps_done if state.tick > motion.start_tick else 0
-        at = motion.tracked_at
-        told = context._replace(tracked=(float(q[at[0]]), float(v[at[1]]))) if at else context
+        told, at = context, motion.tracked_at
+        if at:
+            _put(on_plans, q, v)
+            on_plans.clear()
+            told = context._replace(tracked=(float(q[at[0]]), float(v[at[1]])))
         try:
             now = motion.running.advance(tick_seconds, override(state, motion), told)
-            position, velocity, _ = now.sample()
-            motion = replace(motion, running=now)
+            on_plan = now.whole if isinstance(now, ProgramRun) else None
+            if on_plan is None:
+                position, velocity, _ = now.sample()
+                q[motion.q_index], v[motion.v_index] = position, velocity[motion.rated]
+            motion = motion.going(now)
         except Exception as error:  # one motion ends then, and not the world's thread with all others
             log.exception("the motion %r failed inside the kernel; it ends where it is", motion.id)
             motion = _failed(motion, type(error).__name__)
-            now, position, velocity = motion.running, q[motion.q_index], np.zeros(len(motion.q_index))
+            now, on_plan = motion.running, None
+        if on_plan is not None:
+            on_plans.append((motion, on_plan))
         for name, value in now.signals.items():
             if (signal := signals.get(name) or state.signals[name]).value != value:
                 signals[name] = replace(signal, value=value)
         if now.fault and not motion.cancellation:
             motion = replace(motion, cancellation=Cancellation(EndCause[now.fault[0]], now.fault[1]))
-        q[motion.q_index] = position
-        v[motion.v_index] = velocity[motion.rated]
         for step, tool, name in motion.tool_states:
             if done <= step < now.steps_done:
                 tool_states[tool] = name
         if now.ended:
-            v[motion.v_index] = 0.0
+            still.append(motion)
             if motion.cancellation and motion.cancellation.cause is EndCause.COLLISION:
                 # Its goal may have been no farther than its brake took: it has not succeeded for that.
                 now = now.abort()
@@ -64,6 +77,9 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
             cancellation = None if now.phase is Phase.SUCCEEDED else motion.cancellation
             motion = replace(motion, end_tick=state.tick + 1, cancellation=cancellation)
         advanced[motion.id] = motion
+    _put(on_plans, q, v)
+    for motion in still:
+        v[motion.v_index] = 0.0
     if not np.isfinite(q).all():
         for motion in advanced.values():
             if not np.isfinite(joints := q[motion.q_index]).all():
@@ -101,6 +117,20 @@ def _going_and_ended(state: State, motions: Sequence[Motion]) -> dict[str, tuple
 def _has_searched(motion: Motion) -> bool:
     """Return whether a motion's search is over, and it is not told yet what it came to."""
     return motion.running.found is not None and motion.search is None and bool(motion.searcher)
+
+
+def _put(motions: Sequence[tuple[Motion, PlanExecution]], q: Floats, v: Floats) -> None:
+    """Put joints where motions on plans have them by now, all at once; q (nq,) and v (nv,) are written to."""
+    if not motions:
+        return
+    positions, velocities, _ = sample_all([running for _, running in motions])
+    q[np.concatenate([motion.q_index for motion, _ in motions])] = positions
+    if all(motion.rated is ... for motion, _ in motions):
+        v[np.concatenate([motion.v_index for motion, _ in motions])] = velocities
+        return
+    ends = np.cumsum([len(motion.q_index) for motion, _ in motions])[:-1]
+    for (motion, _), own in zip(motions, np.split(velocities, ends), strict=True):
+        v[motion.v_index] = own[motion.rated]
 
 
 def told_more(structure: Structure, before: State, now: State, later: State) -> State | None:

@@ -12,7 +12,7 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion import plan_execution
 from virtualrobot_kernel.motion.limits import CartesianLimits
-from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp
+from virtualrobot_kernel.motion.plan import Plan, plan_lin, plan_ptp, plan_together
 from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.running_motion import Phase
 
@@ -154,6 +154,30 @@ def test_without_requests_the_motion_follows_the_plan(rng: np.random.Generator) 
     assert motion.phase is Phase.SUCCEEDED
     assert ticks == int(np.ceil((plan.duration - 1e-9) / TICK))
     assert motion.advance(TICK, 1.0) is motion
+
+
+def test_motions_sampled_at_once_are_where_each_is_by_itself_to_the_last_bit(rng: np.random.Generator) -> None:
+    """Some go, some slow down, some brake, some are at their goal; NumPy says where, by the chain rule."""
+    plans = [random_ptp(rng, 6), random_trajectory(rng)[0], plan_together([random_ptp(rng, 2), random_ptp(rng, 7)])]
+    motions: list[PlanExecution] = []
+    for plan in plans:
+        going = plan_execution.start(plan, 0.6).advance(float(rng.uniform(0.2, 1.2)) * plan.duration, 0.6)
+        motions += [going, going.pause().advance(TICK, 0.6), going.cancel().advance(TICK, 0.6)]
+        motions.append(going.advance(2.0 * plan.duration, 0.6))
+    assert any(motion.brakes for motion in motions)
+    motions = [motions[place] for place in rng.permutation(len(motions))]
+    together = plan_execution.sample_all(motions)
+    for values, own in zip(together, zip(*(motion.sample() for motion in motions), strict=True), strict=True):
+        np.testing.assert_array_equal(values, np.concatenate(own))
+    for motion in motions:
+        found = []
+        for track, (u, speed, slope) in zip(motion.plan.tracks, motion.path_states, strict=True):
+            q, q1, q2 = track.path.states(np.array([u]), 2)[:, 0]
+            found.append([q, q1 * speed, q2 * speed**2 + q1 * slope])
+        for values, wanted, atol in zip(
+            motion.sample(), np.concatenate(found, axis=1), (1e-12, 1e-11, 1e-9), strict=True
+        ):
+            np.testing.assert_allclose(values, wanted, atol=atol)
 
 
 def test_an_override_from_the_start_stretches_time(rng: np.random.Generator) -> None:
