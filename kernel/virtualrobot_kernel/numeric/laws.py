@@ -12,8 +12,9 @@
 
 Rates f(s) (`motion/rates.py`) are tables: shapes (r, 5), breaks and terms of r rates as `one_of` takes them, sizes (r,)
 the number of components of each rate's quantities, limits (3, q) the greatest velocity, acceleration and jerk of all
-quantities. A law is its breaks (p + 1,) and terms (p, t, 1). Cells are (7, n, m), in units of the limits for each of m
-quantities and places: |f| / V; |f|², f·f', |f'|² by A²; |f|, 3 |f'|, |f''| by J.
+quantities. A law is its breaks (p + 1,) and terms (p, t, 1). Cells are (8, n, m), in units of the limits for each of m
+quantities and places: |f| / V; a = A / |f|, b = f·f' / |f|² and c = a² |f'|² / A² - b², which is 0 for one component;
+|f|, 3 |f'|, |f''| by J; |f'|² / A².
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ _COARSE, _FINE, _MARGIN = 500, 5000, 1.0002
 # Peaks that are looked at more closely: those above this share of the greatest value, and above their neighbours by
 # more than rounding; and the number of moments.
 _PEAK, _SAME, _CLOSE = 0.97, 1e-7, 33
-_TINY = 1e-200
+_SMALL, _TINY = 1e-100, 1e-200
 
 
 class _Rates(NamedTuple):
@@ -139,7 +140,8 @@ def _greatest_needed(rates: _Rates, law_breaks: Floats, law: Floats, taus: Float
 @inlined
 def _cells(rates: _Rates, nodes: Floats) -> Floats:
     """Return the cells between nodes (n + 1,), at three places of each."""
-    cells = np.zeros((7, nodes.shape[0] - 1, 3 * rates.limits.shape[1]))
+    cells = np.zeros((8, nodes.shape[0] - 1, 3 * rates.limits.shape[1]))
+    cells[1] = 1.0 / _SMALL
     first = 0
     for rate in range(rates.sizes.shape[0]):
         breaks, terms = one_of(rates.breaks, rates.terms, rates.shapes[rate])
@@ -166,9 +168,12 @@ def _cells(rates: _Rates, nodes: Floats) -> Floats:
                     m = 3 * (first + quantity) + place
                     acceleration, jerk = rates.limits[1, first + quantity], rates.limits[2, first + quantity]
                     cells[0, cell, m] = math.sqrt(square) / rates.limits[0, first + quantity]
-                    cells[1, cell, m] = (math.sqrt(square) / acceleration) ** 2
-                    cells[2, cell, m] = product / (acceleration * acceleration)
-                    cells[3, cell, m] = (math.sqrt(bend) / acceleration) ** 2
+                    greatest = 1.0 / max(math.sqrt(square) / acceleration, _SMALL)
+                    lean = product / max(square, (_SMALL * acceleration) ** 2)
+                    cells[7, cell, m] = bend / (acceleration * acceleration)
+                    cells[1, cell, m], cells[2, cell, m] = greatest, lean
+                    if size > 1:
+                        cells[3, cell, m] = greatest * greatest * cells[7, cell, m] - lean * lean
                     cells[4, cell, m] = math.sqrt(square) / jerk
                     cells[5, cell, m] = 3.0 * math.sqrt(bend) / jerk
                     cells[6, cell, m] = math.sqrt(twist) / jerk
@@ -185,7 +190,7 @@ def _ceiling(cells: Floats) -> Floats:
         bend, twist = _TINY, _TINY
         for m in range(cells.shape[2]):
             speed[cell] = max(speed[cell], cells[0, cell, m])
-            bend, twist = max(bend, cells[3, cell, m]), max(twist, cells[6, cell, m])
+            bend, twist = max(bend, cells[7, cell, m]), max(twist, cells[6, cell, m])
         fastest = max(fastest, speed[cell])
         ceiling[cell] = min(_CURVATURE_ACCELERATION / math.sqrt(bend), (_CURVATURE_JERK / twist) ** (2.0 / 3.0))
     for cell in range(cells.shape[1]):
@@ -200,17 +205,18 @@ def _accelerations(
 ) -> None:
     """Write the greatest s'' and -s'' (n,) at s'^2 = `level` (n,), for |f s'' + f' s'^2| <= A and for the jerk.
 
-    Where s'' changes within the window the jerk is at most |f| s'' / T + 3 |f'| s' s'' + |f''| s'^3.
+    By the acceleration s'' is at most root(a^2 - c s'^4) - b s'^2, with the cells' a, b and c. Where it changes within
+    the window the jerk is at most |f| s'' / T + 3 |f'| s' s'' + |f''| s'^3.
     """
     for cell in range(cells.shape[1]):
         x = level[cell]
         v = math.sqrt(x)
         rise, fall, smooth = math.inf, math.inf, math.inf
         for m in range(cells.shape[2]):
-            square = max(cells[1, cell, m], _TINY)
-            lean = cells[2, cell, m] * x
-            root = math.sqrt(max(lean * lean + square * (1.0 - cells[3, cell, m] * x * x), 0.0))
-            rise, fall = min(rise, (root - lean) / square), min(fall, (root + lean) / square)
+            root, lean = cells[1, cell, m], cells[2, cell, m] * x
+            if cells[3, cell, m] != 0.0:
+                root = math.sqrt(max(root * root - cells[3, cell, m] * x * x, 0.0))
+            rise, fall = min(rise, root - lean), min(fall, root + lean)
             change = max(cells[4, cell, m] / window + cells[5, cell, m] * v, _TINY)
             smooth = min(smooth, (1.0 - cells[6, cell, m] * (v * x)) / change)
         smooth = max(smooth, 0.0) * budget[cell]
@@ -431,10 +437,10 @@ def _longest_window(nodes: Floats, cells: Floats, ceiling: Floats) -> float:
     count = ceiling.shape[0]
     reaching, forward, backward = np.empty(count), np.empty(count), np.empty(count)
     for cell in range(count):
-        jerk, square = 0.0, _TINY
+        jerk, least = 0.0, math.inf
         for m in range(cells.shape[2]):
-            jerk, square = max(jerk, cells[4, cell, m]), max(square, cells[1, cell, m])
-        reaching[cell] = jerk / math.sqrt(square)
+            jerk, least = max(jerk, cells[4, cell, m]), min(least, cells[1, cell, m])
+        reaching[cell] = jerk * least
     _accelerations(cells, np.zeros(count), math.inf, np.ones(count), forward, backward)
     times = _times(_speeds(_two_passes(_at_nodes(ceiling), forward, backward, nodes)), nodes)
     return min(np.median(reaching), times[count] / 3.0)
