@@ -27,6 +27,9 @@ REPEATS = 15
 BUDGET = 2.0
 """An arc may cost twice a line: its joint path bends more, so it has more pieces."""
 
+LINE_BUDGET = 2.0
+"""A line may cost twice what toppra takes for a spline of 20 pieces."""
+
 POSES = 12
 """Through how many poses a spline goes along the same arc."""
 
@@ -68,6 +71,7 @@ def jogged(kinematics: ChainKinematics, ready: Array, limits: JointLimits) -> Pl
 def run() -> list[Row]:
     """Return rows for each arm: half a circle, a spline and a jog against a line; and the line against a PTP."""
     rows = []
+    _, bare = time_laws.splined(np.random.default_rng(), 20)
     for arm in ARMS:
         kinematics = ChainKinematics(chain_of(arm))
         count = arm.axes
@@ -96,7 +100,9 @@ def run() -> list[Row]:
         rows.append(row(title, spline, lin, "LIN of 0.3 m", "ms", None, f"{pieces[2]} pieces against {pieces[1]}"))
         title = f"planning a jog as far as it goes, {arm.name}"
         rows.append(row(title, jog, lin, "LIN of 0.3 m", "ms", None))
-        rows.append(row(f"planning a LIN of 0.3 m, {arm.name}", lin, ptp, "PTP to its end", "ms", None))
+        title = f"planning a LIN of 0.3 m, {arm.name}"
+        rows.append(row(title, lin, ptp, "PTP to its end", "ms", None))
+        rows.append(row(title, lin, time_laws.best_milliseconds(bare), "bare toppra on 20 pieces", "ms", LINE_BUDGET))
         fast_lin, fast_circ = milliseconds(
             lambda k=kinematics, q=ready, g=goal, m=limits: plan_lin(k, q, g, m, time_law=OPTIMAL),
             lambda k=kinematics, q=ready, c=center, m=limits: plan_circ(k, q, c, None, m, time_law=OPTIMAL),
