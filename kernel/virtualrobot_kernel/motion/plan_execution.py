@@ -31,6 +31,7 @@ from virtualrobot_kernel.motion.ramp import RateRamp
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
 
 _SLOWING = (Phase.PAUSING, Phase.STOPPING)
+_STANDING = (*_SLOWING, Phase.PAUSED)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -235,7 +236,7 @@ def _advanced(running: PlanExecution, dt: float) -> PlanExecution:
 
 
 def _wanted(running: PlanExecution) -> float:
-    return 0.0 if running.phase in (*_SLOWING, Phase.PAUSED) else running.override
+    return 0.0 if running.phase in _STANDING else running.override
 
 
 def _brake_on(running: PlanExecution, dt: float) -> PlanExecution:

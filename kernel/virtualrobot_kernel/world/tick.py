@@ -40,7 +40,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
     still: list[Motion] = []
     for motion in in_order(state.motions):
         # One without length has succeeded before its first tick.
-        done = motion.running.steps_done if state.tick > motion.start_tick else 0
+        done = motion.running.steps_done if motion.tool_states and state.tick > motion.start_tick else 0
         told, at = context, motion.tracked_at
         if at:
             _put(on_plans, q, v)
