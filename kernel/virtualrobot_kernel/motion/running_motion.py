@@ -6,8 +6,6 @@ from collections.abc import Mapping
 from enum import Enum
 from typing import NamedTuple, Protocol, Self
 
-import numpy as np
-
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.signals import SignalValue
 
@@ -33,8 +31,6 @@ ENDED = (Phase.SUCCEEDED, Phase.CANCELLED, Phase.ABORTED)
 class TickContext(NamedTuple):
     """World values that a motion may read in its tick."""
 
-    q: Array
-    """All coordinates of the world; those of motions that are older have made this tick already."""
     signals: Mapping[str, SignalValue]
     """Every signal's value before this tick."""
     tracked: tuple[float, float] | None = None
@@ -42,7 +38,7 @@ class TickContext(NamedTuple):
     """
 
 
-NOTHING = TickContext(np.zeros(0), {})
+NOTHING = TickContext({})
 """Context of motions that read nothing of the world."""
 
 

@@ -32,7 +32,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
     if not state.motions:
         return _arrived(structure, state.but(tick=state.tick + 1))
     q, v = (array.copy() for array in measured.commanded(structure, state))
-    context = TickContext(q, {name: signal.value for name, signal in state.signals.items()})
+    context = TickContext({name: signal.value for name, signal in state.signals.items()})
     signals: dict[str, Signal] = {}
     advanced: dict[str, Motion] = {}
     tool_states: dict[int, str] = {}

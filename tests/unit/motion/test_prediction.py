@@ -36,7 +36,7 @@ def program(*stages: Stage | tuple[float, float] | Wait) -> Program:
 def on(run: ProgramRun, ticks: int, override: float, signals: dict[str, bool] | None = None) -> ProgramRun:
     """Return a program some ticks later."""
     for _ in range(ticks):
-        run = run.advance(TICK, override, TickContext(np.zeros(0), signals or {}))
+        run = run.advance(TICK, override, TickContext(signals or {}))
     return run
 
 

@@ -63,7 +63,7 @@ def run(
         if now.ended:
             seen.append(now)
             break
-        now = now.advance(TICK, override(tick), TickContext(np.zeros(0), dict(known)))
+        now = now.advance(TICK, override(tick), TickContext(dict(known)))
         seen.append(now)
         known.update(now.signals)
         told += [(tick + 1, name, value) for name, value in now.signals.items()]
@@ -161,7 +161,7 @@ def test_a_wait_ends_with_the_value_and_stands_still_before(rng: np.random.Gener
     known = {"go": False}
     now, waited = program_run.start(program, 1.0), 0
     while not now.ended:
-        now = now.advance(TICK, 1.0, TickContext(np.zeros(0), known))
+        now = now.advance(TICK, 1.0, TickContext(known))
         if now.phase is Phase.WAITING:
             waited += 1
             np.testing.assert_array_equal(now.sample()[1], 0.0)
@@ -262,12 +262,12 @@ def test_a_program_that_begins_where_it_stands_can_be_paused_before_its_first_ti
     paused = program_run.start(Program((nothing, then), here, 2), 1.0).pause()
     for _ in range(5):
         assert paused.phase is Phase.PAUSED and not paused.signals
-        paused = paused.advance(TICK, 1.0, TickContext(np.zeros(0), {}))
-    now = paused.resume().advance(TICK, 1.0, TickContext(np.zeros(0), {}))
+        paused = paused.advance(TICK, 1.0, TickContext({}))
+    now = paused.resume().advance(TICK, 1.0, TickContext({}))
     assert dict(now.signals) == {"first": True}
     for _ in range(2):
         assert now.phase is Phase.WAITING
-        now = now.advance(TICK, 1.0, TickContext(np.zeros(0), {}))
+        now = now.advance(TICK, 1.0, TickContext({}))
     assert now.phase is Phase.SUCCEEDED
     assert paused.cancel().phase is Phase.CANCELLED
 
@@ -282,7 +282,7 @@ def test_a_search_brakes_where_it_finds_its_signal(rng: np.random.Generator) -> 
         known = {"touch": found_at is None and now.progress * ticks >= when}
         if known["touch"]:
             found_at = now.sample()[0]
-        now = now.advance(TICK, 1.0, TickContext(np.zeros(0), known))
+        now = now.advance(TICK, 1.0, TickContext(known))
         if now.phase is Phase.STOPPING:
             with pytest.raises(KernelError) as refused:
                 now.pause()
