@@ -158,6 +158,7 @@ def _near_any(
             reach = half[other, axis] + 2.0 * SLACK  # twice: these sums are rounded otherwise than those of two boxes
             if centre[other, axis] + reach < low[axis] or centre[other, axis] - reach > high[axis]:
                 near = False
+                break
         if near:
             nearby[found] = other
             found += 1
