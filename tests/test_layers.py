@@ -148,7 +148,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # setpoints, which nobody can plan: a pure function of a few microseconds.
     f"{KERNEL}/motion": MOTION,
     f"{KERNEL}/motion/profile.py": (*MOTION, "ruckig"),
-    f"{KERNEL}/motion/time_optimal.py": (*MOTION, "toppra"),
+    f"{KERNEL}/motion/time_optimal.py": (*MOTION, "virtualrobot_kernel.numeric.laws", "toppra"),
     f"{KERNEL}/motion/online.py": (*MOTION, "ruckig"),
     # In the tick an arm goes along with a frame by compiled Newton steps.
     f"{KERNEL}/motion/conveyor_tracking.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),

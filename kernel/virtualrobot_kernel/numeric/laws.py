@@ -359,7 +359,7 @@ def _moving_average(nodes: Floats, speeds: Floats, window: float) -> tuple[Float
         seconds[i] = breaks[i + 1] - breaks[i]
         change = _slope_at(times, slopes, middle, here) - _slope_at(times, slopes, middle - window, there)
         jerks[i] = change / window
-    return _integrated(nodes[0], seconds, jerks, nodes[count])
+    return _integrated(float(nodes[0]), seconds, jerks, float(nodes[count]))
 
 
 @inlined
@@ -443,7 +443,7 @@ def _longest_window(nodes: Floats, cells: Floats, ceiling: Floats) -> float:
         reaching[cell] = jerk * least
     _accelerations(cells, np.zeros(count), math.inf, np.ones(count), forward, backward)
     times = _times(_speeds(_two_passes(_at_nodes(ceiling), forward, backward, nodes)), nodes)
-    return min(np.median(reaching), times[count] / 3.0)
+    return min(float(np.median(reaching)), float(times[count]) / 3.0)
 
 
 @inlined

@@ -12,7 +12,7 @@ from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.rays import Booleans, Singles
 
 NONE, SHOT, THERMAL = range(3)
-"""What the noise comes of that grows with the incidence angle: nothing, the light itself, the receiver."""
+"""Origins of noise that grows with the incidence angle: none, the light itself, the receiver."""
 
 LEAST_COSINE = 0.01
 """Least cosine of the incidence angle in the noise: where the beam grazes a surface, the noise grows no further."""
