@@ -123,20 +123,21 @@ def _assigned(start: FunctionType) -> Iterator[tuple[str, str]]:
     assert isinstance(function, ast.FunctionDef)
     given = {one.arg: ast.unparse(one.annotation) for one in function.args.args if one.annotation is not None}
     for node in ast.walk(function):
-        targets = (
-            node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
-        )
-        for target in targets:
-            if not (isinstance(target, ast.Attribute) and target.attr[0] != "_"):
-                continue
-            if isinstance(node, ast.AnnAssign):
-                yield target.attr, ast.unparse(node.annotation)
-            elif isinstance(node.value, ast.Name) and node.value.id in given:
-                yield target.attr, given[node.value.id]
-            elif isinstance(node.value, ast.Call) and ast.unparse(node.value.func)[0].isupper():
-                yield target.attr, ast.unparse(node.value.func)
-            else:
-                yield target.attr, "object"
+        if isinstance(node, ast.AnnAssign):
+            kinds = [(node.target, ast.unparse(node.annotation))]
+        elif isinstance(node, ast.Assign):
+            kinds = [(target, _kind_of(node.value, given)) for target in node.targets]
+        else:
+            continue
+        yield from ((one.attr, kind) for one, kind in kinds if isinstance(one, ast.Attribute) and one.attr[0] != "_")
+
+
+def _kind_of(value: ast.expr, given: dict[str, str]) -> str:
+    """Return the type of a value: an argument's, or the class that is called."""
+    if isinstance(value, ast.Name):
+        return given.get(value.id, "object")
+    called = ast.unparse(value.func) if isinstance(value, ast.Call) else ""
+    return called if called[:1].isupper() else "object"
 
 
 def _answer(text: str, function: FunctionType, *, kept: bool) -> str:

@@ -237,9 +237,9 @@ def _rectangle(build: Builder, wish: grammar.Rectangle, place: str) -> CrossSect
 
 
 def _polygon(wish: grammar.Polygon) -> CrossSection:
-    whole = CrossSection([wish.points], manifold3d.FillRule.NonZero)
+    whole = CrossSection([np.array(wish.points)], manifold3d.FillRule.NonZero)
     if whole.is_empty() or whole.area() < 0.0:
-        whole = CrossSection([wish.points[::-1]], manifold3d.FillRule.NonZero)
+        whole = CrossSection([np.array(wish.points[::-1])], manifold3d.FillRule.NonZero)
     for hole in wish.holes:
         whole = whole - _polygon(grammar.Polygon(hole))
     return whole
