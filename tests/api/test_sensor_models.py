@@ -73,7 +73,7 @@ def test_a_scanner_by_name_has_the_noise_of_its_data_sheet(stepped: Stubs, seed:
 def test_every_device_reads_in_a_room(stepped: Stubs) -> None:
     """Inside a white sphere, halfway through its range, each beam of each device finds it."""
     listed = presets(stepped)
-    assert len(listed) == 11
+    assert len(listed) == 13
     for preset in listed:
         away = 0.5 * (preset.sensor.min_range_meters + preset.sensor.max_range_meters)
         apply(stepped, hollow(away), sensor("device", preset=preset.name))

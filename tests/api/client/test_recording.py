@@ -287,7 +287,7 @@ def test_a_full_disk_ends_it_with_a_word(cell: Client, tmp_path: Path, monkeypat
 def test_what_cannot_be_recorded_is_refused(cell: Client, tmp_path: Path) -> None:
     (tmp_path / "there.mcap").touch()
     refused: list[tuple[str, dict[str, Any], str]] = [
-        ("run.mp3", {}, r"let its name end with \.mcap, \.csv or \.parquet"),
+        ("run.mp3", {}, r"let its name end with \.mcap, \.csv, \.parquet, \.glb or \.html"),
         ("missing/run.mcap", {}, "cannot be written: No such file or directory"),
         ("there.mcap", {}, "is there already"),
         ("run.mcap", {"topics": ["/robots/arm/joint_sates"]}, "did you mean '/robots/arm/joint_states'"),

@@ -33,7 +33,8 @@ def test_each_ending_has_one_importer() -> None:
     virtualrobot_register_importers(register)
     endings = [ending for some in table.values() for ending in some]
     assert sorted(endings) == [
-        *(".3mf", ".dxf", ".off", ".ply", ".sdf", ".step", ".stp", ".urdf", ".world", ".wrl", ".wrz", ".xacro"),
+        *(".3mf", ".dxf", ".off", ".ply", ".sdf", ".solid", ".step", ".stp", ".urdf", ".world", ".wrl", ".wrz"),
+        ".xacro",
     ]
 
 
