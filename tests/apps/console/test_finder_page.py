@@ -35,25 +35,30 @@ def test_commands_and_nodes_are_found_by_words(console: Console, stepped: Stubs,
             expect(row(page, "table")).to_be_visible()
             # A node, with its kind.
             page.keyboard.press("Control+k")
+            expect(field).to_be_focused()
             page.keyboard.type("table object")
             page.keyboard.press("Enter")
             expect(row(page, "table")).to_have_attribute("aria-selected", "true")
             # A panel that isn't open, by the arrow keys.
             page.keyboard.press("Control+k")
+            expect(field).to_be_focused()
             page.keyboard.type("show l")
-            place = [text.strip() for text in options.all_inner_texts()].index("Show Library")
+            found = options.all_inner_texts()
+            place = next(place for place, text in enumerate(found) if text.startswith("Show Library"))
             for _ in range(place):
                 page.keyboard.press("ArrowDown")
             page.keyboard.press("Enter")
             expect(page.get_by_role("tab", name="Library")).to_have_attribute("aria-selected", "true")
             # Nothing of that name; Esc leaves all as it is.
             page.keyboard.press("Control+k")
+            expect(field).to_be_focused()
             page.keyboard.type("warp drive")
             expect(page.get_by_text("Nothing here is called so.")).to_be_visible()
             page.keyboard.press("Escape")
             expect(field).to_be_hidden()
             # STOP is a command as well, and works.
             page.keyboard.press("Control+k")
+            expect(field).to_be_focused()
             page.keyboard.type("stops all robots")
             page.keyboard.press("Enter")
             until(lambda: client.cell.stopped is not None)

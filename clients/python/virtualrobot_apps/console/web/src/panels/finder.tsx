@@ -1,6 +1,6 @@
 // The finder (Ctrl-K): whatever the page can do, by its name, and the nodes of the cell.
 import { signal } from "@preact/signals";
-import { useEffect, useRef } from "preact/hooks";
+import { useLayoutEffect, useRef } from "preact/hooks";
 import { items, selected } from "../kernel/world";
 import { Icon, KindIcon } from "../parts/icons";
 
@@ -62,7 +62,8 @@ function found({ commands, words }: Search): Command[] {
 export function Finder() {
   const field = useRef<HTMLInputElement>(null);
   const now = search.value;
-  useEffect(() => field.current?.focus(), [now === undefined]);
+  // At once: what is typed right after Ctrl-K is meant for it.
+  useLayoutEffect(() => field.current?.focus(), [now === undefined]);
   if (!now) return null;
   const shown = found(now);
   const at = Math.min(now.at, shown.length - 1);
