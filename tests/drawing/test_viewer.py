@@ -267,7 +267,9 @@ def test_a_picture_is_a_png_of_the_asked_size(stage: Stage) -> None:
 def test_the_live_view_stands_in_a_notebook(stage: Stage) -> None:
     """The page draws within another page, as `client.view` in a notebook has it."""
     frame = f'<iframe src="{stage.viewer.url}" title="Live view" width="100%" height="480"></iframe>'
-    page = stage.page.context.new_page()
+    browser = stage.page.context.browser
+    assert browser is not None
+    page = browser.new_page()
     page.set_content(frame)
     page.frame_locator("iframe").locator("canvas").first.wait_for()
     page.close()
