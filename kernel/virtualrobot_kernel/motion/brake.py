@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.motion.planned import Plan
+from virtualrobot_kernel.motion.planned import Plan, flat
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.ramp import RateRamp
 from virtualrobot_kernel.numeric import braking, rings
@@ -267,18 +267,7 @@ class _Row(NamedTuple):
 @lru_cache(maxsize=256)
 def _row(plan: Plan, stops: bool, asks: bool) -> _Row:
     """Return the row of a plan without its braking table; `stops` and `asks` as in `brakes_ahead`."""
-    shapes, breaks, terms = [], [], []
-    for track in plan.tracks:
-        for part in (track.path, track.quasi, track.time_law):
-            if part is None:
-                shapes.append(shapes[-1])  # the path's own derivatives are the velocities
-                continue
-            shapes.append((sum(map(len, breaks)), sum(map(len, terms)), *part.coefficients.shape))
-            breaks.append(part.breaks)
-            terms.append(part.coefficients.ravel())
-    limits = np.stack([plan.max_velocity, plan.max_acceleration, plan.max_jerk])
-    shaped = np.array(shapes, np.int64)
-    kept = shaped, np.concatenate(breaks), np.concatenate(terms), limits, plan.goal, _NOTHING
+    kept = *flat(plan), _NOTHING
     motion = np.zeros(len(braking.MOTION), np.int64)
     motion[list(_OF_PLAN)] = list(map(address_of, kept[:-1]))
     motion[list(_COUNTS)] = len(plan.tracks), len(kept[1]), len(kept[2]), plan.q_count
