@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, BinaryIO
 
@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot._wire.messages import array_of
-from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot.errors import InvalidArgumentError, UnknownNameError
+from virtualrobot._wire.services import Services
 from virtualrobot.files.assets import Assets
 from virtualrobot.recording.gltf import Export, Parts, Taking
-from virtualrobot.v1 import nodes_pb2, robot_pb2, scene_pb2
+from virtualrobot.recording.looks import above, exported, look_of, topmost
+from virtualrobot.v1 import robot_pb2, scene_pb2
 
 Row = NDArray[np.float64]
 
@@ -74,16 +74,16 @@ class AnimationOutput:
     Attributes:
         watches: the watches that it wants.
         counts: how many nodes, looks and places the file has, when it is closed.
-        notes: nodes whose looks the kernel could not tell, and why.
+        notes: none; nothing is left out.
     """
 
     watches = frozenset({"robots", "scene"})
     idle = True
+    notes: Sequence[str] = ()
 
     def __init__(self, services: Services, write: Callable[[bytes, Mapping[str, str]], None]) -> None:
         """Begin with no node; `write` takes the whole file at the end, and what is known of the recording."""
         self.counts: Counter[str] = Counter()
-        self.notes: Sequence[str] = []
         self._services, self._write = services, write
         self._lock = threading.Lock()
         self._parts = Parts()
@@ -124,7 +124,7 @@ class AnimationOutput:
                 self._gone.append(track)
         different = []
         for node in message.nodes:
-            look = nodes_pb2.Node(hidden=node.hidden, figures=node.figures).SerializeToString()
+            look = look_of(node)
             known = self._tracks.get(node.uid)
             if known is None or (known.look, known.name) != (look, node.name):
                 different.append(node.name)
@@ -140,19 +140,13 @@ class AnimationOutput:
             self._look_again(different, time)
         self._now = max(self._now, time)
 
-    def _look_again(self, names: Iterable[str], time: float) -> None:
+    def _look_again(self, names: Collection[str], time: float) -> None:
         """Ask for the looks of nodes and of all below them, which are so from a time on."""
-        wanted = set(names)
         parents = {track.name: track.parent for track in self._tracks.values()}
         by_name = {track.name: track for track in self._tracks.values()}
-
-        def above(name: str) -> Iterable[str]:
-            while name := parents.get(name, ""):
-                yield name
-
-        for root in [name for name in wanted if not wanted.intersection(above(name))]:
+        for root in topmost(names, parents):
             for name in parents:
-                if name == root or root in above(name):
+                if name == root or root in above(name, parents):
                     _end(by_name[name], time)
             for name, figures in self._exported(root):
                 if name in by_name:
@@ -160,12 +154,9 @@ class AnimationOutput:
 
     def _exported(self, root: str) -> list[tuple[str, tuple[int, ...]]]:
         """Return the figures of a node and of those below it, by name, taken into the file."""
-        request = scene_pb2.ExportModelRequest(node=root, format=".glb")
-        try:
-            response = self._services.scene.ExportModel(request, timeout=LONG_TIMEOUT_SECONDS)
-        except (UnknownNameError, InvalidArgumentError):
-            return []  # it is gone, or nothing is to be seen there
-        if (sha256 := response.files[0].sha256) not in self._exports:
+        if (sha256 := exported(self._services, root)) is None:
+            return []
+        if sha256 not in self._exports:
             export = Export(Assets(self._services).download(sha256))
             self._upright = export.upright
             self._exports[sha256] = export, export.taking(self._parts)

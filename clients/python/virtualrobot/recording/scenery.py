@@ -14,18 +14,13 @@ from foxglove_schemas_protobuf.SceneEntityDeletion_pb2 import SceneEntityDeletio
 from foxglove_schemas_protobuf.SceneUpdate_pb2 import SceneUpdate
 from google.protobuf.timestamp_pb2 import Timestamp
 
-from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
-from virtualrobot.errors import (
-    ClientClosedError,
-    InvalidArgumentError,
-    KernelGoneError,
-    UnknownNameError,
-    VirtualRobotError,
-)
+from virtualrobot._wire.services import Services
+from virtualrobot.errors import ClientClosedError, KernelGoneError, VirtualRobotError
 from virtualrobot.files.assets import Assets
 from virtualrobot.recording import topics
 from virtualrobot.recording.entities import entity, models
-from virtualrobot.v1 import nodes_pb2, scene_pb2
+from virtualrobot.recording.looks import above, exported, look_of, topmost
+from virtualrobot.v1 import scene_pb2
 
 Write = Callable[[str, SceneUpdate, Timestamp], None]
 """Writes a message to a topic."""
@@ -62,7 +57,7 @@ class Scenery:
             if (before := self._names.get(node.uid, node.name)) != node.name:
                 gone.append(before)
             self._names[node.uid], self._parents[node.name] = node.name, node.parent
-            look = _look(node)
+            look = look_of(node)
             if self._looks.get(node.uid) != look or before != node.name:
                 self._looks[node.uid] = look
                 different.append(node.name)
@@ -88,16 +83,10 @@ class Scenery:
 
     def _ask(self, names: Iterable[str], time: Timestamp) -> None:
         """Ask for nodes with all below them, each once."""
-        wanted = set(names)
-        topmost = [name for name in wanted if not wanted.intersection(self._above(name))]
-        if topmost:
+        if roots := topmost(list(names), self._parents):
             with self._changed:
-                self._asked.append((topmost, time))
+                self._asked.append((roots, time))
                 self._changed.notify()
-
-    def _above(self, name: str) -> Iterable[str]:
-        while name := self._parents.get(name, ""):
-            yield name
 
     def _run(self) -> None:
         while True:
@@ -118,7 +107,7 @@ class Scenery:
 
     def _draw(self, roots: list[str], time: Timestamp) -> None:
         """Ask for nodes and what is below them, and write what looks different; a node that is gone has no looks."""
-        below = {name for name in self._models if not {name, *self._above(name)}.isdisjoint(roots)}
+        below = {name for name in self._models if not {name, *above(name, self._parents)}.isdisjoint(roots)}
         before = {name: self._models[name] for name in below}
         now = {name: model for root in roots for name, model in self._exported(root).items()}
         different = {name for name in before.keys() | now.keys() if before.get(name) != now.get(name)}
@@ -137,12 +126,8 @@ class Scenery:
 
     def _exported(self, root: str) -> dict[str, bytes]:
         """Return the models of a node and of what is below it, by name."""
-        request = scene_pb2.ExportModelRequest(node=root, format=".glb")
-        try:
-            response = self._services.scene.ExportModel(request, timeout=LONG_TIMEOUT_SECONDS)
-        except (UnknownNameError, InvalidArgumentError):
-            return {}  # it is gone, or nothing is to be seen there
-        return dict(models(Assets(self._services).download(response.files[0].sha256)))
+        sha256 = exported(self._services, root)
+        return {} if sha256 is None else dict(models(Assets(self._services).download(sha256)))
 
     def _write_all(self, topic: str, names: Iterable[str], time: Timestamp) -> None:
         """Write all of a topic in place of what it had."""
@@ -151,7 +136,3 @@ class Scenery:
             entities=[entity(name, self._models[name], time) for name in sorted(names)],
         )
         self._write(topic, update, time)
-
-
-def _look(node: nodes_pb2.Node) -> bytes:
-    return nodes_pb2.Node(hidden=node.hidden, figures=node.figures).SerializeToString()
