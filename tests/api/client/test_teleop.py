@@ -6,11 +6,12 @@ import os
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from prompt_toolkit.input import create_pipe_input
+from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.output import DummyOutput
 from virtualrobot import Client, Robot
 from virtualrobot.cli.gamepad import Gamepad
@@ -47,27 +48,40 @@ def heading_of(robot: Robot) -> float:
     return robot.way([]).begin[2]
 
 
-def test_a_craft_drives_while_a_key_is_held(ugv: Robot, capsys: pytest.CaptureFixture[str]) -> None:
-    with create_pipe_input() as keys:
-        failed: list[BaseException] = []
+@contextmanager
+def hands(keys: PipeInput, act: Callable[[], None]) -> Iterator[None]:
+    """Let hands act in a thread for the length of a block, and press q in the end; their failure is the test's."""
+    failed: list[BaseException] = []
 
-        def hold() -> None:
-            try:
-                with repeated(lambda: keys.send_text("w"), KEY_SECONDS):
-                    until(lambda: x_of(ugv) > 0.05)
-                until(lambda: rests(ugv))  # though the command goes on: others may move it now
-                with repeated(lambda: keys.send_text("\x1b[D"), KEY_SECONDS):  # the arrow to the left
-                    until(lambda: heading_of(ugv) > 0.1)
-            except BaseException as error:
-                failed.append(error)
-            finally:
-                keys.send_text("q")
+    def run() -> None:
+        try:
+            act()
+        except BaseException as error:
+            failed.append(error)
+        finally:
+            keys.send_text("q")
 
-        holder = threading.Thread(target=hold)
-        holder.start()
-        drive_by_keys(ugv, SPEED, TURN, source=keys, output=DummyOutput())
+    holder = threading.Thread(target=run)
+    holder.start()
+    try:
+        yield
+    finally:
         holder.join()
     assert not failed, failed
+
+
+def test_a_craft_drives_while_a_key_is_held(ugv: Robot, capsys: pytest.CaptureFixture[str]) -> None:
+    with create_pipe_input() as keys:
+
+        def hold() -> None:
+            with repeated(lambda: keys.send_text("w"), KEY_SECONDS):
+                until(lambda: x_of(ugv) > 0.05)
+            until(lambda: rests(ugv))  # though the command goes on: others may move it now
+            with repeated(lambda: keys.send_text("\x1b[D"), KEY_SECONDS):  # the arrow to the left
+                until(lambda: heading_of(ugv) > 0.1)
+
+        with hands(keys, hold):
+            drive_by_keys(ugv, SPEED, TURN, source=keys, output=DummyOutput())
     assert rests(ugv)
     x, y, heading = ugv.way([]).begin
     assert x > 0.05 and y < 0.1 and heading > 0.1
@@ -108,24 +122,8 @@ def test_another_motion_is_preempted_only_when_asked_for(ugv: Robot) -> None:
 
 def driven_by_pad(robot: Robot, act: Callable[[VirtualPad], None]) -> None:
     """Drive a robot by SDL's virtual gamepad, which `act` moves meanwhile; ends with q, or raises what it raises."""
-    failed: list[BaseException] = []
-    with virtual_pad() as virtual, Gamepad() as pad, create_pipe_input() as keys:
-
-        def hands() -> None:
-            try:
-                act(virtual)
-            except BaseException as error:
-                failed.append(error)
-            finally:
-                keys.send_text("q")
-
-        holder = threading.Thread(target=hands)
-        holder.start()
-        try:
-            drive_by_pad(robot, pad, read_mapping(), SPEED, TURN, source=keys, output=DummyOutput())
-        finally:
-            holder.join()
-    assert not failed, failed
+    with virtual_pad() as virtual, Gamepad() as pad, create_pipe_input() as keys, hands(keys, lambda: act(virtual)):
+        drive_by_pad(robot, pad, read_mapping(), SPEED, TURN, source=keys, output=DummyOutput())
 
 
 def test_a_gamepad_drives_while_its_dead_mans_button_is_held(ugv: Robot, capsys: pytest.CaptureFixture[str]) -> None:
