@@ -41,7 +41,7 @@ function* buttons(): Iterable<Command> {
     const place = one.closest("aside, section, header, footer, nav, [role=tabpanel], [role=toolbar]")?.ariaLabel ?? "";
     if (!name || known.has(`${place}/${name}`)) continue;
     known.add(`${place}/${name}`);
-    yield { name: one.role === "tab" || one.getAttribute("role") === "tab" ? `Show ${name}` : name, place, run: () => one.click() };
+    yield { name: one.getAttribute("role") === "tab" ? `Show ${name}` : name, place, run: () => one.click() };
   }
 }
 
@@ -63,6 +63,7 @@ export function Finder() {
   const field = useRef<HTMLInputElement>(null);
   const now = search.value;
   // At once: what is typed right after Ctrl-K is meant for it.
+  // At once: what is typed right after Ctrl-K is meant for the field.
   useLayoutEffect(() => field.current?.focus(), [now === undefined]);
   if (!now) return null;
   const shown = found(now);
