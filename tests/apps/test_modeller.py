@@ -129,11 +129,14 @@ def test_a_watched_file_shapes_its_node_when_it_is_saved(
     with subprocess.Popen(
         command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=environment
     ) as program:
-        assert program.stdout is not None and program.stderr is not None
-        assert program.stdout.readline().startswith("bracket: ")
-        bracket.write_text("solid: {box: {size: [1]}}")
-        assert "solid.box.size: expected `array` of length 3" in program.stderr.readline()
-        bracket.write_text(LONGER)
-        until(lambda: width(client, "bracket", tmp_path) > 0.19)
-        program.send_signal(signal.SIGINT)
-        program.wait(60)
+        try:
+            assert program.stdout is not None and program.stderr is not None
+            assert program.stdout.readline().startswith("bracket: ")
+            bracket.write_text("solid: {box: {size: [1]}}")
+            assert "solid.box.size: expected `array` of length 3" in program.stderr.readline()
+            bracket.write_text(LONGER)
+            until(lambda: width(client, "bracket", tmp_path) > 0.19)
+            program.send_signal(signal.SIGINT)
+            program.wait(60)
+        finally:
+            program.kill()

@@ -57,6 +57,7 @@ def model(
             (mesh,) = [one for one in client.collisions.meshes(node) if one.node == node]
             click.echo(f"{node}: {mesh.mesh_triangles} triangles{f', {mesh.warning}' if mesh.warning else ''}")
 
-        change()
         if watch:
             modelling.follow(file, change, lambda said: click.echo(said, err=True))
+        else:
+            change()

@@ -50,17 +50,23 @@ def described(client: Client, name: str) -> bytes:
 
 
 def follow(file: Path, change: Callable[[], object], told: Callable[[str], object]) -> None:
-    """Call `change` whenever a file is saved, until Ctrl-C; `told` takes what is wrong with it meanwhile."""
-    seen = file.stat().st_mtime_ns
+    """Call `change` now and whenever a file was saved, until Ctrl-C; `told` takes what is wrong with it later.
+
+    Contents are compared, for a file may be written twice within the time that the system's times tell apart; and only
+    contents that two looks find are taken, so that nothing half written is.
+    """
+    taken = seen = file.read_bytes()
+    change()
     while True:
         time.sleep(LOOK_SECONDS)
         try:
-            now = file.stat().st_mtime_ns
+            now = file.read_bytes()
         except OSError:
             continue  # editors write another file and rename it
-        if now == seen:
+        settled, seen = now == seen, now
+        if not settled or now == taken:
             continue
-        seen = now
+        taken = now
         try:
             change()
         except VirtualRobotError as error:
