@@ -122,9 +122,28 @@ class Body:
     surface: Surface = Surface()
 
 
+@dataclass(frozen=True, slots=True)
+class Coupling:
+    """Gear between two joints that turn or slide: q of the follower = ratio * q of the leader + offset.
+
+    Both ways: what holds the follower up loads the leader. A follower's own motor adds to that of its leader.
+    """
+
+    follower: int
+    """Row of the body whose joint follows; it follows one, and leads none."""
+    leader: int
+    """Row of the body whose joint it follows."""
+    ratio: float = 1.0
+    """Not 0; in rad or m of the follower for each of the leader."""
+    offset: float = 0.0
+    """In rad or m."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class PhysicsModel:
     """Bodies of a scene, parents first. Those of one tree do not touch each other, nor do those that nothing moves.
+
+    Trees whose joints are coupled count as one.
 
     A body that is free and not driven has 7 coordinates in q: x, y, z of its origin in the world (m) and a unit
     quaternion x, y, z, w; and 6 in v: the velocity of its origin in the axes of the world (m/s), and the angular
@@ -137,6 +156,7 @@ class PhysicsModel:
     """In the world (m/s^2)."""
     seconds: float = 0.001
     """Length of a substep."""
+    couplings: tuple[Coupling, ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -244,11 +264,14 @@ def jointed(bodies: Sequence[Body]) -> tuple[int, ...]:
     return tuple(row for row, body in enumerate(bodies) if body.joint in (BodyJoint.REVOLUTE, BodyJoint.PRISMATIC))
 
 
-def roots(bodies: Sequence[Body]) -> tuple[int, ...]:
-    """Return for each body the row of the one that its tree begins with."""
+def roots(model: PhysicsModel) -> tuple[int, ...]:
+    """Return for each body the row of the one that its tree begins with; trees that are coupled are one."""
     found: list[int] = []
-    for row, body in enumerate(bodies):
+    for row, body in enumerate(model.bodies):
         found.append(row if body.parent == WORLD else found[body.parent])
+    for one in model.couplings:
+        first, last = sorted((found[one.follower], found[one.leader]))
+        found = [first if root == last else root for root in found]
     return tuple(found)
 
 

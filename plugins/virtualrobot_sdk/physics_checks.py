@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
@@ -23,6 +24,7 @@ from virtualrobot_sdk.physics import (
     ShapeKind,
     jointed,
     places,
+    roots,
     sizes,
 )
 
@@ -65,6 +67,7 @@ def check_model(model: PhysicsModel) -> None:
             if not 0.0 <= value < math.inf or (name == "restitution" and value > 1.0):
                 right = "from 0 to 1" if name == "restitution" else "0 or more, and finite"
                 raise _wrong(body, f"has a surface with {name} {value}; it must be {right}")
+    _check_couplings(model)
 
 
 def check_inertia(name: str, mass: float, inertia: Floats) -> None:
@@ -166,6 +169,27 @@ def _check_place(bodies: Sequence[Body], row: int) -> None:
         or np.abs(pose[:3, :3].T @ pose[:3, :3] - np.eye(3)).max() > 1e-6
     ):
         raise _wrong(body, f"has the pose {pose.tolist()} in its parent; it must be rigid")
+
+
+def _check_couplings(model: PhysicsModel) -> None:
+    """Raise ArgumentError for a joint that cannot follow another one as it says, by the body's name."""
+    bodies, single, followers = model.bodies, set(jointed(model.bodies)), set[int]()
+    leaders, root_of = {one.leader for one in model.couplings}, roots(replace(model, couplings=()))
+    for one in model.couplings:
+        for row in (one.follower, one.leader):
+            if row not in single:
+                what = repr(bodies[row].name) if 0 <= row < len(bodies) else f"row {row}"
+                raise ArgumentError(f"{what} is coupled; only what a joint turns or slides can be")
+        body = bodies[one.follower]
+        if one.follower in followers or one.follower in leaders:
+            raise _wrong(body, "follows one joint and has another coupling; it must follow one, and lead none")
+        if not (math.isfinite(one.ratio) and one.ratio and math.isfinite(one.offset)):
+            said = f"follows {bodies[one.leader].name!r} by the ratio {one.ratio} and the offset {one.offset}"
+            raise _wrong(body, f"{said}; both must be finite, and the ratio not 0")
+        begins = root_of[one.follower], root_of[one.leader]
+        if begins[0] != begins[1] and any(bodies[row].joint is BodyJoint.FREE for row in begins):
+            raise _wrong(body, f"follows {bodies[one.leader].name!r}; they must hang on one body that moves freely")
+        followers.add(one.follower)
 
 
 def _moves(bodies: Sequence[Body], row: int) -> bool:

@@ -21,6 +21,7 @@ WRONG = {
     "Still": ("carrying", r"has carried a box by \S+ m in 1\.0 s, not 0\.197"),
     "Halves": ("stack", r"'floor' carries .* what is above it weighs 98\.1 N"),
     "Strong": ("motors", r"a motor told a limited effort turns its joint by"),
+    "Loose": ("couplings", r"a joint that leads another one by \S+, pushed by \S+ N at the leader"),
     "Trusting": ("refusals", r"step of no substeps was answered"),
     "Pulls": ("wrenches", r"pushed by \S+ N for 0\.1 s, it has the velocities"),
 }

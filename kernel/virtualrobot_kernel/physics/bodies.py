@@ -2,21 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.errors import ArgumentError
-from virtualrobot_sdk.physics import WORLD, Body, BodyJoint, BodyShape, PhysicsModel, ShapeKind, Surface
+from virtualrobot_sdk.physics import WORLD, Body, BodyJoint, BodyShape, Coupling, PhysicsModel, ShapeKind, Surface
 from virtualrobot_sdk.physics_checks import check_inertia
+from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.physics.solids import Solids, Spread, evenly, placed, shape_of, spread_of, together
 from virtualrobot_kernel.world import motored
 from virtualrobot_kernel.world.figures import Material
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import JointType, LinkData, Node, PartData, Structure, ToolData
+from virtualrobot_kernel.world.structure import Joint, JointType, LinkData, Node, PartData, Structure, ToolData
 
 Floats = NDArray[np.float64]
 
@@ -37,6 +38,7 @@ class Scene:
         model: the bodies.
         parts: the parts that forces move.
         links: the links of robots that forces move.
+        followers: those of `links` whose joints mimic others, in the order of the model's couplings.
         driven: the links that other joints move.
         rows: row in the model of each of them.
         nodes: the node of each body, in the order of the model.
@@ -45,9 +47,25 @@ class Scene:
     model: PhysicsModel
     parts: tuple[int, ...]
     links: tuple[int, ...]
+    followers: tuple[int, ...]
     driven: tuple[int, ...]
     rows: dict[int, int]
     nodes: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Base:
+    """Body (its row) that others hang on, and its pose in what theirs are told in."""
+
+    row: int = WORLD
+    above_t_base: Floats = field(default_factory=lambda: np.eye(4))
+
+    def hang(self, body: Body, above_t_body: Floats) -> Body:
+        """Return a body that hangs on it."""
+        return replace(body, parent=self.row, parent_t_body=inverse(self.above_t_base) @ above_t_body)
+
+
+_WORLD = _Base()
 
 
 def movers(structure: Structure) -> dict[int, int]:
@@ -86,6 +104,7 @@ def scene_of(snapshot: Snapshot, solids: Solids, substep_seconds: float) -> Scen
     bodies: list[Body] = []
     owners: list[int] = []
     rows: dict[int, int] = {}
+    bases: dict[int, _Base] = {}
     masses: dict[int, list[Spread]] = {}
     mover_t: dict[int, Floats] = {}
     parts: list[int] = []
@@ -107,7 +126,7 @@ def scene_of(snapshot: Snapshot, solids: Solids, substep_seconds: float) -> Scen
                 own = replace(own, joint=BodyJoint.FREE)
             elif _is_of_dynamic(structure, node):
                 links.append(node.uid)
-                own = _jointed(structure, node, own, above_t_node, mover_of[node.parent], rows)
+                own = _jointed(structure, node, own, above_t_node, mover_of[node.parent], rows, bases)
             else:
                 driven.append(node.uid)
                 own = replace(own, joint=BodyJoint.FREE, driven=True)
@@ -116,26 +135,64 @@ def scene_of(snapshot: Snapshot, solids: Solids, substep_seconds: float) -> Scen
         if mover and mover not in driven:
             found = _spreads(structure, node, mover, solids)
             masses.setdefault(mover, []).extend(placed(one, mover_t[node.uid]) for one in found)
-        parent = rows[mover] if mover else WORLD
-        bodies += [replace(body, parent=parent, parent_t_body=mover_t[node.uid]) for body in made]
+        robot = 0 if mover else _dynamic_robot_of(structure, node)
+        base = _Base(rows[mover]) if mover else bases.get(robot, _WORLD)
+        for body in made:
+            bodies.append(base.hang(body, mover_t[node.uid]))
+            if robot and robot not in bases:
+                base = bases[robot] = _Base(len(bodies) - 1, mover_t[node.uid])
         owners += [node.uid] * (len(bodies) - len(owners))
     for uid in (*parts, *links):
         bodies[rows[uid]] = _weighed(structure.nodes[uid], bodies[rows[uid]], together(masses[uid]))
-    model = PhysicsModel(tuple(bodies), snapshot.state.physics_settings.gravity, substep_seconds)
-    return Scene(model, tuple(parts), tuple(links), tuple(driven), rows, tuple(owners))
+    followers = tuple(uid for uid in links if _joint(structure.nodes[uid]).mimic is not None)
+    couplings = _couplings(structure, links, followers, rows)
+    model = PhysicsModel(tuple(bodies), snapshot.state.physics_settings.gravity, substep_seconds, couplings)
+    return Scene(model, tuple(parts), tuple(links), followers, tuple(driven), rows, tuple(owners))
+
+
+def _joint(link: Node) -> Joint:
+    assert isinstance(link.data, LinkData)
+    return link.data.joint
+
+
+def _couplings(
+    structure: Structure, links: Sequence[int], followers: Sequence[int], rows: Mapping[int, int]
+) -> tuple[Coupling, ...]:
+    """Return the gears of links whose joints mimic others, which have their coordinates in the world."""
+    forest = structure.forest
+    leaders = {int(forest.q_index[structure.rows[uid]]): rows[uid] for uid in links if uid not in followers}
+    found: list[Coupling] = []
+    for uid in followers:
+        at = structure.rows[uid]
+        leader = leaders[int(forest.q_index[at])]
+        found.append(Coupling(rows[uid], leader, float(forest.multiplier[at]), float(forest.offset[at])))
+    return tuple(found)
+
+
+def _dynamic_robot_of(structure: Structure, node: Node) -> int:
+    """Return the robot (uid) whose link a node is, where forces move that; otherwise 0."""
+    robot = structure.robot_of(node.uid) if isinstance(node.data, LinkData) else None
+    return robot.uid if robot is not None and motored.is_dynamic(robot) else 0
 
 
 def _is_of_dynamic(structure: Structure, link: Node) -> bool:
-    robot = structure.robot_of(link.uid)
-    return robot is not None and motored.is_dynamic(robot)
+    return bool(_dynamic_robot_of(structure, link))
 
 
 def _jointed(
-    structure: Structure, node: Node, body: Body, above_t_node: Floats, above: int, rows: dict[int, int]
+    structure: Structure,
+    node: Node,
+    body: Body,
+    above_t_node: Floats,
+    above: int,
+    rows: Mapping[int, int],
+    bases: Mapping[int, _Base],
 ) -> Body:
-    """Return the body of a link of a robot that forces move, on what it hangs on (uid; 0: what stands)."""
-    assert isinstance(node.data, LinkData)
-    joint = node.data.joint
+    """Return the body of a link of a robot that forces move, on what it hangs on (uid; 0: what stands).
+
+    What stands of the robot itself is of one tree with it, and does not touch it.
+    """
+    joint = _joint(node)
     robot = structure.robot_of(node.uid)
     assert robot is not None
 
@@ -147,8 +204,6 @@ def _jointed(
             joint=joint.name,
         )
 
-    if joint.mimic is not None:
-        raise refused(f"mimics {joint.mimic.joint!r}")
     if joint.type not in _JOINTS:
         raise refused(f"is {joint.type.value[0]}")
     if above and joint.type is JointType.FLOATING:
@@ -157,11 +212,10 @@ def _jointed(
         raise refused(f"hangs on {structure.nodes[above].name!r}, which joints without motors move")
     if joint.type is JointType.FLOATING:
         return replace(body, joint=BodyJoint.FREE)
+    base = _Base(rows[above]) if above else bases.get(robot.uid, _WORLD)
     return replace(
-        body,
-        parent=rows[above] if above else WORLD,
+        base.hang(body, above_t_node),
         joint=_JOINTS[joint.type],
-        parent_t_body=above_t_node,
         axis=joint.axis,
         lower=joint.limits.lower,
         upper=joint.limits.upper,

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.physics import BodyJoint, MotorMode, Motors, jointed, places, sizes
+from virtualrobot_sdk.physics import Body, BodyJoint, Coupling, MotorMode, Motors, jointed, motors_off, places, sizes
 from virtualrobot_sdk.poses import inverse, quaternion
 
 from virtualrobot_kernel.numeric.forces import FOLLOWS, bring_parts, bring_robots, tell_motors
@@ -75,14 +75,28 @@ class Joints:
     """Their robots (uids) and names."""
     exerts: NDArray[np.intp]
     """Those whose motors exert an effort that clients say."""
-    modes: Integers
-    """(m,) values of the engine's MotorMode."""
+    slots: NDArray[np.intp]
+    """(m,) places among the motors of the engine, which has some for joints that mimic others, too."""
+    settings: Motors
+    """What motors of the engine have besides their targets; those of joints that mimic others are off."""
     kinds: Integers
-    """(m,) the same, but FOLLOWS where a velocity is held by which a joint comes to the position that is commanded."""
+    """(m,) values of the engine's MotorMode, but FOLLOWS where a velocity is held by which a joint comes to the
+    position that is commanded."""
     stiffness: Floats
     damping: Floats
     """(m,) of springs; 0 of others."""
-    max_effort: Floats
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Followers:
+    """The f joints of robots that mimic others: arrays (f,) of places in the engine's q and v, and by how much."""
+
+    engine_q: Integers
+    engine_v: Integers
+    leader_q: Integers
+    leader_v: Integers
+    ratio: Floats
+    offset: Floats
 
 
 class PartState(NamedTuple):
@@ -117,6 +131,8 @@ class Layout:
     """Robots (uids) that forces move."""
     bases: Bases
     joints: Joints
+    followers: Followers | None
+    """None where no joint mimics another one."""
     q: Integers
     """(n,) all places in the world's q of what forces move of robots, rising."""
     v: Integers
@@ -133,6 +149,9 @@ class Layout:
         rates[:, :3] = np.einsum("bij,bj->bi", bases.turns, rates[:, :3])
         v[bases.engine_v] = rates
         q[joints.engine_q], v[joints.engine_v] = state.q[joints.q], state.v[joints.v]
+        if (mimics := self.followers) is not None:
+            q[mimics.engine_q] = mimics.ratio * q[mimics.leader_q] + mimics.offset
+            v[mimics.engine_v] = mimics.ratio * v[mimics.leader_v]
         return q, v
 
     def part_state(self, now: Snapshot, q: Floats, v: Floats) -> PartState:
@@ -179,7 +198,11 @@ class Layout:
             *(joints.kinds, joints.stiffness, joints.damping, place, rate, now.q, joints.q),
             *(seconds, FOLLOWING_SECONDS, target),
         )
-        return Motors(joints.modes, target, joints.stiffness, joints.damping, joints.max_effort)
+        if self.followers is not None:
+            all_targets = np.zeros(len(joints.settings.target))
+            all_targets[joints.slots] = target
+            target = all_targets
+        return replace(joints.settings, target=target)
 
 
 _NOTHING: Mapping[str, float] = {}
@@ -196,7 +219,7 @@ def layout_of(now: Snapshot, scene: Scene) -> Layout:
     place = _places(structure)
     bases = [uid for uid in scene.links if bodies[scene.rows[uid]].joint is BodyJoint.FREE]
     row_of = {row: uid for uid, row in scene.rows.items()}
-    turning = [row_of[row] for row in jointed(bodies)]
+    turning = [row_of[row] for row in jointed(bodies) if row_of[row] not in scene.followers]
     robots = tuple(dict.fromkeys(robot.uid for uid in scene.links if (robot := structure.robot_of(uid))))
     q = _all_places([(place[uid][0], 7) for uid in bases] + [(place[uid][0], 1) for uid in turning])
     v = _all_places([(place[uid][1], 6) for uid in bases] + [(place[uid][1], 1) for uid in turning])
@@ -210,7 +233,8 @@ def layout_of(now: Snapshot, scene: Scene) -> Layout:
         driven_rows=_integers([structure.rows[uid] for uid in scene.driven]),
         robots=robots,
         bases=_bases(now, bases, place, [scene.rows[uid] for uid in bases], starts, rates, q, v),
-        joints=_joints(structure, robots, turning, place, [scene.rows[uid] for uid in turning], starts, rates, q, v),
+        joints=_joints(structure, robots, turning, place, [scene.rows[uid] for uid in turning], bodies, q, v),
+        followers=_followers(scene.model.couplings, starts, rates),
         q=q,
         v=v,
         counts=sizes(bodies),
@@ -274,11 +298,11 @@ def _joints(
     links: list[int],
     place: dict[int, tuple[int, int]],
     rows: list[int],
-    starts: Integers,
-    rates: Integers,
+    bodies: Sequence[Body],
     all_q: Integers,
     all_v: Integers,
 ) -> Joints:
+    starts, rates = places(bodies)
     motors: list[kinds.JointMotor] = []
     names: list[tuple[int, str]] = []
     for uid in links:
@@ -289,6 +313,13 @@ def _joints(
     held = np.array([one.mode is kinds.MotorMode.POSITION and not one.stiffness for one in motors], np.bool_)
     modes = np.where(held, np.int32(MotorMode.VELOCITY), _integers([_MODES[one.mode] for one in motors]))
     springs = modes == MotorMode.POSITION
+    all_rows = jointed(bodies)
+    slots, settings = np.searchsorted(all_rows, rows), motors_off(len(all_rows))
+    settings.mode[slots] = modes
+    settings = replace(settings, stiffness=np.zeros(len(all_rows)), damping=np.zeros(len(all_rows)))
+    settings.stiffness[slots] = [one.stiffness for one in motors]
+    settings.damping[slots] = np.where(springs, [one.damping for one in motors], 0.0)
+    settings.max_effort[slots] = [one.max_effort or np.inf for one in motors]
     q, v = _integers([place[uid][0] for uid in links]), _integers([place[uid][1] for uid in links])
     slices = [structure.robots[uid] for uid in robots]
     return Joints(
@@ -302,11 +333,25 @@ def _joints(
         own_v=_in_a_row([one.v_slice for one in slices], v),
         names=tuple(names),
         exerts=np.flatnonzero(modes == MotorMode.EFFORT),
-        modes=modes,
+        slots=slots,
+        settings=settings,
         kinds=np.where(held, np.int32(FOLLOWS), modes),
-        stiffness=np.array([one.stiffness for one in motors], float),
-        damping=np.where(springs, np.array([one.damping for one in motors], float), 0.0),
-        max_effort=np.array([one.max_effort or np.inf for one in motors], float),
+        stiffness=settings.stiffness[slots],
+        damping=settings.damping[slots],
+    )
+
+
+def _followers(couplings: Sequence[Coupling], starts: Integers, rates: Integers) -> Followers | None:
+    if not couplings:
+        return None
+    rows, leaders = (_integers([getattr(one, name) for one in couplings]) for name in ("follower", "leader"))
+    return Followers(
+        engine_q=starts[rows],
+        engine_v=rates[rows],
+        leader_q=starts[leaders],
+        leader_v=rates[leaders],
+        ratio=np.array([one.ratio for one in couplings]),
+        offset=np.array([one.offset for one in couplings]),
     )
 
 

@@ -17,7 +17,7 @@ from virtualrobot_sdk.testing.physics_contacts import (
     shapes,
     stack,
 )
-from virtualrobot_sdk.testing.physics_joints import limits, motors, wrenches
+from virtualrobot_sdk.testing.physics_joints import couplings, limits, motors, wrenches
 from virtualrobot_sdk.testing.physics_manners import cost, determinism, divergence, forgetting, refusals
 from virtualrobot_sdk.testing.physics_motion import free_fall, mixing, pendulum, rolling, sliding
 from virtualrobot_sdk.testing.physics_scenes import EngineFacts as EngineFacts
@@ -28,7 +28,7 @@ LAWS: Mapping[str, Law] = MappingProxyType(
         law.__name__: law
         for law in (
             *(free_fall, sliding, mixing, rolling, pendulum, stack, shapes, heights, restitution, momentum, pushing),
-            *(carrying, motors, limits, wrenches, forgetting, determinism, refusals, divergence, cost),
+            *(carrying, motors, couplings, limits, wrenches, forgetting, determinism, refusals, divergence, cost),
         )
     }
 )

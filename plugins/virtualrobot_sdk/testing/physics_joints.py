@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from virtualrobot_sdk.physics import BodyJoint, MotorMode, Motors
+from virtualrobot_sdk.physics import BodyJoint, Coupling, MotorMode, Motors, PhysicsModel, motors_off
 from virtualrobot_sdk.testing.laws import LawBroken, Measured
 from virtualrobot_sdk.testing.physics_scenes import (
     NONE_DRIVEN,
@@ -58,6 +58,34 @@ def motors(trial: EngineTrial, rng: np.random.Generator) -> Measured:
     if abs(float(after.q[0]) - 0.7) > 1e-3:
         raise LawBroken(f"a motor told the position 0.7 rad is at {after.q[0]:.6g} rad after 1 s")
     return Measured(5, {"part": worst})
+
+
+def couplings(trial: EngineTrial, rng: np.random.Generator) -> Measured:
+    """A joint that follows another one goes its way, and both are as heavy as they are together.
+
+    Pushed by F at the leader of mass m, whose follower goes k times its way, it accelerates by F / (m + k^2 m); pushed
+    at the follower, by k F / (m + k^2 m): the kinetic energy of both is m (1 + k^2) v^2 / 2.
+    """
+    slide = replace(a_box("rack", (0.1, 0.1, 0.1)), joint=BodyJoint.PRISMATIC, axis=(0.0, 1.0, 0.0), shapes=())
+    bodies = (replace(slide, name="follower", axis=(0.0, -1.0, 0.0)), slide)
+    ratio, offset = float(rng.choice((-1.0, 1.0)) * rng.uniform(0.5, 2.0)), float(rng.uniform(-0.1, 0.1))
+    force, seconds = float(rng.uniform(1.0, 3.0)), 0.2
+    model = PhysicsModel(bodies, (0.0, 0.0, 0.0), SUBSTEP, (Coupling(0, 1, ratio, offset),))
+    for pushed, share in ((1, 1.0), (0, ratio)):
+        trial.call("load", model, np.array([offset, 0.0]), np.zeros(2))
+        effort = replace(motors_off(2), mode=np.ones(2, np.int32), target=force * np.eye(2)[pushed])
+        after = step_scene(trial, bodies, NONE_DRIVEN, round(seconds / SUBSTEP), effort)
+        expected = share * force * seconds / (slide.mass * (1.0 + ratio * ratio))
+        if abs(float(after.v[1]) / expected - 1.0) > 1e-2 or abs(float(after.v[0] / after.v[1]) / ratio - 1.0) > 1e-2:
+            raise LawBroken(
+                f"a joint that leads another one by {ratio:.4g}, pushed by {force:.4g} N at the "
+                f"{('follower', 'leader')[pushed]}, has the velocities {numbers(after.v)} after {seconds} s; that of "
+                f"the leader must be {expected:.6g}"
+            )
+        off = float(after.q[0]) - ratio * float(after.q[1]) - offset
+        if abs(off) > 1e-3:
+            raise LawBroken(f"a joint that follows another one is off by {1e3 * off:.3g} mm after {seconds} s")
+    return Measured(2)
 
 
 def limits(trial: EngineTrial, rng: np.random.Generator) -> Measured:

@@ -14,6 +14,7 @@ from virtualrobot_sdk.physics import (
     Body,
     BodyJoint,
     BodyShape,
+    Coupling,
     Driven,
     PhysicsModel,
     ShapeKind,
@@ -147,6 +148,15 @@ def _senseless_models(q: Floats, v: Floats) -> Iterator[tuple[str, tuple[object,
     yield "load", (PhysicsModel((box,), seconds=0.0), one, still), "substeps without length"
     yield "load", (PhysicsModel((box,)), np.full(7, np.nan), still), "NaN"
     yield "load", (PhysicsModel((box, box)), one, still), "the state of one body for two"
+    slide = replace(box, joint=BodyJoint.PRISMATIC)
+    for what, coupling in {
+        "a joint that follows itself": Coupling(0, 0),
+        "a joint that follows nothing": Coupling(0, 2),
+        "a ratio of 0": Coupling(0, 1, 0.0),
+        "an offset of NaN": Coupling(0, 1, 1.0, math.nan),
+    }.items():
+        model = PhysicsModel((slide, replace(slide, name="other")), couplings=(coupling,))
+        yield "load", (model, np.zeros(2), np.zeros(2)), what
     driven = replace(box, driven=True)
     hinged = replace(box, parent=0, joint=BodyJoint.REVOLUTE)
     yield "load", (PhysicsModel((driven, hinged)), np.zeros(1), np.zeros(1)), "a joint on a driven body"

@@ -96,6 +96,13 @@ class Strong(Right):
         return super().step(driven, strong, wrenches, substeps)
 
 
+class Loose(Right):
+    """Knows no joints that follow others."""
+
+    def load(self, model: PhysicsModel, q: Floats, v: Floats, /) -> None:
+        super().load(replace(model, couplings=()), q, v)
+
+
 class Trusting(Right):
     """Takes any number of substeps."""
 

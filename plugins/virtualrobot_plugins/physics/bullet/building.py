@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import Floats, Integers
-from virtualrobot_sdk.physics import WORLD, Body, BodyJoint, BodyShape, PhysicsModel, ShapeKind
+from virtualrobot_sdk.physics import WORLD, Body, BodyJoint, BodyShape, Coupling, PhysicsModel, ShapeKind, roots
 from virtualrobot_sdk.poses import quaternion
 
 Quaternion = tuple[float, float, float, float]
@@ -25,6 +25,10 @@ HULL_MARGIN = 1e-4
 """Shell (m) around a hull that is a body's only shape; Bullet's own, which hulls of several have, is 1 mm thick."""
 MOST_HEIGHTS = 100_000
 """Greatest number of heights of a field: Bullet takes 131,072 corners, and six numbers of corners for each."""
+GEAR_RATE = 0.2
+"""Part by which a gear comes right within a substep, where its joints are not as it says."""
+STRONGEST = 1e9
+"""Largest effort of a motor or a gear without a limit (N m, N); Bullet takes no infinity."""
 FASTEST = 1000.0
 """Largest velocity of a joint (rad/s, m/s); Bullet's own choice would be 100."""
 
@@ -63,14 +67,44 @@ def build(bullet: Any, client: int, model: PhysicsModel, iterations: int) -> lis
     children: dict[int, list[int]] = {}
     for row, body in enumerate(model.bodies):
         children.setdefault(body.parent, []).append(row)
-    trees = []
+    # Bullet couples joints of one of its bodies alone, to which what is coupled hangs on the world together.
+    together: dict[int, list[int]] = {}
+    root_of = roots(model)
     for row in children.get(WORLD, ()):
-        rows = tuple(_depth_first(row, children))
-        if model.bodies[row].joint in (BodyJoint.REVOLUTE, BodyJoint.PRISMATIC):
-            # What hangs on the world by a joint needs a base that stands there.
-            rows = (WORLD, *rows)
-        trees.append(_made(bullet, client, model, rows))
+        together.setdefault(root_of[row], []).extend(_depth_first(row, children))
+    trees = []
+    for rows in together.values():
+        # What hangs on the world by a joint needs a base that stands there.
+        hangs = model.bodies[rows[0]].joint in (BodyJoint.REVOLUTE, BodyJoint.PRISMATIC)
+        trees.append(_made(bullet, client, model, (WORLD, *rows) if hangs else tuple(rows)))
+    for coupling in model.couplings:
+        _couple(bullet, client, coupling, *(_place_of(trees, row) for row in (coupling.follower, coupling.leader)))
     return trees
+
+
+def _place_of(trees: list[Tree], row: int) -> tuple[int, int]:
+    """Return Bullet's body and link of a row."""
+    return next((tree.body, tree.rows.index(row) - 1) for tree in trees if row in tree.rows)
+
+
+def _couple(
+    bullet: Any,  # noqa: ANN401
+    client: int,
+    coupling: Coupling,
+    follower: tuple[int, int],
+    leader: tuple[int, int],
+) -> None:
+    """Make a gear, which keeps q of the follower and its own ratio times q of the leader at one sum."""
+    frames = (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0)
+    gear = bullet.createConstraint(*follower, *leader, bullet.JOINT_GEAR, *frames, physicsClientId=client)
+    bullet.changeConstraint(
+        gear,
+        gearRatio=-coupling.ratio,
+        relativePositionTarget=coupling.offset,
+        erp=GEAR_RATE,
+        maxForce=STRONGEST,
+        physicsClientId=client,
+    )
 
 
 def _depth_first(row: int, children: dict[int, list[int]]) -> Iterator[int]:

@@ -25,7 +25,7 @@ from virtualrobot_sdk.physics import (
 from virtualrobot_sdk.physics_checks import check_model, check_state, check_step
 from virtualrobot_sdk.poses import from_quaternion
 
-from virtualrobot_plugins.physics.bullet.building import Tree, build
+from virtualrobot_plugins.physics.bullet.building import STRONGEST, Tree, build
 from virtualrobot_plugins.physics.quaternions import backwards
 
 
@@ -130,7 +130,7 @@ class BulletPhysics:
                 link,
                 self._bullet.VELOCITY_CONTROL,
                 targetVelocity=float(motors.target[i]) if holds else 0.0,
-                force=min(float(motors.max_effort[i]), _STRONGEST) if holds else 0.0,
+                force=min(float(motors.max_effort[i]), STRONGEST) if holds else 0.0,
                 physicsClientId=self._client,
             )
 
@@ -194,7 +194,3 @@ class BulletPhysics:
         forces = pushes * normals + rubs * along + others * across
         positions = np.array([one[5] for one in found]).reshape(-1, 3)
         return TouchingBodies(pairs.reshape(-1, 2), positions, normals, forces)
-
-
-_STRONGEST = 1e9
-"""Largest effort of a motor without a limit (N m, N); Bullet takes no infinity."""

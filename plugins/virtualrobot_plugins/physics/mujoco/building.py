@@ -52,7 +52,7 @@ def compiled(mujoco: Any, model: PhysicsModel, cone: str, impratio: float, itera
     spec.compiler.degree = False
     spec.compiler.autolimits = False
     priorities = _priorities(model)
-    root_of = roots(model.bodies)
+    root_of = roots(model)
     made: list[Any] = []
     for row, body in enumerate(model.bodies):
         at = (spec.worldbody if body.parent == WORLD else made[body.parent]).add_body(name=str(row))
@@ -66,9 +66,15 @@ def compiled(mujoco: Any, model: PhysicsModel, cone: str, impratio: float, itera
             geom.mass = 0.0
             geom.contype, geom.conaffinity = (STAYS, MOVES) if stays else (MOVES, MOVES | STAYS)
             geom.priority = priorities[body.surface.friction]
-            _surfaced(geom, body.surface, _mass(model, root_of[row]), model.seconds)
+            mass = sum(one.mass for one, root in zip(model.bodies, root_of, strict=True) if root == root_of[row])
+            _surfaced(geom, body.surface, mass, model.seconds)
     for first, second in _of_one_tree(model, root_of):
         spec.add_exclude(bodyname1=str(first), bodyname2=str(second))
+    for coupling in model.couplings:
+        gear = spec.add_equality(type=mujoco.mjtEq.mjEQ_JOINT, objtype=mujoco.mjtObj.mjOBJ_JOINT)
+        gear.name1, gear.name2 = str(coupling.follower), str(coupling.leader)
+        gear.data[:5] = coupling.offset, coupling.ratio, 0.0, 0.0, 0.0
+        gear.solref = LEAST_SUBSTEPS * model.seconds, 1.0
     for row in jointed(model.bodies):
         motor = spec.add_actuator(name=str(row), target=str(row), trntype=mujoco.mjtTrn.mjTRN_JOINT)
         motor.gaintype, motor.biastype = mujoco.mjtGain.mjGAIN_FIXED, mujoco.mjtBias.mjBIAS_AFFINE
@@ -176,11 +182,6 @@ def _moves(model: PhysicsModel, row: int) -> bool:
             return not body.driven
         row = body.parent
     return False
-
-
-def _mass(model: PhysicsModel, root: int) -> float:
-    """Return the mass of a tree (kg)."""
-    return sum(body.mass for body, at in zip(model.bodies, roots(model.bodies), strict=True) if at == root)
 
 
 def _wxyz(pose: Any) -> tuple[float, float, float, float]:  # noqa: ANN401
