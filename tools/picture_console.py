@@ -49,7 +49,9 @@ def main(folder: Path, box: int, theme: str, quality: str) -> None:
 
 
 @contextmanager
-def opened_page(playwright: Playwright, address: str, theme: str = "dark", quality: str = "high") -> Iterator[Page]:
+def opened_page(
+    playwright: Playwright, address: str, theme: str = "dark", quality: str = "high", size: tuple[int, int] = SIZE
+) -> Iterator[Page]:
     """Give the page of a console of its own for the kernel at an address."""
     command = [sys.executable, "-m", "virtualrobot", "console", "--address", address, "--port", "0"]
     console = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
@@ -58,7 +60,7 @@ def opened_page(playwright: Playwright, address: str, theme: str = "dark", quali
     assert found
     browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(ARGUMENTS))
     try:
-        page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
+        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         page.set_default_timeout(PATIENCE_MS)
         page.add_init_script(f"localStorage.setItem('virtualrobot-theme', '{theme}')")
         page.goto(f"{found[1]}/?quality={quality}")

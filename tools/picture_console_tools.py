@@ -5,15 +5,17 @@ Usage: python -m tools.picture_console_tools docs/pictures
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from pathlib import Path
 
 import click
 import virtualrobot
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Locator, Page, expect, sync_playwright
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.demos.palletizing import cell
 
-from tools.picture_console import opened_page
+from tools.picture_console import SIZE, opened_page
 
 PLACES = {"above": (-1.2, 0.35), "grasp": (-0.8, 0.6), "beside": (-0.2, 0.4), "pallet": (0.4, 0.65)}
 """Joints 1 and 2 (radians) of the targets that the program goes through."""
@@ -43,54 +45,29 @@ connections:
 
 @click.command()
 @click.argument("folder", type=click.Path(path_type=Path, file_okay=False, exists=True))
+@click.option("--only", "names", multiple=True, metavar="NAME", help="A picture, such as traces [all].")
 @click.option("--theme", type=click.Choice(["dark", "light"]), default="dark", show_default=True)
 @click.option("--quality", type=click.Choice(["high", "low"]), default="high", show_default=True)
-def main(folder: Path, theme: str, quality: str) -> None:
-    """Write pictures to FOLDER: of library, program, trace, a craft that drives, collisions, parts and views."""
-    with (
-        KernelProcess("--no-token", headless=True) as kernel,
-        virtualrobot.connect(kernel.address) as client,
-        sync_playwright() as playwright,
-    ):
-        cell.load(client)
-        arm = client.robots["iiwa"]
-        for name, (turn, lift) in PLACES.items():
-            arm.set_positions([turn, lift, 0.0, -1.1, 0.0, 1.3, 0.0])
-            arm.teach(name)
-        with opened_page(playwright, kernel.address, theme, quality) as page:
-            _place(page)
-            _save(page, folder / "console-library.png")
-            page.keyboard.press("Escape")
-            _play(page)
-            client.clock.set_stepped()  # and nobody steps: the world stands still
-            _save(page, folder / "console-program.png")
-            page.get_by_role("tab", name="Traces").click()
-            _save(page, folder / "console-traces.png")
-            _drive(client, page)
-            page.get_by_label("Drive", exact=True).screenshot(path=folder / "console-drive.png")
-            page.mouse.up()
-            page.locator('.node[data-name="iiwa"]').click()
-            page.get_by_title("Trace iiwa no more").click()
-            _collide(client, page)
-            _save(page, folder / "console-collisions.png")
-            page.get_by_role("tab", name="Joints").click()
-            _grasp(client, page)
-            _save(page, folder / "console-parts.png")
-            _look(client, page)
-            _save(page, folder / "console-views.png")
-        for signal in SIGNALS:
-            client.signals.create(signal)
-        client.clock.set_realtime()
-        with opened_page(playwright, kernel.address, theme, quality) as page:
-            _wire(client, page)
-            _save(page, folder / "console-connections.png")
-            _speeds(client, page)
-            _save(page, folder / "console-speeds.png")
+@click.option("--size", type=(int, int), default=SIZE, show_default=True, help="Of the page, in pixels.")
+def main(folder: Path, names: tuple[str, ...], theme: str, quality: str, size: tuple[int, int]) -> None:
+    """Write pictures of the page's tools to FOLDER, each of a cell of its own, so that none shows what another left."""
+    if unknown := set(names) - PICTURES.keys():
+        raise click.UsageError(f"there is no picture {unknown.pop()!r}; there are {', '.join(PICTURES)}")
+    with sync_playwright() as playwright:
+        for name in names or PICTURES:
+            with (
+                KernelProcess("--no-token", headless=True) as kernel,
+                virtualrobot.connect(kernel.address) as client,
+            ):
+                cell.load(client)
+                with opened_page(playwright, kernel.address, theme, quality, size) as page:
+                    page.locator('.node[data-name="iiwa"]').click()
+                    shown = PICTURES[name](client, page)
+                    _save(shown or page, folder / f"console-{name}.png")
 
 
-def _place(page: Page) -> None:
+def _library(client: virtualrobot.Client, page: Page) -> None:
     """Choose a model of the library, and hold the pointer where it would stand."""
-    page.locator('.node[data-name="iiwa"]').click()
     page.get_by_role("tab", name="Library").click()
     page.get_by_label("Kinds").get_by_role("button", name="arm", exact=True).click()
     page.get_by_label("Filter models").fill("kuka")
@@ -101,33 +78,60 @@ def _place(page: Page) -> None:
     page.mouse.move(box["x"] + 0.36 * box["width"], box["y"] + 0.8 * box["height"])
 
 
-def _play(page: Page) -> None:
-    """Trace the arm's tool while a program runs, until its last move."""
-    page.get_by_role("tab", name="Scene").click()
-    page.get_by_role("tab", name="Traces").click()
-    page.get_by_role("button", name="Trace iiwa", exact=True).click()
+def _program(client: virtualrobot.Client, page: Page) -> None:
+    """Play a program until its last move."""
+    arm = client.robots["iiwa"]
+    for name, (turn, lift) in PLACES.items():
+        arm.set_positions([turn, lift, 0.0, -1.1, 0.0, 1.3, 0.0])
+        arm.teach(name)
     page.get_by_role("tab", name="Program").click()
     page.set_input_files("#open-program", {"name": "fetch.yaml", "mimeType": "", "buffer": PROGRAM.encode()})
     page.locator("#play").click()
     page.wait_for_selector(".step.lit:nth-child(6)")
+    client.clock.set_stepped()  # and nobody steps: the world stands still
 
 
-def _drive(client: virtualrobot.Client, page: Page) -> None:
+def _traces(client: virtualrobot.Client, page: Page) -> None:
+    """Trace the arm's tool through a program."""
+    page.get_by_role("tab", name="Traces").click()
+    page.get_by_role("button", name="Trace iiwa", exact=True).click()
+    _program(client, page)
+    page.get_by_role("tab", name="Traces").click()
+
+
+def _trajectory(client: virtualrobot.Client, page: Page) -> None:
+    """Open a trajectory that sweeps over the pallet, and go to a third of it."""
+    client.robots["iiwa"].set_positions([-1.2, 0.35, 0.0, -1.1, 0.0, 1.3, 0.0])
+    rows = ["time," + ",".join(f"lbr_iiwa_joint_{joint}" for joint in (1, 2, 4, 6))]
+    for tick in range(101):
+        turn = math.pi * tick / 50.0  # one turn in 4 s
+        lift = 0.5 - 0.5 * math.cos(turn)
+        ahead = 0.5 - 0.5 * math.cos(2.0 * turn)
+        row = (0.04 * tick, 0.8 * lift - 1.2, 0.35 + 0.35 * ahead, 0.3 * lift - 1.1, 1.3 - 0.35 * ahead)
+        rows.append(",".join(f"{value:.6f}" for value in row))
+    page.get_by_role("tab", name="Trajectory").click()
+    data = "\n".join(rows).encode()
+    page.set_input_files("#open-trajectory", {"name": "sweep.csv", "mimeType": "", "buffer": data})
+    page.get_by_text("keeps all limits").wait_for()
+    slider = page.get_by_label("Time of the trajectory, s")
+    slider.press("Home")
+    for _ in range(3):
+        slider.press("PageUp")
+
+
+def _drive(client: virtualrobot.Client, page: Page) -> Locator:
     """Drive a UGV by its button, and let time stand still while it goes."""
     client.load_robot("model://ugv", name="ugv", base="planar", pose=virtualrobot.pose(0.9, -1.3, yaw=2.4))
-    page.get_by_role("tab", name="Scene").click()
     page.locator('.node[data-name="ugv"]').click()
-    client.clock.set_realtime()
     page.get_by_label("Ahead", exact=True).hover()
     page.mouse.down()
     expect(page.locator("#driven")).to_contain_text("0.30 m/s", timeout=60_000.0)
     client.clock.set_stepped()
+    return page.get_by_label("Drive", exact=True)
 
 
-def _collide(client: virtualrobot.Client, page: Page) -> None:
+def _collisions(client: virtualrobot.Client, page: Page) -> None:
     """Put a post where the arm's tool is, and mark what touches."""
-    client.stop()
-    client.clock.step(1000)
     client.collisions.set("monitor")
     arm = client.robots["iiwa"]
     arm.set_positions([-0.35, 0.75, 0.0, -1.1, 0.0, 1.3, 0.0])
@@ -137,9 +141,8 @@ def _collide(client: virtualrobot.Client, page: Page) -> None:
     page.get_by_role("list", name="What touches now").get_by_role("listitem").first.get_by_role("button").first.click()
 
 
-def _grasp(client: virtualrobot.Client, page: Page) -> None:
+def _parts(client: virtualrobot.Client, page: Page) -> None:
     """Choose a box on the belt that the arm's tool is not near enough to."""
-    client.scene.remove("post")
     client.robots["iiwa"].set_positions([-0.8, 0.4, 0.0, -1.1, 0.0, 1.3, 0.0])
     for number in range(1, 4):
         pose = virtualrobot.pose(0.45 - 0.3 * number, -0.02, 0.72)
@@ -149,7 +152,7 @@ def _grasp(client: virtualrobot.Client, page: Page) -> None:
     page.locator("#parts").get_by_role("listitem").first.get_by_role("button").first.click()
 
 
-def _look(client: virtualrobot.Client, page: Page) -> None:
+def _views(client: virtualrobot.Client, page: Page) -> None:
     """Look along with the arm's tool, and show what a camera on it sees."""
     arm = client.robots["iiwa"]
     pose = virtualrobot.pose(0.0, -0.08, 0.05)
@@ -161,12 +164,13 @@ def _look(client: virtualrobot.Client, page: Page) -> None:
     panel.get_by_role("button", name="Picture").click()
     panel.get_by_role("button", name="Right", exact=True).click()
     panel.get_by_role("radio", name="Go along").click()
-    client.clock.step(50)
     page.get_by_role("img", name="What wrist sees").wait_for()
 
 
-def _wire(client: virtualrobot.Client, page: Page) -> None:
+def _connections(client: virtualrobot.Client, page: Page) -> None:
     """Connect signals, and begin with one more connection."""
+    for signal in SIGNALS:
+        client.signals.create(signal)
     page.get_by_role("tab", name="Signals").click()
     page.get_by_label("Part").get_by_role("radio", name="Connections", exact=True).click()
     page.set_input_files("#open-connections", {"name": "belt.yaml", "mimeType": "", "buffer": CONNECTIONS.encode()})
@@ -185,10 +189,25 @@ def _speeds(client: virtualrobot.Client, page: Page) -> None:
     page.get_by_title("Speed of each robot, and of time").click()
 
 
-def _save(page: Page, file: Path) -> None:
-    page.wait_for_timeout(4000.0)
-    page.screenshot(path=file)
+def _save(shown: Page | Locator, file: Path) -> None:
+    (shown.page if isinstance(shown, Locator) else shown).wait_for_timeout(4000.0)
+    shown.screenshot(path=file)
     click.echo(f"{file}: {file.stat().st_size // 1024} kB")
+
+
+PICTURES: dict[str, Callable[[virtualrobot.Client, Page], Locator | None]] = {
+    "library": _library,
+    "program": _program,
+    "trajectory": _trajectory,
+    "traces": _traces,
+    "drive": _drive,
+    "collisions": _collisions,
+    "parts": _parts,
+    "views": _views,
+    "connections": _connections,
+    "speeds": _speeds,
+}
+"""What brings the page to where its picture is taken, of the page or of a part of it."""
 
 
 if __name__ == "__main__":

@@ -190,6 +190,17 @@ def test_plan_shows_peaks_or_samples(run: Run, bent: Robot, tmp_path: Path) -> N
     assert rows[0][:2] == ["time", "lbr_iiwa_joint_1"]
     np.testing.assert_array_equal(np.array(rows[1:], float)[:, 0], exact.times)
     np.testing.assert_array_equal(np.array(rows[1:], float)[:, 1], exact.robots["iiwa"].positions[:, 0])
+    # What was written is a trajectory, which takes as long and is the same curve but between its samples.
+    again = bent.plan(bent.read_trajectory(file)).robots["iiwa"].positions[:, 0]
+    np.testing.assert_allclose(again, exact.robots["iiwa"].positions[:, 0], atol=1e-6)
+    assert "keeps all limits" in run("check", "iiwa", "--trajectory", str(file))
+    missing = str(tmp_path / "none.csv")
+    assert "none.csv cannot be read" in run("move", "iiwa", "--trajectory", missing, code=1)
+    file.write_text(file.read_text().replace("lbr_iiwa_joint_1", "joint_1"))
+    assert "plan.csv:1: column 2 (joint_1): 'iiwa' has no joint" in run(
+        "move", "iiwa", "--trajectory", str(file), code=1
+    )
+    run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--csv", str(file))
     shown = run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--csv", "-")
     assert shown == file.read_text()
     run("plan", "iiwa", "lbr_iiwa_joint_1=0.5", "--every", "0.1", code=2)

@@ -683,6 +683,8 @@ class Group(Face):
         """Return a move of the tool centre point along a smooth curve through 4x4 poses or targets, up to 1,000."""
     def trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., speed_factor: float | None = ...) -> Order[Move]:
         """Return a move through `positions` (n, k) at `times` (n,) in seconds from 0; the first row is where it is now."""
+    def read_trajectory(self, file: str | Path, text: str | None = ..., *, speed_factor: float | None = ...) -> Order[Move]:
+        """Return the `trajectory` that a CSV or JSON file describes; with `text`, its content, `file` only names it."""
     def joint_jog(self, joint: str, velocity: float, distance: float | None = ...) -> Order[Move]:
         """Return a jog of one joint; see `jog_joint`."""
     def cartesian_jog(self, translation: ArrayLike | None = ..., **options: Unpack[JogOptions]) -> Order[Move]:
@@ -813,6 +815,8 @@ class Robot(Face):
         """Return a move of the tool centre point along a smooth curve through 4x4 poses or targets, up to 1,000."""
     def trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., speed_factor: float | None = ...) -> Order[Move]:
         """Return a move through `positions` (n, k) at `times` (n,) in seconds from 0; the first row is where it is now."""
+    def read_trajectory(self, file: str | Path, text: str | None = ..., *, speed_factor: float | None = ...) -> Order[Move]:
+        """Return the `trajectory` that a CSV or JSON file describes; with `text`, its content, `file` only names it."""
     def joint_jog(self, joint: str, velocity: float, distance: float | None = ...) -> Order[Move]:
         """Return a jog of one joint; see `jog_joint`."""
     def cartesian_jog(self, translation: ArrayLike | None = ..., **options: Unpack[JogOptions]) -> Order[Move]:

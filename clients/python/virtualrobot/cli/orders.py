@@ -7,6 +7,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -26,7 +27,7 @@ Part = tuple[str, str, str]
 
 @dataclass(frozen=True, slots=True)
 class Order:
-    """Goal as the command line gives it; one of joints, pose and place, a posture or target, is given."""
+    """Goal as the command line gives it; one of joints, pose, place, a posture or target, and trajectory is given."""
 
     joints: tuple[str, ...]
     pose: tuple[float, ...] | None
@@ -39,10 +40,13 @@ class Order:
     velocity: float | None
     degrees: bool
     group: Part
+    trajectory: Path | None
 
     def move(self, whole: Robot) -> Move:
         """Return the move that these words mean for a robot, or its group."""
         robot = part_of(whole, self.group)
+        if self.trajectory is not None:
+            return robot.read_trajectory(self.trajectory, speed_factor=self.speed)
         if self.place and self.linear:
             return robot.linear(self.place, above=self.above, velocity=self.velocity, speed_factor=self.speed)
         if self.place:
@@ -89,6 +93,7 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
     @click.option("--pose", type=Numbers(3, 6), metavar="X,Y,Z[,R,P,Y]", help="Where the tool centre point goes.")
     @click.option("--to", "place", type=TARGET, metavar="NAME", help="A posture, such as home, or a target.")
     @click.option("--above", type=float, metavar="METERS", help="With --to a target: back from it, along its own z.")
+    @click.option("--trajectory", type=click.Path(dir_okay=False, path_type=Path), help="Through a CSV or JSON file.")
     @click.option("--reference", type=NODE, help="The node in whose frame the pose is given [world].")
     @click.option("--linear", is_flag=True, help="Along a straight line; with --pose or a target.")
     @click.option("--via", type=Numbers(3), metavar="X,Y,Z", help="Along an arc through this point; with --pose.")
@@ -111,11 +116,12 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
         velocity: float | None,
         degrees: bool,
         group: Part,
+        trajectory: Path | None,
         **options: Any,  # noqa: ANN401
     ) -> Any:  # noqa: ANN401
         words = tuple(word for word in (joints, *more) if word)
-        if bool(words) + (pose is not None) + bool(place) != 1:
-            raise click.UsageError("say where to, in one way: --joints, --pose or --to")
+        if bool(words) + (pose is not None) + bool(place) + (trajectory is not None) != 1:
+            raise click.UsageError("say where to, in one way: --joints, --pose, --to or --trajectory")
         if linear and pose is None and not place:
             raise click.UsageError("--linear goes with --pose, or with --to a target")
         if above is not None and not place:
@@ -128,7 +134,8 @@ def order_options(function: Callable[..., Any]) -> Callable[..., Any]:
             raise click.UsageError("--velocity goes with --linear or --via; other moves take --speed")
         if velocity is not None and not velocity > 0:
             raise click.UsageError(f"--velocity is above 0, not {velocity:g}")
-        order = Order(words, pose, place or "", above or None, reference, linear, via, speed, velocity, degrees, group)
+        goal = (words, pose, place or "", above or None, reference, linear, via)
+        order = Order(*goal, speed, velocity, degrees, group, trajectory)
         return function(*arguments, order=order, **options)
 
     return command

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any, Unpack
 
 import numpy as np
@@ -24,6 +25,7 @@ from virtualrobot.motions.moves import (
     MoveOptions,
     PointToPointOptions,
 )
+from virtualrobot.robots import trajectory_file
 from virtualrobot.robots.description import coordinate_names
 from virtualrobot.robots.mechanism import JointPositions, Mechanism
 from virtualrobot.robots.named_goals import check_target, is_target
@@ -132,6 +134,21 @@ class Mover(Mechanism):
             raise InvalidArgumentError(f"positions have the shape (times, joints), not {columns.shape}")
         every = self._joints_for(columns.shape[1]) if joints is None else joints
         path = moves.trajectory(coordinate_names(self._description, every), times, columns, velocities)
+        return self._move({"speed_factor": speed_factor}, MoveOptions, joint_trajectory=path)
+
+    def read_trajectory(self, file: str | Path, text: str | None = None, *, speed_factor: float | None = None) -> Move:
+        """Return the `trajectory` that a CSV or JSON file describes; with `text`, its content, `file` only names it.
+
+        Raises MissingFileError, or MalformedFileError with line and column.
+
+        Example:
+            >>> sweep = robot.read_trajectory("sweep.csv")
+            >>> robot.plan(sweep).duration
+        """
+        text = trajectory_file.text_of(Path(file)) if text is None else text
+        joints = trajectory_file.Joints(self.name, list(self.coordinates), self._joints_for)
+        read = trajectory_file.read(text, str(file), joints)
+        path = moves.trajectory(read.joint_names, read.times, read.positions, read.velocities)
         return self._move({"speed_factor": speed_factor}, MoveOptions, joint_trajectory=path)
 
     def joint_jog(self, joint: str, velocity: float, distance: float | None = None) -> Move:

@@ -1,4 +1,4 @@
-"""Tools of the page that are no calls of the contract: connections between signals that run.
+"""Tools of the page that are no calls of the contract: connections between signals that run, files of trajectories.
 
 Each is a path of the console's own port, with JSON both ways. Whoever asks needs what the kernel would want, a token
 and a role, and what is done is done with that token.
@@ -13,8 +13,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from google.protobuf import json_format
 from virtualrobot import Client
 from virtualrobot.errors import InvalidArgumentError, VirtualRobotError
+from virtualrobot.motions.moves import messages_of
 from virtualrobot.v1 import token_pb2
 
 from virtualrobot_apps.console.http_calls import Caller, Receive, Send, begin, refuse
@@ -46,7 +48,7 @@ class PageTools:
 
     def __init__(self, upstream: Upstream, limit: Limit, connect: Callable[[str], Client]) -> None:
         """Work for pages as `connect` gives a client of the kernel with a token."""
-        self._upstream, self._limit = upstream, limit
+        self._upstream, self._limit, self._connect = upstream, limit, connect
         self._wiring = Wiring(connect)
         observer, operator = token_pb2.ROLE_OBSERVER, token_pb2.ROLE_OPERATOR
         self._work: dict[tuple[str, str], tuple[int, Work]] = {
@@ -56,6 +58,7 @@ class PageTools:
             ("POST", "/connections/remove"): (operator, lambda one: self._wiring.remove(one.token, one.text("target"))),
             ("POST", "/connections/run"): (operator, lambda one: self._wiring.run(one.token)),
             ("POST", "/connections/pause"): (operator, lambda _: self._wiring.pause()),
+            ("POST", "/trajectory"): (observer, self._trajectory),
         }
 
     async def begin(self, token: str, connections: Path) -> None:
@@ -120,3 +123,11 @@ class PageTools:
         if "source" not in asked.said:
             raise InvalidArgumentError("a connection needs its 'source'")
         self._wiring.set(asked.token, asked.text("target"), asked.said["source"])
+
+    def _trajectory(self, asked: _Asked) -> object:
+        """Return what a file says for a robot, as the contract's JointTrajectory in JSON."""
+        with self._connect(asked.token) as client:
+            robot = client.robot(asked.text("robot"))
+            move = robot.read_trajectory(asked.text("name") or "trajectory.csv", asked.text("text"))
+        (message,) = messages_of([move])
+        return json_format.MessageToDict(message.joint_trajectory)

@@ -44,6 +44,12 @@ class Goals {
     this.joints.value = { robot, jointPositions: { ...kept, [joint]: position } };
   }
 
+  /** Wants all of these joints there. */
+  show(robot: string, jointPositions: Record<string, number>): void {
+    this.#clearBranches();
+    this.joints.value = { robot, jointPositions };
+  }
+
   /** Asks for the postures that have the tool centre point at a pose in the world; of quick questions the last one counts. */
   async ask(robot: string, world_t_tcp: AnyPose): Promise<void> {
     this.#next = [robot, world_t_tcp];

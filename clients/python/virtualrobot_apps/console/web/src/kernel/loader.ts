@@ -12,6 +12,7 @@ import { reasonOf } from "./page_calls";
 import { read } from "./program";
 import { ask } from "./question";
 import { assets, scenes } from "./services";
+import { open as openTrajectory } from "./trajectory";
 import { assetFiles, checkSize, megabytes, uploadAll, type Course } from "./uploads";
 import { chosen, info, items, selected } from "./world";
 
@@ -35,6 +36,7 @@ export const placing = signal<KnownModel | undefined>(undefined);
 export const placingName = signal("");
 
 const SCENES = [".yaml", ".yml"];
+const TRAJECTORIES = [".csv", ".json"];
 const MODELS = [".urdf", ".xacro", ".sdf", ".world"];
 const WITHOUT_UNIT = new Set([".stl", ".obj", ".ply", ".off"]);
 const MOST_CHOICES = 8;
@@ -54,12 +56,13 @@ export async function addModel(model: KnownModel, at?: Place, mountOn = ""): Pro
   return done;
 }
 
-/** Loads what a person gives: a model with its meshes, a mesh, a scene, a program, or a zip archive of these. */
+/** Loads what a person gives: a model with its meshes, a mesh, a scene, a program, a trajectory, or a zip archive of these. */
 export async function bring(given: Files, at?: Place): Promise<void> {
   const names = [...given.keys()];
   if (names.length === 0) return;
   await loading(names.length === 1 ? lastPart(names[0]) : `${names.length} files`, async (course) => {
     for (const [path, file] of given) checkSize(path, file.size);
+    if (given.size === 1 && TRAJECTORIES.includes(endingOf(names[0]))) return openTrajectory(asText(given.get(names[0])!));
     const files = await unpacked(given);
     const main = await mainOf(files);
     if (main === undefined) return;
@@ -159,9 +162,7 @@ function told(created: readonly CreatedNode[], warnings: readonly FileWarning[])
 
 /** Loads a text in the project's own formats: a scene, a program, or connections. */
 async function bringText(files: Files, main: string, course: Shown): Promise<void> {
-  const file = files.get(main)!;
-  const most = Number(info.peek()?.maxMessageBytes ?? Infinity);
-  if (file.size > most) throw new ConnectError(`${main} has ${megabytes(file.size)}, and a text may have ${megabytes(most)} (limit message_bytes)`, Code.ResourceExhausted);
+  const file = asText(files.get(main)!);
   const text = await file.text();
   if (/^(steps|moves)\s*:/m.test(text)) return read(text, main);
   if (/^(connections|belts)\s*:/m.test(text)) return openConnections(file);
@@ -175,6 +176,13 @@ async function bringText(files: Files, main: string, course: Shown): Promise<voi
   course.say("is read by the kernel");
   const said = await scenes.loadScene({ text, uri: main, files: assetFiles(sent), add: add === "add" }, { signal: course.signal });
   told(said.created, said.warnings);
+}
+
+/** Returns a file that is no larger than a text may be; throws for others. */
+function asText(file: File): File {
+  const most = Number(info.peek()?.maxMessageBytes ?? Infinity);
+  if (file.size > most) throw new ConnectError(`${file.name} has ${megabytes(file.size)}, and a text may have ${megabytes(most)} (limit message_bytes)`, Code.ResourceExhausted);
+  return file;
 }
 
 /** Returns the file that is meant: a scene before a model before a mesh; of several of a kind the person says which. */

@@ -1,4 +1,4 @@
-// What happens below the view: joints over time, the program, signals, collisions, traces, history, messages.
+// What happens below the view: joints over time, the program, a trajectory, signals, collisions, traces, history, messages.
 import { StepKind } from "../generated/virtualrobot/v1/history_pb";
 import { messages, type Level } from "../kernel/messages";
 import { lines } from "../kernel/program";
@@ -12,6 +12,7 @@ import { Plot } from "./plot";
 import { Program } from "./program";
 import { Signals } from "./signals";
 import { Traces } from "./traces";
+import { TrajectoryControl } from "./trajectory";
 
 const COLORS: Record<Level, string> = { info: "var(--muted)", good: "var(--good)", warning: "var(--warning)", error: "var(--danger)" };
 
@@ -22,6 +23,7 @@ export function Bottom() {
       <Tabs label="Below" chosen={shown.value} choose={(id) => (shown.value = id)} tabs={[
         { id: "plot", icon: "chart-line", name: "Joints" },
         { id: "program", icon: "list-video", name: "Program", count: lines.value.length },
+        { id: "trajectory", icon: "spline", name: "Trajectory" },
         { id: "signals", icon: "toggle-left", name: "Signals", count: cellSignals.value.size },
         { id: "collisions", icon: "zap", name: "Collisions", count: touching.value.length, alarm: true },
         { id: "traces", icon: "route", name: "Traces", count: traces.value.length },
@@ -30,6 +32,7 @@ export function Bottom() {
       ]} />
       {shown.value === "plot" && <Plot />}
       {shown.value === "program" && <Program />}
+      {shown.value === "trajectory" && <TrajectoryControl />}
       {shown.value === "signals" && <Signals />}
       {shown.value === "collisions" && <Collisions />}
       {shown.value === "traces" && <Traces />}

@@ -62,7 +62,6 @@ function found({ commands, words }: Search): Command[] {
 export function Finder() {
   const field = useRef<HTMLInputElement>(null);
   const now = search.value;
-  // At once: what is typed right after Ctrl-K is meant for it.
   // At once: what is typed right after Ctrl-K is meant for the field.
   useLayoutEffect(() => field.current?.focus(), [now === undefined]);
   if (!now) return null;

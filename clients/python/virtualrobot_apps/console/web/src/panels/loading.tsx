@@ -21,7 +21,7 @@ export function Loading() {
           <div class="float question">
             <Icon name="file-up" size={30} color="var(--accent)" />
             <h2>Drop to load</h2>
-            <p class="muted">Models with their meshes, scenes, programs, connections, or a zip archive of them</p>
+            <p class="muted">Models with their meshes, scenes, programs, trajectories, connections, or a zip archive of them</p>
           </div>
         </div>
       )}

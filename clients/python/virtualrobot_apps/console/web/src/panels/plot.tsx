@@ -1,10 +1,9 @@
 // Joints of the chosen robot over time.
 import { effect, signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
-import UPlot from "uplot";
-import "uplot/dist/uPlot.min.css";
 import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
 import { chosen, hearers, robots, simulationTime, states } from "../kernel/world";
+import { chart, LINE_COLORS } from "../parts/chart";
 import { Choice } from "../parts/choice";
 import { Icon } from "../parts/icons";
 import { fixed, unitOf } from "../parts/numbers";
@@ -12,7 +11,6 @@ import { theme } from "../parts/theme";
 
 type Quantity = "positions" | "velocities";
 
-const COLORS = ["#4b9dff", "#ff9e4a", "#4cc38a", "#f0616d", "#c58bff", "#4ecdc4", "#ffd65c", "#9aa7b5"];
 const MOST = 900;
 const LEGEND_ROWS = 12;
 /** Length (s) of the axis where there is one moment alone. */
@@ -90,7 +88,7 @@ export function Plot() {
         <div class="legend">
           {shown.slice(0, LEGEND_ROWS).map(({ name, place, factor, unit }, number) => (
             <button key={name} type="button" class="series" aria-pressed={!unseen.value.has(name)} title={name} onClick={() => toggle(name)}>
-              <u style={{ background: COLORS[number % COLORS.length] }} />
+              <u style={{ background: LINE_COLORS[number % LINE_COLORS.length] }} />
               <span class="grow">J{number + 1}</span>
               <span class="mono muted">{fixed((state?.[quantity.value][place] ?? 0) * factor, 1)} {unit}</span>
             </button>
@@ -116,30 +114,8 @@ function toggle(name: string): void {
 
 /** Draws into `host` until the returned function is called. */
 function draw(host: HTMLElement, shown: readonly Column[]): () => void {
-  const style = getComputedStyle(document.documentElement);
-  const unit = shown[0]?.unit ?? "";
-  const axis: UPlot.Axis = {
-    stroke: style.getPropertyValue("--muted"),
-    font: "10.5px 'Inter Variable'",
-    grid: { stroke: style.getPropertyValue("--line"), width: 1 },
-    ticks: { show: false },
-  };
-  const series = shown.map(({ name }, number) => ({
-    stroke: COLORS[number % COLORS.length], width: 1.6, points: { show: false }, show: !unseen.peek().has(name),
-  }));
-  const options: UPlot.Options = {
-    width: host.clientWidth || 300,
-    height: host.clientHeight || 120,
-    padding: [10, 14, 0, 0],
-    legend: { show: false },
-    scales: { x: { time: false } },
-    axes: [
-      { ...axis, size: 24, values: (_, values) => values.map((value) => `${value} s`) },
-      { ...axis, size: 52, values: (_, values) => values.map((value) => `${value}${unit}`) },
-    ],
-    series: [{}, ...series],
-  };
-  const plot = new UPlot(options, [[], ...shown.map(() => [])], host);
+  const lines = shown.map(({ name }, number) => ({ color: LINE_COLORS[number % LINE_COLORS.length], show: !unseen.peek().has(name) }));
+  const { plot, close } = chart(host, shown[0]?.unit ?? "", lines);
   const update = () => {
     if (paused.peek() || samples.times.length === 0) return;
     const { times, rows } = held();
@@ -147,11 +123,8 @@ function draw(host: HTMLElement, shown: readonly Column[]): () => void {
   };
   update();
   const timer = setInterval(update, 100);
-  const sized = new ResizeObserver(() => plot.setSize({ width: host.clientWidth, height: host.clientHeight }));
-  sized.observe(host);
   return () => {
     clearInterval(timer);
-    sized.disconnect();
-    plot.destroy();
+    close();
   };
 }
