@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import subprocess
 import sys
 import threading
@@ -15,7 +16,9 @@ HERE = Path(__file__).resolve().parent
 @contextlib.contextmanager
 def process(command: Sequence[str], ready: str) -> Iterator[tuple[str, subprocess.Popen[str]]]:
     """Start a process, wait for the line that begins with `ready`, yield what follows, and end the process."""
-    started = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    # Whatever the shell says, bytecode is kept, as it is in an installation.
+    environment = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+    started = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment)
     assert started.stdout
     reader = threading.Thread(target=started.stdout.read, daemon=True)
     try:

@@ -13,7 +13,7 @@ from virtualrobot_kernel.api.server import Address
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.history.journal import Journal, Keeper, Told
 from virtualrobot_kernel.kernel import Kernel, Settings
-from virtualrobot_kernel.serve import compile_all_code
+from virtualrobot_kernel.serve import compile_code
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.journal import Answer, Entry
@@ -60,7 +60,7 @@ def kernel_inside(*keepers: Keeper) -> Iterator[tuple[Kernel, str]]:
     def journal(*args: Any, **named: Any) -> Journal:  # noqa: ANN401 as they come
         return LateJournal(keepers, *args, **named) if keepers else Journal(*args, **named)
 
-    compile_all_code()
+    compile_code()
     with mock.patch("virtualrobot_kernel.history.history.Journal", journal):
         kernel = Kernel(Settings(Address("127.0.0.1", 0, ""), Mode.STEPPED), Catalog(), lambda: None)
     try:

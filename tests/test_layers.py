@@ -163,6 +163,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # Plugins are found by entry point; no room imports one.
     f"{KERNEL}/components": room("components", "virtualrobot_sdk"),
+    f"{KERNEL}/components/remembered.py": room("components", "virtualrobot_sdk", "msgspec"),
     f"{KERNEL}/planning": room("planning", "virtualrobot_sdk"),
     f"{KERNEL}/crafts": room("crafts", "virtualrobot_sdk"),
     f"{KERNEL}/shapes": room("shapes", "virtualrobot_sdk.rays"),
@@ -192,7 +193,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # What plugin authors import knows neither kernel nor client, and plugins know only it.
     SDK: ("virtualrobot_sdk", "numpy", "pluggy", "msgspec", "psutil"),
-    f"{SDK}/compiled": ("virtualrobot_sdk", "numpy", "numba", "platformdirs"),
+    f"{SDK}/compiled": ("virtualrobot_sdk", "numpy", "numba", "llvmlite", "platformdirs"),
     # Embree is driven through ctypes, its packets filled and read by compiled code, which calls it by address.
     f"{SDK}/embree": ("virtualrobot_sdk", "numpy", "numba", "llvmlite"),
     f"{SDK}/xml.py": ("lxml",),

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from virtualrobot_kernel.components.catalog import Catalog
-from virtualrobot_kernel.serve import compile_all_code
+from virtualrobot_kernel.serve import compile_code
 
 if __name__ == "__main__":
-    Catalog()  # imports the bundled plugins, whose code is compiled too
-    compile_all_code()
+    catalog = Catalog()  # imports the bundled plugins where their code is not compiled yet
+    compile_code()
+    catalog.remember()

@@ -164,7 +164,7 @@ def _add_server_options(parser: argparse.ArgumentParser) -> None:
 
 def _verify(options: argparse.Namespace) -> int:
     """Make every tick of a folder's past again; return 0 when each is what it was."""
-    compile_all_code()
+    compile_code()
     from virtualrobot_kernel.history.past import PastFolder
     from virtualrobot_kernel.history.verify import verify
     from virtualrobot_kernel.planning.robots import world_poses
@@ -204,7 +204,8 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
     token = "" if options.no_token else _given_token(options) or secrets.token_urlsafe(32)
     tls = [_read(path) for path in (options.tls_certificate, options.tls_key) if path]
     folder = Folder(options.data, ticks) if options.data else None
-    compile_all_code()
+    compile_code()
+    catalog.remember()
     from virtualrobot_kernel.api.server import Address
     from virtualrobot_kernel.kernel import Kernel, Settings
     from virtualrobot_kernel.world.clock import Mode
@@ -250,6 +251,7 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
             gc.freeze()  # nor is it looked at later, between ticks and as the process ends
             gc.enable()
             print(f"listening on {options.host}:{port}", flush=True)
+            threading.Thread(target=_load_the_rest, args=(catalog,), name="loading", daemon=True).start()
             if past is not None:
                 print(_told_of_past(past, kernel.world.clock), flush=True)
             if not options.headless:
@@ -346,9 +348,9 @@ def _catalog(options: argparse.Namespace) -> Catalog:
     return catalog
 
 
-def compile_all_code() -> None:
-    """Load compiled code; on the first start say that it is compiled, and how far it is."""
-    from virtualrobot_sdk.compiled.cache import compile_all
+def compile_code() -> None:
+    """Compile what the kernel and the plugins that are imported need; on the first start say how far that is."""
+    from virtualrobot_sdk.compiled.cache import compile_missing
 
     from virtualrobot_kernel import numeric
 
@@ -358,7 +360,16 @@ def compile_all_code() -> None:
     def progress(done: int, total: int, name: str) -> None:
         print(f"compiling (first start only) {done + 1}/{total}: {name}", file=sys.stderr, flush=True)
 
-    compile_all(progress)
+    compile_missing(progress)
+
+
+def _load_the_rest(catalog: Catalog) -> None:
+    """Load what the first call need not wait for, before somebody has to: compiled code and plugins."""
+    from virtualrobot_sdk.compiled.cache import make_ready
+
+    make_ready()
+    catalog.load()
+    make_ready()
 
 
 def _given_token(options: argparse.Namespace) -> str:

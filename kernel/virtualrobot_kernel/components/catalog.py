@@ -1,13 +1,15 @@
 """Catalogue of installed plugins and what they offer; those that fail are kept with the reason.
 
 A plugin of another package than the kernel's is looked at in a worker process: it can raise, hang or crash there, and
-its code comes into this process only when it offers a component that says so.
+its code comes into this process only when it offers a component that says so. What the kernel's own offer is
+remembered from start to start (`components/remembered.py`), so that they are imported when they are used.
 """
 
 from __future__ import annotations
 
+import functools
 import logging
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from importlib.metadata import EntryPoint, entry_points
@@ -18,8 +20,9 @@ from virtualrobot_sdk.loading import load
 from virtualrobot_sdk.models import Model
 from virtualrobot_sdk.registration import ComponentKind, Isolation, Registration
 from virtualrobot_sdk.worker import Worker
-from virtualrobot_sdk.worker.description import ComponentDescription, describe
+from virtualrobot_sdk.worker.description import ComponentDescription, Description, describe
 
+from virtualrobot_kernel.components import remembered
 from virtualrobot_kernel.errors import UnknownNameError
 
 log = logging.getLogger(__name__)
@@ -33,11 +36,11 @@ LOOK_SECONDS = 20.0
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Offer:
-    """Component that a plugin offers; `registration` is None when the plugin was not imported into this process."""
+    """Component that a plugin offers; `register` imports it, and is None where it is not for this process."""
 
     entry_point: EntryPoint
     about: ComponentDescription
-    registration: Registration | None = None
+    register: Callable[[], Registration] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -59,6 +62,7 @@ class Catalog:
     def __init__(self) -> None:
         """Find the plugins."""
         self._plugins: tuple[Plugin, ...] = ()
+        self._own: list[EntryPoint] = []
         self.scan()
 
     @property
@@ -71,12 +75,26 @@ class Catalog:
         points = sorted(
             entry_points(group=ENTRY_POINT_GROUP), key=lambda point: (_package(point) != OWN_PACKAGE, point.name)
         )
+        own = [point for point in points if _package(point) == OWN_PACKAGE]
+        recalled = remembered.recall(own)
+        self._own = [] if recalled else own
         with ThreadPoolExecutor(max(1, len(points)), thread_name_prefix="plugins") as pool:
-            found = tuple(pool.map(_looked_at, points))
+            found = tuple(pool.map(lambda point: _looked_at(point, recalled.get(point.name)), points))
         self._plugins = _without_clashes(found, _claims(self._plugins))
         for plugin in self._plugins:
             if plugin.reason:
                 log.warning("the plugin %r of %s offers nothing: %s", plugin.name, plugin.package, plugin.reason)
+
+    def remember(self) -> None:
+        """Have the next start know what the kernel's own plugins offer, whose code is compiled; if none has failed."""
+        if self._own and not any(plugin.reason for plugin in self._plugins if plugin.package == OWN_PACKAGE):
+            remembered.remember(self._own, {point.name: describe(*_loaded(point)) for point in self._own})
+
+    def load(self) -> None:
+        """Import what was not yet imported of the plugins whose components work in this process."""
+        for offer in (offer for plugin in self._plugins for offer in plugin.offers):
+            if offer.register is not None and offer.about.isolation is Isolation.IN_PROCESS:
+                offer.register()
 
     def offers(self, kind: ComponentKind) -> dict[str, Offer]:
         """Return the components of a kind by name."""
@@ -108,28 +126,41 @@ def _package(point: EntryPoint) -> str:
     return point.dist.name if point.dist else ""
 
 
-def _looked_at(point: EntryPoint) -> Plugin:
+def _looked_at(point: EntryPoint, recalled: Description | None) -> Plugin:
     """Return the plugin of an entry point; whatever goes wrong becomes the reason why it offers nothing."""
     found = Plugin(point.name, _package(point), point.dist.version if point.dist else "")
     try:
         if found.package == OWN_PACKAGE:
-            return _loaded(found, point)
+            return _described(found, point, recalled or describe(*_loaded(point)), is_here=True)
         with Worker(f"plugin {point.name}") as worker:
-            description = worker.describe(point, deadline_seconds=LOOK_SECONDS)
-        if any(component.isolation is Isolation.IN_PROCESS for component in description.components):
-            return _loaded(found, point)
+            about = worker.describe(point, deadline_seconds=LOOK_SECONDS)
+        is_here = any(component.isolation is Isolation.IN_PROCESS for component in about.components)
+        return _described(found, point, describe(*_loaded(point)) if is_here else about, is_here)
     except (PluginError, ComponentFault) as error:
         return replace(found, reason=str(error))
-    offers = tuple(Offer(point, component) for component in description.components)
-    return replace(found, api_version=description.api_version, offers=offers, models=description.models)
 
 
-def _loaded(found: Plugin, point: EntryPoint) -> Plugin:
-    """Return the plugin with its offers, imported into this process."""
-    api_version, registrations, models = load(point)
-    components = describe(api_version, registrations, models).components
-    offers = tuple(Offer(point, about, one) for about, one in zip(components, registrations, strict=True))
-    return replace(found, api_version=api_version, offers=offers, models=models)
+def _described(found: Plugin, point: EntryPoint, about: Description, is_here: bool) -> Plugin:
+    """Return the plugin with its offers; `is_here` says whether its code is for this process."""
+    offers = tuple(
+        Offer(point, one, functools.partial(_registration, point, one.kind, one.name) if is_here else None)
+        for one in about.components
+    )
+    return replace(found, api_version=about.api_version, offers=offers, models=about.models)
+
+
+def _registration(point: EntryPoint, kind: ComponentKind, name: str) -> Registration:
+    """Return what a plugin registers by this name, imported now where it was not before."""
+    for one in _loaded(point)[1]:
+        if (one.kind, one.name) == (kind, name):
+            return one
+    raise PluginError(f"{point.value!r} was changed, and offers no {kind.value} component {name!r} any more")
+
+
+@functools.cache
+def _loaded(point: EntryPoint) -> tuple[str, tuple[Registration, ...], tuple[Model, ...]]:
+    """Return what a plugin registers, imported into this process; once there it stays as it is."""
+    return load(point)
 
 
 Claim = tuple[ComponentKind | None, str]

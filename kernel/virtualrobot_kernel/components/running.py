@@ -159,7 +159,7 @@ def start(offer: Offer, settings: Mapping[str, Any], *arguments: object, user: s
     Raises KernelError with the component's own words for settings or arguments that it refuses; PLUGIN_FAILED when it
     can't be made.
     """
-    in_process = offer.registration is not None and offer.about.isolation is Isolation.IN_PROCESS
+    in_process = offer.register is not None and offer.about.isolation is Isolation.IN_PROCESS
     try:
         instance = _InProcess(offer, settings, arguments) if in_process else _InWorker(offer, settings, arguments)
     except ArgumentError as error:
@@ -195,8 +195,8 @@ class _InProcess:
     has_ended = False
 
     def __init__(self, offer: Offer, settings: Mapping[str, Any], arguments: tuple[object, ...]) -> None:
-        assert offer.registration is not None
-        one = offer.registration
+        assert offer.register is not None
+        one = offer.register()
         self._package = package_of(offer.entry_point.value)
         chosen = make_settings(one.config_type, settings)
         given = arguments if one.config_type is None else (*arguments, chosen)

@@ -8,8 +8,10 @@ import yaml
 from google.protobuf.json_format import ParseDict
 from virtualrobot.v1 import sensor_pb2
 
+_LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
 
 def read() -> sensor_pb2.ListSensorPresetsResponse:
     """Return the devices that come with the kernel."""
     text = (files("virtualrobot_kernel") / "sensing" / "presets.yaml").read_text("utf-8")
-    return ParseDict(yaml.safe_load(text), sensor_pb2.ListSensorPresetsResponse())
+    return ParseDict(yaml.load(text, _LOADER), sensor_pb2.ListSensorPresetsResponse())

@@ -34,9 +34,9 @@ def check_choices(commands: Iterable[Command], room: SensingRoom) -> None:
 
 def _check(catalog: Catalog, kind: ComponentKind, name: str, settings: Mapping[str, Any]) -> None:
     offer = catalog.find(kind, name)
-    if offer.registration is None:
+    if offer.register is None:
         return
     try:
-        make_settings(offer.registration.config_type, settings)
+        make_settings(offer.register().config_type, settings)
     except ArgumentError as error:
         raise KernelError(f"{kind.value} component {name!r}: {error}") from error

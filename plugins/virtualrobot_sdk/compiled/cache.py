@@ -36,7 +36,10 @@ _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {
 _PACKAGE = Path(__file__).parent
 _compiled_functions: list[CompiledFunction | CompiledCallback] = []
 _setting = threading.RLock()
-"""Held by whoever compiles or says where numba keeps things: threads may ask for the same function at once."""
+"""Held by whoever says where numba keeps things."""
+_compiling = threading.RLock()
+"""Held by whoever compiles or loads: threads may ask for the same function at once. Taken before `_setting`, and not by
+modules that are imported: loading imports the module of a function, and waits where another thread just does that."""
 
 
 @functools.cache
@@ -74,14 +77,14 @@ class CompiledFunction:
         """Keep `function`, the numba types of its arguments and numba's options; `compile` makes the native code."""
         from numba import njit
 
-        self._directory = cache_directory(Path(function.__code__.co_filename).parent)
-        with _kept_in(self._directory):
+        self.function = function
+        self.directory = cache_directory(Path(function.__code__.co_filename).parent)
+        with _kept_in(self.directory):
             self.dispatcher: Any = njit(cache=True, **options)(function)
         self.name = function.__name__.lstrip("_")
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
         self._signature = signature
-        self._module = function.__module__.rpartition(".")[2]
         self._ready = False
         _compiled_functions.append(self)
 
@@ -92,11 +95,11 @@ class CompiledFunction:
 
     def is_cached(self) -> bool:
         """Tell whether the cache directory has code of this function (perhaps for another processor)."""
-        return _is_kept_in(self._directory, self._module, self.__name__)
+        return bool(_kept(self.directory, self.function))
 
     def compile(self) -> bool:
         """Compile or load; return True when it had to be compiled anew."""
-        with _setting:
+        with _compiling:
             if not self._ready:
                 _load_numba()
                 self.dispatcher.compile(self._signature)
@@ -117,10 +120,9 @@ class CompiledCallback:
 
     def __init__(self, function: Callable[..., Any], signature: Any) -> None:  # noqa: ANN401  numba's own type
         """Keep `function` and its numba signature; `compile` makes the native code."""
-        self._function, self._signature = function, signature
-        self._directory = cache_directory(Path(function.__code__.co_filename).parent)
+        self.function, self._signature = function, signature
+        self.directory = cache_directory(Path(function.__code__.co_filename).parent)
         self.name = function.__name__.lstrip("_")
-        self._module = function.__module__.rpartition(".")[2]
         self._native: Any = None
         _compiled_functions.append(self)
 
@@ -132,18 +134,22 @@ class CompiledCallback:
 
     def is_cached(self) -> bool:
         """Tell whether the cache directory has code of this function (perhaps for another processor)."""
-        return _is_kept_in(self._directory, self._module, self._function.__name__)
+        return bool(_kept(self.directory, self.function))
 
     def compile(self) -> bool:
         """Compile or load; return True when it had to be compiled anew."""
-        from numba import cfunc
-
-        with _setting:
+        with _compiling:
             if self._native is None:
                 _load_numba()
+                from numba.core.ccallback import CFunc  # what `numba.cfunc` makes and compiles in one step
+                from numba.core.sigutils import normalize_signature
+
                 options = {name: value for name, value in _OPTIONS.items() if name != "nogil"}
-                with _kept_in(self._directory):
-                    self._native = cfunc(self._signature, cache=True, **options)(self._function)
+                native = CFunc(self.function, normalize_signature(self._signature), locals={}, options=options)
+                with _kept_in(self.directory):
+                    native.enable_caching()
+                native.compile()
+                self._native = native
         return not self._native.cache_hits
 
 
@@ -216,8 +222,29 @@ def _load_numba() -> None:
         linalg.ensure_blas = asked
 
 
-def _is_kept_in(directory: Path, module: str, function: str) -> bool:
-    return any(directory.glob(f"*/{module}.{function}-*.nbi"))
+def processor() -> str:
+    """Return the name of the processor that code is compiled for."""
+    from llvmlite.binding import get_host_cpu_name
+
+    return get_host_cpu_name()
+
+
+def files_of_code(*packages: str) -> list[Path]:
+    """Return the cache's files of the compiled functions imported so far of these top-level packages."""
+    return [
+        file
+        for one in tuple(_compiled_functions)
+        if one.function.__module__.partition(".")[0] in packages
+        for file in _kept(one.directory, one.function)
+    ]
+
+
+def _kept(directory: Path, function: Callable[..., Any]) -> list[Path]:
+    """Return the files of the cache that know of a function's code; numba takes none that are older than its source."""
+    changed = os.stat(function.__code__.co_filename).st_mtime
+    module = function.__module__.rpartition(".")[2]
+    files = directory.glob(f"*/{module}.{function.__name__}-*.nbi")
+    return [file for file in files if file.stat().st_mtime >= changed]
 
 
 def make_ready() -> None:
@@ -229,19 +256,25 @@ def make_ready() -> None:
         function.compile()
 
 
+def compile_missing(progress: Callable[[int, int, str], None]) -> None:
+    """Compile every function imported so far that is not in the cache; the others are loaded when they are called.
+
+    `progress(done, total, name)` is called before each that is compiled, with the number of these. A cache is made by
+    one processor: where the first function has to be compiled for this one, all are.
+    """
+    functions = tuple(_compiled_functions)
+    missing = [function for function in functions if not function.is_cached()]
+    if functions and not missing and functions[0].compile():
+        missing = list(functions[1:])
+    for done, function in enumerate(missing):
+        progress(done, len(missing), function.name)
+        function.compile()
+
+
 def compile_all(progress: Callable[[int, int, str], None]) -> tuple[str, ...]:
     """Compile or load every compiled function imported so far, and return the names of those compiled anew.
 
-    `progress(done, total, name)` is called before each function that is not in the cache, with the number of such
-    functions; a warm start calls it never.
+    `progress(done, total, name)` is called before each that is compiled; a warm start calls it never.
     """
-    missing = [function for function in _compiled_functions if not function.is_cached()]
-    anew: list[str] = []
-    done = 0
-    for function in _compiled_functions:
-        if function in missing:
-            progress(done, len(missing), function.name)
-            done += 1
-        if function.compile():
-            anew.append(function.name)
-    return tuple(anew)
+    compile_missing(progress)
+    return tuple(function.name for function in tuple(_compiled_functions) if function.compile())

@@ -40,7 +40,7 @@ def offer(factory: Callable[..., object], kind: ComponentKind = ComponentKind.KI
     """Return what a plugin offers that is loaded into this process."""
     registration = Registration(kind, "tried", factory, isolation=Isolation.IN_PROCESS)
     (about,) = describe("1.0", [registration]).components
-    return Offer(EntryPoint("tried", __name__, "virtualrobot.plugins"), about, registration)
+    return Offer(EntryPoint("tried", __name__, "virtualrobot.plugins"), about, lambda: registration)
 
 
 def raising(error: BaseException) -> Callable[..., Any]:

@@ -20,12 +20,12 @@ from virtualrobot_sdk import embree
 from virtualrobot_sdk.compiled import cache
 calls = []
 anew = cache.compile_all(lambda done, total, name: calls.append((done, total, name)))
-print(json.dumps({"calls": calls, "anew": anew, "directory": str(forest.forward_forest._directory)}))
+print(json.dumps({"calls": calls, "anew": anew, "directory": str(forest.forward_forest.directory)}))
 """
 DIRECTORY = """
 import json
 from virtualrobot_kernel.numeric.forest import forward_forest
-print(json.dumps({"directory": str(forward_forest._directory)}))
+print(json.dumps({"directory": str(forward_forest.directory)}))
 """
 
 

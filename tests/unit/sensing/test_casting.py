@@ -50,7 +50,8 @@ class Counting:
 def offer_of(factory: Callable[[], object], name: str = "tried") -> Offer:
     """Return what a plugin of this process would offer."""
     one = Registration(ComponentKind.RAY_CASTER, name, factory, isolation=Isolation.IN_PROCESS)
-    return Offer(EntryPoint(name, "tests.unit.sensing.test_casting", ""), describe("1.0", [one]).components[0], one)
+    (about,) = describe("1.0", [one]).components
+    return Offer(EntryPoint(name, "tests.unit.sensing.test_casting", ""), about, lambda: one)
 
 
 def along_x(count: int) -> tuple[np.ndarray, np.ndarray]:
