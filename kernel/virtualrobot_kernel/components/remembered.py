@@ -33,7 +33,7 @@ SDK = "virtualrobot_sdk"
 
 @dataclass(frozen=True, slots=True)
 class Memory:
-    """What is written: the stamp, the files of compiled code that were there, and the descriptions by plugin."""
+    """Contents of the file: the stamp, the files of compiled code that were there, and the descriptions by plugin."""
 
     stamp: str
     code: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""What the kernel's own plugins offer is known without importing them, for as long as nothing has changed."""
+"""Offers of the kernel's own plugins are known without importing them, for as long as nothing has changed."""
 
 from __future__ import annotations
 
