@@ -151,6 +151,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/motion/time_optimal.py": (*MOTION, "virtualrobot_kernel.numeric.laws", "toppra"),
     f"{KERNEL}/motion/online.py": (*MOTION, "ruckig"),
     # In the tick an arm goes along with a frame by compiled Newton steps.
+    f"{KERNEL}/motion/resolved_rate.py": (*MOTION, "virtualrobot_kernel.numeric.following"),
     f"{KERNEL}/motion/conveyor_tracking.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
     # Laws are searched, and what moves by them is looked at, at thousands of places.
     **{f"{KERNEL}/motion/{name}.py": (*MOTION, "virtualrobot_kernel.numeric.laws") for name in ("path_law", "rates")},

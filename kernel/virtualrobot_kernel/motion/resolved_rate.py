@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 from math import ceil
 
 import numpy as np
-from virtualrobot_sdk.kinematics import Kinematics
+from virtualrobot_sdk.kinematics import Kinematics, SerialChain
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.cartesian_path import CartesianPath
@@ -23,6 +23,7 @@ from virtualrobot_kernel.motion.nullspace import NonsmoothObjective, SecondaryOb
 from virtualrobot_kernel.motion.nullspace_reference import nullspace_reference
 from virtualrobot_kernel.motion.path import quintic_hermite
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
+from virtualrobot_kernel.numeric import following
 
 #: Largest deviation in the middle of a piece, in m and rad. A hundred times finer than promised to users: the
 #: joint jerk is the third derivative of the pieces, whose errors are this divided by the third power of their length.
@@ -36,6 +37,8 @@ _LONGEST_STEP = (0.05, 0.2)
 _SHORTEST_STEP = 1e-6
 #: Differences for curvatures reach no farther than this share of the way from one knot to the next.
 _DIFFERENCE = 1e-3
+#: Share of a twist that an arm with fewer than six joints may miss, by rounding.
+_MISSING = 1e-6
 #: Reasons at which a farthest path ends.
 _ENDS = (Reason.LIMIT_EXCEEDED, Reason.SINGULARITY, Reason.UNREACHABLE)
 
@@ -50,6 +53,12 @@ class TcpKinematics:
     kinematics: Kinematics
     tip_t_tcp: Array
     objective: SecondaryObjective | None = None
+
+    @property
+    def chain(self) -> SerialChain | None:
+        """Chain to the tool centre point, of kinematics that tell theirs (`chain`)."""
+        chain: SerialChain | None = getattr(self.kinematics, "chain", None)
+        return chain and chain._replace(post=chain.post @ self.tip_t_tcp)
 
     def pose(self, q: Array) -> Array:
         """Return base_t_tcp (4, 4)."""
@@ -116,12 +125,16 @@ class _Follower:
         solution = np.linalg.lstsq(jacobian * self.weights[:, None], weighted, rcond=1e-12)[0]
         return np.asarray(solution, dtype=np.float64)
 
+    def difference(self, rate: Array) -> float:
+        """Return half the difference in u for a curvature: about 1e-4 rad, by which its error is below 1e-7 of it."""
+        return min(1e-4 / max(float(np.abs(rate).max()), 1e-4), self.longest_difference)
+
     def sample(self, u: float, q: Array) -> _Sample:
         left, values, right = np.linalg.svd(self.tcp.jacobian(q) * self.weights[:, None], full_matrices=False)
         twist = self.twist(u)
         projected = left.T @ twist
         rate = right.T @ (projected / np.maximum(values, 1e-12))
-        if len(q) < 6 and np.linalg.norm(left @ projected - twist) > 1e-6 * np.linalg.norm(twist):
+        if len(q) < 6 and np.linalg.norm(left @ projected - twist) > _MISSING * np.linalg.norm(twist):
             where, metadata = self.tcp_path.place(u)
             joints = f"{len(q)} joints" if len(q) > 1 else "one joint"
             raise KernelError(
@@ -129,8 +142,7 @@ class _Follower:
                 reason=Reason.UNREACHABLE,
                 **metadata,
             )
-        # Differences over about 1e-4 rad: truncation and rounding are both below 1e-7 of the value.
-        step = min(1e-4 / max(float(np.abs(rate).max()), 1e-4), self.longest_difference)
+        step = self.difference(rate)
         if self.tcp.objective is not None:
             rate = self.rate(u, q)
         before, after = (self.tcp.jacobian(q + sign * step * rate) for sign in (-1.0, 1.0))
@@ -165,13 +177,51 @@ class _Follower:
         if q is None:
             return None
         new = self.sample(u, q)
-        piece = _piece([start, new])
-        middle = 0.5 * (start.u + u)
-        if np.abs(self.tcp_path.deviation(middle, self.tcp.pose(piece.evaluate(middle)))).max() >= DEVIATION:
+        ends = (start.q, start.rate, start.curvature, new.q, new.rate, new.curvature)
+        middle = np.empty_like(q)
+        inside = following.write_middle(u - start.u, *ends, limits.lower - tolerance, limits.upper + tolerance, middle)
+        if self.distance(0.5 * (start.u + u), middle) >= DEVIATION:
             return None
-        _check_limits(self.tcp_path, piece, limits, tolerance)
+        if not inside:
+            _check_limits(self.tcp_path, _piece([start, new]), limits, tolerance)
         _check_singularity(self.tcp_path, new, min(SMALLEST_SINGULAR_VALUE, start.singular_value))
         return new
+
+    def distance(self, u: float, q: Array) -> float:
+        """Return how far the tool centre point is at q from the path's pose at `u`, in m or rad."""
+        return float(np.abs(self.tcp_path.deviation(u, self.tcp.pose(q))).max())
+
+
+class _ChainFollower(_Follower):
+    """Follower of a chain whose free joints serve nothing else: the same steps, compiled."""
+
+    def __init__(self, tcp: TcpKinematics, tcp_path: CartesianPath, q_start: Array, chain: SerialChain) -> None:
+        super().__init__(tcp, tcp_path, q_start)
+        self.chain = (*chain[:6], chain.post[None], float(self.weights[0]))
+
+    def sample(self, u: float, q: Array) -> _Sample:
+        rate, curvature, left, right = np.empty_like(q), np.empty_like(q), np.empty(6), np.empty_like(q)
+        smallest, missing = following.rate_along(*self.chain, q, self.tcp_path.twist(u), rate, left, right)
+        if not (smallest >= SMALLEST_SINGULAR_VALUE and missing <= _MISSING):
+            # What is refused is told by LAPACK's numbers, as that of other arms is.
+            return super().sample(u, q)
+        step = self.difference(rate)
+        twists = self.tcp_path.twist(u - step), self.tcp_path.twist(u + step)
+        slope = following.bend_along(*self.chain, q, rate, step, *twists, left, right, curvature)
+        return _Sample(u, q, rate, curvature, smallest, slope)
+
+    def step(self, start: _Sample, u: float) -> Array | None:
+        path, h, q = self.tcp_path, u - start.u, np.empty_like(start.q)
+        places = path.twist(start.u + 0.5 * h), path.twist(u), path.pose(u)
+        return q if following.step_along(*self.chain, start.q, start.rate, h, *places, q) else None
+
+    def distance(self, u: float, q: Array) -> float:
+        return following.distance_from(*self.chain, q, self.tcp_path.pose(u))
+
+
+def _follower(tcp: TcpKinematics, tcp_path: CartesianPath, q_start: Array) -> _Follower:
+    chain = tcp.chain if tcp.objective is None else None
+    return _Follower(tcp, tcp_path, q_start) if chain is None else _ChainFollower(tcp, tcp_path, q_start, chain)
 
 
 def joint_path(tcp: TcpKinematics, tcp_path: CartesianPath, q_start: Array, limits: JointLimits) -> PiecewisePolynomial:
@@ -201,7 +251,7 @@ def _followed(
     tcp: TcpKinematics, tcp_path: CartesianPath, q_start: Array, limits: JointLimits, resolution: float | None
 ) -> tuple[list[_Sample], KernelError | None]:
     """Return samples along the path and, with a resolution, what ended them before its end; else that is raised."""
-    follower = _Follower(tcp, tcp_path, q_start)
+    follower = _follower(tcp, tcp_path, q_start)
     tolerance = TOLERANCE if resolution is None else 0.0
     longest = 1.0 / max(4, ceil(tcp_path.length / _LONGEST_STEP[0]), ceil(tcp_path.angle / _LONGEST_STEP[1]))
     samples = [follower.sample(0.0, q_start)]

@@ -65,7 +65,7 @@ class Solver:
         Without `tip` solutions are not compared with the tree: while it is tried, by how much it misses is to be told.
         """
         self.running = running
-        self._chain = chain
+        self.chain = chain
         self._tip = tip
 
     def forward(self, q: Floats, /) -> Floats:
@@ -74,13 +74,13 @@ class Solver:
 
     def jacobian(self, q: Floats, /) -> Floats:
         """Return the geometric Jacobian (6, k) at the tip, linear rows first, in the base frame."""
-        return self._asked(lambda answer: checked_jacobian(answer, self._chain), "jacobian", q.copy())
+        return self._asked(lambda answer: checked_jacobian(answer, self.chain), "jacobian", q.copy())
 
     def inverse(self, base_t_tip: Floats, options: InverseOptions = _DEFAULTS, /) -> InverseResult:
         """Return the postures that put the tip at `base_t_tip` (4, 4), or the reason why there is none."""
 
         def checked(answer: object) -> InverseResult:
-            result = checked_result(answer, self._chain, options)
+            result = checked_result(answer, self.chain, options)
             if self._tip is not None:
                 for solution in result.solutions:
                     check_solution(self._tip(solution), base_t_tip, options)

@@ -62,6 +62,11 @@ class ChainKinematics:
         self._centre = tuple(centre.tolist())
 
     @property
+    def chain(self) -> SerialChain:
+        """Return the chain."""
+        return self._chain
+
+    @property
     def joint_names(self) -> tuple[str, ...]:
         """Return the names of the k independent joints."""
         return self._joint_names

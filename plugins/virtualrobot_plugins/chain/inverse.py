@@ -14,11 +14,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import float64, int8, int64, uint64
 from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
+from virtualrobot_sdk.compiled.pose_error import pose_error
 from virtualrobot_sdk.compiled.serial import fill_jacobian, place_frames
 from virtualrobot_sdk.kinematics import REVOLUTE, Codes, Floats, Integers
 
 from virtualrobot_plugins.chain.damped import step_within_limits
-from virtualrobot_plugins.chain.pose_error import pose_error
 from virtualrobot_plugins.chain.serial import JOINT_TYPES, SerialChain, reach_bound
 
 # Measured on four arms of 6 and 7 axes, 1,000 poses each: these gave the fewest steps in the mean and at p99.

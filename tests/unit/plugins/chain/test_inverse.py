@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 from virtualrobot_plugins.chain.inverse import next_random, search, search_space, unwind
-from virtualrobot_plugins.chain.pose_error import rotation_vector
 from virtualrobot_plugins.chain.serial import SerialChain, chain_frames
+from virtualrobot_sdk.compiled.pose_error import rotation_vector
 
 from .chains import MIXED, R, random_chain
 
