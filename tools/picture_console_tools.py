@@ -189,6 +189,21 @@ def _speeds(client: virtualrobot.Client, page: Page) -> None:
     page.get_by_title("Speed of each robot, and of time").click()
 
 
+def _films(client: virtualrobot.Client, page: Page) -> None:
+    """Film the view while the arm moves, beside a film that is whole."""
+    page.get_by_title("Films", exact=True).click()
+    panel = page.get_by_label("Films", exact=True)
+    panel.get_by_role("radio", name="640").click()
+    film = panel.get_by_role("button", name="Film", exact=True)
+    film.click()
+    arm = client.robots["iiwa"]
+    arm.move_joints({"lbr_iiwa_joint_1": -0.4, "lbr_iiwa_joint_2": 0.6})
+    panel.get_by_role("button", name="Stop").click()
+    panel.get_by_role("link", name="Save").wait_for()
+    film.click()
+    panel.get_by_text("is taken").wait_for()
+
+
 def _save(shown: Page | Locator, file: Path) -> None:
     (shown.page if isinstance(shown, Locator) else shown).wait_for_timeout(4000.0)
     shown.screenshot(path=file)
@@ -206,6 +221,7 @@ PICTURES: dict[str, Callable[[virtualrobot.Client, Page], Locator | None]] = {
     "views": _views,
     "connections": _connections,
     "speeds": _speeds,
+    "films": _films,
 }
 """What brings the page to where its picture is taken, of the page or of a part of it."""
 

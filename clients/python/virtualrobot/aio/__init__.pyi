@@ -1406,6 +1406,9 @@ class StreamWatch(Face):
 
 class FilmThread(Face):
     """Writes a film in a thread of its own while the program goes on; `finish` or `cancel` ends it."""
+    @property
+    def ended(self) -> Order[bool]:
+        """True once no picture comes any more; `finish` tells why."""
     def finish(self) -> Order[int]:
         """Wait until all is drawn that has happened so far, and return how many pictures there are."""
     def cancel(self) -> Order[None]:

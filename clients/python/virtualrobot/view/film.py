@@ -114,6 +114,11 @@ class FilmThread:
         self._thread = threading.Thread(target=self._run, name="film")
         self._thread.start()
 
+    @property
+    def ended(self) -> bool:
+        """True once no picture comes any more; `finish` tells why."""
+        return not self._thread.is_alive()
+
     def finish(self) -> int:
         """Wait until all is drawn that has happened so far, and return how many pictures there are.
 

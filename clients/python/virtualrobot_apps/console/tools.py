@@ -1,4 +1,4 @@
-"""Tools of the page that are no calls of the contract: connections between signals that run, files of trajectories.
+"""Tools of the page that are no calls of the contract: connections between signals, films, files of trajectories.
 
 Each is a path of the console's own port, with JSON both ways. Whoever asks needs what the kernel would want, a token
 and a role, and what is done is done with that token.
@@ -19,6 +19,7 @@ from virtualrobot.errors import InvalidArgumentError, VirtualRobotError
 from virtualrobot.motions.moves import messages_of
 from virtualrobot.v1 import token_pb2
 
+from virtualrobot_apps.console.films import Films, camera_of, size_of
 from virtualrobot_apps.console.http_calls import Caller, Receive, Send, begin, refuse
 from virtualrobot_apps.console.refusal import Refusal
 from virtualrobot_apps.console.upstream import Upstream
@@ -42,6 +43,10 @@ class _Asked:
 
 Work = Callable[[_Asked], object]
 
+FILMS = "/films/"
+"""Path of films, followed by their names."""
+_CHUNK_BYTES = 1024 * 1024
+
 
 class PageTools:
     """The tools of one console; all its pages share them."""
@@ -49,7 +54,7 @@ class PageTools:
     def __init__(self, upstream: Upstream, limit: Limit, connect: Callable[[str], Client]) -> None:
         """Work for pages as `connect` gives a client of the kernel with a token."""
         self._upstream, self._limit, self._connect = upstream, limit, connect
-        self._wiring = Wiring(connect)
+        self._wiring, self._films = Wiring(connect), Films(connect)
         observer, operator = token_pb2.ROLE_OBSERVER, token_pb2.ROLE_OPERATOR
         self._work: dict[tuple[str, str], tuple[int, Work]] = {
             ("GET", "/connections"): (observer, lambda _: self._wiring.state()),
@@ -59,6 +64,11 @@ class PageTools:
             ("POST", "/connections/run"): (operator, lambda one: self._wiring.run(one.token)),
             ("POST", "/connections/pause"): (operator, lambda _: self._wiring.pause()),
             ("POST", "/trajectory"): (observer, self._trajectory),
+            # Whoever may look may film, as the kernel has it.
+            ("GET", "/films"): (observer, lambda _: self._films.state()),
+            ("POST", "/films/start"): (observer, self._start_film),
+            ("POST", "/films/stop"): (observer, lambda one: self._films.stop(one.text("name"))),
+            ("POST", "/films/remove"): (observer, lambda one: self._films.remove(one.text("name"))),
         }
 
     async def begin(self, token: str, connections: Path) -> None:
@@ -67,11 +77,15 @@ class PageTools:
 
     def knows(self, path: str) -> bool:
         """Return whether a path is that of a tool."""
-        return any(path == one for _, one in self._work)
+        return path.startswith(FILMS) or any(path == one for _, one in self._work)
 
     async def serve(self, path: str, verb: str, caller: Caller, receive: Receive, send: Send) -> None:
         """Answer one request with JSON, `{}` where there is nothing to tell."""
         try:
+            if verb == "GET" and path.startswith(FILMS):
+                await self._admitted(caller, token_pb2.ROLE_OBSERVER, {})
+                await _send_file(self._films.path(path.removeprefix(FILMS)), send)
+                return
             if (verb, path) not in self._work:
                 raise Refusal("unimplemented", f"{path} is asked for otherwise than by {verb}", status=405)
             role, work = self._work[verb, path]
@@ -89,6 +103,7 @@ class PageTools:
     async def close(self) -> None:
         """End what runs."""
         await asyncio.to_thread(self._wiring.close)
+        await asyncio.to_thread(self._films.close)
 
     async def _read(self, receive: Receive) -> dict[str, Any]:
         body, more = bytearray(), True
@@ -124,6 +139,10 @@ class PageTools:
             raise InvalidArgumentError("a connection needs its 'source'")
         self._wiring.set(asked.token, asked.text("target"), asked.said["source"])
 
+    def _start_film(self, asked: _Asked) -> None:
+        camera, size = camera_of(asked.said.get("camera")), size_of(asked.said.get("size"))
+        self._films.start(asked.token, camera, size)
+
     def _trajectory(self, asked: _Asked) -> object:
         """Return what a file says for a robot, as the contract's JointTrajectory in JSON."""
         with self._connect(asked.token) as client:
@@ -131,3 +150,18 @@ class PageTools:
             move = robot.read_trajectory(asked.text("name") or "trajectory.csv", asked.text("text"))
         (message,) = messages_of([move])
         return json_format.MessageToDict(message.joint_trajectory)
+
+
+async def _send_file(path: Path, send: Send) -> None:
+    """Answer with a film, to be saved under its name."""
+    headers = [
+        (b"content-type", b"video/mp4"),
+        (b"content-length", str(path.stat().st_size).encode()),
+        (b"content-disposition", f'attachment; filename="{path.name}"'.encode()),
+        (b"cache-control", b"no-store"),
+    ]
+    with path.open("rb") as file:
+        await send({"type": "http.response.start", "status": 200, "headers": headers})
+        while chunk := file.read(_CHUNK_BYTES):
+            await send({"type": "http.response.body", "body": chunk, "more_body": True})
+    await send({"type": "http.response.body", "body": b""})

@@ -9,8 +9,8 @@ export type SignalsPart = "values" | "connections" | "timing";
 export const signalsPart = signal<SignalsPart>("values");
 
 /** Which panel is open over the view, if any. */
-export const opened = signal<"" | "speeds">("");
+export const opened = signal<"" | "speeds" | "films">("");
 
-export function toggle(panel: "speeds"): void {
+export function toggle(panel: "speeds" | "films"): void {
   opened.value = opened.value === panel ? "" : panel;
 }

@@ -2,8 +2,10 @@
 import { signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
+import { filming } from "../kernel/films";
 import { goal } from "../kernel/goal";
 import { download } from "../kernel/loader";
+import { opened, toggle } from "../kernel/shown";
 import { isTraced, trace, untrace } from "../kernel/traces";
 import { chosen, connection, states, trouble } from "../kernel/world";
 import { Icon } from "../parts/icons";
@@ -12,6 +14,7 @@ import { inToolAxes, tool, type Tool } from "../view/gizmo";
 import { loading } from "../view/meshes";
 import { Viewport } from "../view/viewport";
 import { CameraInset } from "./camera_inset";
+import { Films } from "./films";
 import { Loading } from "./loading";
 import { Placing } from "./placing";
 import { Question } from "./question";
@@ -38,6 +41,7 @@ export function View() {
       <Cover />
       <Placing />
       <Speeds />
+      <Films />
       <Loading />
       <Question />
       <Stopped />
@@ -75,6 +79,9 @@ function Looks() {
       </button>
       <button type="button" class="tool" aria-pressed={isTraced(chosen.value)} title="Trace the robot's tool" onClick={() => (isTraced(chosen.value) ? untrace(chosen.value) : trace(chosen.value))}>
         <Icon name="route" size={17} />
+      </button>
+      <button type="button" class="tool" aria-pressed={opened.value === "films"} title="Films" onClick={() => toggle("films")}>
+        <Icon name="video" size={17} color={filming() ? "var(--bad)" : undefined} />
       </button>
       <button type="button" class="tool" title="Save a picture" onClick={() => void save()}>
         <Icon name="camera" size={17} />
