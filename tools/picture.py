@@ -14,8 +14,12 @@ import numpy as np
 import virtualrobot
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.view.pictures import Picture
+from virtualrobot_apps.demos.bins import cell
+from virtualrobot_apps.demos.bins.grasps import grasps
+from virtualrobot_apps.demos.bins.run import above, drop_pose, feed, take
 from virtualrobot_apps.demos.palletizing import palletize
 from virtualrobot_apps.demos.twin import run
+from virtualrobot_apps.pace import Pace
 
 SIZE = 1280, 800
 
@@ -25,13 +29,15 @@ SIZE = 1280, 800
 @click.option("--box", default=11, show_default=True, help="The demo when the iiwa carries this box to its pallet.")
 @click.option("--speed", default=3.0, show_default=True, help="Of the work before, against the wall clock.")
 def main(folder: Path, box: int, speed: float) -> None:
-    """Write cell.png, the demo when the iiwa carries a box over its pallet, and three other pictures to FOLDER."""
+    """Write cell.png, the demo when the iiwa carries a box over its pallet, and four other pictures to FOLDER."""
     with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
         _followed(client, kernel.address).save(folder / "twin.png")
     with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
         _collided(client).save(folder / "collision.png")
     with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
         _annotated(client).save(folder / "capture.png")
+    with KernelProcess("--stepped", headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
+        _gripped(client).save(folder / "bins.png")
     with (
         KernelProcess(headless=True) as kernel,
         virtualrobot.connect(kernel.address) as watcher,
@@ -45,7 +51,7 @@ def main(folder: Path, box: int, speed: float) -> None:
                 break
         watcher.clock.set_stepped()  # and nobody steps: the world stands still
         watcher.view.capture(size=SIZE).save(folder / "cell.png")
-    for name in ("collision", "capture", "cell", "twin"):
+    for name in ("collision", "capture", "cell", "twin", "bins"):
         click.echo(f"{folder / name}.png: {(folder / f'{name}.png').stat().st_size // 1024} kB")
 
 
@@ -79,6 +85,23 @@ def _annotated(client: virtualrobot.Client) -> Picture:
     view.joint_axes, view.bounding_boxes = ["iiwa"], ["box"]
     view.measurements = {"reach": (("box", [0, 0, 0.1]), ("iiwa.lbr_iiwa_link_7", [0, 0, 0.045]))}
     return view.capture(([1.7, -1.9, 1.35], [0.05, -0.1, 0.42]), size=(1280, 720))
+
+
+def _gripped(client: virtualrobot.Client) -> Picture:
+    """Return the cell of two bins while the arm carries its third box."""
+    cell.load(client, "mujoco")
+    names = list(feed(client, 8, np.random.default_rng(1), Pace(0.0)))
+    for at in range(3):
+        waiting = {name: pose for name in names if cell.holds(cell.FROM, (pose := client.scene.pose(name))[:3, 3])}
+        grasp = grasps(waiting, cell.FROM)[0]
+        if at < 2:
+            take(client, grasp, drop_pose(at, grasp), Pace(0.0))
+    arm = client.robot(cell.ARM)
+    for move in (arm.move_pose, above(grasp.world_t_tcp)), (arm.move_linear, grasp.world_t_tcp):
+        client.clock.run(move[0](move[1], wait=False))
+    client.clock.run(arm.tool().move_to_width(0.02, wait=False))
+    client.clock.run(arm.move_linear(above(grasp.world_t_tcp), wait=False))
+    return client.view.capture(size=SIZE)
 
 
 def _collided(client: virtualrobot.Client) -> Picture:

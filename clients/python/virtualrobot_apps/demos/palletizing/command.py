@@ -8,6 +8,7 @@ import click
 from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
+from virtualrobot_apps.demos.bins.command import bins
 from virtualrobot_apps.demos.twin.command import twin
 from virtualrobot_apps.vehicles.command import auv, boebot, hexapod, maze, quadruped, ugv, uvms
 
@@ -60,6 +61,7 @@ def demo(
 
 demo.add_command(twin)
 demo.add_command(auv)
+demo.add_command(bins)
 demo.add_command(boebot)
 demo.add_command(maze)
 demo.add_command(ugv)
