@@ -175,6 +175,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         *("formats", "virtualrobot_sdk", "virtualrobot.files.resolver", *CONTRACT),
         *("trimesh", "lxml", "yaml", "collada", "PIL"),
     ),
+    # Parsed meshes lie in the user's cache.
+    f"{KERNEL}/formats/mesh_cache.py": room("formats", "msgspec", "platformdirs"),
     # Most OBJ files are read in one compiled pass.
     f"{KERNEL}/formats/obj.py": room("formats", "trimesh", "virtualrobot_kernel.numeric.wavefront"),
     f"{KERNEL}/scenes": room("scenes", "virtualrobot.files.resolver", "virtualrobot.v1"),

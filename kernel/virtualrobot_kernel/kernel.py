@@ -38,6 +38,7 @@ from virtualrobot_kernel.drivers.links import Links
 from virtualrobot_kernel.drivers.site import DriverSite
 from virtualrobot_kernel.errors import KernelError, MissingFileError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
+from virtualrobot_kernel.formats.mesh_cache import MeshCache
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.history.folder import ASSETS, IN_MEMORY_SEED, Folder, Project, versions
 from virtualrobot_kernel.history.history import History
@@ -116,7 +117,7 @@ class Kernel:
         self._tokens = TokenTable(settings.address.token, settings.tokens_file)
         self._viewer: Viewer | None = None
         self._assets = _asset_store(settings)
-        self._meshes = MeshLibrary(self._assets, self._importers, folders=settings.folders)
+        self._meshes = MeshLibrary(self._assets, self._importers, folders=settings.folders, cache=MeshCache())
         self._view = ViewStore()
         load = self._meshes.load
         looks = AppearanceLibrary(with_arrows(load))

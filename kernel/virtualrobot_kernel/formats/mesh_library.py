@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import threading
 from collections import OrderedDict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from virtualrobot_kernel.errors import KernelError, MalformedFileError
 from virtualrobot_kernel.formats.assets import MEBIBYTE, AssetStore
 from virtualrobot_kernel.formats.dependents import find_dependents
 from virtualrobot_kernel.formats.files import Files
+from virtualrobot_kernel.formats.mesh_cache import LEAST_BYTES, MeshCache
 from virtualrobot_kernel.formats.meshes import MESH_FORMATS, parse_mesh, scaled
 from virtualrobot_kernel.formats.references import ending
 from virtualrobot_kernel.formats.translate import Importers, NoImporters, Translated, run, translate
@@ -32,6 +33,7 @@ class MeshLibrary:
         store: holds the files.
         importers: translate what the kernel does not read itself.
         folders: where on the disk files may lie that a request names; None: anywhere.
+        cache: keeps what was parsed from kernel to kernel; None: nothing is kept.
     """
 
     def __init__(
@@ -40,6 +42,7 @@ class MeshLibrary:
         importers: Importers | None = None,
         limit_bytes: int = 256 * MEBIBYTE,
         folders: Iterable[Path] | None = None,
+        cache: MeshCache | None = None,
     ) -> None:
         """Take the files from `store`; forget what was not asked for longest when over `limit_bytes`.
 
@@ -48,6 +51,7 @@ class MeshLibrary:
         self.store = store
         self.folders = None if folders is None else tuple(folders)
         self.importers: Importers = importers or NoImporters()
+        self.cache = cache
         self._limit = limit_bytes
         self._kept: OrderedDict[tuple, tuple[Submesh, ...]] = OrderedDict()
         self._size = 0
@@ -145,9 +149,19 @@ class MeshLibrary:
             known = ", ".join(self.formats)
             raise malformed(mesh.uri, None, f"no mesh format has the ending {kind!r}; known: {known}")
         if kind in MESH_FORMATS:
-            return parse_mesh(data, mesh.uri, dependents)
+            return self._parsed(data, mesh, dependents)
         translation = run(self.importers, data, mesh.uri, dependents.get, {})
         return _triangles(translation.format, translation.data, mesh.uri)
+
+    def _parsed(self, data: bytes, mesh: Mesh, dependents: Mapping[str, bytes]) -> tuple[Submesh, ...]:
+        if self.cache is None or len(data) < LEAST_BYTES:
+            return parse_mesh(data, mesh.uri, dependents)
+        content = self.content(mesh)
+        parts = self.cache.get(content, dependents)
+        if parts is None:
+            parts = parse_mesh(data, mesh.uri, dependents)
+            self.cache.put(content, dependents, parts)
+        return parts
 
     def _recall(self, key: tuple) -> tuple[Submesh, ...] | None:
         with self._lock:

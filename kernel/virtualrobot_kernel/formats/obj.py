@@ -14,6 +14,9 @@ from trimesh.visual.texture import TextureVisuals
 
 from virtualrobot_kernel.numeric.wavefront import NONE, Integers, Places, read_faces, weld
 
+_LINE_ENDS = ("\x85".encode(), "\u2028".encode(), "\u2029".encode())
+"""What ends lines for Python besides those of ASCII."""
+
 
 def read(data: bytes, files: Resolver) -> list[trimesh.Trimesh] | None:
     """Return the meshes of a file, one for each material, the last one first, as trimesh has them.
@@ -21,7 +24,7 @@ def read(data: bytes, files: Resolver) -> list[trimesh.Trimesh] | None:
     None for a file that says what is read by trimesh alone, or what is wrong. Vertices are in the order of their first
     use, triangles in that of the file, polygons as fans; trimesh has other orders.
     """
-    if not data.isascii():
+    if not _is_plain(data):
         return None
     is_all, vertices, uvs, normals, corners, uses = read_faces(np.frombuffer(data, np.uint8))
     if not is_all:
@@ -47,6 +50,17 @@ def read(data: bytes, files: Resolver) -> list[trimesh.Trimesh] | None:
         )
         meshes.append(mesh)
     return meshes[::-1]
+
+
+def _is_plain(data: bytes) -> bool:
+    """Return whether a file is text in ASCII or UTF-8 whose lines end as those of ASCII do."""
+    if data.isascii():
+        return True
+    try:
+        data.decode()
+    except UnicodeDecodeError:
+        return False  # trimesh guesses which encoding it is
+    return not any(end in data for end in _LINE_ENDS)
 
 
 def _by_material(data: bytes, corners: Integers, uses: Places) -> Iterator[tuple[str | None, Integers]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numba import int32, uint8
+from numba import int32, njit, uint8
 from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined
 
 Bytes = np.ndarray[Any, np.dtype[np.uint8]]
@@ -19,14 +19,20 @@ Places = np.ndarray[Any, np.dtype[np.int64]]
 _TAB, _NEWLINE, _RETURN, _SPACE, _PLUS, _MINUS, _POINT, _SLASH, _ZERO = 9, 10, 13, 32, 43, 45, 46, 47, 48
 _BACKSLASH, _LARGE_E, _E, _F, _N, _S, _T, _U, _V = 92, 69, 101, 102, 110, 115, 116, 117, 118
 
+_in_place = njit(inline="always")
+"""Puts a function's body in place of each call: to hand over text costs more than to look at a few letters of it."""
+
 MOST_DIGITS = 10**17
 """Digits of a number that would make it greater than ten times this are told by its exponent alone."""
+
+POWERS = 10.0 ** np.arange(23)
+"""Powers of ten that are doubles."""
 
 NONE = -1
 """Row of the texture coordinates or of the normal of a corner that has none."""
 
 
-@inlined
+@_in_place
 def _blank(text: Bytes, at: int) -> int:
     """Return where the spaces that begin at a place end."""
     while at < text.shape[0] and (text[at] == _SPACE or text[at] == _TAB):
@@ -50,38 +56,61 @@ def _digits(text: Bytes, at: int, value: int, exponent: int, step: int) -> tuple
     return value, exponent, at
 
 
-@inlined
+@_in_place
 def _number(text: Bytes, at: int) -> tuple[float, int]:
-    """Return the number behind spaces, and where it ends; -1 where there is none."""
-    at = _blank(text, at)
-    negative = at < text.shape[0] and text[at] == _MINUS
-    if negative or (at < text.shape[0] and text[at] == _PLUS):
+    """Return the number behind spaces, and where it ends; -1 where there is none. Behind the text there is a zero."""
+    letter = np.int64(text[at])
+    while letter == _SPACE or letter == _TAB:
         at += 1
+        letter = np.int64(text[at])
+    negative = letter == _MINUS
+    if negative or letter == _PLUS:
+        at += 1
+        letter = np.int64(text[at])
+    value, exponent, point = 0, 0, 0
     begin = at
-    value, exponent, at = _digits(text, at, 0, 0, 0)
-    digits = at - begin
-    if at < text.shape[0] and text[at] == _POINT:
-        begin = at + 1
-        value, exponent, at = _digits(text, begin, value, exponent, -1)
-        digits += at - begin
-    if digits == 0:
-        return 0.0, -1
-    if at < text.shape[0] and (text[at] == _E or text[at] == _LARGE_E):
+    while _ZERO <= letter < _ZERO + 10:
+        if value < MOST_DIGITS:
+            value = 10 * value + (letter - _ZERO)
+        else:
+            exponent += 1
         at += 1
-        lower = at < text.shape[0] and text[at] == _MINUS
-        if lower or (at < text.shape[0] and text[at] == _PLUS):
+        letter = np.int64(text[at])
+    if letter == _POINT:
+        point = 1
+        at += 1
+        letter = np.int64(text[at])
+        while _ZERO <= letter < _ZERO + 10:
+            if value < MOST_DIGITS:
+                value = 10 * value + (letter - _ZERO)
+                exponent -= 1
+            at += 1
+            letter = np.int64(text[at])
+    end = at
+    if at - begin == point:
+        end = -1
+    if letter == _E or letter == _LARGE_E:
+        at += 1
+        lower = text[at] == _MINUS
+        if lower or text[at] == _PLUS:
             at += 1
         begin = at
         power, _, at = _digits(text, at, 0, 0, 0)
         if at == begin or at - begin > 3:
-            return 0.0, -1
+            end = -1
         exponent += -power if lower else power
-    if at < text.shape[0] and not (text[at] <= _SPACE):
-        return 0.0, -1
+        if end >= 0:
+            end = at
+        letter = np.int64(text[at])
+    if letter > _SPACE:
+        end = -1
     # Both are exact, and their quotient or product the nearest double, up to 15 digits and a power of 22.
     size = float(value)
-    result = size / 10.0**-exponent if exponent < 0 else size * 10.0**exponent
-    return -result if negative else result, at
+    if -POWERS.shape[0] < exponent < POWERS.shape[0]:
+        result = size / POWERS[-exponent] if exponent < 0 else size * POWERS[exponent]
+    else:
+        result = size / 10.0**-exponent if exponent < 0 else size * 10.0**exponent
+    return -result if negative else result, end
 
 
 @inlined
@@ -95,16 +124,21 @@ def _row(text: Bytes, at: int, row: Floats, least: int) -> int:
     return _blank(text, at)
 
 
-@inlined
+@_in_place
 def _index(text: Bytes, at: int, most: int) -> tuple[int, int]:
     """Return the row, from 0, that a number from 1 on names, and where it ends; -1 where there is none up to `most`."""
-    value, exponent, end = _digits(text, at, 0, 0, 0)
-    if end == at or exponent != 0 or not 1 <= value <= most:
+    value = 0
+    digit = text[at] - _ZERO
+    while 0 <= digit < 10 and value <= most:
+        value = 10 * value + digit
+        at += 1
+        digit = text[at] - _ZERO
+    if not 1 <= value <= most:
         return NONE, -1
-    return value - 1, end
+    return value - 1, at
 
 
-@inlined
+@_in_place
 def _corner(text: Bytes, at: int, most: Places, corner: Integers) -> int:
     """Read rows of a corner's vertex, uv and normal (1, 1/1, 1//1 or 1/1/1); return where it ends, -1 for no corner."""
     corner[0], at = _index(text, at, most[0])
@@ -134,14 +168,14 @@ def _is(text: Bytes, at: int, first: int, second: int) -> bool:
 
 
 @inlined
-def _words(text: Bytes, at: int) -> int:
-    """Return how many words the rest of a line has."""
+def _words(text: Bytes, at: int) -> tuple[int, int]:
+    """Return how many words the rest of a line has, and where the next line begins."""
     count, inside = 0, False
     while at < text.shape[0] and text[at] != _NEWLINE:
         count += text[at] > _SPACE and not inside
         inside = text[at] > _SPACE
         at += 1
-    return count
+    return count, at + 1
 
 
 @inlined
@@ -176,14 +210,19 @@ def read_faces(text: Bytes) -> tuple[bool, Floats, Floats, Floats, Integers, Pla
         corners (3 f, 3) of the triangles: rows of these three, NONE where a corner has none;
         uses of materials (k, 3): the first corner, and where the line begins and ends.
     """
+    ended = np.zeros(text.shape[0] + 1, np.uint8)  # so that who reads digits need not ask where the text ends
+    ended[:-1] = text
+    text = ended[:-1]
     counts = np.zeros(5, np.int64)
     at = 0
     while at < text.shape[0]:
+        if text[at] == _F:
+            words, at = _words(text, at + 1)
+            counts[3] += max(3 * (words - 2), 3)
+            continue
         counts[0] += _is(text, at, _V, _SPACE)
         counts[1] += _is(text, at, _V, _T)
         counts[2] += _is(text, at, _V, _N)
-        if text[at] == _F:
-            counts[3] += max(3 * (_words(text, at + 1) - 2), 3)
         counts[4] += _is(text, at, _U, _S)
         at = _line_end(text, at)
     vertices, uvs, normals = np.zeros((counts[0], 3)), np.zeros((counts[1], 3)), np.zeros((counts[2], 3))

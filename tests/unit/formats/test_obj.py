@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pybullet_data
 import pytest
+from trimesh.resolvers import FilePathResolver
 from virtualrobot_kernel.errors import MalformedFileError
 from virtualrobot_kernel.formats import obj
 from virtualrobot_kernel.formats.meshes import parse_mesh
@@ -17,7 +18,7 @@ from tests.tiers import Draws
 
 BUNDLED = sorted(Path(pybullet_data.getDataPath()).rglob("*.obj"))
 LOOKS = (".mtl", ".png", ".jpg")
-MATERIALS = b"newmtl red\nKd 1 0 0\nnewmtl half\nKd 0 0 1\nd 0.5\n"
+MATERIALS = "newmtl rød\nKd 0 1 0\n".encode() + b"newmtl red\nKd 1 0 0\nnewmtl half\nKd 0 0 1\nd 0.5\n"
 
 SQUARE = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n"
 UV = "vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n"
@@ -39,6 +40,7 @@ FAST = {
     "other lines": "# said\no box\ng left\ns off\n" + SQUARE + "l 1 2\np 3\n\n   \nf 1 2 3\n# done",
     "lines of Windows": (SQUARE + NORMAL + "f 1//1 2//1 3//1\n").replace("\n", "\r\n"),
     "spaces and tabs": "v  0\t0 0 \nv 1 0 0\t\nv 1 1   0\nf  1 2\t3  \n",
+    "not ASCII": "mtllib looks.mtl\no 机身\n" + SQUARE + "usemtl rød\nf 1 2 3\nusemtl red\nf 1 3 4\n",
     "no line end": SQUARE + "f 1 2 3",
     "numbers": "v -0.0 +1. .5\nv 1e-3 -2.5E+2 3.25e1\nv 0.1234567890123 12345678.9 1e-30\nf 1 2 3\n",
 }
@@ -46,7 +48,8 @@ SLOW = {
     "colours": "v 0 0 0 1 0 0\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nf 1 2 3\n",
     "continued": SQUARE + "f 1 2 \\\n3\n",
     "from the end": SQUARE + "f -4 -3 -2\n",
-    "not ASCII": "# Würfel\n" + SQUARE + "f 1 2 3\n",
+    "another encoding": ("# Würfel\n" + SQUARE + "f 1 2 3\n").encode("latin-1"),
+    "lines that end otherwise": SQUARE + "# 1\u20282\x853\nf 1 2 3\n",
 }
 BROKEN = {
     "no such vertex": SQUARE + "f 1 2 9\n",
@@ -81,9 +84,9 @@ def both(data: bytes, uri: str, files: dict[str, bytes]) -> tuple[tuple[Submesh,
 
 
 def test_bundled_files_are_read_as_trimesh_reads_them(rng: np.random.Generator, draws: Draws) -> None:
-    """Nearly all of them without trimesh's parser, those of the Panda, which most pages show, among them."""
+    """Nearly all of them without trimesh's parser, those of the Panda and the A1 among them."""
     chosen = rng.choice(len(BUNDLED), draws(200), replace=False)
-    files = [path for path in BUNDLED if "franka_panda" in path.parts] + [BUNDLED[i] for i in chosen]
+    files = [path for path in BUNDLED if {"franka_panda", "a1"} & {*path.parts}] + [BUNDLED[i] for i in chosen]
     read = 0
     for path in files:
         data = path.read_bytes()
@@ -104,8 +107,9 @@ def test_what_the_format_has_is_read(name: str) -> None:
 
 @pytest.mark.parametrize("name", SLOW)
 def test_what_is_rare_is_left_to_trimesh(name: str) -> None:
-    data = SLOW[name].encode()
-    assert not data.isascii() or not read_faces(np.frombuffer(data, np.uint8))[0]
+    text = SLOW[name]
+    data = text if isinstance(text, bytes) else text.encode()
+    assert obj.read(data, FilePathResolver("part.obj")) is None
     assert parse_mesh(data, "part.obj", {})
 
 
