@@ -198,7 +198,7 @@ class CollisionGuard:
             return _Threat(robots, "it takes too long to brake for it to be known whether it touches anything")
         self._carried(now, way.positions)
         if later is not None:
-            way = way.after(now.state)
+            way = way.after(now.structure, now.state, motions)
         unverified.add_reached(way.reached)
         sure = ~unverified.coordinates()
         way.positions[:, sure] = now.state.q[sure]

@@ -44,7 +44,7 @@ def check(
             raise refuse("its joints cannot be put elsewhere; move them by a motion")
         if np.abs(after.world_t(uid) - before.world_t(uid)).max() > MOVED:
             raise refuse("it cannot be put elsewhere")
-        if uid in after.state.commanded:
+        if uid in after.state.commanded and uid not in before.state.commanded:
             raise refuse("its joints cannot be measured by anybody else")
         if after.state.collisions is not before.state.collisions and not is_guarded(after, uid):
             raise refuse("the collision guard must stay on for it")

@@ -101,6 +101,11 @@ class Link:
         return self.state in PLAYED
 
     @property
+    def is_monitored(self) -> bool:
+        """True while the robot's readings are its twin's joints."""
+        return self.mode is LinkMode.MONITOR and self.state is State.INACTIVE
+
+    @property
     def awaits_words(self) -> bool:
         """True while the host has met a fault whose words are not here yet."""
         return self._error_ns > 0 and self.state is not State.ERROR

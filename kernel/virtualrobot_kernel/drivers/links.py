@@ -128,6 +128,7 @@ class Links:
             halted = False
             if link is not None:
                 signals, halted = link.signals, link.halted
+                self._settling.measure_no_more(link)
                 self._forget(link)
             self._open()
             process, ring = self._site.connection(twin, asked, round(snapshot.tick_seconds * 1e9))
@@ -160,6 +161,7 @@ class Links:
         link = self.status(robot).link
         with self._alone(link.twin.uid, robot):
             if link.state is State.ERROR and mode is LinkMode.SIMULATED:
+                self._settling.measure_no_more(link)
                 link.halted = False  # the twin alone is what is wanted
                 return self.status(robot), None
             _refuse_in_error(robot, link)

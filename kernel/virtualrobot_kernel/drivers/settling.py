@@ -47,15 +47,23 @@ class Settling:
             self._world.submit([stop], author_of(now, link)).result()
         if link.state is State.STOPPING:
             self._settle(link)
-        was, link.mode = link.mode, LinkMode.SIMULATED
-        if was is LinkMode.MONITOR:
-            self.measure_no_more(link)
+        self.measure_no_more(link)
 
     def measure_no_more(self, link: Link) -> None:
-        """Let a twin's joints be commanded again, from where they were measured; refused while it moves."""
+        """Have a robot SIMULATED, and its twin's joints commanded again, from where they were measured.
+
+        Raises KernelError (ROBOT_BUSY), and leaves all as it is, while a motion moves a twin that is measured.
+        """
+        was, link.mode = link.mode, LinkMode.SIMULATED  # first: no reading comes after that
         now = self._world.snapshot
-        if link.twin.uid in now.state.commanded:
-            self._world.submit([SetMeasuredJoints(link.twin.uid, None)], author_of(now, link)).result()
+        if link.twin.uid not in now.structure.robots:
+            return
+        if was is LinkMode.MONITOR or link.twin.uid in now.state.commanded:
+            try:
+                self._world.submit([SetMeasuredJoints(link.twin.uid, None)], author_of(now, link)).result()
+            except KernelError:
+                link.mode = was
+                raise
 
     def later(self, link: Link) -> None:
         """Have a robot that stops come to rest, and its driver end, in a thread of its own."""
@@ -93,9 +101,6 @@ class Settling:
                 link.state = State.INACTIVE
         except DriverFault as error:
             link.halt(error.words, State.ERROR)
-            if link.mode is LinkMode.MONITOR:
-                link.mode = LinkMode.SIMULATED
-                self.measure_no_more(link)
         except KernelError as error:
             log.warning("%s", error)
         except Exception:

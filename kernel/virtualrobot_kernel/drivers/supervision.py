@@ -104,6 +104,8 @@ class Supervision:
         if not self._looked:
             return ()
         self._looked_ns = now_ns
+        if freed := self._measured_no_more(now):
+            return freed
         played: list[Link] = []
         failed: list[tuple[Link, Words]] = []
         awaits = False
@@ -137,6 +139,17 @@ class Supervision:
                 self._settling.later(link)
         stop = _stop(played, now, cause, why)
         return stop if is_known else (*stop, StopCell(self.stop_of_cell()))
+
+    def _measured_no_more(self, now: Snapshot) -> Sequence[Command]:
+        """Return the commands that end the measuring of twins whose robots were lost, once nothing moves them."""
+        if not now.state.commanded:
+            return ()
+        moved = {uid for motion in now.state.motions for uid in motion.robots}
+        return [
+            SetMeasuredJoints(uid, None)
+            for uid, link in self._cell.links.items()
+            if uid in now.state.commanded and uid not in moved and not link.is_monitored
+        ]
 
     def stop_of_cell(self) -> CellStop:
         """Return the stop that the drivers' robots have met, as the world will have it."""
@@ -224,7 +237,7 @@ class Supervision:
                 self._world.submit(changed, author_of(now, link))
             else:
                 link.inputs_known = report.inputs, now.state.signals
-        if link.mode is not LinkMode.MONITOR or link.state is not State.INACTIVE:
+        if not link.is_monitored:
             return
         at_q, at_v = link.places(now.structure)
         robot = now.structure.robots[link.twin.uid]
@@ -237,7 +250,7 @@ class Supervision:
                 log.warning("a reading of %s was refused: %s", name_of(now, link), error)
 
         def permit(*_: object) -> None:
-            if link.mode is not LinkMode.MONITOR:
+            if not link.is_monitored:
                 raise KernelError("it is not monitored any more")
 
         with suppress(KernelError):  # too many others wait: the next tick has a newer one

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Set
+from collections.abc import Callable, Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -17,6 +17,7 @@ from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.apply_motions import override
 from virtualrobot_kernel.world.change import Forward
+from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, State
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.tick import advance
@@ -48,6 +49,8 @@ RATES: frozenset[type] = frozenset(
 class BrakePath:
     """Predicted coordinates of the world while all that moves brakes, tick by tick.
 
+    Of joints that motions move it has where they are commanded to be, wherever they are measured or motors have them.
+
     Attributes:
         tick: the first one.
         positions: (m, nq) the coordinates of the world at that tick and those after it.
@@ -62,13 +65,13 @@ class BrakePath:
     ends: bool
     reached: Mapping[str, tuple[float, ...]]
 
-    def after(self, state: State) -> BrakePath:
-        """Return the way that begins one tick earlier, in a state."""
+    def after(self, structure: Structure, state: State, motions: Sequence[Motion]) -> BrakePath:
+        """Return the way, on which motions brake, that begins one tick earlier, in a state."""
         tools = tuple((row + 1, held) for row, held in self.tools)
         first = () if tools[0][1] is state.tool_states else ((0, state.tool_states),)
         if not first:
             tools = ((0, tools[0][1]), *tools[1:])
-        positions = np.concatenate([state.q[None], self.positions])
+        positions = np.concatenate([_moved(structure, state, motions)[None], self.positions])
         return BrakePath(state.tick, positions, (*first, *tools), self.ends, self.reached)
 
 
@@ -102,13 +105,24 @@ def braking(structure: Structure, state: State, tick_seconds: float, forward: Fo
     robots = tuple({uid for motion in state.motions for uid in motion.robots})
     stop = commands.StopRobots(robots, Cancellation(EndCause.COLLISION, ""))
     now = apply(structure, state, [stop], forward).state
-    rows, tools = [now.q], [(0, now.tool_states)]
+    motions = now.motions
+    rows, tools = [_moved(structure, now, motions)], [(0, now.tool_states)]
     while now.motions and len(rows) <= LONGEST_BRAKE_TICKS:
         now = advance(structure, now, tick_seconds, forward)
         if now.tool_states is not tools[-1][1]:
             tools.append((len(rows), now.tool_states))
-        rows.append(now.q)
+        rows.append(_moved(structure, now, motions))
     return BrakePath(state.tick, np.array(rows), tuple(tools), not now.motions, {})
+
+
+def _moved(structure: Structure, state: State, motions: Sequence[Motion]) -> NDArray[np.float64]:
+    """Return the world's coordinates (nq,), with those that motions move where they are commanded to be."""
+    if not (state.commanded or state.motored):
+        return state.q
+    q, there = state.q.copy(), commanded(structure, state)[0]
+    for motion in motions:
+        q[motion.q_index] = there[motion.q_index]
+    return q
 
 
 def braking_of(

@@ -46,7 +46,8 @@ def run_through(cell: Cell, rng: np.random.Generator, ticks: int = 700) -> None:
             break
         unverified = paths.unverified(now, later, robots, frozenset())
         if tick % EVERY == 0:
-            way = braking(now.structure, later, TICK, world_poses).after(now.state)
+            way = braking(now.structure, later, TICK, world_poses)
+            way = way.after(now.structure, now.state, later.motions)
             unverified.add_reached(way.reached)
             for row in {0, 1, *rng.integers(len(way.positions), size=PLACES).tolist()}:
                 scene.place(pictured(now, way, row))

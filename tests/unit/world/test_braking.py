@@ -120,11 +120,12 @@ def test_the_way_with_the_tick_before() -> None:
     change = ticked(after(cell(), *point_to_point(cell(), np.random.default_rng(1))), 40)
     later = ticked(change)
     way = braking(later.structure, later.state, TICK, world_poses)
-    whole = way.after(change.state)
+    whole = way.after(change.structure, change.state, later.state.motions)
     assert whole.tick == change.state.tick
     assert (whole.positions[0] == change.state.q).all() and (whole.positions[1:] == way.positions).all()
     assert whole.tools == way.tools
-    other = way.after(replace(change.state, tool_states={**change.state.tool_states}))
+    looks_otherwise = replace(change.state, tool_states={**change.state.tool_states})
+    other = way.after(change.structure, looks_otherwise, later.state.motions)
     assert [row for row, _ in other.tools] == [0, 1]
 
 
