@@ -33,6 +33,8 @@ UNIT_TOLERANCE = 1e-6
 """Tolerance of the length of a quaternion and of an axis."""
 TRIANGLE_TOLERANCE = 1e-9
 """Part by which a moment may exceed the sum of the other two: room for rounding."""
+LEAST = 1e-14
+"""Least mass (kg) and moment of inertia (kg m^2) that engines tell from none; a ball of steel of 0.5 mm has this one."""
 _SIZES = {
     ShapeKind.BOX: 3,
     ShapeKind.SPHERE: 1,
@@ -76,14 +78,16 @@ def check_inertia(name: str, mass: float, inertia: Floats) -> None:
     It can when the mass is above 0, the matrix symmetric and positive definite, and none of its principal moments
     above the sum of the other two.
     """
-    if not 0.0 < mass < math.inf:
-        raise ArgumentError(f"{name!r} has a mass of {mass} kg; what moves by itself needs one above 0", body=name)
+    if not LEAST <= mass < math.inf:
+        raise ArgumentError(f"{name!r} has a mass of {mass} kg; what moves by itself needs {LEAST} at least", body=name)
     matrix = np.asarray(inertia, float)
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0):
         raise ArgumentError(f"{name!r} has the inertia {matrix.tolist()}; it must be symmetric and finite", body=name)
     least, middle, greatest = np.linalg.eigvalsh(matrix)
-    if least <= 0.0:
-        raise ArgumentError(f"{name!r} has a moment of inertia of {least:.6g} kg m^2; it must be above 0", body=name)
+    if least < LEAST:
+        raise ArgumentError(
+            f"{name!r} has a moment of inertia of {least:.6g} kg m^2; it must be {LEAST} at least", body=name
+        )
     if greatest > (least + middle) * (1.0 + TRIANGLE_TOLERANCE):
         raise ArgumentError(
             f"{name!r} has the principal moments {least:.6g}, {middle:.6g} and {greatest:.6g} kg m^2; no body has one "

@@ -174,7 +174,7 @@ class Forces:
             return ()
         motors = layout.motors(now.state, *running.commanded, now.tick_seconds)
         found = engine.call("step", driven, motors, None, running.settings.substeps)
-        answer = _checked(found, layout.counts, len(running.scene.nodes))
+        answer = _checked(found, layout.counts, len(running.scene.nodes), running.settings.engine)
         self._touching = running.scene, answer.contacts
         return running.told(now, answer, same)
 
@@ -302,16 +302,16 @@ def _contacts(scene: Scene, found: TouchingBodies) -> tuple[Contact, ...]:
     )
 
 
-def _checked(answer: object, counts: tuple[int, int], bodies: int) -> Stepped:
-    """Return what an engine answered of so many bodies; raise KernelError where that is nonsense."""
+def _checked(answer: object, counts: tuple[int, int], bodies: int, engine: str) -> Stepped:
+    """Return what an engine answered of so many bodies; raise KernelError, by its name, where that is nonsense."""
     shapes = (counts[0],), (counts[1],)
     if isinstance(answer, Stepped) and (np.shape(answer.q), np.shape(answer.v)) == shapes:
         q, v = np.ascontiguousarray(answer.q, float), np.ascontiguousarray(answer.v, float)
         if is_finite(q) and is_finite(v) and _makes_sense(answer.contacts, bodies):
             return Stepped(q, v, answer.contacts, answer.efforts)
     raise KernelError(
-        f"the physics engine's answer is nonsense: it must be {counts[0]} coordinates and {counts[1]} velocities, and "
-        f"contacts of {bodies} bodies, all finite"
+        f"what the physics engine {engine!r} answers is nonsense: it must be {counts[0]} coordinates and {counts[1]} "
+        f"velocities, and contacts of {bodies} bodies, all finite"
     )
 
 

@@ -197,6 +197,23 @@ def test_what_cannot_move_by_forces_is_named(cell: Client) -> None:
     assert [node.name for node in cell.scene.nodes() if node.kind == "part"] == ["good"]
 
 
+def test_thin_plates_fall_however_they_are_turned(cell: Client, seed: int) -> None:
+    """The moment about a plate's normal is the sum of the others, to the last bit or one above it."""
+    rng = np.random.default_rng(seed)
+    for at in range(20):
+        first, second = 10.0 ** rng.uniform(-5.0, 0.0, 2)
+        turn = virtualrobot.pose(0.0, 0.0, 0.0, *rng.uniform(-3.0, 3.0, 3))[:3, :3]
+        moments = turn @ np.diag([first, second, first + second]) @ turn.T
+        inertial = virtualrobot.inertial(
+            1.0, diagonal=np.diag(moments), products=(moments[0, 1], moments[0, 2], moments[1, 2])
+        )
+        figure, where = virtualrobot.box(0.1, 0.1, 0.01), virtualrobot.pose(float(at), 5.0, 5.0)
+        cell.scene.add_part(f"plate_{at}", figure, pose=where, mass=1.0, inertial=inertial, dynamic=True)
+    cell.clock.step(50)
+    assert not cell.physics.status.fault
+    assert place(cell, "plate_7")[2] == pytest.approx(5.0 - GRAVITY * 0.2**2 / 2.0, abs=5e-3)
+
+
 @pytest.mark.long
 def test_an_engine_that_dies_is_named_and_everything_else_goes_on(cell: Client, pusher: virtualrobot.Robot) -> None:
     put(cell, "box", 0.0, 2.0, 3.0)

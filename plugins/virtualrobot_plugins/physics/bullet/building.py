@@ -15,7 +15,7 @@ from virtualrobot_sdk.kinematics import Floats, Integers
 from virtualrobot_sdk.physics import WORLD, Body, BodyJoint, BodyShape, Coupling, PhysicsModel, ShapeKind, roots
 from virtualrobot_sdk.poses import quaternion
 
-Quaternion = tuple[float, float, float, float]
+from virtualrobot_plugins.physics.principal import Quaternion, principal
 
 BOUNCES_FROM = 0.02
 """Least speed of an impact that sends something back (m/s)."""
@@ -122,7 +122,7 @@ def _made(bullet: Any, client: int, model: PhysicsModel, rows: tuple[int, ...]) 
         BodyJoint.FIXED: bullet.JOINT_FIXED,
     }
     moves = base.joint is BodyJoint.FREE and not base.driven
-    axes, _ = _principal(base) if moves else (_UNTURNED, None)
+    axes, _ = principal(base) if moves else (_UNTURNED, None)
     center = np.array(base.center_of_mass if moves else (0.0, 0.0, 0.0), float)
     of_links: dict[str, Any] = {}
     if links:
@@ -133,7 +133,7 @@ def _made(bullet: Any, client: int, model: PhysicsModel, rows: tuple[int, ...]) 
             "linkPositions": [link.parent_t_body[:3, 3].tolist() for link in links],
             "linkOrientations": [quaternion(link.parent_t_body[:3, :3]) for link in links],
             "linkInertialFramePositions": [link.center_of_mass for link in links],
-            "linkInertialFrameOrientations": [_principal(link)[0] for link in links],
+            "linkInertialFrameOrientations": [principal(link)[0] for link in links],
             "linkParentIndices": [rows.index(link.parent) for link in links],
             "linkJointTypes": [kinds[link.joint] for link in links],
             "linkJointAxis": [link.axis for link in links],
@@ -188,24 +188,11 @@ def _set_dynamics(bullet: Any, client: int, body: int, link: int, one: Body, *, 
             physicsClientId=client,
         )
     if has_inertia and one.mass:
-        bullet.changeDynamics(body, link, localInertiaDiagonal=_principal(one)[1], physicsClientId=client)
+        bullet.changeDynamics(body, link, localInertiaDiagonal=principal(one)[1], physicsClientId=client)
     if one.joint in (BodyJoint.REVOLUTE, BodyJoint.PRISMATIC):
         if math.isfinite(one.lower) or math.isfinite(one.upper):
             lower, upper = max(one.lower, -_FAR), min(one.upper, _FAR)
             bullet.changeDynamics(body, link, jointLowerLimit=lower, jointUpperLimit=upper, physicsClientId=client)
-
-
-def _principal(body: Body) -> tuple[Quaternion, tuple[float, float, float]]:
-    """Return the rotation of a body's principal axes in its own, and its moments about them (kg m^2)."""
-    inertia = np.asarray(body.inertia, float)
-    if np.allclose(inertia, np.diag(np.diag(inertia)), rtol=0.0, atol=1e-15):
-        moments, axes = np.diag(inertia), np.eye(3)
-    else:
-        moments, axes = np.linalg.eigh(inertia)
-        if np.linalg.det(axes) < 0.0:
-            axes[:, 0] *= -1.0
-    x, y, z = (float(moment) for moment in moments)
-    return quaternion(axes), (x, y, z)
 
 
 def _shapes(bullet: Any, client: int, body: Body) -> int:  # noqa: ANN401

@@ -11,6 +11,7 @@ from virtualrobot_sdk.physics import WORLD, Body, BodyJoint, BodyShape, PhysicsM
 from virtualrobot_sdk.poses import quaternion
 
 from virtualrobot_plugins.physics.mujoco.restitution import damping_ratio
+from virtualrobot_plugins.physics.principal import principal
 
 DRIVEN_MASS = 1e4
 """Mass of a driven body (kg, and its moments in kg m^2): what it pushes yields to it."""
@@ -97,9 +98,9 @@ def _hang(mujoco: Any, at: Any, body: Body, row: int) -> None:  # noqa: ANN401
         at.explicitinertial, at.mass, at.gravcomp = True, DRIVEN_MASS, 1.0
         at.ipos, at.inertia = (0.0, 0.0, 0.0), [DRIVEN_MASS] * 3
     elif body.mass:
-        inertia = np.asarray(body.inertia)
+        axes, moments = principal(body)
         at.explicitinertial, at.mass, at.ipos = True, body.mass, body.center_of_mass
-        at.fullinertia = [*np.diag(inertia), inertia[0, 1], inertia[0, 2], inertia[1, 2]]
+        at.iquat, at.inertia = (axes[3], *axes[:3]), moments
 
 
 def _shaped(mujoco: Any, spec: Any, at: Any, body: Body, shape: BodyShape) -> Any:  # noqa: ANN401

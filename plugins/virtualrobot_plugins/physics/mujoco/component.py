@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import logging
+import re
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -73,7 +74,7 @@ class MujocoPhysics:
                 self._mujoco, model, self._settings.cone, self._settings.impratio, self._settings.iterations
             )
         except ValueError as error:
-            raise ArgumentError(f"MuJoCo does not take these bodies: {error}") from error
+            raise _refused(model, str(error)) from error
         self._built, self._data = built, self._mujoco.MjData(built)
         self._model = model
         self._find_places(model)
@@ -197,6 +198,14 @@ class MujocoPhysics:
             if starts[0][row] >= 0 and not np.isfinite([q[starts[0][row]], v[starts[1][row]]]).all():
                 return repr(body.name)
         return "a body"
+
+
+def _refused(model: PhysicsModel, said: str) -> ArgumentError:
+    """Return MuJoCo's refusal, which names a body by its row, in one line and by the body's name."""
+    named = re.search(r"name '(\d+)'", said)
+    name = model.bodies[int(named[1])].name if named else ""
+    what = repr(name) if name else "these bodies"
+    return ArgumentError(f"MuJoCo does not take {what}: {said.splitlines()[0]}", body=name)
 
 
 _WXYZ = [0, 1, 2, 6, 3, 4, 5]

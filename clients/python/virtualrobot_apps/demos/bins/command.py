@@ -7,7 +7,6 @@ from virtualrobot.cli.options import FiniteRange, Target, WholeRange, target_opt
 
 from virtualrobot_apps.vehicles.command import pace_of, stepped
 
-
 ENGINES = click.Choice(["mujoco", "bullet"])
 
 
