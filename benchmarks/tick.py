@@ -33,7 +33,7 @@ from benchmarks.rows import Row, row
 IIWA = str(Path(pybullet_data.getDataPath()) / "kuka_iiwa/model.urdf")
 COUNTS = (1, 5, 20, 50, 100, 200)
 TICKS, ROUNDS = 100, 5
-BUDGET_OF_20_ARMS = 0.5
+BUDGET_OF_20_ARMS = 0.15
 """Milliseconds."""
 
 BRAKE_BUDGET = 50.0

@@ -27,6 +27,7 @@ from virtualrobot_kernel.motion.brake import (
 from virtualrobot_kernel.motion.limits import checked_scale
 from virtualrobot_kernel.motion.planned import Plan, sample_plans
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
+from virtualrobot_kernel.motion.quick import maker
 from virtualrobot_kernel.motion.ramp import RateRamp
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
 
@@ -181,6 +182,9 @@ class PlanExecution:
         return brake.stop_ahead(self.plan, now, self.brakes, dt, most, asks=asks)
 
 
+_made = maker(PlanExecution)
+
+
 def start(plan: Plan, override: float) -> PlanExecution:
     """Return the motion at the start of its plan, at rest; a plan of duration 0 has succeeded already.
 
@@ -220,19 +224,8 @@ def _advanced(running: PlanExecution, dt: float) -> PlanExecution:
         phase, tau, rate, slope = Phase.SUCCEEDED, running.plan.duration, 0.0, 0.0
     elif elapsed >= running.ramp.length and running.ramp.goal == 0.0 and phase in _SLOWING:
         phase = Phase.PAUSED if phase is Phase.PAUSING else Phase.CANCELLED
-    return PlanExecution(
-        running.plan,
-        phase,
-        running.override,
-        tau,
-        rate,
-        slope,
-        running.ramp,
-        running.ramp_tau,
-        elapsed,
-        waiting,
-        left=left,
-    )
+    override, ramp, begun = running.override, running.ramp, running.ramp_tau
+    return _made(running.plan, phase, override, tau, rate, slope, ramp, begun, elapsed, waiting, (), left)
 
 
 def _wanted(running: PlanExecution) -> float:

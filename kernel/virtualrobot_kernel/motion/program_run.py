@@ -20,6 +20,7 @@ from virtualrobot_kernel.motion.brake import StopAhead
 from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.program import Program, Stage, Wait
+from virtualrobot_kernel.motion.quick import maker
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
 from virtualrobot_kernel.motion.signals import SignalValue
 
@@ -241,6 +242,9 @@ class ProgramRun:
         return replace(self, phase=Phase.CANCELLED)
 
 
+_made = maker(ProgramRun)
+
+
 def start(program: Program, override: float) -> ProgramRun:
     """Return a program at its start, at rest; one that does nothing has succeeded already."""
     first = program.stages[0]
@@ -272,10 +276,8 @@ def _on_its_way(run: ProgramRun, dt: float, override: float) -> ProgramRun | Non
     marks = run.program.stages[run.at].marks
     if run.marked < len(marks) and marks[run.marked][0] <= moving.tau + _TOLERANCE:
         return None
-    found, steps = run.found, run.steps
-    return ProgramRun(
-        *(run.program, moving.phase, run.at, moving, 0.0, run.held, run.marked, (), _NO_SIGNALS, found), steps=steps
-    )
+    program, at, held, marked, found, steps = run.program, run.at, run.held, run.marked, run.found, run.steps
+    return _made(*(program, moving.phase, at, moving, 0.0, held, marked, (), _NO_SIGNALS, found), *(None, False, steps))
 
 
 def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext) -> ProgramRun:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.motion.quick import maker
 from virtualrobot_kernel.motion.running_motion import Phase, RunningMotion
 from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.world.collisions import NOTHING_SET, Allowance, CollisionSettings
@@ -140,10 +141,10 @@ class Motion:
     end_tick: int = 0
 
     def going(self, running: RunningMotion) -> Motion:
-        """Return the motion with another state on its path, as `replace` does, which takes three times as long."""
+        """Return the motion with another state on its path, as `replace` does in ten times the time."""
         values = [*_every_value(self)]
         values[_RUNNING] = running
-        return Motion(*values)
+        return _motion(*values)
 
     @property
     def step_path(self) -> str:
@@ -166,6 +167,7 @@ class Motion:
 _NAMES = [one.name for one in fields(Motion)]
 _RUNNING = _NAMES.index("running")
 _every_value = attrgetter(*_NAMES)
+_motion = maker(Motion)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -318,18 +320,19 @@ class State:
         return self.physics or NO_PHYSICS
 
     def but(self, **changes: Any) -> State:  # noqa: ANN401 fields of a state
-        """Return this state with other values of some fields, as `dataclasses.replace` does in twice the time.
+        """Return this state with other values of some fields, as `dataclasses.replace` does in five times the time.
 
         A tick makes several states, one of another.
         """
         values = list(_VALUES(self))
         for name, value in changes.items():
             values[_PLACES[name]] = value
-        return State(*values)
+        return _state(*values)
 
 
 _VALUES = attrgetter(*(one.name for one in fields(State)))
 _PLACES = {one.name: place for place, one in enumerate(fields(State))}
+_state = maker(State)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -97,7 +97,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
         tool_states={**state.tool_states, **tool_states} if tool_states else state.tool_states,
     )
     later = _arrived(structure, later)
-    over = [place for place, motion in enumerate(motions) if _has_searched(motion)]
+    over = [place for place, motion in enumerate(motions) if motion.searcher and _has_searched(motion)]
     if not over:
         return later
     for place in over:
@@ -109,14 +109,16 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
 
 def _going_and_ended(state: State, motions: Sequence[Motion]) -> dict[str, tuple[Motion, ...]]:
     """Return the motions of the state after this one, by its fields."""
-    ended = tuple(motion for motion in motions if motion.running.ended)
+    ended = [motion for motion in motions if motion.running.ended]
+    if not ended:
+        return {"motions": tuple(motions), "ended": state.ended}
     going = tuple(motion for motion in motions if not motion.running.ended)
-    return {"motions": going, "ended": (*state.ended, *ended)[-REMEMBERED:] if ended else state.ended}
+    return {"motions": going, "ended": (*state.ended, *ended)[-REMEMBERED:]}
 
 
 def _has_searched(motion: Motion) -> bool:
-    """Return whether a motion's search is over, and it is not told yet what it came to."""
-    return motion.running.found is not None and motion.search is None and bool(motion.searcher)
+    """Return whether the search of a motion that has one is over, and it is not told yet what it came to."""
+    return motion.running.found is not None and motion.search is None
 
 
 def _put(motions: Sequence[tuple[Motion, PlanExecution]], q: Floats, v: Floats) -> None:
