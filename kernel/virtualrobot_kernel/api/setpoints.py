@@ -137,7 +137,8 @@ class _Feed:
         assert isinstance(motion.running, SetpointMotion)
         if self._follow is not None:
             values = self._follow(np.array(values))
-        motion.running.set(values)
+        else:
+            motion.running.set(values)  # changes nothing: it raises for what it refuses
         self._put(SetSetpoint(self._id, values))
         self.given += 1
         self._handed.set()

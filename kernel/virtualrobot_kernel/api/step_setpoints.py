@@ -27,8 +27,8 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot
 
-Key = tuple[str, int, tuple[str, ...], object]
-"""Author, robot (uid), joints and mode of a motion that follows steps."""
+Key = tuple[str, int, tuple[str, ...], int]
+"""Author, robot (uid), joints and mode, by its number in the contract, of a motion that follows steps."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -39,6 +39,8 @@ class _Wish:
     start: StartSetpointMotion
     craft: CraftAtWork | None
     values: tuple[float, ...] | None
+    speeds: tuple[float, ...] | None
+    """Values of its joints: of a craft's twist those of its drives."""
     busy_policy: int
 
 
@@ -65,9 +67,9 @@ class StepSetpoints:
             raise KernelError("a robot has two setpoints in one step; give one", field="setpoints")
         running = {wish.key: self._running(wish) for wish in wishes}
         for wish in wishes:
-            if wish.values is not None and wish.craft is None and (motion := running[wish.key]) is not None:
+            if wish.speeds is not None and (motion := running[wish.key]) is not None:
                 assert isinstance(motion.running, SetpointMotion)
-                motion.running.set(wish.values)  # changes nothing: it raises for what it refuses
+                motion.running.set(wish.speeds)  # changes nothing: it raises for what it refuses
         started: dict[Key, str] = {}
         try:
             for wish in wishes:
@@ -104,12 +106,13 @@ class StepSetpoints:
         start = followed(snapshot, request.target, craft)
         names = TWIST if craft is not None else start.joint_names
         values = numbers(request.values, names, f"{field}.values") if request.values else None
+        speeds = values
         if craft is not None and values is not None:
-            craft.commands(np.array(values), snapshot.state.q, snapshot.tick_seconds)  # raises for what it refuses
-        key = author(context), uid, names, start.mode
+            speeds = tuple(craft.commands(np.array(values), snapshot.state.q, snapshot.tick_seconds).tolist())
+        key = author(context), uid, names, request.target.mode
         if values is None and not request.target.joint_names:  # whatever of the robot follows
-            key = next((one for one in self._motions if (one[0], one[1], one[3]) == (key[0], uid, start.mode)), key)
-        return _Wish(key, start, craft, values, request.target.busy_policy)
+            key = next((one for one in self._motions if (one[0], one[1], one[3]) == (key[0], uid, key[3])), key)
+        return _Wish(key, start, craft, values, speeds, request.target.busy_policy)
 
     def _running(self, wish: _Wish) -> Motion | None:
         """Return the motion that follows already; raise KernelError, once, when it was stopped meanwhile."""
@@ -141,11 +144,11 @@ class StepSetpoints:
         await make_way(self._kernel, needed, wish.busy_policy, context)
         applied = await asyncio.wrap_future(self._kernel.submit([wish.start], context))
         id = self._motions[wish.key] = str(applied.created[0])
-        if wish.craft is None and wish.values is not None:
+        if wish.speeds is not None:
             motion = next(one for one in applied.snapshot.state.motions if one.id == id)
             assert isinstance(motion.running, SetpointMotion)
             try:
-                motion.running.set(wish.values)
+                motion.running.set(wish.speeds)
             except KernelError as error:
                 del self._motions[wish.key]
                 reason = Cancellation(EndCause.SETPOINT_REFUSED, str(error))

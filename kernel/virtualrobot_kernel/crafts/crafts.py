@@ -166,12 +166,16 @@ class Crafts:
     def follow(self, motion: str, uid: int, twist: Floats) -> tuple[float, ...]:
         """Return the setpoint of a motion of a craft's drives for a twist (3,), and steer on to it from now on.
 
-        A twist that is as old as the motion's timeout is followed no more. Raises as `driven` and `commands` of it do.
+        A twist that is as old as the motion's timeout is followed no more. Raises as `driven` and `commands` of it do,
+        and for drives beyond their limits; the motion is then steered to none but the twists before.
         """
         now = self._world.snapshot
-        values = self.driven(uid).commands(twist, now.state.q, now.tick_seconds)
-        self._twists[motion] = _Twist(uid, twist, now.state.tick)
-        return tuple(values.tolist())
+        values = tuple(self.driven(uid).commands(twist, now.state.q, now.tick_seconds).tolist())
+        run = next((one.running for one in now.state.motions if one.id == motion), None)
+        if isinstance(run, SetpointMotion):
+            run.set(values)  # changes nothing: it raises for what it refuses
+            self._twists[motion] = _Twist(uid, twist, now.state.tick)
+        return values
 
     def carry(self, now: Snapshot, positions: Floats) -> None:
         """Put into the coordinates of a brake (n, nq), a row for each tick, where drives take the bases of crafts."""
@@ -287,6 +291,7 @@ class Crafts:
             if known != made_of:
                 try:
                     values = tuple(craft.commands(twist, now.state.q, now.tick_seconds).tolist())
+                    run.set(values)  # changes nothing: a refusal in the tick would cost all crafts theirs
                 except KernelError as error:
                     commands.append(CancelMotion(id, Cancellation(EndCause.SETPOINT_REFUSED, str(error))))
                     continue

@@ -13,9 +13,13 @@ from virtualrobot.motions.state import Phase
 from virtualrobot.robots.robot import Robot
 
 from tests.api.client.conftest import Run
+from tests.kernels import KernelProcess
 
 LONG = 1e6
 """A timeout in seconds that never comes."""
+
+HUSKY_RADIUS = 0.17775
+"""Radius of its wheels (m), as their URDF has it."""
 
 
 @pytest.fixture
@@ -92,6 +96,36 @@ def test_what_it_cannot_do_is_refused_and_silence_stops_it(yard: Client) -> None
     arm = yard.load_robot("model://puma560")
     with pytest.raises(WrongStateError, match="is no craft; make it one with set_craft"):
         arm.stream_twist()
+
+
+def test_a_twist_beyond_limits_costs_no_other_craft_its_motion(client: Client, kernel: KernelProcess) -> None:
+    """In real time: one craft is told to go too fast again and again, and the other one's base keeps to its wheels."""
+    husky = client.load_robot("model://husky", base="planar")
+    ugv = client.load_robot("model://ugv", base="planar")
+    printed = len(kernel.lines)
+    with husky.stream_twist(timeout=LONG) as going:
+        going.send((0.15, 0.0, 0.0), wait=True)
+        for _ in range(20):
+            with pytest.raises(LimitError, match="wheel"), ugv.stream_twist(preempt=True) as stream:
+                stream.send((20.0, 0.0, 0.0), wait=True)
+                list(stream)
+        going.send((0.0, 0.0, 0.0))
+    places = dict(zip(husky.coordinates, husky.positions.tolist(), strict=True))
+    turned = {places[name] for name in places if name.endswith("_wheel")}
+    assert len(turned) == 1
+    assert places["base/x"] == pytest.approx(HUSKY_RADIUS * turned.pop())
+    assert places["base/x"] > 0.0
+    assert not [line for line in kernel.lines[printed:] if "ERROR" in line or "Traceback" in line]
+
+
+def test_a_step_whose_second_twist_is_refused_leaves_the_first_craft_as_it_was(yard: Client) -> None:
+    yard.load_robot("model://husky", base="planar")
+    yard.load_robot("model://ugv", base="planar")
+    yard.clock.step(300, twists={"husky": (0.1, 0.0, 0.0), "ugv": (0.1, 0.0, 0.0)})
+    with pytest.raises(LimitError, match="wheel"):
+        yard.clock.step(1, twists={"husky": (0.3, 0.0, 0.0), "ugv": (20.0, 0.0, 0.0)})
+    speed = yard.clock.step(300).robots["husky"].velocities
+    assert speed[0] == pytest.approx(0.1)
 
 
 @pytest.mark.long

@@ -142,6 +142,28 @@ def test_it_is_another_craft_while_it_runs_and_none_at_last(course: Yard) -> Non
     np.testing.assert_array_equal(course.base, before)
 
 
+def test_a_twist_beyond_limits_steers_nothing_and_costs_no_craft_its_ticks(
+    course: Yard, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Refused as it comes, and in a tick too, where limits of the drives are met as a steering angle turns."""
+    (id,) = course.do(StartSetpointMotion("rover", ("left", "right"), SetpointMode.VELOCITY, 60.0))
+    uid = course.world.snapshot.structure.node("rover").uid
+    course.do(SetSetpoint(str(id), course.crafts.follow(str(id), uid, np.array([0.4, 0.0, 0.0]))))
+    course.step(200)
+    for _ in range(3):
+        with pytest.raises(KernelError, match="'left' would move at 200, its limit is 20"):
+            course.crafts.follow(str(id), uid, np.array([20.0, 0.0, 0.0]))
+        course.step(10)
+    assert course.base[0] == pytest.approx(RADIUS * course.world.snapshot.state.q[-1])
+    assert course.world.snapshot.state.v[-1] == pytest.approx(4.0)
+    course.crafts._twists[str(id)] = course.crafts._twists[str(id)]._replace(twist=np.array([20.0, 0.0, 0.0]))
+    ended = course.step(400).state.ended[-1].cancellation
+    assert ended is not None
+    assert (ended.cause, "its limit is 20" in ended.reason) == (EndCause.SETPOINT_REFUSED, True)
+    assert course.base[0] == pytest.approx(RADIUS * course.world.snapshot.state.q[-1])
+    assert not caplog.records
+
+
 @pytest.mark.long
 def test_wheels_may_turn_backwards_and_stand_off_the_middle() -> None:
     """The left wheel's axis points the other way, with a gear of 2; the axle is 0.2 m behind the base's origin."""
