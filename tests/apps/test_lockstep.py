@@ -5,7 +5,9 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import signal
 import socket
+import subprocess
 import sys
 import threading
 from pathlib import Path
@@ -13,11 +15,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import virtualrobot
-from virtualrobot.errors import CallTimeoutError, InvalidArgumentError, LimitError
+from virtualrobot.errors import CallTimeoutError, InvalidArgumentError, LimitError, RobotBusyError, WrongStateError
 from virtualrobot_apps.lockstep.exchange import Lockstep
 from virtualrobot_apps.lockstep.wire import ProgramWire, SocketWire, listen
 
+from tests.kernels import KernelProcess
+
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "lockstep.md"
+COMMANDS = DOCS.with_name("command-line.md")
 OCTAVE = shutil.which("octave-cli")
 GUARD = 60.0
 
@@ -112,6 +117,54 @@ def test_what_is_no_command_is_told_and_the_robot_rests(ugv: virtualrobot.Client
     assert not ugv.robot("ugv").state.velocities.any()
 
 
+@pytest.mark.parametrize(
+    ("line", "error", "words"),
+    [
+        ('{"velocities": {"left_wheeel": 1}}', virtualrobot.UnknownNameError, "left_wheeel"),
+        ('{"velocities": [1, 2, 3]}', InvalidArgumentError, "values"),
+        ('{"velocities": {"left_wheel": 999}}', virtualrobot.VirtualRobotError, "left_wheel|motion-"),
+        ('{"velocities": {"left_wheel": 1, "right_wheel": 1}}', RobotBusyError, "ugv"),
+        ('{"twist": [0.1, 0, 0], "velocities": {"left_wheel": 1}}', RobotBusyError, "ugv"),
+    ],
+)
+def test_a_refused_command_of_another_kind_leaves_nothing_that_drives_on(
+    ugv: virtualrobot.Client, line: str, error: type[Exception], words: str
+) -> None:
+    with pytest.raises(error, match=words):
+        Lockstep(ugv, "ugv", 0.05).run(Played(*['{"twist": [0.3, 0, 0]}'] * 5, line), GUARD)
+    there = pose(ugv)
+    ugv.clock.step(250)
+    np.testing.assert_array_equal(pose(ugv), there)
+    run = Lockstep(ugv, "ugv", 0.05).run(Played('{"velocities": {"left_wheel": 1, "right_wheel": 1}}'), GUARD)
+    assert run.steps == 1  # nothing moves it any more
+
+
+def test_a_step_ends_the_twist_or_the_velocities_of_a_robot_that_follows_both(steps: virtualrobot.Client) -> None:
+    steps.load_robot("model://frankie", base="planar")
+    arm = "panda_joint1"
+    wire = Played(*[json.dumps({"twist": [0.2, 0, 0], "velocities": {arm: 0.3}})] * 10)
+    Lockstep(steps, "frankie", 0.05).run(wire, GUARD)
+    assert not steps.robot("frankie").state.velocities.any()
+    assert wire.told[-1]["robot"]["positions"][arm] > 0.05
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGHUP, marks=pytest.mark.long)])
+def test_a_signal_lets_the_robot_rest_and_time_go_on(
+    client: virtualrobot.Client, kernel: KernelProcess, number: int
+) -> None:
+    """The command as a process: everybody's time goes on after it, as it did before."""
+    client.load_robot("model://ugv", name="ugv", base="planar")
+    drives = "import sys\nfor _ in sys.stdin: print('{\"twist\": [0.3, 0, 0]}', flush=True)"
+    command = [sys.executable, "-m", "virtualrobot", "--address", kernel.address, "lockstep", "ugv", "--"]
+    process = subprocess.Popen([*command, sys.executable, "-c", drives])
+    while client.robot("ugv").tcp[0, 3] < 0.05:
+        assert process.poll() is None
+    process.send_signal(number)
+    assert process.wait(GUARD) == 130
+    assert client.clock.read().mode == "realtime"
+    assert not client.robot("ugv").state.velocities.any()
+
+
 def test_a_speed_beyond_limits_is_refused_with_them(ugv: virtualrobot.Client) -> None:
     with pytest.raises(LimitError):
         Lockstep(ugv, "ugv", 0.05).run(Played('{"twist": [99, 0, 0]}'), GUARD)
@@ -126,6 +179,18 @@ def test_a_controller_that_never_answers_is_told_with_the_state_that_it_was_give
     finally:
         program._process.kill()
         program.close()
+
+
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [("raise SystemExit(3)", "exit code 3"), ("import os; os.kill(os.getpid(), 11)", "signal 11")],
+)
+def test_a_controller_that_crashes_has_not_just_ended(ugv: virtualrobot.Client, program: str, words: str) -> None:
+    wire = ProgramWire([sys.executable, "-c", f"input(); print('{{\"twist\": [0.3, 0, 0]}}', flush=True); {program}"])
+    with pytest.raises(WrongStateError, match=f"ended with {words}; it was given the state of 0.048 s, and ugv"):
+        Lockstep(ugv, "ugv", 0.05).run(wire, GUARD)
+    wire.close()
+    assert not ugv.robot("ugv").state.velocities.any()
 
 
 def test_a_period_and_names_are_looked_at_first(ugv: virtualrobot.Client) -> None:
@@ -149,7 +214,9 @@ def test_the_controller_of_the_page_drives_its_square(ugv: virtualrobot.Client, 
     assert run.end == "the controller is done"
     # Within 0.1 m of its last waypoint, the origin, and what it rolls on by at 0.5 m/s until it rests.
     assert np.hypot(*pose(ugv)) < 0.1 + 0.15
-    assert 15.0 < run.seconds < 30.0
+    told = re.search(r"(\d+) steps, ([\d.]+) s: the controller is done", COMMANDS.read_text("utf-8"))
+    assert told is not None
+    assert (run.steps, run.seconds) == (pytest.approx(int(told[1]), abs=1), pytest.approx(float(told[2]), abs=0.05))
 
 
 @pytest.mark.long

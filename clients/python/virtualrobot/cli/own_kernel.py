@@ -24,7 +24,7 @@ def in_kernel(target: Target, headless: bool, speed: float | None, *options: str
     """
     from virtualrobot.kernel_process import KernelProcess
 
-    signal.signal(signal.SIGTERM, _interrupt)  # so that the kernel is ended too
+    interrupt_when_terminated()  # so that the kernel is ended too
     try:
         if target.address is not None:
             with _connected(target, speed) as client:
@@ -46,6 +46,14 @@ def _connected(target: Target, speed: float | None) -> Iterator[Client]:
         if speed is not None:
             client.clock.speed_factor = speed
         yield client
+
+
+def interrupt_when_terminated() -> None:
+    """Take SIGTERM, and the SIGHUP of a terminal that is closed, for Ctrl-C from now on."""
+    for name in ("SIGTERM", "SIGHUP"):
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:  # as nohup has it
+            signal.signal(number, _interrupt)
 
 
 def _interrupt(*_: object) -> NoReturn:

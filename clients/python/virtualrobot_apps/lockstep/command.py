@@ -6,6 +6,7 @@ from contextlib import closing
 
 import click
 from virtualrobot.cli.options import FiniteRange, Target, WholeRange, target_options
+from virtualrobot.cli.own_kernel import interrupt_when_terminated
 
 ABOVE_ZERO = FiniteRange(0.0, min_open=True)
 
@@ -50,6 +51,7 @@ def lockstep(
     from virtualrobot_apps.lockstep.wire import ProgramWire, SocketWire, listen
     from virtualrobot_apps.pace import Pace
 
+    interrupt_when_terminated()  # so that the robot comes to rest, and time goes on for everybody
     if bool(program) == (port is not None):
         raise click.UsageError("say which controller: a PROGRAM behind --, or a --port at which one connects")
     with target.connect() as client:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 
@@ -67,6 +68,7 @@ class Lockstep:
 
         Raises:
             CallTimeoutError: when no command came in time; the robot comes to rest.
+            WrongStateError: when the controller has failed; the robot comes to rest.
             InvalidArgumentError: for what is no command; the robot comes to rest.
             VirtualRobotError: for a command that the kernel refuses.
         """
@@ -108,16 +110,16 @@ class Lockstep:
 
     def _rest(self, kinds: set[str]) -> None:
         """Let the robot come to rest in simulation time."""
-        if not kinds:
-            return
-        try:
-            ends: dict[str, Any] = {kind: {self._robot.name: None} for kind in kinds}
-            self._client.clock.step(1, **ends)
-            for _ in range(round(_REST_SECONDS / self._tick / 25.0)):
-                if not np.any(np.abs(self._client.clock.step(25).robots[self._robot.name].velocities) > 1e-6):
-                    break
-        except VirtualRobotError:  # it was stopped by others, or the kernel has gone
-            pass
+        clock, name = self._client.clock, self._robot.name
+        for kind in kinds:  # each by itself: one that was refused, or stopped by others, leaves the rest to be ended
+            ends: dict[str, Any] = {kind: {name: None}}
+            with suppress(VirtualRobotError):
+                clock.step(1, **ends)
+        if kinds:
+            with suppress(VirtualRobotError):  # the kernel has gone
+                for _ in range(round(_REST_SECONDS / self._tick / 25.0)):
+                    if not np.any(np.abs(clock.step(25).robots[name].velocities) > 1e-6):
+                        break
 
     def _command(self, line: str) -> dict[str, Any]:
         """Return the command of a line; raise InvalidArgumentError for what is none, with what would be right."""

@@ -9,7 +9,7 @@ import threading
 from collections.abc import Sequence
 from typing import IO, Protocol
 
-from virtualrobot.errors import CallTimeoutError, InvalidArgumentError
+from virtualrobot.errors import CallTimeoutError, InvalidArgumentError, WrongStateError
 
 LONGEST_LINE = 1_000_000
 """Greatest length of a line that a controller may send (characters)."""
@@ -27,7 +27,7 @@ class Wire(Protocol):
     def receive(self, seconds: float) -> str | None:
         """Return the next line, without its end; None where the controller has ended.
 
-        Raises CallTimeoutError after so many seconds without one.
+        Raises CallTimeoutError after so many seconds without one, WrongStateError where the controller has failed.
         """
         ...
 
@@ -92,8 +92,12 @@ class ProgramWire:
             pass
 
     def receive(self, seconds: float) -> str | None:
-        """Return the next line."""
-        return self._lines.next(seconds)
+        """Return the next line; raise WrongStateError for a program that has ended with an exit code but 0."""
+        line = self._lines.next(seconds)
+        if line is None and (code := self._ended()):
+            how = f"exit code {code}" if code > 0 else f"signal {-code}"
+            raise WrongStateError(f"the controller has ended with {how}")
+        return line
 
     def close(self) -> None:
         """Close its input; end it where that doesn't."""
@@ -101,12 +105,17 @@ class ProgramWire:
             self._input.close()
         except OSError:
             pass
-        try:
-            self._process.wait(_END_SECONDS)
-        except subprocess.TimeoutExpired:
+        if self._ended() is None:
             self._process.kill()
             self._process.wait()
         self._lines.close()
+
+    def _ended(self) -> int | None:
+        """Return the exit code once the program has ended; None where it doesn't."""
+        try:
+            return self._process.wait(_END_SECONDS)
+        except subprocess.TimeoutExpired:
+            return None
 
 
 class SocketWire:
