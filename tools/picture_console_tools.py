@@ -31,6 +31,21 @@ steps:
 - move: {moves: [{robot: iiwa, speed_factor: 0.5, point_to_point: {pose: {reference: pallet}}}]}
 """
 
+BRACKET = """\
+solid:
+  difference:
+  - union:
+    - {extrude: {profile: {rectangle: {size: [0.5, 0.3], corner: 0.05}}, height: 0.04}}
+    - {move: {solid: {box: {size: [0.04, 0.3, 0.3]}}, by: [0.23, 0, 0.15]}}
+  - row:
+      solid: {move: {solid: {cylinder: {radius: 0.03, length: 0.5}}, by: [-0.15, 0, 0]}}
+      count: 3
+      step: [0.12, 0, 0]
+"""
+
+DRAWN = '.view .canvas[aria-busy="false"]'
+"""The view when it shows all that there is."""
+
 SIGNALS = ("part at end", "belt moving", "run belt", "grip", "alarm")
 CONNECTIONS = """
 schema_version: 1
@@ -62,6 +77,7 @@ def main(folder: Path, names: tuple[str, ...], theme: str, quality: str, size: t
                 cell.load(client)
                 with opened_page(playwright, kernel.address, theme, quality, size) as page:
                     page.locator('.node[data-name="iiwa"]').click()
+                    page.locator(DRAWN).wait_for()
                     shown = PICTURES[name](client, page)
                     _save(shown or page, folder / f"console-{name}.png")
 
@@ -189,6 +205,23 @@ def _speeds(client: virtualrobot.Client, page: Page) -> None:
     page.get_by_title("Speed of each robot, and of time").click()
 
 
+def _modeller(client: virtualrobot.Client, page: Page) -> None:
+    """Write a bracket that lies on the belt."""
+    page.get_by_role("tab", name="Modeller").click()
+    page.locator("#new-body").click()
+    text = page.get_by_label("Text of body", exact=True)
+    text.fill(BRACKET)
+    page.get_by_text("body is what is written").wait_for()
+    client.scene.rename("body", "bracket")
+    client.scene.set_pose("bracket", virtualrobot.pose(0.1, -0.9, 0.0, yaw=2.2))
+    page.get_by_label("Text of bracket", exact=True).wait_for()
+    page.get_by_role("tab", name="Properties").click()
+    page.wait_for_timeout(1000.0)
+    page.locator(DRAWN).wait_for()
+    page.keyboard.press("f")
+    page.evaluate("document.activeElement.blur()")
+
+
 def _films(client: virtualrobot.Client, page: Page) -> None:
     """Film the view while the arm moves, beside a film that is whole."""
     page.get_by_title("Films", exact=True).click()
@@ -205,7 +238,9 @@ def _films(client: virtualrobot.Client, page: Page) -> None:
 
 
 def _save(shown: Page | Locator, file: Path) -> None:
-    (shown.page if isinstance(shown, Locator) else shown).wait_for_timeout(4000.0)
+    page = shown.page if isinstance(shown, Locator) else shown
+    page.locator(DRAWN).wait_for()
+    page.wait_for_timeout(2000.0)  # what is asked again and again is told anew
     shown.screenshot(path=file)
     click.echo(f"{file}: {file.stat().st_size // 1024} kB")
 
@@ -222,6 +257,7 @@ PICTURES: dict[str, Callable[[virtualrobot.Client, Page], Locator | None]] = {
     "connections": _connections,
     "speeds": _speeds,
     "films": _films,
+    "modeller": _modeller,
 }
 """What brings the page to where its picture is taken, of the page or of a part of it."""
 

@@ -1,4 +1,4 @@
-// What happens below the view: joints over time, the program, a trajectory, signals, collisions, traces, history, messages.
+// What happens below the view: joints over time, the program, a trajectory, signals, collisions, traces, the modeller, history, messages.
 import { StepKind } from "../generated/virtualrobot/v1/history_pb";
 import { messages, type Level } from "../kernel/messages";
 import { lines } from "../kernel/program";
@@ -8,6 +8,7 @@ import { cellSignals, steps, touching } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { Tabs } from "../parts/tabs";
 import { Collisions } from "./collisions";
+import { Modeller } from "./modeller";
 import { Plot } from "./plot";
 import { Program } from "./program";
 import { Signals } from "./signals";
@@ -27,6 +28,7 @@ export function Bottom() {
         { id: "signals", icon: "toggle-left", name: "Signals", count: cellSignals.value.size },
         { id: "collisions", icon: "zap", name: "Collisions", count: touching.value.length, alarm: true },
         { id: "traces", icon: "route", name: "Traces", count: traces.value.length },
+        { id: "modeller", icon: "shapes", name: "Modeller" },
         { id: "history", icon: "history", name: "History" },
         { id: "messages", icon: "message-square", name: "Messages", count: errors, alarm: true },
       ]} />
@@ -36,6 +38,7 @@ export function Bottom() {
       {shown.value === "signals" && <Signals />}
       {shown.value === "collisions" && <Collisions />}
       {shown.value === "traces" && <Traces />}
+      {shown.value === "modeller" && <Modeller />}
       {shown.value === "history" && <History />}
       {shown.value === "messages" && <Messages />}
     </section>

@@ -1,0 +1,50 @@
+// The modeller: the text by which the selected node's body is made, changed where it stands, and buttons for its words.
+import { useRef } from "preact/hooks";
+import { create, fault, insert, modelled, text, waiting, write } from "../kernel/modeller";
+import { AROUND, BODIES, JOINED } from "../kernel/solid_text";
+import { selected } from "../kernel/world";
+import { Icon } from "../parts/icons";
+
+const GROUPS = [
+  { name: "Bodies", words: BODIES, title: "joined to what is there" },
+  { name: "Join", words: JOINED, title: "of what is there and one more" },
+  { name: "Repeat", words: AROUND, title: "around what is there" },
+];
+const TITLES: Record<string, string> = { extrude: "A profile drawn upwards", lathe: "A profile turned about z", difference: "Cut", row: "In a row", ring: "Around z" };
+
+export function Modeller() {
+  const field = useRef<HTMLTextAreaElement>(null);
+  const put = (word: string) => {
+    const { selectionStart = 0, selectionEnd = 0 } = field.current ?? {};
+    insert(word, selectionStart, selectionEnd);
+    field.current?.setSelectionRange(0, 0);
+  };
+  return (
+    <>
+      {modelled.value ? (
+        <div class="modeller">
+          <textarea ref={field} class="mono" aria-label={`Text of ${modelled.value}`} aria-invalid={fault.value !== ""} spellcheck={false} value={text.value} onInput={(event) => write(event.currentTarget.value)} />
+          <div class="words-of-bodies">
+            {GROUPS.map(({ name, words, title }) => (
+              <div key={name} class="chips" role="group" aria-label={name}>
+                {Object.keys(words).map((word) => (
+                  <button key={word} type="button" class="chip" title={`${TITLES[word] ?? word}: ${title}, or around what is selected in the text`} onClick={() => put(word)}>{word}</button>
+                ))}
+              </div>
+            ))}
+          </div>
+        </div>
+      ) : (
+        <p class="hint grow">
+          {selected.value && selected.value !== "world" ? `${selected.value} has no text that its body is made by.` : "Nothing is selected."} Select a body of a <code>.solid</code> file, drop such a file on the page, or begin with a new one.
+        </p>
+      )}
+      <div class="under">
+        <button type="button" class="button small" id="new-body" title="A box at the origin, to begin with" onClick={() => void create()}><Icon name="plus" size={13} />New body</button>
+        {fault.value ? <span class="grow verdict bad cut" role="alert" title={fault.value}>{fault.value}</span> : (
+          <span class="grow verdict muted cut" role="status">{!modelled.value ? "" : waiting.value ? "is made …" : `${modelled.value} is what is written; each change is a step, which undo takes back`}</span>
+        )}
+      </div>
+    </>
+  );
+}
