@@ -34,7 +34,7 @@ UNIT_TOLERANCE = 1e-6
 TRIANGLE_TOLERANCE = 1e-9
 """Part by which a moment may exceed the sum of the other two: room for rounding."""
 LEAST = 1e-14
-"""Least mass (kg) and moment of inertia (kg m^2) that engines tell from none; a ball of steel of 0.5 mm has this one."""
+"""Least mass (kg) and moment of inertia (kg m^2) that engines tell from none; that of a steel ball of 0.5 mm."""
 _SIZES = {
     ShapeKind.BOX: 3,
     ShapeKind.SPHERE: 1,

@@ -188,6 +188,29 @@ def plot(
 
 
 @topic.command()
+@click.argument("sensor")
+@click.option("--cell", type=FiniteRange(0.001, 1.0), default=0.02, show_default=True, help="Edge of a cell in meters.")
+@click.option("--out", type=click.Path(path_type=Path, dir_okay=False), help="A picture from above: .svg.")
+@_seconds
+@target_options
+def heat(target: Target, sensor: str, cell: float, out: Path | None, seconds: float | None) -> None:
+    """Gather where a contact SENSOR is touched and how much, and draw it in the world: a heat map.
+
+    Values are impulses (N s) under physics, and elsewhere times (s). The drawing stays, as 'heat of SENSOR'.
+    """
+    from virtualrobot_apps.topic.heat import gathered
+
+    if out is not None and (out.suffix != ".svg" or not out.absolute().parent.is_dir()):
+        raise click.UsageError("--out takes a name that ends in .svg, in a folder that is there")
+    with target.connect() as client:
+        found = gathered(client, sensor, cell, seconds)
+    click.echo(found.told())
+    if out is not None and len(found.values):
+        out.write_text(found.picture(), "utf-8")
+        click.echo(f"picture in {out}")
+
+
+@topic.command()
 @click.argument("name", metavar="STREAM")
 @click.argument("value", nargs=-1, required=True)
 @click.option("--rate", type=ABOVE_ZERO, default=20.0, help="Commands of robots: how often a second [20].")
