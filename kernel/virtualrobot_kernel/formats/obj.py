@@ -15,7 +15,7 @@ from trimesh.visual.texture import TextureVisuals
 from virtualrobot_kernel.numeric.wavefront import NONE, Integers, Places, read_faces, weld
 
 _LINE_ENDS = ("\x85".encode(), "\u2028".encode(), "\u2029".encode())
-"""What ends lines for Python besides those of ASCII."""
+"""Ends of lines for Python besides those of ASCII."""
 
 
 def read(data: bytes, files: Resolver) -> list[trimesh.Trimesh] | None:
@@ -77,11 +77,12 @@ def _by_material(data: bytes, corners: Integers, uses: Places) -> Iterator[tuple
 
 def _materials(data: bytes, files: Resolver) -> dict[str, SimpleMaterial]:
     """Return the materials of the first file of materials that is named, by name; none of one that can't be read."""
-    _, word, rest = data.partition(b"mtllib")
-    if not word:
+    begin = data.find(b"mtllib") + len(b"mtllib")
+    if begin < len(b"mtllib"):
         return {}
+    end = data.find(b"\n", begin)
     try:
-        told = parse_mtl(files.get(rest.partition(b"\n")[0].decode().strip()), resolver=files)
+        told = parse_mtl(files.get(data[begin : end if end >= 0 else None].decode().strip()), resolver=files)
         return {name: SimpleMaterial(**about) for name, about in told.items()}
     except Exception:  # a file that is missing or broken costs the look only, whatever trimesh makes of it
         return {}

@@ -9,7 +9,7 @@ import pybullet_data
 import pytest
 from trimesh.resolvers import FilePathResolver
 from virtualrobot_kernel.errors import MalformedFileError
-from virtualrobot_kernel.formats import obj
+from virtualrobot_kernel.formats import obj, trimesh_reader
 from virtualrobot_kernel.formats.meshes import parse_mesh
 from virtualrobot_kernel.numeric.wavefront import read_faces
 from virtualrobot_kernel.shapes.submesh import Submesh
@@ -149,3 +149,11 @@ def test_bytes_of_all_kinds_end_it(rng: np.random.Generator, draws: Draws) -> No
             assert len(corners) % 3 == 0 and (corners[:, 0] >= 0).all()
             assert (corners < [len(vertices), max(len(uvs), 1), max(len(normals), 1)]).all()
             assert (uses[:, 0] <= len(corners)).all()
+
+
+@pytest.mark.parametrize("line", ["usemtl red\n", "o box\n"])
+def test_too_many_pieces_are_refused_at_once(line: str) -> None:
+    most = trimesh_reader.MOST_PIECES
+    assert parse_mesh((SQUARE + "f 1 2 3\n" + line * most + "f 1 3 4\n").encode(), "part.obj", {})
+    with pytest.raises(MalformedFileError, match=f"the file has {most + 1:,} objects or uses of materials"):
+        parse_mesh((SQUARE + "f 1 2 3\n" + line * (most + 1)).encode(), "part.obj", {})
