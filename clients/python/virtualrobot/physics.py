@@ -136,6 +136,7 @@ class Physics:
 
         Raises:
             UnknownNameError: when there is no such part or robot.
+            InvalidArgumentError: for a link, and other nodes that are neither.
             VirtualRobotError: for a part without a mass, or one that no rigid body can be; for a robot with a link that
                 moves and has none, with a joint that physics do not know, or that hangs on what moves.
         """
@@ -219,7 +220,16 @@ class Physics:
     def _set_dynamic(self, names: tuple[str, ...], dynamic: bool) -> None:
         commands = []
         for node in self._nodes(names):
-            kind = "robot" if node.WhichOneof("kind") == "robot" else "part"
+            kind = node.WhichOneof("kind")
+            if kind == "link":
+                robot = node.name.split(".")[0]
+                raise InvalidArgumentError(f"{node.name!r} is a link; forces move a robot as a whole: name {robot!r}")
+            if kind not in ("part", "robot", None):  # None: not there, which the kernel says
+                word = kind.replace("_", " ")
+                raise InvalidArgumentError(
+                    f"{node.name!r} is a node of the kind {word}; forces move parts and robots; add it as a part"
+                )
+            kind = kind or "part"
             getattr(node, kind).dynamic = dynamic
             commands.append(_updated(node, kind))
         if commands:

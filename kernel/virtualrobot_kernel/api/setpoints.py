@@ -139,6 +139,8 @@ class _Feed:
             values = self._follow(np.array(values))
         else:
             motion.running.set(values)  # changes nothing: it raises for what it refuses
+            joints = [joint for _, joint in motion.joints]
+            self._kernel.crafts.check_told(motion.joints[0][0], motion.running.mode, joints, values)
         self._put(SetSetpoint(self._id, values))
         self.given += 1
         self._handed.set()

@@ -107,6 +107,8 @@ class StepSetpoints:
         names = TWIST if craft is not None else start.joint_names
         values = numbers(request.values, names, f"{field}.values") if request.values else None
         speeds = values
+        if craft is None and values is not None:
+            self._kernel.crafts.check_told(uid, start.mode, names, values)
         if craft is not None and values is not None:
             speeds = tuple(craft.commands(np.array(values), snapshot.state.q, snapshot.tick_seconds).tolist())
         key = author(context), uid, names, request.target.mode

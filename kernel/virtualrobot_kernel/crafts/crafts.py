@@ -24,7 +24,7 @@ from virtualrobot_kernel.crafts.fitting import Moved
 from virtualrobot_kernel.crafts.vessel import Vessel, vessel
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.running_motion import Phase
-from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMode, SetpointMotion
 from virtualrobot_kernel.world.commands import (
     CancelMotion,
     Command,
@@ -103,7 +103,7 @@ class Crafts:
         node = structure.nodes[uid]
         if fault := self.fault_of(uid):
             raise KernelError(
-                f"the craft {node.name!r} stands: {fault}; choose another component with set_craft, or the same anew",
+                _stands(node, fault),
                 reason=Reason.PLUGIN_FAILED,
                 robot=node.name,
             )
@@ -141,6 +141,12 @@ class Crafts:
             yield at_work(self._world.snapshot.structure, craft.node, craft.craft, component)
         finally:
             component.close()
+
+    def check_told(self, uid: int, mode: SetpointMode, joints: Sequence[str], values: Sequence[float]) -> None:
+        """Raise LimitError for a setpoint of joints that no drive of a vessel follows; any thread may ask."""
+        craft = self._at_work.get(uid)
+        if isinstance(craft, Vessel):
+            craft.check_told(mode, joints, values)
 
     def fault_of(self, uid: int) -> str:
         """Return why a craft stands, in words; empty where it may move."""
@@ -253,7 +259,7 @@ class Crafts:
                 moved = craft.moved(now, later)
             except KernelError as error:
                 self._fail(craft, error)
-                why = Cancellation(EndCause.FAILED, str(error))
+                why = Cancellation(EndCause.FAILED, _stands(craft.node, str(error)))
                 stopped.append(StopRobots((uid,), why))
                 found.append(craft.at_rest(now.state.q))
                 continue
@@ -349,6 +355,10 @@ class Crafts:
         is_vessel = craft.kinematics in self._catalog.offers(ComponentKind.VEHICLE_DYNAMICS)
         kind = ComponentKind.VEHICLE_DYNAMICS if is_vessel else ComponentKind.MOBILE_KINEMATICS
         return start(self._catalog.find(kind, craft.kinematics), craft.settings)
+
+
+def _stands(node: Node, fault: str) -> str:
+    return f"the craft {node.name!r} stands: {fault}; choose another component with set_craft, or the same anew"
 
 
 def _at_work(structure: Structure, node: Node, craft: Craft, component: ComponentHandle) -> CraftAtWork | Vessel:

@@ -83,7 +83,8 @@ def fitted(
 def checked(component: ComponentHandle, method: str, value: object, shape: tuple[int, ...]) -> Floats:
     """Return what a method answered; raise KernelError unless it is finite, and of this shape."""
     if not isinstance(value, np.ndarray) or value.dtype != np.float64 or value.shape != shape:
-        raise nonsense(component, f"{method} returned {type(value).__name__}; it must be a float64 array {shape}")
+        what = f"an array {value.shape} of {value.dtype}" if isinstance(value, np.ndarray) else type(value).__name__
+        raise nonsense(component, f"{method} returned {what}; it must be a float64 array {shape}")
     if not is_finite(value):
         raise nonsense(component, f"{method} returned {value.tolist()}; all must be finite")
     return value

@@ -8,6 +8,7 @@ drive is told is what a running motion has for that joint; without one a propell
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,12 +19,16 @@ from virtualrobot_sdk.vehicles import DriveQuantity, Surroundings, VehicleDrive
 from virtualrobot_kernel.components.running import ComponentHandle
 from virtualrobot_kernel.crafts.burden import Burden, burden
 from virtualrobot_kernel.crafts.fitting import Moved, center_of, checked_step, fitted, nonsense, standing
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.world.crafts import base_joint
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Craft, JointType, Node, Structure, Water
 
 Floats = NDArray[np.float64]
+
+SLACK = 1e-9
+"""Part of a limit of a drive by which a setpoint may be beyond it: it was reckoned from another unit."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -43,6 +48,8 @@ class Vessel:
     drive_v: NDArray[np.int32]
     ratio: Floats
     is_speed: NDArray[np.bool_]
+    drives: dict[str, VehicleDrive]
+    """Drives by their joints, in the order of the arrays."""
     lowest: Floats
     highest: Floats
     surroundings: Surroundings
@@ -100,6 +107,26 @@ class Vessel:
     def is_moving(self, now: Snapshot) -> bool:
         """Return whether its base has a velocity."""
         return bool(now.state.v[self.base_v : self.base_v + 6].any())
+
+    def check_told(self, mode: SetpointMode, joints: Sequence[str], values: Sequence[float]) -> None:
+        """Raise LimitError for a setpoint of joints that a drive does not follow: its table ends before."""
+        ratios = dict(zip(self.drives, self.ratio.tolist(), strict=True))
+        for joint, value in zip(joints, values, strict=True):
+            drive = self.drives.get(joint)
+            if drive is None or (drive.quantity is DriveQuantity.SPEED) != (mode is SetpointMode.VELOCITY):
+                continue
+            lower, upper = sorted((drive.lowest * ratios[joint], drive.highest * ratios[joint]))
+            room = SLACK * max(abs(lower), abs(upper))
+            if not lower - room <= value <= upper + room:
+                unit = "rad/s" if mode is SetpointMode.VELOCITY else "rad"
+                raise LimitError(
+                    f"a setpoint is refused: joint {joint!r} is told {value:.6g}, and the table of its drive "
+                    f"{drive.name!r} goes from {lower:.6g} to {upper:.6g} {unit}",
+                    joint=joint,
+                    value=value,
+                    lower=lower,
+                    upper=upper,
+                )
 
     def at_rest(self, q: Floats) -> Moved:
         """Return it where it is, standing."""
@@ -163,6 +190,7 @@ def vessel(structure: Structure, node: Node, craft: Craft, component: ComponentH
         drive_v=np.array([one.coordinate.v for one in found], np.int32),
         ratio=np.array([one.ratio for one in found]),
         is_speed=np.array([drive.quantity is DriveQuantity.SPEED for drive in drives]),
+        drives=dict(zip((one.joint for one in found), drives, strict=True)),
         lowest=np.array([drive.lowest for drive in drives]),
         highest=np.array([drive.highest for drive in drives]),
         surroundings=Surroundings(water.current, water.density, water.surface_height),

@@ -316,10 +316,19 @@ def _placed(structure: Structure, state: State, uid: int, pose: Pose) -> State:
 
 def _check_data(name: str, kind: Kind, data: object) -> None:
     wanted = DATA.get(kind)
+    given = next((one.value for one, of in DATA.items() if isinstance(data, of)), "")
+    if given and given != kind.value:
+        raise KernelError(f"{name!r} is no {given.replace('_', ' ')} but {_a(kind)}: it has no such fields", node=name)
     if (wanted is None and data is not None) or (wanted is not None and not isinstance(data, wanted)):
         raise KernelError(
-            f"the {kind.value} {name!r} needs the fields of a {kind.value}, not {type(data).__name__}", node=name
+            f"the {kind.value} {name!r} needs the fields of {_a(kind)}, not {type(data).__name__}", node=name
         )
+
+
+def _a(kind: Kind) -> str:
+    """Return a kind of node with its article."""
+    word = kind.value.replace("_", " ")
+    return f"an {word}" if word[0] in "aeiou" else f"a {word}"
 
 
 def _mounted(change: Change, tool: Node) -> Change:

@@ -40,7 +40,10 @@ def check_craft(structure: Structure, node: Node) -> None:
             raise
         again = next((name for name in (one.drive, joint.name) if name in taken), None)
         if again is not None or not one.ratio:
-            wrong = "has the ratio 0" if again is None else "is named twice, or its joint"
+            wrong = (
+                "is named twice" if again == one.drive else f"moves {joint.name!r}, which another drive moves already"
+            )
+            wrong = "has the ratio 0" if again is None else wrong
             raise KernelError(f"the drive {one.drive!r} of {node.name!r} {wrong}", robot=node.name, drive=one.drive)
         taken |= {one.drive} if one.drive == joint.name else {one.drive, joint.name}
 

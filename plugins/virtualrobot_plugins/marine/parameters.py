@@ -211,7 +211,7 @@ def _inertia(inertia: Inertia) -> Floats:
     tensor = _square(inertia.value, "inertia") * factor("moment of inertia", inertia.unit, "inertia")
     if not np.allclose(tensor, tensor.T, rtol=1e-9, atol=0.0):
         raise _wrong("inertia", tensor.tolist(), "symmetric")
-    a, b, c = np.linalg.eigvalsh(tensor)
+    a, b, c = np.linalg.eigvalsh(tensor).tolist()
     if a <= 0.0 or c > (a + b) * (1.0 + 1e-9):
         raise _wrong("inertia", [a, b, c], "of principal moments above 0, none greater than the other two together")
     return tensor

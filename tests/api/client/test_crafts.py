@@ -153,6 +153,11 @@ def test_the_command_drives_for_some_seconds(client: Client, run: Run) -> None:
     said = run("drive", "husky", "--forward", "0.3", "--seconds", "0.5")
     assert said.startswith("husky rests at 0.")
     assert place(client, "husky.base_footprint")[0] > 0.03
+    assert "'inf' is no finite number" in run("drive", "husky", "--seconds", "inf", code=2)
+    said = run("drive", "husky", "--to", "1", "0", "--forward", "3", code=2)
+    assert "--to plans its own speeds; leave --forward" in said
+    with pytest.raises(InvalidArgumentError, match="seconds is above 0 and finite, not inf"):
+        client.robot("husky").drive(0.1, seconds=math.inf)
 
 
 @pytest.mark.long
@@ -165,6 +170,8 @@ def test_a_planned_way_of_lines_and_arcs_ends_where_it_should(yard: Client) -> N
     x, y = 0.3 / 0.4 * math.sin(0.4), 0.3 / 0.4 * (1.0 - math.cos(0.4))
     wanted = [x + back * math.cos(turned), y + back * math.sin(turned), turned]
     np.testing.assert_allclose(place(yard, "husky.base_footprint"), wanted, atol=1e-6)
+    with pytest.raises(InvalidArgumentError, match="a way has a part at least"):
+        husky.drive_path([])
     husky.drive_to(0.5, 0.5, heading=1.0, wait=False)
     yard.clock.step(6000)
     np.testing.assert_allclose(place(yard, "husky.base_footprint"), [0.5, 0.5, 1.0], atol=1e-6)

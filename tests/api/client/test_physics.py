@@ -194,6 +194,11 @@ def test_what_cannot_move_by_forces_is_named(cell: Client) -> None:
         cell.physics.set("newton")
     with pytest.raises(VirtualRobotError, match="substeps must be 1 to 1000, not 5000"):
         cell.physics.set(substeps=5000)
+    with pytest.raises(VirtualRobotError, match=r"'floor' is a node of the kind object; forces move parts and robots"):
+        cell.physics.enable("floor")
+    cell.load_robot("model://ugv", base="floating")
+    with pytest.raises(VirtualRobotError, match=r"'ugv.base' is a link; forces move a robot as a whole: name 'ugv'"):
+        cell.physics.enable("ugv.base")
     assert [node.name for node in cell.scene.nodes() if node.kind == "part"] == ["good"]
 
 

@@ -261,6 +261,30 @@ def test_the_same_calls_drive_a_craft_under_physics(cell: Client, engine: str) -
     assert ends[1][3] == pytest.approx(ends[0][3], rel=0.05)
 
 
+@pytest.mark.parametrize(
+    ("height", "upside_down"),
+    [(0.5, True), pytest.param(20.0, False, marks=pytest.mark.long)],
+    ids=["on its back", "falling"],
+)
+def test_wheels_that_touch_nothing_are_told(cell: Client, height: float, upside_down: bool) -> None:
+    """In real time, as `drive` is: on its back, and while it falls."""
+    ugv = cell.load_robot("model://ugv", base="floating")
+    cell.physics.set("mujoco")
+    half = [1.0, 0.0, 0.0, 0.0] if upside_down else [0.0, 0.0, 0.0, 1.0]
+    ugv.set_positions([0.0, 0.0, height, *half, *[0.0] * 4])
+    cell.physics.enable("ugv")
+    if upside_down:
+        cell.clock.step(500)
+    cell.clock.set_realtime()
+    with pytest.raises(WrongStateError, match=r"the wheels of 'ugv' turned in the air: none of .*touches anything"):
+        ugv.drive(0.2, 0.0, seconds=0.3)
+    cell.clock.set_stepped()
+    ugv.set_positions([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, *[0.0] * 4])
+    cell.clock.step(100)
+    cell.clock.set_realtime()
+    ugv.drive(0.2, 0.0, seconds=0.3)
+
+
 def test_a_twist_that_is_not_renewed_ends(cell: Client) -> None:
     ugv = cell.load_robot("model://ugv", base="floating")
     cell.physics.set("mujoco")

@@ -7,7 +7,7 @@ import math
 import click
 
 from virtualrobot.cli.names import ROBOT
-from virtualrobot.cli.options import GO_ON, Target, degrees_option, target_options
+from virtualrobot.cli.options import GO_ON, FiniteRange, Target, degrees_option, target_options
 
 _EXAMPLES = """
 \b
@@ -25,13 +25,13 @@ Examples:
 @click.option("--forward", type=float, default=0.0, metavar="SPEED", help="m/s; backwards below 0 [0].")
 @click.option("--left", type=float, default=0.0, metavar="SPEED", help="m/s to the left, for crafts that can [0].")
 @click.option("--turn", type=float, default=0.0, metavar="SPEED", help="rad/s to the left [0].")
-@click.option("--seconds", type=click.FloatRange(0.0, min_open=True), help="How long.")
+@click.option("--seconds", type=FiniteRange(0.0, min_open=True), help="How long.")
 @click.option(
     "--to", "place", type=float, nargs=2, metavar="X Y", help="Instead of speeds, where to (m): a planned way."
 )
 @click.option("--heading", type=float, help="How far it is turned to the left there [as the way comes].")
 @click.option("--reverse", is_flag=True, help="It may go back on its way, too.")
-@click.option("--radius", type=click.FloatRange(0.0, min_open=True), help="Of the arcs in m [as narrow as it turns].")
+@click.option("--radius", type=FiniteRange(0.0, min_open=True), help="Of the arcs in m [as narrow as it turns].")
 @click.option("--check", is_flag=True, help="Only tell the way and what it would touch; nothing moves.")
 @click.option("--preempt", is_flag=True, help="Stop what the robot does and take over.")
 @degrees_option
@@ -58,6 +58,8 @@ def drive(
     unit = math.radians(1.0) if degrees else 1.0
     if (seconds is None) == (place is None):
         raise click.UsageError("give --seconds for speeds, or --to for a place")
+    if place is not None and (forward or left or turn):
+        raise click.UsageError("--to plans its own speeds; leave --forward, --left and --turn out, or give --seconds")
     with target.connect() as client:
         craft, way = client.robot(robot), None
         if place is not None:

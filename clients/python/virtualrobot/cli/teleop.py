@@ -59,7 +59,9 @@ def teleop(
     if mapping is not None and not gamepad:
         raise click.UsageError("--mapping is that of a gamepad: say --gamepad, too")
     if sys.stdin is None or not sys.stdin.isatty():
-        raise click.UsageError("keys need a terminal; without one use 'virtualrobot drive'")
+        raise click.UsageError(
+            "keys need a terminal, and so does --gamepad, to show what it does; without one use 'virtualrobot drive'"
+        )
     with target.connect() as client:
         if client.clock.mode == "stepped":
             raise click.UsageError(f"time stands still, and nothing would drive; {GO_ON}")

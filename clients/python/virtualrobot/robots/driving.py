@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import Unpack
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import array_message, value_or_default
-from virtualrobot.errors import CollisionError, InvalidArgumentError, UnreachableError
+from virtualrobot.errors import CollisionError, InvalidArgumentError, UnreachableError, WrongStateError
 from virtualrobot.geometry import checked_pose
 from virtualrobot.motions.motion import Motion, StartOptions
 from virtualrobot.motions.setpoints import SetpointStream, StreamState
@@ -20,7 +21,7 @@ from virtualrobot.robots.reaching import moved, places_round
 from virtualrobot.robots.solver import Solver
 from virtualrobot.robots.ways import Way
 from virtualrobot.sensors.motion_sensors import EncoderReading
-from virtualrobot.v1 import motion_pb2, robot_pb2
+from virtualrobot.v1 import motion_pb2, physics_pb2, robot_pb2, scene_pb2
 
 
 @checked
@@ -78,6 +79,7 @@ class Driving(Mover, Solver):
         Raises:
             InvalidArgumentError: for a twist that the craft never has, or no time.
             LimitError: when a drive would be too fast.
+            WrongStateError: when its wheels turned in the air: in the end physics find that they touch nothing.
             MotionAbortedError: when the kernel had to end it, such as before a collision.
 
         And what `stream_twist` raises.
@@ -85,8 +87,8 @@ class Driving(Mover, Solver):
         Example:
             >>> robot.drive(0.3, 0.5, seconds=2.0)
         """
-        if not seconds > 0.0:
-            raise InvalidArgumentError(f"seconds is above 0, not {seconds:g}")
+        if not 0.0 < seconds < math.inf:
+            raise InvalidArgumentError(f"seconds is above 0 and finite, not {seconds:g}")
         with self.stream_twist(timeout=timeout, preempt=preempt) as stream:
             begin = stream.state.time
             stream.send([forward, left, turn])
@@ -94,7 +96,27 @@ class Driving(Mover, Solver):
                 if state.time - begin >= seconds:
                     break
                 stream.send([forward, left, turn])
+        if forward or left or turn:
+            self._check_wheels()
         return stream.state
+
+    def _check_wheels(self) -> None:
+        """Raise WrongStateError where physics move the robot, and find that no link that a drive moves touches."""
+        physics = self._services.physics.GetPhysics(physics_pb2.GetPhysicsRequest())
+        if not physics.settings.engine or physics.fault:
+            return
+        nodes = {node.name: node for node in self._services.scene.GetScene(scene_pb2.GetSceneRequest()).nodes}
+        if not nodes[self.name].robot.dynamic:
+            return
+        drives = set(self.way([]).joint_names)
+        wheels = [
+            name for name, node in nodes.items() if name.startswith(f"{self.name}.") and node.link.joint.name in drives
+        ]
+        if not {name for one in physics.contacts for name in (one.first, one.second)} & set(wheels):
+            raise WrongStateError(
+                f"the wheels of {self.name!r} turned in the air: none of {', '.join(wheels)} touches anything; put it "
+                "on a floor the right way up ('virtualrobot physics' tells what touches)"
+            )
 
     def drive_path(self, parts: ArrayLike, **options: Unpack[StartOptions]) -> Motion:
         """Drive a craft along lines and arcs, one after the other, as a planned motion; it stands between them.
@@ -105,7 +127,7 @@ class Driving(Mover, Solver):
             options: of the start, as of any motion.
 
         Raises:
-            InvalidArgumentError: for a part that the craft never goes, such as a turn on the spot of a car.
+            InvalidArgumentError: for no part, and one that the craft never goes, such as a turn on the spot of a car.
             WrongStateError: when the robot is no craft.
 
         And what a start of a motion raises.
@@ -113,7 +135,10 @@ class Driving(Mover, Solver):
         Example:
             >>> robot.drive_path([[1.0, 0.0, 0.0], [0.0, 0.0, np.pi / 2]])
         """
-        return self.way(parts).start(**options)
+        way = self.way(parts)
+        if not len(way.parts):
+            raise InvalidArgumentError("a way has a part at least: rows of forward (m), left (m) and turn (rad)")
+        return way.start(**options)
 
     def drive_to(
         self,

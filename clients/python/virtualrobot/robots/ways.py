@@ -23,6 +23,7 @@ class Way(Program):
 
     Attributes:
         parts: (n, 3) how far each part goes forward and to the left along the axes of the base (m), and turns (rad).
+        joint_names: the joints of its drives.
         length: of the whole way (m), turns on the spot left out.
         word: of a way to a goal by arcs: left (L), right (R), straight (S), with a minus where it goes back.
         turning_radius: of these arcs (m); 0 where it turns on the spot.
@@ -42,6 +43,7 @@ class Way(Program):
         """
         super().__init__(services)
         self.parts: Floats = array_of(solved.parts)
+        self.joint_names = tuple(solved.joint_names)
         self.length = solved.length_meters
         self.word = solved.word
         self.turning_radius = solved.turning_radius_meters

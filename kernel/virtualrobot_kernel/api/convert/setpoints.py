@@ -58,7 +58,7 @@ def numbers(given: Iterable[float], joint_names: tuple[str, ...], field: str) ->
     values = tuple(given)
     if len(values) != len(joint_names):
         raise KernelError(
-            f"{field} must have one value for each of {len(joint_names)} joints, not {len(values)}",
+            f"{field} must have one value for each of {', '.join(joint_names)}, not {len(values)}",
             field=field,
             joints=", ".join(joint_names),
         )
