@@ -68,6 +68,10 @@ class ShamProcess:
         """Return the words of the fault that the test gave it."""
         return self.said.words
 
+    def where(self) -> Words:
+        """Return nothing: it hangs nowhere."""
+        return Words()
+
     def kill(self) -> None:
         """Do as `close` does."""
         self.close()

@@ -11,7 +11,7 @@ import pytest
 from virtualrobot_plugins import drivers
 from virtualrobot_plugins.drivers.loopback.settings import What
 
-from tests.drivers.test_faults import FAULTS, HARMLESS
+from tests.drivers.test_faults import AT_END, FAULTS, HARMLESS
 
 DOCS = Path(__file__).resolve().parents[2] / "docs"
 
@@ -47,7 +47,7 @@ def test_the_matrix_of_faults_is_what_was_tried() -> None:
     told = (DOCS / "drivers.md").read_text("utf-8").partition("### Matrix")[2].partition("\n## ")[0]
     rows = [[cell.strip() for cell in line[1:-1].split("|")] for line in told.splitlines() if line.startswith("| ")][1:]
     words = {row[0].strip("`"): row[3].strip('"') for row in rows if re.fullmatch("`[a-z_]+`", row[0])}
-    assert words == {fault.split()[0]: said for fault, said in FAULTS.items()}
+    assert words == {fault.split()[0]: said for fault, said in (FAULTS | AT_END).items()}
     borne = next(row[0] for row in rows if row[4].endswith("test_what_is_borne_costs_nobody_anything`"))
     assert re.findall(r"`(\w+)`", borne) == [fault.split()[0] for fault in HARMLESS]
     named = [re.fullmatch(r"`(\w+\.py)::(\w+)`", row[4]) for row in rows if row[4] != "the same"]
@@ -57,4 +57,4 @@ def test_the_matrix_of_faults_is_what_was_tried() -> None:
 
 
 def test_each_fault_on_demand_has_been_tried() -> None:
-    assert {fault.split()[0] for fault in (*FAULTS, *HARMLESS)} == set(get_args(What))
+    assert {fault.split()[0] for fault in (*FAULTS, *AT_END, *HARMLESS)} == set(get_args(What))

@@ -41,7 +41,7 @@ GOAL = {FIRST: 2.0, FOURTH: -1.0}
 FAULTS = {
     "silent": "has been silent for",
     "raises": "the driver Loopback raised in read RuntimeError: loopback raises",
-    "hangs": "the driver has been silent for",
+    "hangs": "it hangs in read",
     "dies": "its process ended with exit code 1",
     "nan 0 5": "the controller sent nonsense",
     "protective_stop": "protective stop: joint 0 met something",
@@ -56,6 +56,12 @@ FAULTS = {
     "local": "the key is turned to the pendant",
 }
 """Words that each fault is told in, by what the controller is asked for; docs/drivers.md has them, too."""
+
+AT_END = {
+    "raises_at_end": "the driver Loopback raised in end RuntimeError: loopback raises as it ends",
+    "hangs_at_end": "it hangs in end",
+}
+"""Words of faults that come as a robot is to follow no more, likewise."""
 
 HARMLESS = ("floods", "slow 0.95")
 """Faults that are borne."""
@@ -119,6 +125,61 @@ def fail(two: Cell, fault: str) -> None:
     assert two.status("arm").state == INACTIVE
     assert refusal(lambda: two.holder.start(joints("arm", 0.1, **{FIRST: 0.0}))).metadata["aspect"] == "mode"
     assert two.mode(EXECUTE, "arm").driver.state == ACTIVE
+
+
+def test_a_driver_that_is_killed_is_told_as_that(two: Cell) -> None:
+    patiently(two, lambda: kill(two))
+
+
+def kill(two: Cell) -> None:
+    two.connect("arm")
+    two.mode(EXECUTE, "arm")
+    id = two.holder.start(joints("arm", 0.01, **{FIRST: 2.5}))
+    until(lambda: two.status("arm").positions[0] > 0.02)
+    psutil.Process(two.status("arm").process_id).kill()
+    assert "its process ended with SIGKILL" in two.await_end(id).end_reason
+    cell = two.alone.driver.GetDrivers(driver_pb2.GetDriversRequest()).cell
+    assert cell.reason == "the real robot of 'arm' has stopped: its process ended with SIGKILL"
+    until(lambda: two.status("arm").process_id == 0)
+    assert two.status("arm").text == "its process ended with SIGKILL"
+
+
+@pytest.mark.parametrize("fault", AT_END)
+def test_a_fault_as_a_robot_is_to_follow_no_more_is_told(two: Cell, fault: str) -> None:
+    patiently(two, lambda: fail_at_end(two, fault))
+
+
+def fail_at_end(two: Cell, fault: str) -> None:
+    two.connect("arm")
+    two.connect("other")
+    two.mode(EXECUTE, "arm")
+    two.mode(EXECUTE, "other")
+    two.tell(fault, "arm")
+    status = two.mode(SIMULATED, "arm").driver
+    assert (status.state, AT_END[fault] in status.text) == (ERROR, True), status
+    cell = two.alone.driver.GetDrivers(driver_pb2.GetDriversRequest()).cell
+    assert (cell.stopped_by, AT_END[fault] in cell.reason) == ("driver loopback of arm", True), cell
+    until(lambda: two.status("other").state == INACTIVE)
+
+
+@pytest.mark.parametrize("fault", AT_END)
+def test_a_cell_that_was_released_is_not_stopped_anew_by_a_driver_that_is_gone(two: Cell, fault: str) -> None:
+    patiently(two, lambda: fail_at_stop(two, fault))
+
+
+def fail_at_stop(two: Cell, fault: str) -> None:
+    two.connect("arm")
+    two.mode(EXECUTE, "arm")
+    two.tell(fault, "arm")
+    two.alone.driver.StopCell(driver_pb2.StopCellRequest(reason="a cat"))
+    until(lambda: two.status("arm").state == ERROR)
+    until(lambda: two.status("arm").mode == SIMULATED)
+    assert AT_END[fault] in two.status("arm").text
+    asked = driver_pb2.GetDriversRequest()
+    assert two.alone.driver.GetDrivers(asked).cell.reason == "a cat"
+    two.alone.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
+    two.call("DisconnectDriver", robot="arm")
+    assert not two.alone.driver.GetDrivers(asked).cell.stopped
 
 
 def test_robots_of_a_cell_have_one_lead(two: Cell) -> None:

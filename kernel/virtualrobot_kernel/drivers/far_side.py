@@ -43,6 +43,10 @@ class Process(Protocol):
         """Return the newest words of the controller, or about it."""
         ...
 
+    def where(self) -> Words:
+        """Return where the driver is just now, of one that is silent; without text it is nowhere."""
+        ...
+
     def close(self) -> None:
         """Have the driver let go, and end the process."""
         ...

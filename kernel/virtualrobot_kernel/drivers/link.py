@@ -107,7 +107,7 @@ class Link:
 
     @property
     def awaits_words(self) -> bool:
-        """True while the host has met a fault whose words are not here yet."""
+        """True while the host has met a fault whose words are not here yet, or is silent, and where is not known."""
         return self._error_ns > 0 and self.state is not State.ERROR
 
     def __post_init__(self) -> None:
@@ -183,12 +183,14 @@ class Link:
         cycles, news, error = self.ring.pulse()
         # Where all was well, and nothing is new but that time goes on, no more is looked at: each tick costs that.
         fine = news == self._fine and error <= self.asked.following_warning and self.mode is not LinkMode.MONITOR
-        if not fine or self.process.fault is not None:
+        if not fine or self.is_silent or self.process.fault is not None:
             self._fine = -1
             report = self.ring.reported()
             self.is_unread, self.report = report is None, report or self.report
             if (fault := self._met(self.report, now_ns)) is not None:
                 return fault
+            if self.is_silent:
+                return None  # where it hangs is asked for
             if self.report is None:
                 cycles = self._cycles
             elif has_fault(self.report):
@@ -206,14 +208,18 @@ class Link:
             return None
         self._silence += since * 1e-9
         if self._silence > SILENT_SECONDS and self._silence > max(self.asked.lead, SILENT_CYCLES / self.about.rate):
-            self.is_silent = True
-            return Words(f"the driver has been silent for {self._silence:.2f} s")
+            self.is_silent, self._error_ns = True, self._error_ns or now_ns
         return None
 
     def _met(self, report: Report | None, now_ns: int) -> Words | None:
         """Return the fault that the process, the host or the controller has; the host's once its words are here."""
         if (fault := self.process.fault) is not None:
             return fault.words
+        if self.is_silent:
+            if self.told is None and now_ns - self._error_ns < WORDS_SECONDS * 1e9:
+                return None
+            silent = f"the driver has been silent for {self._silence:.2f} s"
+            return Words(f"{silent}: {self.told.text}" if self.told is not None else silent)
         if report is None:
             return None
         if has_fault(report):

@@ -78,8 +78,17 @@ class Settling:
         """Begin nothing more."""
         self._workers.shutdown(wait=False, cancel_futures=True)
 
+    def blame(self, now: Snapshot, link: Link, words: Words) -> str:
+        """Return why a link stops the cell, by its words, and have the cell tell that unless it was stopped before."""
+        cell, why = self._cell, f"the real robot of {name_of(now, link)!r} has stopped: {words.text}"
+        if not cell.reason:
+            cell.by, cell.reason = author_of(now, link), why
+        return why
+
     def _settle(self, link: Link) -> None:
         """Wait until a robot and its twin are at rest, then end what is played; the words stay."""
+        if link.state is State.ERROR and (link.is_silent or link.process.fault is not None):
+            link.process.kill()  # where it hangs, maybe as it is asked to end, the controller's own watchdog acts
         with link.settling:
             self._settled(link)
 
@@ -91,16 +100,14 @@ class Settling:
             self.note(self._world.snapshot, link)
             if link.words is UNTOLD:
                 link.words = link.process.words()
-            if link.state is State.ERROR and link.is_silent:
-                try:
-                    link.process.words()  # where it has died, its fault says how
-                finally:
-                    link.process.kill()  # where it hangs, the controller's own watchdog acts
             if link.state is State.STOPPING:
                 link.process.end()
                 link.state = State.INACTIVE
         except DriverFault as error:
-            link.halt(error.words, State.ERROR)
+            if link.state is not State.ERROR or link.words is UNTOLD:
+                if self._cell.is_stopped:
+                    self.blame(self._world.snapshot, link, error.words)  # its host has stopped it
+                link.halt(error.words, State.ERROR)
         except KernelError as error:
             log.warning("%s", error)
         except Exception:

@@ -14,7 +14,7 @@ from virtualrobot_sdk.drivers.process import DriverProcess
 from virtualrobot_sdk.drivers.robot_side import JointSide, RobotSide
 from virtualrobot_sdk.drivers.shared import CELL, RING, CellBlock, TickRing, make_folder
 from virtualrobot_sdk.drivers.stopper import Stopper
-from virtualrobot_sdk.errors import ArgumentError, ComponentFault, PluginError
+from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FaultKind, PluginError
 from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.components.catalog import Catalog
@@ -102,6 +102,7 @@ class Connection:
         """Own the process, and the file of its ring."""
         self._process, self._component, self._ring = process, component, ring
         self._asking = threading.Lock()
+        self._asked = ""
 
     @property
     def pid(self) -> int:
@@ -112,14 +113,18 @@ class Connection:
     def fault(self) -> DriverFault | None:
         """Fault that ended the process."""
         fault = self._process.fault
-        return None if fault is None else DriverFault(f"its process has ended: {fault.reason}")
+        if fault is None:
+            return None
+        ended = fault.kind is FaultKind.DIED and fault.reason.startswith("its process")
+        return DriverFault(fault.reason if ended else f"its process has ended: {fault.reason}")
 
-    def ask(self, call: Callable[[], Result]) -> Result:
-        """Return what a call of the process returns.
+    def ask(self, call: Callable[[], Result], method: str = "") -> Result:
+        """Return what a call of the process returns, which calls a method of the driver, if it does.
 
         Raises DriverFault for what it has done wrong, KernelError for settings, joints or a plugin that it refuses.
         """
         with self._asking:
+            self._asked = method
             try:
                 return call()
             except ComponentFault as error:
@@ -135,23 +140,29 @@ class Connection:
 
     def connect(self) -> About:
         """Connect to the controller."""
-        return self.ask(self._process.connect)
+        return self.ask(self._process.connect, "connect")
 
     def begin(self) -> None:
         """Have the robot follow, which reports tell soon after."""
-        self.ask(self._process.begin)
+        self.ask(self._process.begin, "begin")
 
     def end(self) -> None:
         """Have it follow no more."""
-        self.ask(self._process.end)
+        self.ask(self._process.end, "end")
 
     def reset(self) -> None:
         """Clear a fault at the controller."""
-        self.ask(self._process.reset)
+        self.ask(self._process.reset, "reset")
 
     def words(self) -> Words:
         """Return the newest words."""
         return self.ask(self._process.words)
+
+    def where(self) -> Words:
+        """Return where the driver is just now: in what somebody waits for, or what its process says."""
+        if self._asking.locked() and self._asked:
+            return Words(f"it hangs in {self._asked}")
+        return self.ask(self._process.where)
 
     def close(self) -> None:
         """Have the driver let go and end the process."""

@@ -115,16 +115,15 @@ class Supervision:
             if is_played:
                 played.append(link)
                 awaits = awaits or link.awaits_words or link.is_unread
+                if link.is_silent:
+                    block.stop()  # at once; why is told a moment later
                 if words is not None:
                     failed.append((link, words))
         is_known = now.state.stop is not None or cell.closed
         if (awaits and not failed) or not (played or stopped) or (is_known and not played):
             return ()
         if failed:
-            name = name_of(now, failed[0][0])
-            cause, why = EndCause.DRIVER, f"the real robot of {name!r} has stopped: {failed[0][1].text}"
-            if not cell.reason:
-                cell.by, cell.reason = author_of(now, failed[0][0]), why
+            cause, why = EndCause.DRIVER, self._settling.blame(now, *failed[0])
             block.stop()
         elif stopped:
             cause, why = EndCause.CELL_STOPPED, cell.stopped
@@ -286,9 +285,15 @@ class _Standing:
 
 
 def _ask_words(link: Link) -> None:
-    """Ask a host for the words of the fault that it has met."""
-    with suppress(DriverFault, KernelError):
-        link.told = link.process.words()
+    """Ask a host for the words of the fault that it has met, of one that is silent where it hangs."""
+    try:
+        told = link.process.where() if link.is_silent else link.process.words()
+    except DriverFault as error:
+        told = error.words  # it has died meanwhile
+    except KernelError:
+        return
+    if told.text or not link.is_silent:
+        link.told = told
 
 
 def _stop(links: Sequence[Link], now: Snapshot, cause: EndCause, why: str) -> Sequence[Command]:

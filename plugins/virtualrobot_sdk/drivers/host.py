@@ -13,6 +13,8 @@ import threading
 import time
 import traceback
 from collections.abc import Callable
+from pathlib import Path
+from types import FrameType
 
 import numpy as np
 
@@ -103,6 +105,15 @@ class Host:
     def words(self) -> Words:
         """Return the newest words."""
         return self._words
+
+    def where(self) -> Words:
+        """Return in which of its methods the driver is just now; without text in none. The loop isn't waited for."""
+        frame, found = sys._current_frames().get(self._thread.ident or 0), ""
+        while frame is not None:
+            if _is_method(frame, self._driver):
+                found = f"it hangs in {frame.f_code.co_name} ({Path(frame.f_code.co_filename).name}:{frame.f_lineno})"
+            frame = frame.f_back
+        return Words(found)
 
     def close(self) -> None:
         """Bring the robot to rest and end; the process ends after that."""
@@ -417,8 +428,11 @@ def _method(error: BaseException, driver: Driver) -> str:
     """Return the method of a driver that was called and has raised; empty where none was."""
     trace = error.__traceback__
     while trace is not None:
-        frame = trace.tb_frame
-        if frame.f_code.co_argcount and frame.f_locals.get(frame.f_code.co_varnames[0]) is driver:
-            return frame.f_code.co_name
+        if _is_method(trace.tb_frame, driver):
+            return trace.tb_frame.f_code.co_name
         trace = trace.tb_next
     return ""
+
+
+def _is_method(frame: FrameType, driver: Driver) -> bool:
+    return frame.f_code.co_argcount > 0 and frame.f_locals.get(frame.f_code.co_varnames[0]) is driver

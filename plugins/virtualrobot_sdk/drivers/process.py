@@ -43,7 +43,7 @@ class DriverProcess:
     @property
     def fault(self) -> ComponentFault | None:
         """Fault that ended the process, if one did."""
-        return self._worker.fault
+        return self._worker.fault or self._worker.death
 
     def make(
         self,
@@ -84,7 +84,11 @@ class DriverProcess:
 
     def words(self) -> Words:
         """Return the newest words of the controller, or about it."""
-        return self._worker.call("words", deadline_seconds=QUICK_SECONDS)
+        return self._of_host("words")
+
+    def where(self) -> Words:
+        """Return where the driver is just now, as of one that is silent; without text it is nowhere."""
+        return self._of_host("where")
 
     def close(self) -> None:
         """Bring the robot to rest, disconnect and end the process."""
@@ -99,6 +103,14 @@ class DriverProcess:
     def kill(self) -> None:
         """End the process now, as where it hangs: its controller's own watchdog stops the robot."""
         self._worker.close()
+
+    def _of_host(self, method: str) -> Words:
+        """Return what the host tells without the driver, which has no such method: a fault must not name it."""
+        try:
+            return self._worker.call(method, deadline_seconds=QUICK_SECONDS)
+        except ComponentFault as fault:
+            reason = fault.reason.removesuffix(f" in {method}").replace(f"{method} gave", "its process gave")
+            raise ComponentFault(fault.kind, reason, fault.details) from fault
 
     def _done(self, words: Words) -> None:
         if words.text:

@@ -49,6 +49,11 @@ class Guard:
             self._due = None
             return self._fault
 
+    @property
+    def fault(self) -> ComponentFault | None:
+        """Fault for which the process was killed, or is about to be; None: it was not."""
+        return self._fault
+
     def limit_memory(self, growth_bytes: int) -> None:
         """Let the process grow by so much from what it has now."""
         with self._lock:

@@ -67,6 +67,16 @@ class Worker:
         """Return what ended the process, if anything did; a fault that nobody met yet may still be unknown."""
         return self._fault
 
+    @property
+    def death(self) -> ComponentFault | None:
+        """Fault of a process that has ended though nobody asks it anything just now; None: it lives, or never did."""
+        if (running := self._running) is None:
+            return None
+        process, guard = running
+        if ended := process.has_ended():
+            return guard.fault or ComponentFault(FaultKind.DIED, f"its process {ended}", process.last_lines())
+        return None
+
     def describe(self, entry_point: EntryPoint, *, deadline_seconds: float = LOADING_SECONDS) -> Description:
         """Import the plugin in the process and return what it registers."""
         with self._asking:

@@ -67,6 +67,7 @@ class Process:
         )
         self._killing = threading.Lock()
         self._gone = False
+        self._said_all = False
         self._last_lines: deque[str] = deque(maxlen=_LINES_KEPT)
         self._lines = 0
         self._log_room = float(LOG_BYTES)
@@ -123,6 +124,11 @@ class Process:
             return psutil.Process(self.pid).children(recursive=True) if self._popen.poll() is None else []
         return []
 
+    def has_ended(self) -> str:
+        """Return how it has ended, as `how_it_ended`; empty while it lives. It waits for nothing."""
+        code = self._popen.poll() if self._said_all else None
+        return "" if code is None else _ended_with(code)
+
     def how_it_ended(self) -> str:
         """Return `ended with SIGSEGV` or `ended with exit code 3`; waits for the end of its output too."""
         try:
@@ -131,10 +137,7 @@ class Process:
             return "closed its pipe"
         self.kill()
         self._reader.join(_REAP_SECONDS)
-        if code < 0:
-            names = {s.value: s.name for s in signal.Signals}
-            return f"ended with {names.get(-code, f'signal {-code}')}"
-        return f"ended with exit code {code}"
+        return _ended_with(code)
 
     def last_lines(self) -> str:
         """Return the last lines that it printed."""
@@ -151,6 +154,7 @@ class Process:
         self._log(rest)
         if self._left_out:
             log.warning("%s: %s", self.name, self._said_left_out())
+        self._said_all = True
 
     def _log(self, text: bytes) -> None:
         lines = text.decode("utf-8", errors="backslashreplace").splitlines()
@@ -177,6 +181,13 @@ class Process:
     def _said_left_out(self) -> str:
         said, self._left_out = f"({self._left_out:,} lines that it printed are left out)", 0
         return said
+
+
+def _ended_with(code: int) -> str:
+    if code < 0:
+        names = {s.value: s.name for s in signal.Signals}
+        return f"ended with {names.get(-code, f'signal {-code}')}"
+    return f"ended with exit code {code}"
 
 
 def _kill(processes: Iterable[psutil.Process]) -> None:

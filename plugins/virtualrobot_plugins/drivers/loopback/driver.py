@@ -6,6 +6,7 @@ import math
 import os
 import time
 from collections.abc import Sequence
+from typing import NoReturn
 
 import numpy as np
 from virtualrobot_sdk.drivers import About, Driver, DriverFault, Pace, Reading
@@ -111,6 +112,11 @@ class Loopback(Driver):
 
     def end(self) -> None:
         """Follow no longer."""
+        if "raises_at_end" in self.controller.active:
+            del self.controller.active["raises_at_end"]
+            raise RuntimeError("loopback raises as it ends, as it was asked to")
+        if "hangs_at_end" in self.controller.active:
+            _hang()
         self.controller.stop()
 
     def reset(self) -> None:
@@ -145,8 +151,7 @@ class Loopback(Driver):
             del controller.active["raises"]
             raise RuntimeError("loopback raises, as it was asked to")
         if "hangs" in controller.active:
-            while True:
-                time.sleep(3600.0)
+            _hang()
         if "dies" in controller.active:
             os._exit(1)
         if "floods" in controller.active:
@@ -160,3 +165,8 @@ class Loopback(Driver):
             self._connected = False
         if not self._connected:
             raise DriverFault("the connection to loopback is lost: connection reset by peer")
+
+
+def _hang() -> NoReturn:
+    while True:
+        time.sleep(3600.0)

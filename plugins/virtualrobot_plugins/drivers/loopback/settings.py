@@ -10,7 +10,9 @@ from msgspec import Meta
 What = Literal[
     "silent",
     "raises",
+    "raises_at_end",
     "hangs",
+    "hangs_at_end",
     "dies",
     "floods",
     "nan",
