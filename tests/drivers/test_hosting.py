@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from virtualrobot_sdk.drivers import About, Driver, DriverFault, Mode, Pace, Reading, Safety, realtime
+from virtualrobot_sdk.drivers import About, Driver, DriverFault, Mode, Pace, Reading, Safety, Words, realtime
 from virtualrobot_sdk.drivers.host import Host
 from virtualrobot_sdk.drivers.robot_side import JointSide, RobotSide
 from virtualrobot_sdk.drivers.shared import CELL, NEVER, CellBlock, Report, State, TickRing
@@ -274,6 +274,33 @@ class TestBeginning:
         assert rig.host.state is State.ERROR
 
 
+def test_words_are_told_on_one_line_without_control_characters(cell: Cell) -> None:
+    rig = Rig(cell.folder, cell.block, "ring")
+    cell.rigs.append(rig)
+
+    def refuse() -> About:
+        raise DriverFault("axis 2\r\n\x1b[31mis hot\x07", "C\n1")
+
+    rig.controller.connect = refuse
+    words = rig.host.connect()
+    assert isinstance(words, Words) and (words.text, words.code) == ("axis 2 [31mis hot", "C 1")
+
+
+def test_who_does_not_say_how_it_ends_stops() -> None:
+    calls: list[str] = []
+
+    class Plain(Driver):
+        def stop(self) -> None:
+            calls.append("stop")
+
+    Plain().end()
+    assert calls == ["stop"]
+
+
+def test_units_of_joints_are_compared_as_a_whole_however_they_come() -> None:
+    assert About(2, RATE, units=np.array([0.1, 0.2])) == About(2, RATE, units=(0.1, 0.2))  # pyright: ignore
+
+
 @pytest.mark.parametrize(
     ("name", "becomes", "words"),
     [
@@ -282,6 +309,7 @@ class TestBeginning:
         ("connect", lambda: About(2, TEXT), ": rate of its About is 'fast'; it must be a number"),
         ("connect", lambda: About(2, 0.0), ": rate of its About is 0; it must be 0.1 to 10000"),
         ("connect", lambda: About(2, RATE, units=(1.0, 1.0, 1.0)), ": units of its About have shape (3,)"),
+        ("connect", lambda: About(2, RATE, Pace.JOBS), ": its pace is JOBS, and it has no method `run`"),
         ("raises", "the cable is out", "raised in read RuntimeError: the cable is out (test_hosting.py:"),
         ("read", lambda: None, ": `read` returned None; it must return a Reading"),
         ("mode", "READY", ": mode of its Reading is 'READY'; it must be a Mode"),

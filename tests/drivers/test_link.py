@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import os
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -60,6 +63,42 @@ def test_a_line_in_the_network_is_one_robots(bench: Bench) -> None:
     connect("other", "socket://127.0.0.1:4001")
     refused = refusal(lambda: bench.call("ResetDriver", robot="arm"))
     assert (aspect(refused), "of 'other' already" in refused.message) == ("driver", True)
+
+
+def test_a_joint_beyond_its_limits_is_told_with_where_it_is_and_these(bench: Bench) -> None:
+    """The first joint of the iiwa goes to 170 degrees (data sheet): 2.967 rad."""
+    bench.connect()
+    bench.process.stands = np.array([3.2, *np.zeros(6)])
+    until(lambda: bench.status.positions[0] == 3.2)
+    refused = refusal(lambda: bench.mode(EXECUTE))
+    assert aspect(refused) == "limits"
+    assert f"outside their limits stand {FIRST} at 3.2 (-2.96706 to 2.96706)" in refused.message
+
+
+def test_who_has_no_driver_is_told_that_before_a_lease(bench: Bench) -> None:
+    asked = driver_pb2.SetDriverModeRequest(robot="arm", mode=EXECUTE)
+    bench.holder.release()
+    assert "no driver is connected to 'arm'" in refusal(lambda: bench.alone.driver.SetDriverMode(asked)).message
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="there are no pseudo terminals")
+def test_a_serial_port_is_one_robots(bench: Bench, tmp_path: Path) -> None:
+    """By whatever link it is named; pyserial would only say that it cannot be locked."""
+    load(bench.alone, IIWA, "other", parent_t_node=pose(2.0))
+    others = Holder(bench, "other")  # pyright: ignore[reportArgumentType] what it needs of a kernel is here
+    ends = os.openpty()
+    try:
+        port, link = os.ttyname(ends[1]), tmp_path / "ttyLUMO"
+        link.symlink_to(port)
+        bench.connect(settings={"port": port})
+        ask = driver_pb2.ConnectDriverRequest(robot="other", component="sham")
+        ask.settings.update({"port": str(link)})
+        refused = refusal(lambda: others.stubs.driver.ConnectDriver(ask, metadata=others.metadata))
+        assert aspect(refused) == "driver"
+        assert f"{port} is the line of the driver 'sham' of 'arm' already" in refused.message
+    finally:
+        for end in ends:
+            os.close(end)
 
 
 @pytest.mark.long

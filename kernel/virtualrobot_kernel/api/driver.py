@@ -65,6 +65,7 @@ class DriverServicer(driver_pb2_grpc.DriverServiceServicer):
         """Choose how robot and twin go together, in a worker thread."""
         mode = MODES.read(request.mode, "mode")
         uid = self._check_lease(request.robot)
+        self._kernel.links.status(request.robot)  # one without a driver needs no lease first
         if mode is LinkMode.EXECUTE and not any(
             uid in lease.robots for lease in self._kernel.leases.held if lease.token in CARRIED.get()
         ):

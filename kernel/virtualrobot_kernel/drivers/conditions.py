@@ -51,8 +51,8 @@ def check_conditions(
         raise refused(robot, "controller", f"the controller has stopped it: {report.safety.value}")
     if report.mode not in (ControllerMode.READY, ControllerMode.RUNNING):
         raise refused(robot, "controller", f"the controller is not ready: it is {report.mode.value}")
-    if outside := link.twin.outside(report.q):
-        raise refused(robot, "limits", f"the joints {', '.join(outside)} stand outside their limits")
+    if outside := link.twin.outside_told(report.q):
+        raise refused(robot, "limits", f"outside their limits stand {outside}")
 
 
 def refused(robot: str, aspect: str, why: str) -> KernelError:

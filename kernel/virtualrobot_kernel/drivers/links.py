@@ -300,17 +300,16 @@ class Links:
     def _alone_at(self, uid: int, robot: str, asked: Asked) -> Iterator[None]:
         """Have the lines that a connection names for this robot alone while it is made.
 
-        A serial port is kept from a second driver by the system; of a device server in the network nobody does that.
-        Raises KernelError (WRONG_STATE) where another robot has one, or is about to have it.
+        Of a device server in the network nobody keeps a second driver; of a serial port the system does, and doesn't
+        say whose it is. Raises KernelError (WRONG_STATE) where another robot has one, or is about to have it.
         """
         with self._cell.changing:
             there = {other: link.asked for other, link in self._cell.links.items() if link.state is not State.ERROR}
             for other, has in (there | self._connecting).items():
                 if other != uid and (shared := asked.lines & has.lines):
-                    host, port = min(shared)
                     node = self._world.snapshot.structure.nodes.get(other)
                     whose = f"of {node.name!r}" if node else "of a robot that is gone"
-                    said = f"socket://{host}:{port} is the line of the driver {has.component!r} {whose} already"
+                    said = f"{min(shared)} is the line of the driver {has.component!r} {whose} already"
                     raise refused(robot, "driver", f"{said}; disconnect that first, or name another line")
             self._connecting[uid] = asked
         try:

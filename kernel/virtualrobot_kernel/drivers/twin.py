@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from urllib.parse import urlsplit
@@ -76,23 +78,34 @@ class Asked:
                 raise KernelError(f"joints[{place}].offset must be finite, not {one.offset}", field="joints")
 
     @property
-    def lines(self) -> frozenset[tuple[str, int]]:
-        """Hosts and ports of the serial device servers (`socket://host:port`) that its settings name."""
+    def lines(self) -> frozenset[str]:
+        """Lines that its settings name: `socket://host:port` of serial device servers, and serial ports."""
         return frozenset(line for line in map(_line_of, self.settings.values()) if line)
 
 
 _LOCAL = {"localhost": "127.0.0.1", "::1": "127.0.0.1"}
 """Names of this machine, by which one line may be named twice."""
 
+_DEVICES = ("/dev/tty", "/dev/pts/", "/dev/cu.")
+_PORT = re.compile(r"COM[0-9]+", re.IGNORECASE)
+"""Names of serial ports: how devices begin on Linux and macOS, and whole ones on Windows."""
 
-def _line_of(value: object) -> tuple[str, int] | None:
-    """Return host and port of `socket://host:port`; None of anything else."""
+
+def _line_of(value: object) -> str:
+    """Return `socket://host:port`, or the device that a serial port is, by whatever link; empty of anything else."""
+    if not isinstance(value, str):
+        return ""
+    if _PORT.fullmatch(value):
+        return value.upper()
+    if value.startswith("/"):
+        device = os.path.realpath(value)
+        return device if device.startswith(_DEVICES) else ""
     try:
-        url = urlsplit(value if isinstance(value, str) else "")
+        url = urlsplit(value)
         host, port = url.hostname, url.port
     except ValueError:
-        return None
-    return (_LOCAL.get(host, host), port) if url.scheme == "socket" and host and port else None
+        return ""
+    return f"socket://{_LOCAL.get(host, host)}:{port}" if url.scheme == "socket" and host and port else ""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,6 +128,15 @@ class Twin:
         q = np.asarray(positions)
         beyond = (q < self.lower - AT_REST) | (q > self.upper + AT_REST)
         return tuple(np.array(self.names)[beyond].tolist())
+
+    def outside_told(self, positions: Values) -> str:
+        """Return where joints stand that are outside their limits, and these; empty when none is."""
+        q, out = np.asarray(positions), self.outside(positions)
+        return ", ".join(
+            f"{name} at {value:.6g} ({lower:.6g} to {upper:.6g})"
+            for name, value, lower, upper in zip(self.names, q, self.lower, self.upper, strict=True)
+            if name in out
+        )
 
 
 def twin_of(structure: Structure, robot: str, joints: Sequence[ControllerJoint]) -> Twin:

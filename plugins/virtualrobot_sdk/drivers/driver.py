@@ -134,6 +134,12 @@ class About:
     inputs: int = 0
     outputs: int = 0
 
+    def __post_init__(self) -> None:
+        """Have units that come as an array as a tuple, which is compared as a whole."""
+        if isinstance(self.units, np.ndarray | list):
+            units = np.asarray(self.units).tolist()
+            object.__setattr__(self, "units", tuple(units) if isinstance(units, list) else units)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
@@ -213,7 +219,11 @@ class Driver:
         raise NotImplementedError
 
     def end(self) -> None:
-        """Let the robot, which is at rest, no longer follow: the other end of `begin`; harmless without one."""
+        """Let the robot, which is at rest, no longer follow: the other end of `begin`; harmless without one.
+
+        Unless a driver says otherwise that is what `stop` does: no robot goes on listening to what nobody sends.
+        """
+        self.stop()
 
     def reset(self) -> None:
         """Clear the fault that `DriverFault.clears` spoke of; nothing moves by that. Connected; within 10 s."""

@@ -330,9 +330,15 @@ class Host:
         return about
 
     def _check(self, about: About) -> None:
-        if wrong := wrong_about(about):
+        if wrong := wrong_about(about) or self._lacks(about.pace):
             raise PluginError(wrong)
         check_fits(self._side, about)
+
+    def _lacks(self, pace: Pace) -> str:
+        """Return which method of its pace the driver's class has not written; empty when it has."""
+        name = "run" if pace is Pace.JOBS else "send"
+        lacks = getattr(type(self._driver), name) is getattr(Driver, name)
+        return f"its pace is {pace.name}, and it has no method `{name}`" if lacks else ""
 
     def _begin(self) -> Words:
         if self.state is not State.INACTIVE:
@@ -403,6 +409,8 @@ class Host:
         return Words()
 
     def _tell(self, text: str, code: str = "", clears: bool = False) -> Words:
+        """Keep words on one line: what a controller says ends up in terminals, which would do what its bytes say."""
+        text, code = (" ".join("".join(c if c.isprintable() else " " for c in one).split()) for one in (text, code))
         self._words, self._words_number = Words(text, code, clears), self._words_number + 1
         return self._words
 
