@@ -78,6 +78,9 @@ def _wait(watcher: virtualrobot.Client, name: str) -> None:
 
 
 def _arrange(page: Page) -> None:
+    page.get_by_role("tab", name="Views", exact=True).click()
+    page.get_by_role("button", name="Look as they do").click()
+    page.get_by_role("tab", name="Pendant").click()
     page.locator('.node[data-name="iiwa"]').click()
     track = page.locator(".joint .track").first
     box = track.bounding_box()
