@@ -251,7 +251,7 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
             gc.freeze()  # nor is it looked at later, between ticks and as the process ends
             gc.enable()
             print(f"listening on {options.host}:{port}", flush=True)
-            threading.Thread(target=_load_the_rest, args=(catalog,), name="loading", daemon=True).start()
+            threading.Thread(target=_load_the_rest, args=(catalog, ended), name="loading").start()
             if past is not None:
                 print(_told_of_past(past, kernel.world.clock), flush=True)
             if not options.headless:
@@ -363,13 +363,17 @@ def compile_code() -> None:
     compile_missing(progress)
 
 
-def _load_the_rest(catalog: Catalog) -> None:
-    """Load what the first call need not wait for, before somebody has to: compiled code and plugins."""
+def _load_the_rest(catalog: Catalog, ended: threading.Event) -> None:
+    """Load what the first call need not wait for, before somebody has to: compiled code and plugins.
+
+    The process ends after this, and not in the middle of it: LLVM is not to be taken away from a thread that is in it.
+    """
     from virtualrobot_sdk.compiled.cache import make_ready
 
     make_ready()
-    catalog.load()
-    make_ready()
+    if not ended.is_set():
+        catalog.load()
+        make_ready()
 
 
 def _given_token(options: argparse.Namespace) -> str:

@@ -94,7 +94,10 @@ class Catalog:
         """Import what was not yet imported of the plugins whose components work in this process."""
         for offer in (offer for plugin in self._plugins for offer in plugin.offers):
             if offer.register is not None and offer.about.isolation is Isolation.IN_PROCESS:
-                offer.register()
+                try:
+                    offer.register()
+                except PluginError as error:  # whoever uses it is told the same
+                    log.warning("the %s %r can't be loaded: %s", offer.about.kind.value, offer.about.name, error)
 
     def offers(self, kind: ComponentKind) -> dict[str, Offer]:
         """Return the components of a kind by name."""

@@ -8,14 +8,18 @@ import subprocess
 import sys
 from importlib.metadata import EntryPoint, entry_points
 from pathlib import Path
+from unittest import mock
 
 import msgspec
 import pytest
-from virtualrobot_kernel.components import remembered
+from virtualrobot_kernel.components import catalog, remembered
 from virtualrobot_kernel.components.catalog import OWN_PACKAGE, Catalog
+from virtualrobot_kernel.components.running import start
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_sdk.hookspecs import ENTRY_POINT_GROUP
 from virtualrobot_sdk.loading import load
-from virtualrobot_sdk.worker.description import Description, describe
+from virtualrobot_sdk.registration import ComponentKind, Isolation
+from virtualrobot_sdk.worker.description import ComponentDescription, Description, describe
 
 SECOND_START = """
 import json, sys
@@ -110,13 +114,26 @@ def test_a_second_start_imports_no_plugin_before_one_is_used() -> None:
 
 
 def test_the_catalogue_is_the_same_with_and_without_memory() -> None:
-    def told(catalog: Catalog) -> list[object]:
+    def told(found: Catalog) -> list[object]:
         return [
             (plugin.name, plugin.api_version, plugin.models, msgspec.json.encode([o.about for o in plugin.offers]))
-            for plugin in catalog.plugins
+            for plugin in found.plugins
         ]
 
     first = Catalog()
     first.remember()
     assert remembered.recall(own_points())
     assert told(Catalog()) == told(first)
+
+
+def test_a_plugin_that_cannot_be_loaded_any_more_fails_where_it_is_used(caplog: pytest.LogCaptureFixture) -> None:
+    point = EntryPoint("gone", "no_such_package_of_plugins", ENTRY_POINT_GROUP)
+    about = ComponentDescription(ComponentKind.KINEMATICS, "gone", "", Isolation.IN_PROCESS, 1.0, (), {})
+    with mock.patch.object(remembered, "recall", return_value={"gone": Description("1.0", (about,))}):
+        with mock.patch.object(catalog, "entry_points", return_value=[point]):
+            with mock.patch.object(catalog, "_package", return_value=OWN_PACKAGE):
+                found = Catalog()
+    found.load()
+    assert "the kinematics 'gone' can't be loaded: 'no_such_package_of_plugins' cannot be imported" in caplog.text
+    with pytest.raises(KernelError, match="'gone' failed: 'no_such_package_of_plugins' cannot be imported"):
+        start(found.find(ComponentKind.KINEMATICS, "gone"), {})
