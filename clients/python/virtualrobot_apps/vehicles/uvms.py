@@ -83,6 +83,9 @@ def main(client: Client, plot: Path | None = None, pace: float = 0.0, seconds: f
             f"{math.degrees(turn):.2f} deg at most; the vehicle {1e3 * record.hull.max():.0f} mm",
             flush=True,
         )
+    print(
+        "The documents (SimUEP-Robotics, VirtualRobot) tell no number of an arm on a vehicle, nor of a vehicle alone."
+    )
     if plot is not None:
         plot.write_text(picture(records), "utf-8")
         print(f"picture in {plot}", flush=True)

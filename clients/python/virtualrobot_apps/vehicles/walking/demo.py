@@ -21,6 +21,11 @@ from virtualrobot_apps.vehicles.walking.terrain import SensedGround, rolling, tr
 from virtualrobot_apps.vehicles.walking.walk import plan_walk
 
 GROUNDS = ("level", "rolling")
+DOCUMENT = (
+    "The document (VirtualRobot, figure 6) tells no number of its walker but four threads, which control the legs; "
+    "here one motion of the kernel leads them all."
+)
+"""Comparison with the document that the walkers are made after."""
 CELL = 0.05
 """Distance of two heights of rolling ground (m)."""
 
@@ -80,6 +85,7 @@ def main(
     record = play(machine, walk, pace)
     for line in [*numbers(record, walker, gait), *(forces_numbers(strayed(record, walk)) if by else ())]:
         print(line, flush=True)
+    print(DOCUMENT, flush=True)
     if plot is not None:
         plot.write_text(picture(record, walker, gait), "utf-8")
         print(f"picture in {plot}", flush=True)
