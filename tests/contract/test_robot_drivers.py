@@ -41,6 +41,7 @@ WRONG = {
     "TooManyInputs": ("readings", r"inputs are 0b100; the controller has 2"),
     "KeepsSilent": ("silence", r"the controller is silent, and read goes on"),
     "NeverRuns": ("holding", r"after begin no reading has Mode\.RUNNING for 0\.2 s; they have READY, NORMAL"),
+    "KeepsRunning": ("holding", r"after end the robot still follows: its readings have Mode\.RUNNING"),
     "WritesInOwnOrder": ("holding", r"after begin, .* it moves from \[0\.3, -0\.7\] to"),
     "Deaf": ("following", r"sent \[.*\], it is at \[0\.3, -0\.7\] 0\.2 s later: joint \d is \S+ off; it may be 0\.001"),
     "NoVelocities": ("following", r"the velocities that it tells make \[0, 0\]"),

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from virtualrobot_sdk.drivers import About, Pace, Reading, Safety
+from virtualrobot_sdk.drivers import About, Mode, Pace, Reading, Safety
 from virtualrobot_sdk.registration import ComponentKind
 from virtualrobot_sdk.testing.component_contract import ComponentContract
 from virtualrobot_sdk.testing.driver_stage import READINGS, Complaint
@@ -110,10 +110,12 @@ def silence(trial: DriverTrial, rng: np.random.Generator) -> Measured:
 
 
 def holding(trial: DriverTrial, rng: np.random.Generator) -> Measured:
-    """A robot stays where it is as it is begun, and while that is what is sent; then readings have Mode.RUNNING."""
+    """A robot stays where it is as it is begun, and while that is sent; readings have Mode.RUNNING until `end`."""
     must_be_free_to_move(trial)
     session = performed(trial)
     worst = must_stay(session.holding + session.after, session.held, "begin and end", trial.facts.tolerance)
+    if session.after[-1].mode is Mode.RUNNING:
+        raise LawBroken("after end the robot still follows: its readings have Mode.RUNNING; `end` must tell it not to")
     return Measured(len(session.holding), {"rad, m": worst})
 
 

@@ -248,6 +248,13 @@ class NeverRuns(Simulated):
         """Do nothing."""
 
 
+class KeepsRunning(Simulated):
+    """Wrong: doesn't tell the robot that it is to follow no more."""
+
+    def end(self) -> None:
+        """Tell nothing."""
+
+
 class GoesOn(Simulated):
     """Wrong: goes on to the old target when it is begun again."""
 
