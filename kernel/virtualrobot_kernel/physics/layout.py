@@ -78,7 +78,7 @@ class Joints:
     slots: NDArray[np.intp]
     """(m,) places among the motors of the engine, which has some for joints that mimic others, too."""
     settings: Motors
-    """What motors of the engine have besides their targets; those of joints that mimic others are off."""
+    """Settings of the engine's motors besides their targets; those of joints that mimic others are off."""
     kinds: Integers
     """(m,) values of the engine's MotorMode, but FOLLOWS where a velocity is held by which a joint comes to the
     position that is commanded."""
