@@ -303,3 +303,21 @@ def test_an_interrupt_ends_a_command(
         output, _ = process.communicate(timeout=GUARD)
     assert process.returncode == 130, output
     assert "Traceback" not in output
+
+
+def test_a_file_is_checked_without_a_url(client: virtualrobot.Client, kernel: KernelProcess, tmp_path: Path) -> None:
+    """What is wrong with it comes first; a bridge that is to run names one end."""
+    file = tmp_path / "plc.yaml"
+
+    def told(*more: str) -> tuple[int, str]:
+        line = [sys.executable, "-m", "virtualrobot", "bridge", "modbus", str(file), *more, "--address", kernel.address]
+        done = subprocess.run(line, capture_output=True, text=True, timeout=GUARD)
+        return done.returncode, done.stdout + done.stderr
+
+    code, said = told("--check")
+    assert code == 1 and str(file) in said, said
+    file.write_text("schema_version: 1\nsignals:\n- {signal: opened, direction: in, address: coil 1}\n", "utf-8")
+    assert told("--check")[0] == 1
+    client.signals.create("opened", False)
+    assert told("--check") == (0, f"{file} fits: 1 signals\n")
+    assert "say --connect URL or --serve URL" in told()[1]

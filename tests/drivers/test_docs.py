@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import get_args
 
 import pytest
+from click.testing import CliRunner
+from virtualrobot_apps.new.driver import BUNDLED, driver
 from virtualrobot_plugins import drivers
 from virtualrobot_plugins.drivers.loopback.settings import What
 
@@ -33,6 +35,12 @@ def test_the_overview_and_the_pages_are_those_of_the_drivers() -> None:
     rows = re.findall(r"^\| \[`(\w+)`\]\(drivers/(\w+)\.md\) \|", told, re.MULTILINE)
     assert rows == [(name, name) for name in sorted(registered())]
     assert {page.stem for page in (DOCS / "drivers").glob("*.md")} == set(registered())
+
+
+def test_no_new_driver_is_called_as_a_bundled_one() -> None:
+    assert sorted(BUNDLED) == sorted(registered())
+    refused = CliRunner().invoke(driver, ["new", "ur_rtde"])
+    assert (refused.exit_code, "'ur_rtde' is a bundled driver" in refused.output) == (2, True)
 
 
 @pytest.mark.parametrize("name", registered())

@@ -28,7 +28,7 @@ _PEERS = {
 @click.argument("mapping", type=click.Path(path_type=Path, dir_okay=False))
 @click.option("--connect", "to", metavar="URL", help="Connect to a server, slave or broker.")
 @click.option("--serve", "at", metavar="URL", help="Serve there, as an OPC UA server or a Modbus slave.")
-@click.option("--check", is_flag=True, help="Look at the file and at the kernel's signals, and connect nothing.")
+@click.option("--check", is_flag=True, help="Look at the file and at the signals, and connect nothing; no URL needed.")
 @target_options
 def bridge(target: Target, protocol: str, mapping: Path, to: str | None, at: str | None, check: bool) -> None:
     """Bridge the signals that the file MAPPING names to PROTOCOL, until Ctrl-C.
@@ -38,7 +38,7 @@ def bridge(target: Target, protocol: str, mapping: Path, to: str | None, at: str
     from virtualrobot_apps.bridges.bridge import Bridge
     from virtualrobot_apps.bridges.mapping import read_mapping
 
-    if (to is None) == (at is None):
+    if (to is None) == (at is None) and not (check and to is None):
         raise click.UsageError("say --connect URL or --serve URL, one of the two")
     if protocol == "mqtt" and at is not None:
         raise click.UsageError("a bridge is no broker of MQTT: --connect URL says which one it goes to")

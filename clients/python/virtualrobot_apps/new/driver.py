@@ -14,6 +14,8 @@ from virtualrobot_apps.new.writing import Folder, write
 
 DRIVERS = Path(__file__).parent / "drivers"
 """Folder with what all drivers begin with (`common`), and a folder for each pace."""
+BUNDLED = ("abb_egm", "crs", "dynamixel", "kuka_rsi", "loopback", "serial_line", "ur_rtde")
+"""Names of the bundled drivers, which no other may have."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 
 
@@ -29,6 +31,8 @@ class _Name(click.ParamType):
             self.fail(f"{name!r} is no name; it is made of small letters, digits and _, a letter first", param, ctx)
         if name == "board" or importlib.util.find_spec(name) is not None:
             self.fail(f"there is a module {name!r} already; take another name", param, ctx)
+        if name in BUNDLED:
+            self.fail(f"{name!r} is a bundled driver; take another name", param, ctx)
         return name
 
 
