@@ -20,6 +20,7 @@ from virtualrobot_kernel.collision import nearest
 from virtualrobot_kernel.collision.nearest import Floats, Nearest
 from virtualrobot_kernel.collision.outline import Outline, hull_of, outline_of
 from virtualrobot_kernel.collision.tessellation import Integers, box_triangles, pieces, turned_triangles
+from virtualrobot_kernel.numeric.balls import ball_tree
 from virtualrobot_kernel.shapes.figure_library import FigureLibrary
 from virtualrobot_kernel.shapes.submesh import stacked
 from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Geometry, Mesh, Sphere
@@ -33,6 +34,9 @@ SLIVER = 1e-9
 """A triangle that is lower than this part of its length has no area."""
 
 STEP = 1 << 16
+
+BALL, BALLS = 0.004, 50.0
+"""Radius of the smallest balls around triangles in m; of large figures this part of half their length."""
 
 NOTHING = -1e30
 """Half the extent of what has no triangles, in meters: it is near to nothing."""
@@ -100,6 +104,12 @@ class Solid:
         if self.solid is not None:
             return Outline(np.unique(triangles.reshape(-1, 3), axis=0), None, self.margin == 0.0)
         return outline_of(triangles)
+
+    @cached_property
+    def balls(self) -> tuple[Floats, Integers]:
+        """The tree of balls around the core (`numeric.balls`), made when first asked for: a mesh's takes its time."""
+        triangles = np.concatenate([piece.triangles for piece in self.pieces])
+        return ball_tree(triangles, max(BALL, float(self.half.max()) / BALLS))
 
     @property
     def blocks(self) -> tuple[Floats, Floats]:

@@ -91,7 +91,7 @@ def of_plan(q: Array, q_index: Indices, plan: Plan) -> JointPath:
 
 def of_path(q: Array, q_index: Indices, path: PiecewisePolynomial) -> JointPath:
     """Return a path by its own parameter: coordinates `q_index` (n,) move, all others stand at q (nq,)."""
-    table, everywhere = _lengths(path), np.array(q, np.float64)
+    table, everywhere = lengths_of(path), np.array(q, np.float64)
 
     def at(u: float) -> Array:
         found = everywhere.copy()
@@ -120,7 +120,7 @@ def of_laws(
         end: the last one.
     """
     paths = [track.path for track in plan.tracks]
-    tables = [_lengths(path) for path in paths]
+    tables = [lengths_of(path) for path in paths]
     everywhere = np.array(q, np.float64)
 
     def clamped(time: float) -> float:
@@ -201,7 +201,7 @@ def together(paths: Sequence[JointPath]) -> JointPath:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class _Lengths:
+class Lengths:
     """Lengths that a path's components have gone at the most until each of its breaks, and their slopes after it."""
 
     breaks: list[float]
@@ -209,17 +209,19 @@ class _Lengths:
     slopes: Array
 
     def until(self, u: float) -> Array:
+        """Return how far each component has gone at a parameter at the most."""
         row = min(max(bisect_right(self.breaks, u) - 1, 0), len(self.slopes) - 1)
         inside = min(max(u, self.breaks[row]), self.breaks[row + 1])
         return self.gone[row] + (inside - self.breaks[row]) * self.slopes[row]
 
 
 @lru_cache(maxsize=128)
-def _lengths(path: PiecewisePolynomial) -> _Lengths:
+def lengths_of(path: PiecewisePolynomial) -> Lengths:
+    """Return how far the components of a path go."""
     if path.start == path.end:
         nothing = np.zeros((1, path.dimension))
-        return _Lengths([path.start, path.end], nothing, nothing)
+        return Lengths([path.start, path.end], nothing, nothing)
     pieces, terms = path.coefficients.shape[:2]
     breaks, slopes = path.slope_bounds(max(PARTS, -(-CELLS // pieces)) if terms > 2 else 1)
     gone = np.concatenate([np.zeros((1, path.dimension)), np.cumsum(slopes * np.diff(breaks)[:, None], axis=0)])
-    return _Lengths(breaks.tolist(), gone, slopes)
+    return Lengths(breaks.tolist(), gone, slopes)

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 from numba import float64, int8, int32
-from virtualrobot_sdk.compiled.cache import array_of, compiled, output_of
+from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
 from virtualrobot_sdk.compiled.rigid import copy, multiply, shift, turn, turn_by_quaternion
 
 FIXED, REVOLUTE, PRISMATIC, FLOATING, PLANAR = 0, 1, 2, 3, 4
@@ -22,6 +22,60 @@ ROOT, UNUSED = -1, -2
 Integers = np.ndarray[Any, np.dtype[np.int32]]
 Codes = np.ndarray[Any, np.dtype[np.int8]]
 Floats = np.ndarray[Any, np.dtype[np.float64]]
+
+
+@inlined
+def place_rows(
+    order: Integers,
+    parent: Integers,
+    joint_type: Codes,
+    axis: Floats,
+    q_index: Integers,
+    multiplier: Floats,
+    offset: Floats,
+    parent_t_node: Floats,
+    q: Floats,
+    world_t_node: Floats,
+) -> None:
+    """Write what `forward_forest` does."""
+    for position in range(order.shape[0]):
+        row: int = order[position]
+        if parent[row] >= 0:
+            multiply(world_t_node, parent[row], parent_t_node, row, world_t_node, row)
+        else:
+            copy(parent_t_node, row, world_t_node, row)
+        kind = joint_type[row]
+        if kind == FIXED:
+            continue
+        first: int = q_index[row]
+        x = axis[row, 0]
+        y = axis[row, 1]
+        z = axis[row, 2]
+        if kind == REVOLUTE:
+            turn(world_t_node, row, x, y, z, multiplier[row] * q[first] + offset[row])
+        elif kind == PRISMATIC:
+            value = multiplier[row] * q[first] + offset[row]
+            shift(world_t_node, row, x * value, y * value, z * value)
+        elif kind == FLOATING:
+            shift(world_t_node, row, q[first], q[first + 1], q[first + 2])
+            turn_by_quaternion(world_t_node, row, q[first + 3], q[first + 4], q[first + 5], q[first + 6])
+        elif kind == PLANAR:
+            a = q[first]
+            b = q[first + 1]
+            across = x * x + y * y
+            if across == 0.0:
+                shift(world_t_node, row, a, b * z, 0.0)
+            else:
+                # Columns x and y of the rotation that takes +z to axis; f = 1 / (1 + z), exact near z = -1 too.
+                f = 1.0 / (1.0 + z) if z > 0.0 else (1.0 - z) / across
+                shift(
+                    world_t_node,
+                    row,
+                    a * (1.0 - x * x * f) - b * x * y * f,
+                    b * (1.0 - y * y * f) - a * x * y * f,
+                    -a * x - b * y,
+                )
+            turn(world_t_node, row, x, y, z, q[first + 2])
 
 
 @compiled(
@@ -67,44 +121,7 @@ def forward_forest(
 
     Indices are trusted, not checked.
     """
-    for position in range(order.shape[0]):
-        row: int = order[position]
-        if parent[row] >= 0:
-            multiply(world_t_node, parent[row], parent_t_node, row, world_t_node, row)
-        else:
-            copy(parent_t_node, row, world_t_node, row)
-        kind = joint_type[row]
-        if kind == FIXED:
-            continue
-        first: int = q_index[row]
-        x = axis[row, 0]
-        y = axis[row, 1]
-        z = axis[row, 2]
-        if kind == REVOLUTE:
-            turn(world_t_node, row, x, y, z, multiplier[row] * q[first] + offset[row])
-        elif kind == PRISMATIC:
-            value = multiplier[row] * q[first] + offset[row]
-            shift(world_t_node, row, x * value, y * value, z * value)
-        elif kind == FLOATING:
-            shift(world_t_node, row, q[first], q[first + 1], q[first + 2])
-            turn_by_quaternion(world_t_node, row, q[first + 3], q[first + 4], q[first + 5], q[first + 6])
-        elif kind == PLANAR:
-            a = q[first]
-            b = q[first + 1]
-            across = x * x + y * y
-            if across == 0.0:
-                shift(world_t_node, row, a, b * z, 0.0)
-            else:
-                # Columns x and y of the rotation that takes +z to axis; f = 1 / (1 + z), exact near z = -1 too.
-                f = 1.0 / (1.0 + z) if z > 0.0 else (1.0 - z) / across
-                shift(
-                    world_t_node,
-                    row,
-                    a * (1.0 - x * x * f) - b * x * y * f,
-                    b * (1.0 - y * y * f) - a * x * y * f,
-                    -a * x - b * y,
-                )
-            turn(world_t_node, row, x, y, z, q[first + 2])
+    place_rows(order, parent, joint_type, axis, q_index, multiplier, offset, parent_t_node, q, world_t_node)
 
 
 @compiled(array_of(int32, 1))

@@ -9,7 +9,6 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.collision.joint_path import of_program
 from virtualrobot_kernel.collision.node_pairs import names_of
 from virtualrobot_kernel.collision.swept import SweptContact
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -50,7 +49,7 @@ def free_program(space: PathSpace, snapshot: Snapshot, query: PathQuery, waypoin
     while True:
         go_on()
         program, index = planned_program(snapshot, query, waypoints, zones)
-        contact = space.meets_on(of_program(snapshot.state.q, index, program))
+        contact = space.meets_program(program, index)
         if contact is None:
             return FreeProgram(tuple(zones), program.duration)
         if not _shrink(zones, program, contact):

@@ -1,0 +1,69 @@
+"""What balls call certainly free FCL calls free, of configurations and of ways; what touches is in doubt."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.collision.certain import CertainlyFree
+from virtualrobot_kernel.collision.joint_path import line
+from virtualrobot_kernel.collision.node_pairs import moves
+from virtualrobot_kernel.collision.swept import first_contact
+from virtualrobot_kernel.motion.path import joint_line
+from virtualrobot_kernel.planning.robots import arm_of, standing_at
+from virtualrobot_kernel.world.commands import CreateNodes
+from virtualrobot_kernel.world.figures import Box, Capsule, Cone, Cylinder, Figure, Geometry, Sphere
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import Kind, NodeSpec
+
+from tests.tiers import Draws
+from tests.unit.collision.worlds import after, scene_of, with_robots
+from tests.unit.world.builders import shifted
+
+
+def crowded(kind: str, rng: np.random.Generator) -> Snapshot:
+    """Return an arm among figures of all kinds, some of them large enough to have a link inside."""
+    figures: list[Geometry] = []
+    for _ in range(3):
+        a, b = rng.uniform(0.05, 0.3, 2)
+        figures += [Box((a, b, 2.0 * a)), Sphere(a), Capsule(0.5 * a, b), Cylinder(a, b), Cone(a, b)]
+    figures.append(Box((0.9, 0.9, 0.9)))
+    specs = []
+    for number, one in enumerate(figures):
+        away, angle = rng.uniform(0.35, 0.7) + (0.45 if number == len(figures) - 1 else 0.1), rng.uniform(-np.pi, np.pi)
+        pose = shifted(x=away * np.cos(angle), y=away * np.sin(angle), z=rng.uniform(0.0, 1.2))
+        specs.append(NodeSpec(f"thing {number}", Kind.OBJECT, "world", pose, figures=(Figure(one),)))
+    return after(with_robots(kind), CreateNodes(tuple(specs)))
+
+
+@pytest.mark.parametrize("kind", ["iiwa", "panda", "xarm"])
+def test_what_is_certain_is_free(kind: str, rng: np.random.Generator, draws: Draws) -> None:
+    snapshot = crowded(kind, rng)
+    robot = snapshot.structure.node(kind, Kind.ROBOT)
+    arm, scene = arm_of(snapshot, robot), scene_of(snapshot)
+    chain = arm.serial()
+    moved = standing_at(snapshot, arm.q_index, snapshot.state.q[arm.q_index] + np.linspace(0.1, 0.7, len(arm.q_index)))
+    balls = CertainlyFree(scene, snapshot, arm.q_index, {robot.uid}, partial(moves, snapshot, moved))
+    lower, upper = np.maximum(chain.lower, -np.pi), np.minimum(chain.upper, np.pi)
+    configurations = rng.uniform(lower, upper, (draws(200), len(lower)))
+    certain = balls.places(configurations)
+    # What stands and touches already is no matter of the arm's: pairs that are asked move on its ways.
+    counted = {tuple(sorted(pair)) for pair in scene.bodies.uids[balls.pairs].tolist()}
+    free = []
+    for q in configurations:
+        scene.place(standing_at(snapshot, arm.q_index, q))
+        free.append(not scene.touching({robot.uid}) & counted)
+    assert np.all(np.array(free)[certain])
+    assert certain.sum() > 0.5 * np.sum(free), "balls are but a little larger than what they are around"
+    proven = 0
+    for begin, end in zip(configurations[np.array(free)], configurations[np.array(free)][1:], strict=False):
+        end = begin + 0.5 * (end - begin)
+        doubts = balls.doubts(joint_line(begin, end))
+        first, last = (standing_at(snapshot, arm.q_index, q).state.q for q in (begin, end))
+        contact = first_contact(scene, snapshot, line(first, last), robots={robot.uid})
+        if contact is not None:
+            assert any(since <= contact.time <= until for since, until in doubts.tolist())
+        proven += not len(doubts)
+        assert np.all(np.diff(doubts.ravel()) >= 0.0)
+    assert proven
