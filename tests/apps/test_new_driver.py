@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import ast
+import socket
 import subprocess
 import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -33,6 +35,26 @@ def test_a_driver_keeps_the_laws_as_it_is_written(pace: str, tmp_path: Path) -> 
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=600)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "10 passed, 1 skipped" in done.stdout
+
+
+@pytest.mark.parametrize("pace", ["host", "jobs"])
+def test_who_else_answers_at_the_port_is_told_with_it(pace: str, tmp_path: Path) -> None:
+    """As a server of the web does."""
+    CliRunner().invoke(driver, ["new", "gantry", str(tmp_path), "--pace", pace])
+    with socket.create_server(("127.0.0.1", 0)) as there:
+
+        def answer() -> None:
+            line, _ = there.accept()
+            with line:
+                line.recv(100)
+                line.sendall(b"HTTP/1.1 400 Bad Request\n")
+                line.recv(100)
+
+        threading.Thread(target=answer, daemon=True).start()
+        url = f"socket://127.0.0.1:{there.getsockname()[1]}"
+        code = f"from gantry import Gantry, Settings; Gantry(Settings({url!r}, 10.0)).connect()"
+        done = subprocess.run([sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, timeout=100)
+    assert f"DriverFault: {url}: " in done.stderr, done.stderr
 
 
 TWO = """

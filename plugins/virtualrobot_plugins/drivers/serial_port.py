@@ -43,7 +43,7 @@ class SerialPort:
             self._port = serial_for_url(path, baud, timeout=POLL_SECONDS, write_timeout=WRITE_SECONDS, exclusive=True)
         except (OSError, ValueError) as error:
             there = ", ".join(ports()) or "no serial port"
-            raise DriverFault(f"{path} can't be opened: {error}; this machine has {there}") from error
+            raise DriverFault(f"{path} can't be opened: {_cause(error, path)}; this machine has {there}") from error
 
     def write(self, data: bytes) -> None:
         """Send `data`. Raises DriverFault when the port is gone, or nobody takes it."""
@@ -97,3 +97,11 @@ class SerialPort:
 def _need_pyserial() -> None:
     if find_spec("serial") is None:
         raise DriverFault("serial ports need pyserial: pip install 'virtualrobot[serial]'")
+
+
+def _cause(error: Exception, path: str) -> str:
+    """Return why a port can't be opened: pyserial names the port twice, and the number of the error twice."""
+    said = str(error)
+    if "exclusively lock" in said:
+        return "another program has it"
+    return said.rpartition("[Errno ")[2].partition("] ")[2].removesuffix(f": {path!r}") or said

@@ -28,9 +28,9 @@ class MyRobot(Driver):
         try:
             port, patience = self.settings.port, self.settings.silence_seconds
             self.line = serial.serial_for_url(port, 115200, timeout=patience, exclusive=True)
-        except OSError as error:
+            joints, rate, watchdog = map(float, self.ask("hello"))
+        except (OSError, ValueError) as error:  # no port, or somebody else answers there
             raise DriverFault(f"{self.settings.port}: {error}") from error
-        joints, rate, watchdog = map(float, self.ask("hello"))
         return About(int(joints), rate, Pace.JOBS, units=math.radians(1.0), watchdog=watchdog)
 
     def read(self):
