@@ -1,4 +1,4 @@
-"""The suite for vehicle dynamics: two keep it, and each wrong one is found by the law that it breaks."""
+"""The suite for vehicle dynamics: three keep it, and each wrong one is found by the law that it breaks."""
 
 from __future__ import annotations
 
@@ -48,6 +48,14 @@ class TestRemus(VehicleDynamicsContract):
     component = "fossen"
     settings: ClassVar = {"vehicle": "remus100"}
     facts = VehicleFacts(density=1026.0, half_steps=1e-3, settled=0.3)
+
+
+@pytest.mark.long
+class TestHummingbird(VehicleDynamicsContract):
+    """Told nothing it falls, at 33 m/s in the end, and nothing damps its turning."""
+
+    component = "free_body"
+    facts = VehicleFacts(density=1.225, half_steps=1e-3, greatest_speed=5.0, settled=40.0)
 
 
 @pytest.mark.long

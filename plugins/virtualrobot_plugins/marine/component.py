@@ -1,4 +1,4 @@
-"""The component `fossen`: dynamics of vehicles under water after Fossen."""
+"""The components `fossen` and `free_body`: dynamics of vehicles under water, and of crafts in air and space."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.vehicles import Carried, Surroundings, VehicleDrive
 
 from virtualrobot_plugins.marine.equations import EULER, LIE, RK4, advance
-from virtualrobot_plugins.marine.parameters import parameters
-from virtualrobot_plugins.marine.vehicle import Vehicle, read_bundled
+from virtualrobot_plugins.marine.parameters import Parameters, free_parameters, parameters
+from virtualrobot_plugins.marine.vehicle import FreeBody, Vehicle, read_bundled, read_bundled_body
 
 SLACK = 1e-9
 """Part of a limit of a drive by which a command may be beyond it."""
@@ -49,17 +49,36 @@ class FossenSettings:
     ] = 0.0
 
 
-class FossenDynamics:
-    """A vehicle under water after Fossen: added mass, damping, buoyancy, thrusters and fins by tables."""
+@dataclass(frozen=True, slots=True)
+class FreeBodySettings:
+    """Settings of a craft in air or space."""
 
-    def __init__(self, settings: FossenSettings) -> None:
-        """Read and check the vehicle; raises ArgumentError that names what is wrong."""
-        vehicle = settings.vehicle
-        self._parameters = parameters(read_bundled(vehicle) if isinstance(vehicle, str) else vehicle)
-        self._method = METHODS[settings.integrator]
-        self._longest = settings.longest_step_seconds
-        p = self._parameters
-        self._carried_density = settings.carried_density
+    body: Annotated[
+        str | FreeBody,
+        Meta(description="A bundled craft by its name, or all parameters, as a craft's file holds them."),
+    ] = "hummingbird"
+    density: Annotated[
+        float, Meta(ge=0, le=1e3, description="Density of the air (kg/m^3), by which drag goes; 0: space, without any.")
+    ] = 1.225
+    gravity: Annotated[float, Meta(ge=0, le=1e3, description="Gravity, downwards (m/s^2); 0: weightless.")] = 9.80665
+    integrator: Annotated[
+        Literal["euler", "rk4", "lie"],
+        Meta(description="Euler's method, Runge and Kutta's of order 4, or a midpoint step that keeps momentum."),
+    ] = "rk4"
+    longest_step_seconds: Annotated[
+        float, Meta(gt=0, le=1, description="Longer steps are made in equal parts, none longer than this (s).")
+    ] = 0.005
+
+
+class _RigidVehicle:
+    """A rigid body that its drives push through what flows about it; the equations are those of `equations`."""
+
+    def __init__(self, made: Parameters, integrator: str, longest: float, carried_density: float) -> None:
+        """Prepare steps; a `carried_density` of 0 is that of the fluid, of infinity one that it doesn't bear."""
+        self._parameters = p = made
+        self._method = METHODS[integrator]
+        self._longest = longest
+        self._carried_density = carried_density
         self._alone = p.mass_matrix[None], p.inverse_mass[None], np.zeros((1, 10)), np.zeros((6, 7))
         self._fixed = p.damping, p.hull, p.is_fin, p.drive, p.table_start, p.tables
         # A command that was reckoned from another unit may be off by rounding.
@@ -91,12 +110,16 @@ class FossenDynamics:
             raise self._beyond(told)
         if not 0.0 < seconds < math.inf:
             raise ArgumentError(f"seconds is {seconds}; it must be a finite number above 0", seconds=seconds)
-        water = _water(surroundings)
+        water = self._about(surroundings)
         steps = max(1, math.ceil(seconds / self._longest - 1e-9))
         carried = surroundings.carried
         masses = self._alone if carried is None else self._loaded(carried, seconds, steps, surroundings.density)
         advance(self._method, pose, velocity, state, told, seconds, steps, water, *masses, *self._fixed)
         return pose, velocity, state
+
+    def _about(self, surroundings: Surroundings) -> Floats:
+        """Return current, density, surface and gravity (6,)."""
+        return _water(surroundings)
 
     def _loaded(self, carried: Carried, seconds: float, steps: int, density: float) -> tuple[Floats, ...]:
         """Return mass matrices, inverses, `carried` and `change` of `advance` with what it carries."""
@@ -121,6 +144,36 @@ class FossenDynamics:
             drive=drive.name,
             value=told[i],
         )
+
+
+class FossenDynamics(_RigidVehicle):
+    """A vehicle under water after Fossen: added mass, damping, buoyancy, thrusters and fins by tables."""
+
+    def __init__(self, settings: FossenSettings) -> None:
+        """Read and check the vehicle; raises ArgumentError that names what is wrong."""
+        vehicle = settings.vehicle
+        made = parameters(read_bundled(vehicle) if isinstance(vehicle, str) else vehicle)
+        super().__init__(made, settings.integrator, settings.longest_step_seconds, settings.carried_density)
+
+
+class FreeBodyDynamics(_RigidVehicle):
+    """A craft in air or space by Newton's and Euler's equations: weight, drag, thrusters and flaps by tables.
+
+    Of its surroundings the current counts, as wind; density and gravity are those of its settings.
+    """
+
+    def __init__(self, settings: FreeBodySettings) -> None:
+        """Read and check the craft; raises ArgumentError that names what is wrong."""
+        body = read_bundled_body(settings.body) if isinstance(settings.body, str) else settings.body
+        made = free_parameters(body, settings.density)
+        super().__init__(made, settings.integrator, settings.longest_step_seconds, math.inf)
+        self._density, self._gravity = settings.density, settings.gravity
+
+    def _about(self, surroundings: Surroundings) -> Floats:
+        """Return wind, density, surface and gravity (6,)."""
+        air = _water(surroundings)
+        air[3], air[5] = self._density, self._gravity
+        return air
 
 
 def _vector(value: Floats, count: int, what: str) -> Floats:

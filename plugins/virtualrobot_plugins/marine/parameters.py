@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 
 import numpy as np
 from virtualrobot_sdk.errors import ArgumentError
@@ -12,7 +12,17 @@ from virtualrobot_sdk.poses import skew
 from virtualrobot_sdk.vehicles import DriveQuantity, VehicleDrive
 
 from virtualrobot_plugins.marine.units import factor
-from virtualrobot_plugins.marine.vehicle import Fin, Inertia, Matrix, Point, Quantity, Table, Thruster, Vehicle
+from virtualrobot_plugins.marine.vehicle import (
+    Fin,
+    FreeBody,
+    Inertia,
+    Matrix,
+    Point,
+    Quantity,
+    Table,
+    Thruster,
+    Vehicle,
+)
 
 DRIVE_NUMBERS = 11
 """Columns of `Parameters.drive`: direction, place, time constant, torque, area, diameter, 1 - wake."""
@@ -100,6 +110,34 @@ def parameters(vehicle: Vehicle) -> Parameters:
         tables=np.ascontiguousarray(np.hstack(tables)),
         drives=tuple(drive for drive, *_ in made),
     )
+
+
+def free_parameters(body: FreeBody, density: float) -> Parameters:
+    """Return the parameters of a craft in air of a density (kg/m^3): neither added mass nor buoyancy.
+
+    Its damping goes by the density. Raises ArgumentError as `parameters` does.
+    """
+    source = body.mass.source
+    alike = Vehicle(
+        name=body.name,
+        axes=body.axes,
+        sources=body.sources,
+        mass=body.mass,
+        volume=Quantity(1.0, "m3", source),
+        height=Quantity(1.0, "m", source),
+        inertia=body.inertia,
+        center_of_gravity=body.center_of_gravity,
+        center_of_buoyancy=body.center_of_gravity,
+        added_mass=Matrix((0.0,) * 6, "SI", source),
+        linear_damping=body.linear_damping,
+        quadratic_damping=body.quadratic_damping,
+        thrusters=body.thrusters,
+        fins=body.fins,
+    )
+    made = parameters(alike)
+    hull = made.hull.copy()
+    hull[1] = 0.0  # no volume: the air that it displaces weighs nothing beside it
+    return replace(made, hull=hull, damping=made.damping * (density / _positive(body.density, "density", "density")))
 
 
 Made = tuple[VehicleDrive, bool, list[float], tuple[Floats, Floats]]

@@ -15,6 +15,7 @@ UNITS: Mapping[str, Mapping[str, float]] = MappingProxyType(
     {
         "mass": {"kg": 1.0, "g": 1e-3, "lb": 0.45359237},
         "volume": {"m3": 1.0, "L": 1e-3, "cm3": 1e-6},
+        "density": {"kg/m3": 1.0},
         "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254},
         "area": {"m2": 1.0, "cm2": 1e-4},
         "time": {"s": 1.0, "ms": 1e-3},

@@ -1,14 +1,14 @@
-"""Parameters of a vehicle under water as a file says them: each value with its unit and its source.
+"""Parameters of a vehicle as a file says them: each value with its unit and its source.
 
-Bundled files lie in `vehicles/`. The meaning of the parameters is that of T. I. Fossen, Guidance and Control of Ocean
-Vehicles (Wiley, 1994), chapter 2.
+Bundled files lie in `vehicles/`, of vehicles under water, and in `bodies/`, of crafts in air and space. The meaning of
+the parameters is that of T. I. Fossen, Guidance and Control of Ocean Vehicles (Wiley, 1994), chapter 2.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import msgspec
 import yaml
@@ -16,6 +16,7 @@ from msgspec import Meta
 from virtualrobot_sdk.errors import ArgumentError
 
 FOLDER = Path(__file__).parent / "vehicles"
+BODIES = FOLDER.with_name("bodies")
 Unit = Annotated[str, Meta(description="Unit of the value, such as kg, m, rpm or N.")]
 Source = Annotated[str, Meta(description="Key of `sources` that the value is from.")]
 Triple = tuple[float, float, float]
@@ -131,19 +132,44 @@ class Vehicle:
     fins: tuple[Fin, ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class FreeBody:
+    """A craft in air or space; the origin is that of its base, x forward."""
+
+    name: str
+    axes: Annotated[
+        Literal["forward_left_up", "forward_right_down"], Meta(description="Axes of all vectors and matrices.")
+    ]
+    sources: Annotated[dict[str, str], Meta(description="Documents by key.")]
+    mass: Quantity
+    inertia: Annotated[Inertia, Meta(description="About the centre of gravity.")]
+    center_of_gravity: Point
+    density: Annotated[Quantity, Meta(description="Density of the air that both dampings are of; they go by it.")]
+    linear_damping: Annotated[Matrix, Meta(description="Positive: force against a velocity of 1.")]
+    quadratic_damping: Annotated[Matrix, Meta(description="Positive: force against |v| v of each velocity.")]
+    thrusters: tuple[Thruster, ...] = ()
+    fins: tuple[Fin, ...] = ()
+
+
+Kept = TypeVar("Kept", Vehicle, FreeBody)
+
+
 def bundled() -> tuple[str, ...]:
-    """Return the names of the bundled vehicles."""
-    return tuple(sorted(path.stem for path in FOLDER.glob("*.yaml")))
+    """Return the names of the bundled vehicles under water."""
+    return _names(FOLDER)
 
 
 def read_bundled(name: str) -> Vehicle:
-    """Return a bundled vehicle.
+    """Return a bundled vehicle under water.
 
     Raises ArgumentError when there is none of this name.
     """
-    if name not in bundled():
-        raise ArgumentError(f"there is no vehicle {name!r}; the bundled ones are {', '.join(bundled())}", vehicle=name)
-    return read_document(yaml.safe_load((FOLDER / f"{name}.yaml").read_text("utf-8")))
+    return _read(name, FOLDER, Vehicle)
+
+
+def read_bundled_body(name: str) -> FreeBody:
+    """Return a bundled craft for air or space; raise ArgumentError when there is none of this name."""
+    return _read(name, BODIES, FreeBody)
 
 
 def read_document(document: Any) -> Vehicle:  # noqa: ANN401  whatever a file may hold
@@ -151,7 +177,22 @@ def read_document(document: Any) -> Vehicle:  # noqa: ANN401  whatever a file ma
 
     Raises ArgumentError with the place of what is missing or wrong.
     """
+    return _converted(document, Vehicle)
+
+
+def _names(folder: Path) -> tuple[str, ...]:
+    return tuple(sorted(path.stem for path in folder.glob("*.yaml")))
+
+
+def _read(name: str, folder: Path, kind: type[Kept]) -> Kept:
+    names = _names(folder)
+    if name not in names:
+        raise ArgumentError(f"there is no vehicle {name!r}; the bundled ones are {', '.join(names)}", vehicle=name)
+    return _converted(yaml.safe_load((folder / f"{name}.yaml").read_text("utf-8")), kind)
+
+
+def _converted(document: Any, kind: type[Kept]) -> Kept:  # noqa: ANN401  whatever a file may hold
     try:
-        return msgspec.convert(document, Vehicle)
+        return msgspec.convert(document, kind)
     except msgspec.ValidationError as error:
         raise ArgumentError(f"the vehicle's file is not right: {error}") from error
