@@ -12,12 +12,15 @@ import { matrixOf } from "./poses";
 
 type Part = Omit<Piece, "color">;
 
+const MOST_ASKED = 3;
+
 /** What is being loaded, in words; "" when nothing is. */
 export const loading = signal("");
 
 export class Meshes {
   #parts = new Map<string, Part[]>();
-  #asked = new Set<string>();
+  /** How often each content was asked for: a node that is renamed meanwhile isn't found in the answer. */
+  #asked = new Map<string, number>();
   #running = false;
 
   /** `changed` is called when there are more of them. */
@@ -33,17 +36,18 @@ export class Meshes {
   /** Asks for the contents that nodes have, each once; the first time for those of the whole world together. */
   async want(missing: ReadonlyMap<string, readonly string[]>): Promise<void> {
     if (this.#running) return;
-    const fresh = [...missing].filter(([, contents]) => contents.some((content) => !this.#asked.has(content)));
+    const fresh = [...missing].filter(([, contents]) => contents.some((content) => (this.#asked.get(content) ?? 0) < MOST_ASKED));
     if (fresh.length === 0) return;
     this.#running = true;
     loading.value = "loading the cell";
     const roots = this.#asked.size === 0 ? ["world"] : fresh.map(([name]) => name);
-    for (const [, contents] of fresh) for (const content of contents) this.#asked.add(content);
+    for (const [, contents] of fresh) for (const content of contents) this.#asked.set(content, (this.#asked.get(content) ?? 0) + 1);
     for (const name of roots) {
       try {
         await this.#load(name);
       } catch (error) {
         say(`meshes of ${name}: ${ConnectError.from(error).rawMessage}`, "error");
+        for (const [, contents] of fresh) for (const content of contents) this.#asked.set(content, MOST_ASKED);
       }
     }
     loading.value = "";
