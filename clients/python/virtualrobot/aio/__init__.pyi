@@ -984,6 +984,7 @@ class Tool(Face):
 class Way(Face):
     """Way of a craft, a program whose moves are its lines and arcs; it stands between them."""
     parts: virtualrobot_robots_ways_Floats
+    joint_names: object
     length: object
     word: object
     turning_radius: object
