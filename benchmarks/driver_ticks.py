@@ -96,6 +96,10 @@ class Playing:
         """Return no words."""
         return Words()
 
+    def where(self) -> Words:
+        """Return no words."""
+        return Words()
+
     def close(self) -> None:
         """End nothing."""
 

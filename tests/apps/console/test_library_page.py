@@ -21,7 +21,7 @@ pytestmark = [*needs_page, pytest.mark.long]
 def on_the_floor(client: Client, across: float, down: float, aspect: float) -> np.ndarray:
     """Return x and y of the floor at these parts of a picture from the view of all, from where the page looks too."""
     view = client.view.read()
-    eye, tangent = np.asarray(view.camera_position), np.tan(view.field_of_view / 2.0)
+    eye, tangent = np.asarray(view.camera_position), np.tan((view.field_of_view or 0.9) / 2.0)
     ahead = np.asarray(view.camera_target) - eye
     ahead /= np.linalg.norm(ahead)
     right = np.cross(ahead, [0.0, 0.0, 1.0])
