@@ -25,6 +25,8 @@ _MARGIN = 1.0002
 #: Excess over a limit below which a stretch of the whole law settles it; of a law that begins at speed, none.
 _NEARLY, _ROUNDS, _ROUNDING = 1.002, 20, 1e-6
 _TINY = 1e-200
+#: Share of a law's duration between its breaks and the places beside them that are looked at.
+_BESIDE = 1e-9
 
 
 @dataclass(slots=True)
@@ -230,7 +232,9 @@ def _needed(law: PiecewisePolynomial, ends: Sequence[float], rates: Sequence[Rat
     """Return by what factor each move and corner has to be slower in time."""
     points = max(2000, 8 * len(law.coefficients), 16 * pieces)
     breaks = law.breaks
-    taus = np.concatenate([np.linspace(0.0, law.end, points), breaks, np.nextafter(breaks, -np.inf)])
+    # The law's breaks are the path's borders: nearer to them, rounding would put it on the other side of one.
+    beside = _BESIDE * law.end
+    taus = np.concatenate([np.linspace(0.0, law.end, points), breaks - beside, breaks + beside]).clip(0.0, law.end)
     taus.sort()
     needed = stretch_needed(rates, law, taus).max(axis=0)
     section = np.minimum(np.searchsorted(ends, taus, side="right"), len(ends) - 1)
