@@ -20,6 +20,8 @@ from virtualrobot_apps.demos.bins.run import above, drop_pose, feed, take
 from virtualrobot_apps.demos.palletizing import palletize
 from virtualrobot_apps.demos.twin import run
 from virtualrobot_apps.pace import Pace
+from virtualrobot_apps.vehicles import room, ugv
+from virtualrobot_apps.vehicles.waypoints import CONTROLLERS, Waypoints
 
 SIZE = 1280, 800
 
@@ -29,7 +31,7 @@ SIZE = 1280, 800
 @click.option("--box", default=11, show_default=True, help="The demo when the iiwa carries this box to its pallet.")
 @click.option("--speed", default=3.0, show_default=True, help="Of the work before, against the wall clock.")
 def main(folder: Path, box: int, speed: float) -> None:
-    """Write cell.png, the demo when the iiwa carries a box over its pallet, and four other pictures to FOLDER."""
+    """Write cell.png, the demo when the iiwa carries a box over its pallet, and five other pictures to FOLDER."""
     with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
         _followed(client, kernel.address).save(folder / "twin.png")
     with KernelProcess(headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
@@ -38,6 +40,8 @@ def main(folder: Path, box: int, speed: float) -> None:
         _annotated(client).save(folder / "capture.png")
     with KernelProcess("--stepped", headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
         _gripped(client).save(folder / "bins.png")
+    with KernelProcess("--stepped", headless=True) as kernel, virtualrobot.connect(kernel.address) as client:
+        _indoors(client).save(folder / "ugv-room.png")
     with (
         KernelProcess(headless=True) as kernel,
         virtualrobot.connect(kernel.address) as watcher,
@@ -51,7 +55,7 @@ def main(folder: Path, box: int, speed: float) -> None:
                 break
         watcher.clock.set_stepped()  # and nobody steps: the world stands still
         watcher.view.capture(size=SIZE).save(folder / "cell.png")
-    for name in ("collision", "capture", "cell", "twin", "bins"):
+    for name in ("collision", "capture", "cell", "twin", "bins", "ugv-room"):
         click.echo(f"{folder / name}.png: {(folder / f'{name}.png').stat().st_size // 1024} kB")
 
 
@@ -101,6 +105,16 @@ def _gripped(client: virtualrobot.Client) -> Picture:
         client.clock.run(move[0](move[1], wait=False))
     client.clock.run(arm.tool().move_to_width(0.02, wait=False))
     client.clock.run(arm.move_linear(above(grasp.world_t_tcp), wait=False))
+    return client.view.capture(size=SIZE)
+
+
+def _indoors(client: virtualrobot.Client) -> Picture:
+    """Return a UGV on its way around the table of a furnished room."""
+    ugv.build(client, list(room.ROUTE))
+    room.furnish(client)
+    client.view.grid = False
+    client.view.background = "#e8edf2"
+    ugv.drive(client, Waypoints(list(room.ROUTE[:2]), CONTROLLERS["PID"]))
     return client.view.capture(size=SIZE)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,7 +12,7 @@ import pytest
 import virtualrobot
 from click.testing import CliRunner
 from virtualrobot.cli import cli
-from virtualrobot_apps.vehicles import ugv
+from virtualrobot_apps.vehicles import room, ugv
 from virtualrobot_apps.vehicles.waypoints import CONTROLLERS, FASTEST, PERIOD, QUICKEST, Gains, Waypoints, square
 
 from tests.kernels import KernelProcess
@@ -118,3 +119,33 @@ def test_the_demo_drives_the_square_by_forces(stepped_kernel: KernelProcess, eng
     # Tried before with both engines: 21.4 s by PI, 21.6 s by PID.
     assert "PI   4 of 4 waypoints in 2" in result.output
     assert "PID  4 of 4 waypoints in 2" in result.output
+
+
+@pytest.mark.long
+def test_the_demo_drives_through_a_furnished_room(stepped_kernel: KernelProcess) -> None:
+    arguments = ["demo", "ugv", "--room", "--address", stepped_kernel.address, "--headless"]
+    result = CliRunner().invoke(cli, arguments)
+    assert result.exit_code == 0, result.output
+    found = re.findall(r"4 of 4 waypoints in .* (\d+) mm from furniture at least", result.output)
+    assert len(found) == 2 and all(int(one) > 200 for one in found), result.output
+
+
+def test_a_lidar_sees_the_walls_of_the_room(steps: virtualrobot.Client) -> None:
+    """From the origin the walls behind and to the right are as far as the room says, the cupboard farther ahead."""
+    ugv.build(steps, list(room.ROUTE))
+    room.furnish(steps)
+    lidar = steps.scene.pose("ugv.lidar")[:3, 3]
+    points = steps.sensors["ugv.lidar"].read(points=True, frame="world").range.points
+    assert points is not None
+    flat = points.reshape(-1, 3)
+    flat = flat[np.isfinite(flat).all(axis=1)]
+    bearing = np.arctan2(flat[:, 1] - lidar[1], flat[:, 0] - lidar[0])
+    behind, right = (flat[np.abs(np.abs(bearing) - np.pi) < 0.05], flat[np.abs(bearing + 0.5 * np.pi) < 0.05])
+    # The LDS-01's noise is 10 mm and more up to 3.5 m.
+    assert behind[:, 0] == pytest.approx(room.LOW[0], abs=0.08) and len(behind)
+    assert right[:, 1] == pytest.approx(room.LOW[1], abs=0.08) and len(right)
+
+
+def test_a_room_has_no_side(stepped_kernel: KernelProcess) -> None:
+    result = CliRunner().invoke(cli, ["demo", "ugv", "--room", "--side", "3", "--address", stepped_kernel.address])
+    assert result.exit_code == 2 and "--side is of the square" in result.output

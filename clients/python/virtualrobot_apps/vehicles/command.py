@@ -63,22 +63,33 @@ def uvms(target: Target, plot: Path | None, headless: bool, speed: float | None)
 
 
 @click.command()
-@click.option("--side", type=FiniteRange(0.5, 50.0), default=2.0, show_default=True, help="Side of the square (m).")
+@click.option("--side", type=FiniteRange(0.5, 50.0), help="Side of the square [2 m].")
+@click.option("--room", is_flag=True, help="Around the table of a furnished room, instead of a square.")
 @PHYSICS
 @PLOT
 @HEADLESS
 @SPEED
 @target_options
-def ugv(target: Target, side: float, physics: str, plot: Path | None, headless: bool, speed: float | None) -> None:
-    """Watch a UGV drive a square by waypoints, with a PI and then with a PID controller.
+def ugv(
+    target: Target,
+    side: float | None,
+    room: bool,
+    physics: str,
+    plot: Path | None,
+    headless: bool,
+    speed: float | None,
+) -> None:
+    """Watch a UGV drive a square by waypoints, or through a room, with a PI and then with a PID controller.
 
     In steps, as fast as the wall clock, without viewer as fast as it can. Starts a kernel of its own and ends it; with
     --address the UGV replaces the world of a kernel that runs already.
     """
     from virtualrobot_apps.vehicles import ugv
 
+    if room and side is not None:
+        raise click.UsageError("--side is of the square, which --room has not")
     with stepped(target, plot, headless) as client:
-        ugv.main(client, side, plot, pace_of(speed, headless), physics)
+        ugv.main(client, None if room else side or ugv.SIDE, plot, pace_of(speed, headless), physics)
 
 
 GROUND = click.option(
