@@ -259,7 +259,7 @@ PICTURES: dict[str, Callable[[virtualrobot.Client, Page], Locator | None]] = {
     "films": _films,
     "modeller": _modeller,
 }
-"""What brings the page to where its picture is taken, of the page or of a part of it."""
+"""Steps that bring the page to where its picture is taken, of the page or of a part of it."""
 
 
 if __name__ == "__main__":

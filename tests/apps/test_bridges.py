@@ -306,7 +306,7 @@ def test_an_interrupt_ends_a_command(
 
 
 def test_a_file_is_checked_without_a_url(client: virtualrobot.Client, kernel: KernelProcess, tmp_path: Path) -> None:
-    """What is wrong with it comes first; a bridge that is to run names one end."""
+    """A file's mistake is told first; a bridge that is to run names one end."""
     file = tmp_path / "plc.yaml"
 
     def told(*more: str) -> tuple[int, str]:

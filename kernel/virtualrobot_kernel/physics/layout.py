@@ -202,7 +202,8 @@ class Layout:
             all_targets = np.zeros(len(joints.settings.target))
             all_targets[joints.slots] = target
             target = all_targets
-        return replace(joints.settings, target=target)
+        told = joints.settings
+        return Motors(told.mode, target, told.stiffness, told.damping, told.max_effort)
 
 
 _NOTHING: Mapping[str, float] = {}

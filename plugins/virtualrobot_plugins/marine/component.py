@@ -21,6 +21,13 @@ from virtualrobot_plugins.marine.vehicle import FreeBody, Vehicle, read_bundled,
 
 SLACK = 1e-9
 """Part of a limit of a drive by which a command may be beyond it."""
+Integrator = Annotated[
+    Literal["euler", "rk4", "lie"],
+    Meta(description="Euler's method, Runge and Kutta's of order 4, or a midpoint step that keeps momentum."),
+]
+LongestStep = Annotated[
+    float, Meta(gt=0, le=1, description="Longer steps are made in equal parts, none longer than this (s).")
+]
 METHODS = {"euler": EULER, "rk4": RK4, "lie": LIE}
 
 
@@ -32,13 +39,8 @@ class FossenSettings:
         str | Vehicle,
         Meta(description="A bundled vehicle by its name, or all parameters, as a vehicle's file holds them."),
     ] = "bluerov2_heavy"
-    integrator: Annotated[
-        Literal["euler", "rk4", "lie"],
-        Meta(description="Euler's method, Runge and Kutta's of order 4, or a midpoint step that keeps momentum."),
-    ] = "rk4"
-    longest_step_seconds: Annotated[
-        float, Meta(gt=0, le=1, description="Longer steps are made in equal parts, none longer than this (s).")
-    ] = 0.005
+    integrator: Integrator = "rk4"
+    longest_step_seconds: LongestStep = 0.005
     carried_density: Annotated[
         float,
         Meta(
@@ -61,13 +63,8 @@ class FreeBodySettings:
         float, Meta(ge=0, le=1e3, description="Density of the air (kg/m^3), by which drag goes; 0: space, without any.")
     ] = 1.225
     gravity: Annotated[float, Meta(ge=0, le=1e3, description="Gravity, downwards (m/s^2); 0: weightless.")] = 9.80665
-    integrator: Annotated[
-        Literal["euler", "rk4", "lie"],
-        Meta(description="Euler's method, Runge and Kutta's of order 4, or a midpoint step that keeps momentum."),
-    ] = "rk4"
-    longest_step_seconds: Annotated[
-        float, Meta(gt=0, le=1, description="Longer steps are made in equal parts, none longer than this (s).")
-    ] = 0.005
+    integrator: Integrator = "rk4"
+    longest_step_seconds: LongestStep = 0.005
 
 
 class _RigidVehicle:

@@ -1,4 +1,4 @@
-"""What balls call certainly free FCL calls free, of configurations and of ways; what touches is in doubt."""
+"""Configurations and ways that balls call certainly free FCL calls free; what touches is in doubt."""
 
 from __future__ import annotations
 

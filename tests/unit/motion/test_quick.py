@@ -1,4 +1,4 @@
-"""What is made in a quarter of the time is what the constructor makes: all fields, frozen, replaced and kept alike."""
+"""Records made in a quarter of the time are those of the constructor: all fields, frozen, replaced and kept alike."""
 
 from __future__ import annotations
 

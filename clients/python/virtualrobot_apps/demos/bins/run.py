@@ -121,12 +121,11 @@ def bring(client: Client, names: Sequence[str], count: int, keeper: Pace) -> Res
 
 def take(client: Client, grasp: Grasp, put: Floats, keeper: Pace) -> bool:
     """Take a box and let it go at a pose of the tool (4, 4); return False where it was lost or out of reach."""
-    arm, hand = client.robot(cell.ARM), client.robot(cell.ARM).tool()
+    arm = client.robot(cell.ARM)
+    hand = arm.tool()
 
     def run(motion: Motion) -> None:
-        while not motion.state.phase.ended:
-            client.clock.run(motion)
-        keeper.keep(client.clock.read().stamp.simulation_time)
+        keeper.keep(client.clock.run(motion).stamp.simulation_time)
 
     try:
         run(arm.move_pose(above(grasp.world_t_tcp), wait=False))
