@@ -78,13 +78,13 @@ pytest: $(VENV)/installed-dev $(PAGE)
 pytest-long: WORKERS := 2
 pytest-long: $(VENV)/installed-dev $(PAGE)
 	@echo "testing what takes long ..."
-	@$(PYTEST) -m long $(ARGS)
+	@$(PYTEST) -m long --junitxml=$(VENV)/tests-long.xml $(ARGS)
 
 hunt: $(VENV)/installed-dev
 	@$(BIN)/python tools/hunt.py --minutes $(or $(MINUTES),10) $(if $(SEED),--seed $(SEED)) tests/$(ROOM)
 
 durations:
-	@$(BIN)/python tools/slowest_tests.py $(VENV)/tests.xml
+	@$(BIN)/python tools/slowest_tests.py $(wildcard $(VENV)/tests.xml $(VENV)/tests-long.xml)
 
 bench: $(VENV)/installed-bench
 	@$(BIN)/python -m benchmarks.run $(ARGS)

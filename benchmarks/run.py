@@ -99,8 +99,15 @@ def write(measured: Mapping[str, str]) -> None:
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Measure the named suites, or all; return 1 when a budget is missed or a suite failed, after all others."""
+    """Measure the named suites, or all.
+
+    Returns:
+        1 when a budget is missed or a suite failed, after all others; 2 for a name that no suite has.
+    """
     suites = [argument for argument in arguments if argument != "--write"]
+    if unknown := [name for name in suites if name not in SUITES]:
+        print(f"there is no benchmark {', '.join(unknown)}; there are {', '.join(SUITES)}", file=sys.stderr)
+        return 2
     measured: dict[str, str] = {}
     missed = 0
     for name in suites or SUITES:
