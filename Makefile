@@ -2,7 +2,7 @@
 # make test   sets up and checks everything that a change can break: lint, types and tests (minutes; docs/testing.md)
 # make test-all  that, and what takes longer: all models, installations, whole demos
 # make hunt   runs the tests that draw random numbers again and again with fresh seeds   (MINUTES=10 ROOM=unit/motion SEED=1)
-# make durations  tells the 40 slowest tests of the last run
+# make durations  tells the 40 slowest tests and files of the last run
 # make bench  sets up and measures against the named peers -> benchmarks/RESULTS.md
 # make stubs  writes the Python stubs and the reference after a change of the contract
 # make image   accepts a break of the contract: writes the image that make test compares it with

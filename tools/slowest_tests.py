@@ -23,7 +23,8 @@ def main(files: Sequence[str]) -> None:
     seconds_of: defaultdict[str, float] = defaultdict(float)
     for file in files:
         for case in ElementTree.parse(file).iter("testcase"):
-            place, spent = str(case.get("classname")).removeprefix("tests.").replace(".", "/"), float(case.get("time", 0))
+            place = str(case.get("classname")).removeprefix("tests.").replace(".", "/")
+            spent = float(case.get("time", 0))
             tests.append((f"`{place}` {case.get('name')}", spent))
             seconds_of[f"`{place}`"] += spent
     table("test", tests)
