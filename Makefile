@@ -115,6 +115,7 @@ stubs: $(VENV)/bin/python
 	@$(BIN)/python tools/generate_stubs.py
 	@$(BIN)/python tools/generate_reference.py
 	@$(BIN)/python tools/generate_functions.py
+	@$(BIN)/python tools/generate_rapid.py
 	@$(BIN)/python tools/generate_aio.py
 
 constraints: $(VENV)/bin/python

@@ -1,0 +1,1 @@
+"""Robots' own languages: read, checked and run against a kernel."""

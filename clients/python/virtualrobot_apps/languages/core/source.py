@@ -1,0 +1,54 @@
+"""Sources of programs: their text, and the line and column of each place in it."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from pathlib import Path
+
+from virtualrobot.errors import MissingFileError
+
+
+class Source:
+    """Text of one file; places are counts of characters from its begin."""
+
+    def __init__(self, text: str, file: str = "program") -> None:
+        """Keep the text, without a byte order mark, and the name by which it is told of."""
+        self.text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
+        self.file = file
+        self._starts = [0, *(at + 1 for at, letter in enumerate(self.text) if letter == "\n")]
+
+    def line(self, at: int) -> int:
+        """Return the line of a place, from 1."""
+        return bisect_right(self._starts, at)
+
+    def column(self, at: int) -> int:
+        """Return the column of a place, from 1."""
+        return at - self._starts[self.line(at) - 1] + 1
+
+
+def read_source(file: Path) -> Source:
+    """Return the text of a file; raises MissingFileError where it can't be read."""
+    try:
+        return Source(decoded(file.read_bytes()), str(file))
+    except OSError as error:
+        raise MissingFileError(f"{file} can't be read: {error.strerror}") from error
+
+
+def decoded(data: bytes) -> str:
+    """Return the text of a file: UTF-8 where its bytes are that, else GB 18030 if they can be Chinese, else ISO 8859-1.
+
+    Controllers write ISO 8859-1, in which every byte is a letter. Letters of GB 18030 come in pairs of bytes above
+    0x80, and a letter of a European language stands alone among ASCII.
+    """
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        pass
+    high = [False, *(byte > 0x7F for byte in data), False]
+    alone = any(one and not (high[at] or high[at + 2]) for at, one in enumerate(high[1:-1]))
+    if not alone:
+        try:
+            return data.decode("gb18030")
+        except UnicodeDecodeError:
+            pass
+    return data.decode("latin-1")

@@ -1,0 +1,83 @@
+"""Data that RAPID has before any program: speeds, zones, tool0, wobj0, numbers of errors.
+
+Speeds and zones are those of ABB, *Technical reference manual, RAPID Instructions, Functions and Data types*
+(3HAC050917): *speeddata* and *zonedata*, predefined data. Lengths in mm, speeds in mm/s, angles in degrees.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+SPEEDS = (
+    *(5, 10, 20, 30, 40, 50, 60, 80, 100, 150, 200, 300, 400, 500, 600, 800),
+    *(1000, 1500, 2000, 2500, 3000, 4000, 5000, 6000, 7000),
+)
+"""Speeds of the tool centre point of v5 to v7000, mm/s; all turn at 500 degrees/s."""
+
+ZONES = {
+    0: (0.3, 0.3, 0.3, 0.03, 0.3, 0.03),
+    1: (1.0, 1.0, 1.0, 0.1, 1.0, 0.1),
+    5: (5.0, 8.0, 8.0, 0.8, 8.0, 0.8),
+    10: (10.0, 15.0, 15.0, 1.5, 15.0, 1.5),
+    15: (15.0, 23.0, 23.0, 2.3, 23.0, 2.3),
+    20: (20.0, 30.0, 30.0, 3.0, 30.0, 3.0),
+    30: (30.0, 45.0, 45.0, 4.5, 45.0, 4.5),
+    40: (40.0, 60.0, 60.0, 6.0, 60.0, 6.0),
+    50: (50.0, 75.0, 75.0, 7.5, 75.0, 7.5),
+    60: (60.0, 90.0, 90.0, 9.0, 90.0, 9.0),
+    80: (80.0, 120.0, 120.0, 12.0, 120.0, 12.0),
+    100: (100.0, 150.0, 150.0, 15.0, 150.0, 15.0),
+    150: (150.0, 225.0, 225.0, 23.0, 225.0, 23.0),
+    200: (200.0, 300.0, 300.0, 30.0, 300.0, 30.0),
+}
+"""Zones z0 to z200: path of the tool centre point, of its orientation, of external axes; orientation, external axes."""
+
+NO_AXIS = 9e9
+"""Value of an external axis that is not there."""
+
+ERRORS = (
+    *(
+        "ERR_DIVZERO",
+        "ERR_OUTOFBND",
+        "ERR_STRTOOLNG",
+        "ERR_ARGVALERR",
+        "ERR_REFUNKPRC",
+        "ERR_REFUNKDAT",
+        "ERR_ILLRAISE",
+    ),
+    *("ERR_WAIT_MAXTIME", "ERR_ROBLIMIT", "ERR_NORETURN", "ERR_UNKPROC", "ERR_CALLPROC", "ERR_NOTPRES", "ERR_INVDIM"),
+)
+"""Errors that programs can handle; on a controller their numbers are above 1,000 and named alone."""
+
+ERROR_NUMBERS = {name: 1001.0 + number for number, name in enumerate(ERRORS)}
+"""The number of each error here; programs compare ERRNO with the names."""
+
+
+def _pose(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> list[Any]:
+    return [[x, y, z], [1.0, 0.0, 0.0, 0.0]]
+
+
+CONSTANTS: dict[str, tuple[str, Any]] = {
+    **{f"v{speed}": ("speeddata", [float(speed), 500.0, 5000.0, 1000.0]) for speed in SPEEDS},
+    "vmax": ("speeddata", [7000.0, 500.0, 5000.0, 1000.0]),
+    "fine": ("zonedata", [True, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]),
+    **{f"z{radius}": ("zonedata", [False, *sizes]) for radius, sizes in ZONES.items()},
+    "pi": ("num", math.pi),
+    "WAIT_MAX": ("num", 9e9),
+    "EOF": ("num", -1.0),
+    "high": ("num", 1.0),
+    "low": ("num", 0.0),
+    "load0": ("loaddata", [0.001, [0.0, 0.0, 0.001], [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0]),
+    **{name: ("num", number) for name, number in ERROR_NUMBERS.items()},
+}
+"""Type and value of each constant."""
+
+VARIABLES: dict[str, tuple[str, str, Any]] = {
+    "ERRNO": ("var", "num", 0.0),
+    "tool0": ("pers", "tooldata", [True, _pose(), CONSTANTS["load0"][1]]),
+    "wobj0": ("pers", "wobjdata", [False, True, "", _pose(), _pose()]),
+    **{f"reg{number}": ("var", "num", 0.0) for number in range(1, 6)},
+    "clock1": ("var", "clock", None),
+}
+"""Storage, type and value of data that a program may change; reg1 to reg5 and clock1 are those of the module USER."""

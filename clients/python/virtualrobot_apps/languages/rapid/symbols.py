@@ -1,0 +1,75 @@
+"""Symbols of a program: what its names stand for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from virtualrobot_apps.languages.core.source import Source
+from virtualrobot_apps.languages.rapid import tree
+from virtualrobot_apps.languages.rapid.types import ATOMIC, SIGNALS, Type
+
+
+@dataclass(slots=True, eq=False)
+class Datum:
+    """A variable, constant, persistent, parameter or loop variable, or a signal of the world.
+
+    Attributes:
+        name: as it is declared.
+        type: its type.
+        storage: var, pers, const, loop, in, inout or signal.
+        python: the name that it has in the generated code.
+        shared: whether it belongs to a module, and so outlives its routine.
+        optional: whether it is a parameter that may be left out.
+        referenced: whether somebody gets it as a variable.
+        node: the declaration in a module that gives it its first value.
+        source: where that is.
+    """
+
+    name: str
+    type: Type
+    storage: str
+    python: str
+    shared: bool = False
+    optional: bool = False
+    referenced: bool = False
+    node: tree.Data | None = None
+    source: Source | None = None
+
+    @property
+    def atomic(self) -> bool:
+        """True where its value is one thing, and no list."""
+        return self.type.dimensions == 0 and (self.type.name in ATOMIC or self.type.name in SIGNALS)
+
+
+@dataclass(slots=True, eq=False)
+class RoutineSymbol:
+    """A routine: its declaration, its parameters as data, and the name that it has in the generated code."""
+
+    node: tree.Routine
+    module: ModuleScope
+    python: str
+    result: Type | None = None
+    parameters: list[tuple[tree.Parameter, Type]] = field(default_factory=list)
+    data: list[Datum] = field(default_factory=list)
+
+
+Symbol = Datum | RoutineSymbol
+
+
+@dataclass(slots=True, eq=False)
+class ModuleScope:
+    """A module and the names that are its own."""
+
+    module: tree.Module
+    names: dict[str, Symbol] = field(default_factory=dict)
+    routines: list[RoutineSymbol] = field(default_factory=list)
+
+
+@dataclass(slots=True)
+class Use:
+    """Use of a signal: its name as first written, the types that it is used as, and the first place."""
+
+    name: str
+    types: set[str]
+    source: Source
+    at: int

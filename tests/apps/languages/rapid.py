@@ -1,0 +1,40 @@
+"""Programs in RAPID for tests: what is wrong in them, and what they print."""
+
+from __future__ import annotations
+
+import textwrap
+
+import pytest
+from virtualrobot_apps.languages.core.diagnostics import ProgramError
+from virtualrobot_apps.languages.core.source import Source
+from virtualrobot_apps.languages.rapid.task import Loaded, RapidTask, load
+
+
+def loaded(text: str) -> Loaded:
+    """Return the program of a text."""
+    return load([Source(textwrap.dedent(text).strip() + "\n", "test.mod")])
+
+
+def printed(text: str) -> list[str]:
+    """Return the lines that a program writes on the pendant."""
+    lines: list[str] = []
+    RapidTask(loaded(text), write=lines.append).run()
+    return lines
+
+
+def main_prints(statements: str, more: str = "") -> list[str]:
+    """Return the lines that statements of the procedure main write, beside other declarations."""
+    return printed(f"MODULE Tried\n{more}\nPROC main()\n{statements}\nENDPROC\nENDMODULE")
+
+
+def faults(text: str) -> list[str]:
+    """Return the faults of a program as `line:column: message`."""
+    with pytest.raises(ProgramError) as caught:
+        loaded(text)
+    return [str(one).removeprefix("test.mod:") for one in caught.value.diagnostics]
+
+
+def fault_of(statements: str, more: str = "") -> str:
+    """Return the one fault of statements of the procedure main, which begin in line 1."""
+    (found,) = faults(f"MODULE Tried {more} PROC main() {statements}\nENDPROC\nENDMODULE")
+    return found.partition(": ")[2]
