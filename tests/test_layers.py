@@ -23,7 +23,7 @@ PLUGINS = "plugins/virtualrobot_plugins"
 # Files beside the rooms, and arrays and poses, which plugins need, too.
 ANYONE = (
     *("numpy", "virtualrobot_sdk.arrays", "virtualrobot_sdk.poses"),
-    *("virtualrobot_kernel.errors", "virtualrobot_kernel.background"),
+    *("virtualrobot_kernel.errors", "virtualrobot_kernel.background", "virtualrobot_kernel.lateness"),
     *("virtualrobot_kernel.units", "virtualrobot_kernel.version", "virtualrobot_kernel.whole_files"),
 )
 CONTRACT = ("google.protobuf", "virtualrobot.v1")

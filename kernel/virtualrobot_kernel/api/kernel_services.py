@@ -23,6 +23,7 @@ from virtualrobot_kernel.collision.pool import ScenePool
 from virtualrobot_kernel.collision.processes import Processes
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
+from virtualrobot_kernel.components.running import ComponentHandle
 from virtualrobot_kernel.crafts.crafts import Crafts
 from virtualrobot_kernel.drawing.renderer_pool import RendererPool
 from virtualrobot_kernel.drawing.view import ViewStore
@@ -87,6 +88,17 @@ class KernelServices:
     async def in_worker(self, work: Callable[P, Result], *args: P.args, **named: P.kwargs) -> Result:
         """Return what `work` returns in a worker thread; the API's thread answers others meanwhile."""
         return await asyncio.get_running_loop().run_in_executor(self.workers, partial(work, *args, **named))
+
+    async def with_component(
+        self, component: ComponentHandle, work: Callable[P, Result], *args: P.args, **named: P.kwargs
+    ) -> Result:
+        """Return what `work` returns, which asks a component.
+
+        At once where that runs in this process, and else in a worker thread, so that nobody waits for a late one.
+        """
+        if component.process_id:
+            return await self.in_worker(work, *args, **named)
+        return work(*args, **named)
 
     async def read(self, work: Callable[[Callable[[], None]], Result]) -> Result:
         """Return what `work` returns in a worker thread; what it is given raises when the call has ended meanwhile."""

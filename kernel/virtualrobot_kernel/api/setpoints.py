@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import asyncio
-from collections.abc import AsyncGenerator, AsyncIterator, Callable, Coroutine
+from collections.abc import AsyncGenerator, AsyncIterator, Awaitable, Callable, Coroutine
 from concurrent.futures import Future
 from contextlib import suppress
 from functools import partial
@@ -66,14 +66,20 @@ async def stream_setpoints(
     applied = await asyncio.wrap_future(kernel.submit([command], context))
     id, snapshot = str(applied.created[0]), applied.snapshot
     robots = find_motion(snapshot, id).robots
-    feed = _Feed(kernel, id, names, writer, kernel.permit(), partial(kernel.crafts.follow, id, uid) if craft else None)
+    follow = None
+    if craft is not None:
+        follow = partial(kernel.with_component, craft.component, kernel.crafts.follow, id, uid)
+    feed = _Feed(kernel, id, names, writer, kernel.permit(), follow)
     working = {
         asyncio.create_task(_or_stop(kernel, id, work)) for work in (feed.read(values, requests), feed.refusal())
     }
     try:
         while True:
             motion = find_motion(snapshot, id)
-            yield progress(snapshot, motion, feed.given, craft if uid in snapshot.structure.robots else None)
+            if craft is not None and uid in snapshot.structure.robots:
+                yield await kernel.with_component(craft.component, progress, snapshot, motion, feed.given, craft)
+            else:
+                yield progress(snapshot, motion, feed.given)
             if motion.running.ended:
                 break
             snapshot = await _later(feed.news(snapshot), working)
@@ -98,7 +104,7 @@ class _Feed:
         joint_names: tuple[str, ...],
         writer: str,
         permit: Permit,
-        follow: Callable[[NDArray[np.float64]], tuple[float, ...]] | None,
+        follow: Callable[[NDArray[np.float64]], Awaitable[tuple[float, ...]]] | None,
     ) -> None:
         """Feed a motion with what `writer` sends; `follow` makes setpoints of joints of twists."""
         self._follow = follow
@@ -116,11 +122,11 @@ class _Feed:
     async def read(self, first: tuple[float, ...] | None, requests: Requests) -> None:
         """Hand on setpoints as fast as the client sends them, and tell the motion when no more will come."""
         if first is not None:
-            self._give(first)
+            await self._give(first)
         async for message in requests:
             if message.HasField("target"):
                 raise KernelError("a stream moves the target of its first message and no other", field="target")
-            self._give(setpoint(message, self._joint_names))
+            await self._give(setpoint(message, self._joint_names))
         await asyncio.sleep(CLOSING_SECONDS)
         self._put(EndSetpoints(self._id))
 
@@ -128,7 +134,7 @@ class _Feed:
         """Raise the error with which the world refuses a setpoint."""
         await self._refused
 
-    def _give(self, values: tuple[float, ...]) -> None:
+    async def _give(self, values: tuple[float, ...]) -> None:
         """Have a setpoint count in the next tick; raise KernelError when the world as it is refuses it already."""
         state = self._kernel.world.snapshot.state
         motion = next((motion for motion in state.motions if motion.id == self._id), None)
@@ -136,7 +142,7 @@ class _Feed:
             return  # it has ended
         assert isinstance(motion.running, SetpointMotion)
         if self._follow is not None:
-            values = self._follow(np.array(values))
+            values = await self._follow(np.array(values))
         else:
             motion.running.set(values)  # changes nothing: it raises for what it refuses
             joints = [joint for _, joint in motion.joints]

@@ -62,7 +62,7 @@ class StepSetpoints:
         """
         kernel = self._kernel
         self._forget()
-        wishes = [self._wish(request, f"setpoints[{place}]", context) for place, request in enumerate(requests)]
+        wishes = [await self._wish(request, f"setpoints[{place}]", context) for place, request in enumerate(requests)]
         if len({wish.key for wish in wishes}) < len(wishes):
             raise KernelError("a robot has two setpoints in one step; give one", field="setpoints")
         running = {wish.key: self._running(wish) for wish in wishes}
@@ -76,7 +76,7 @@ class StepSetpoints:
                 if running[wish.key] is None and wish.values is not None:
                     started[wish.key] = await self._started(wish, context)
             yield tuple(self._motions.get(wish.key, "") for wish in wishes)
-            commands = [command for wish in wishes for command in self._commands(wish)]
+            commands = [command for wish in wishes for command in await self._commands(wish)]
             if commands:
                 await asyncio.wrap_future(kernel.submit(commands, context))
         except BaseException:
@@ -96,7 +96,7 @@ class StepSetpoints:
         known = {one.id for one in (*state.motions, *state.ended)}
         self._motions = {key: id for key, id in self._motions.items() if id in known}
 
-    def _wish(self, request: kernel_pb2.StepSetpoint, field: str, context: object) -> _Wish:
+    async def _wish(self, request: kernel_pb2.StepSetpoint, field: str, context: object) -> _Wish:
         """Return what a setpoint asks for; raise KernelError for what the robot never does."""
         if not request.HasField("target"):
             raise KernelError(f"{field} must say in `target` what is moved", field=f"{field}.target")
@@ -110,7 +110,8 @@ class StepSetpoints:
         if craft is None and values is not None:
             self._kernel.crafts.check_told(uid, start.mode, names, values)
         if craft is not None and values is not None:
-            speeds = tuple(craft.commands(np.array(values), snapshot.state.q, snapshot.tick_seconds).tolist())
+            about = np.array(values), snapshot.state.q, snapshot.tick_seconds
+            speeds = tuple((await self._kernel.with_component(craft.component, craft.commands, *about)).tolist())
         key = author(context), uid, names, request.target.mode
         if values is None and not request.target.joint_names:  # whatever of the robot follows
             key = next((one for one in self._motions if (one[0], one[1], one[3]) == (key[0], uid, key[3])), key)
@@ -158,7 +159,7 @@ class StepSetpoints:
                 raise
         return id
 
-    def _commands(self, wish: _Wish) -> list[Command]:
+    async def _commands(self, wish: _Wish) -> list[Command]:
         id = self._motions.get(wish.key)
         if id is None:
             return []
@@ -166,4 +167,6 @@ class StepSetpoints:
             return [EndSetpoints(id)]
         if wish.craft is None:
             return [SetSetpoint(id, wish.values)]
-        return [SetSetpoint(id, self._kernel.crafts.follow(id, wish.key[1], np.array(wish.values)))]
+        about = id, wish.key[1], np.array(wish.values)
+        speeds = await self._kernel.with_component(wish.craft.component, self._kernel.crafts.follow, *about)
+        return [SetSetpoint(id, speeds)]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import pickle
 import threading
 import time
 from collections.abc import Callable, Mapping
+from concurrent.futures import Future
 from typing import Any, Protocol
 
 from virtualrobot_sdk.errors import ArgumentError, ComponentFault, FaultKind, FilesNeeded, PluginError
@@ -15,9 +17,13 @@ from virtualrobot_sdk.worker.blame import describe_error, package_of, traceback_
 
 from virtualrobot_kernel.components.catalog import Offer
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.lateness import Aside, Late, awaited, may_be_late
 
 START_SECONDS = 20.0
 """Deadline (s) for importing and making a component in a process of its own."""
+
+MOST_LATE = 64
+"""Greatest number of late answers that are kept for whoever asks again."""
 
 HUNG_SECONDS = 20.0
 """Time (s) after which a call that has not returned counts as hung where nothing can end it: in this process."""
@@ -72,6 +78,9 @@ class ComponentHandle:
         self._instance = instance
         self._user = user
         self._lock = threading.Lock()
+        self._aside: Aside | None = None
+        self._late: dict[bytes, Future[Any]] = {}
+        """Answers that were late, by what was asked."""
 
     @property
     def process_id(self) -> int:
@@ -81,9 +90,10 @@ class ComponentHandle:
     @property
     def latest(self) -> ComponentFault | None:
         """Return the latest fault of any kind, or that it hangs in this process; None without one."""
-        return self._hung() or self._latest
+        return self.hung or self._latest
 
-    def _hung(self) -> ComponentFault | None:
+    @property
+    def hung(self) -> ComponentFault | None:
         """Return the fault of a component in this process one of whose calls does not return."""
         if not self._instance.is_in_process:
             return None
@@ -104,9 +114,29 @@ class ComponentHandle:
         """Return what the component's method returns.
 
         Raises FilesNeeded; KernelError with the component's own words for what it refuses, and PLUGIN_FAILED for a
-        fault, now or earlier, and for one in this process while another call hangs.
+        fault, now or earlier, and for one in this process while another call hangs. Within `patiently`, and of a
+        component in a process of its own, Late where its answer does not come at once: the same question has it then.
         """
-        if (fault := self.fault or self._hung()) is not None:
+        if may_be_late() and not self._instance.is_in_process:
+            return self._patiently_called(method, arguments)
+        return self._called(method, arguments)
+
+    def _patiently_called(self, method: str, arguments: tuple[object, ...]) -> Any:  # noqa: ANN401
+        asked = pickle.dumps((method, arguments)) if self._late else b""
+        answer = self._late.get(asked)
+        if answer is None:
+            self._aside = self._aside or Aside(f"component {self.offer.about.name}")
+            answer = self._aside.ask(lambda: self._called(method, arguments))
+        try:
+            return awaited(answer)
+        except Late:
+            while len(self._late) >= MOST_LATE:
+                del self._late[next(iter(self._late))]
+            self._late[asked or pickle.dumps((method, arguments))] = answer
+            raise
+
+    def _called(self, method: str, arguments: tuple[object, ...]) -> Any:  # noqa: ANN401
+        if (fault := self.fault or self.hung) is not None:
             raise self.failed(fault)
         started = time.perf_counter()
         with self._lock:
@@ -140,6 +170,8 @@ class ComponentHandle:
     def close(self) -> None:
         """End the component."""
         self._instance.close()
+        if self._aside is not None:
+            self._aside.close()
 
 
 def plugin_failed(offer: Offer, user: str, fault: ComponentFault) -> KernelError:

@@ -23,6 +23,7 @@ from virtualrobot_kernel.crafts.craft import CraftAtWork, at_work
 from virtualrobot_kernel.crafts.fitting import Moved
 from virtualrobot_kernel.crafts.vessel import Vessel, vessel
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.lateness import Late
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode, SetpointMotion
 from virtualrobot_kernel.world.commands import (
@@ -242,11 +243,15 @@ class Crafts:
                 self.of(uid)
 
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
-        """Return where crafts are at the end of the tick, unless that was said already."""
+        """Return where crafts are at the end of the tick, unless that was said already.
+
+        Raises Late once nothing is left to say but of crafts whose components are late.
+        """
         if self._twists and (steered := self._steered(now)):
             return steered
         found: list[Moved] = []
         stopped: list[Command] = []
+        late: Late | None = None
         by_forces = {node.uid for node in under_physics(now.structure, now.state)}
         for uid, craft in self._at_work.items():
             if uid in self._faults or uid in now.state.commanded or uid in by_forces:
@@ -263,12 +268,17 @@ class Crafts:
                 stopped.append(StopRobots((uid,), why))
                 found.append(craft.at_rest(now.state.q))
                 continue
+            except Late as missing:
+                late = missing
+                continue
             said = asked is not None and asked[0] == now.state.tick
             if moved is None and (said or craft.is_moving(now)):
                 moved = craft.at_rest(now.state.q)
             if moved is not None:
                 self._asked[uid] = key
                 found.append(moved)
+        if late is not None and not found:
+            raise late
         return [*stopped, _command(found)] if found else ()
 
     def after_change(self, now: Snapshot) -> Sequence[Command]:
@@ -278,6 +288,7 @@ class Crafts:
     def _steered(self, now: Snapshot) -> list[Command]:
         """Return the setpoints of motions that follow twists, where steering angles have come nearer to them."""
         commands: list[Command] = []
+        late: Late | None = None
         motions = {motion.id: motion.running for motion in now.state.motions}
         for id, (uid, twist, tick) in list(self._twists.items()):
             run, craft = motions.get(id), self._at_work.get(uid)
@@ -288,7 +299,6 @@ class Crafts:
             if run.closed or run.phase is not Phase.RUNNING:
                 continue
             if (now.state.tick - tick) * now.tick_seconds > run.timeout:
-                self._twists.pop(id, None)
                 why = f"no setpoint came for {run.timeout:g} s"
                 commands.append(CancelMotion(id, Cancellation(EndCause.SETPOINT_TIMEOUT, why)))
                 continue
@@ -301,9 +311,14 @@ class Crafts:
                 except KernelError as error:
                     commands.append(CancelMotion(id, Cancellation(EndCause.SETPOINT_REFUSED, str(error))))
                     continue
+                except Late as missing:
+                    late = missing
+                    continue
                 self._told[id] = made_of, values
             if values != run.newest:
                 commands.append(SetSetpoint(id, values))
+        if late is not None and not commands:
+            raise late
         return commands
 
     def _fail(self, craft: CraftAtWork | Vessel, error: KernelError) -> None:

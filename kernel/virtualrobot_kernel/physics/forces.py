@@ -14,10 +14,11 @@ from virtualrobot_sdk.poses import rotation_vector
 from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.components.catalog import Catalog
-from virtualrobot_kernel.components.running import ComponentHandle, start
+from virtualrobot_kernel.components.running import ComponentHandle
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.numeric.forces import are_at
 from virtualrobot_kernel.physics.bodies import Scene, is_dynamic, movers, moves_by_forces, scene_of
+from virtualrobot_kernel.physics.engine import Asked, Engine, Question
 from virtualrobot_kernel.physics.felt import felt_nodes
 from virtualrobot_kernel.physics.layout import layout_of, poses_7
 from virtualrobot_kernel.physics.running import UNTOUCHED, Running, equal
@@ -74,8 +75,9 @@ class Forces:
         self._world = world
         self._catalog = catalog
         self._solids = solids(meshes)
-        self._engine: ComponentHandle | None = None
+        self._engine: Engine | None = None
         self._made_of: PhysicsSettings | None = None
+        self._asked: Asked | None = None
         self._running: Running | None = None
         self._carried: dict[int, Floats] = {}
         self._held: tuple[Structure | None, tuple[int, ...]] = (None, ())
@@ -91,7 +93,8 @@ class Forces:
 
     def uses(self) -> tuple[ComponentHandle, ...]:
         """Return the engine that is at work, or that failed last."""
-        return (self._engine,) if self._engine is not None else ()
+        engine = self._engine
+        return (engine.handle,) if engine is not None and engine.handle is not None else ()
 
     def check(self, commands: Sequence[Command]) -> None:
         """Raise UnknownNameError where commands name an engine that is not installed.
@@ -112,27 +115,32 @@ class Forces:
         """
         if before.structure is not after.structure and any(map(moves_by_forces, after.structure.nodes.values())):
             scene_of(after, self._solids, 1.0)
-        if self.fault and after.state.physics_settings is self._made_of:
+        if self._has_failed(after):
             self._refuse_motions(after, batch)
 
     def before_tick(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
-        """Return where forces move parts and robots in this tick, and what they touch; nothing where all rest."""
+        """Return where forces move parts and robots in this tick, and what they touch; nothing where all rest.
+
+        Raises Late while the engine is at it. What somebody else changes meanwhile of what it moves has the tick
+        computed anew; what motions are told meanwhile, it is told with the next tick.
+        """
         state = now.state
         moment = state.epoch, state.tick
         if self._done == moment:
             return ()
-        self._done = moment
+        commands: Sequence[Command] = ()
         if not self._moves:
-            return () if state.contacts is None else (UNTOUCHED,)
-        if self.fault and self._made_of is state.physics_settings:
-            return ()
-        try:
-            return self._moved(now, later)
-        except Exception as error:
-            if not isinstance(error, KernelError):
-                log.exception("physics failed inside the kernel")
-            self._failed(str(error), state.physics_settings)
-            return _stood(now, str(error))
+            commands = () if state.contacts is None else (UNTOUCHED,)
+        elif not self._has_failed(now):
+            try:
+                commands = self._moved(now, later)
+            except Exception as error:
+                if not isinstance(error, KernelError):
+                    log.exception("physics failed inside the kernel")
+                self._failed(str(error))
+                commands = _stood(now, str(error))
+        self._done = moment
+        return commands
 
     def after_change(self, now: Snapshot) -> Sequence[Command]:
         """Return nothing: what has changed is seen in the next tick."""
@@ -142,7 +150,7 @@ class Forces:
         """End the engine."""
         if self._engine is not None:
             self._engine.close()
-        self._engine = self._made_of = self._running = self._touching = None
+        self._engine = self._made_of = self._asked = self._running = self._touching = None
 
     def _published(self) -> None:
         """Oversee the world while there is an engine, which is at work while there is something that it moves."""
@@ -160,58 +168,83 @@ class Forces:
             self._is_asked = engine
             (self._world.supervise if engine else self._world.unsupervise)(self)
 
+    def _has_failed(self, now: Snapshot) -> bool:
+        """Return whether the engine has failed that is set."""
+        return bool(self.fault) and self._made_of is now.state.physics_settings
+
     def _moved(self, now: Snapshot, later: Snapshot) -> Sequence[Command]:
-        """Return the commands of this tick."""
+        """Return the commands of this tick; raise Late while the engine is at it."""
         engine = self._at_work(now.state.physics_settings)
-        running = self._loaded(engine, now)
+        if self._asked is not None and not self._is_as_told(self._asked.running, now):
+            self._asked.running.is_astray = True
+            self._asked = None
+        if self._asked is None:
+            self._asked = self._begun(engine, now, later)
+        asked = self._asked
+        found = None if asked is None else engine.awaited(asked.answer)
+        self._carry(now, later)
+        if asked is None:
+            return ()
+        self._asked, running = None, asked.running
+        answer = _checked(found, running.layout.counts, len(running.scene.nodes), running.settings.engine)
+        self._touching = running.scene, answer.contacts
+        return running.told(now, answer, asked.same)
+
+    def _begun(self, engine: Engine, now: Snapshot, later: Snapshot) -> Asked | None:
+        """Ask the engine for this tick, or return None where everything rests."""
+        running, questions = self._loaded(now)
         layout = running.layout
         driven = _UNDRIVEN
         if len(rows := layout.driven_rows):
             driven = Driven(poses_7(later.world_t_node[rows]), _twists(now, later, rows.tolist()))
-        self._carry(now, later)
         same = running.command(later.state)
         if running.stands and same and not driven.twists.any():
-            return ()
+            return None
         motors = layout.motors(now.state, *running.commanded, now.tick_seconds)
-        found = engine.call("step", driven, motors, None, running.settings.substeps)
-        answer = _checked(found, layout.counts, len(running.scene.nodes), running.settings.engine)
-        self._touching = running.scene, answer.contacts
-        return running.told(now, answer, same)
+        step = ("step", driven, motors, None, running.settings.substeps)
+        return Asked(running, same, engine.ask([*questions, step]))
 
-    def _at_work(self, settings: PhysicsSettings) -> ComponentHandle:
+    def _at_work(self, settings: PhysicsSettings) -> Engine:
         """Return the engine that is set; one of other settings ends."""
-        if self._made_of is settings and self._engine is not None:
-            return self._engine
-        self.close()
-        self._made_of, self.fault = settings, ""
-        offer = self._catalog.find(ComponentKind.PHYSICS_ENGINE, settings.engine)
-        self._engine = start(offer, settings.engine_settings, user=" of the world")
+        if self._engine is None or self._made_of is not settings:
+            self.close()
+            self._made_of, self.fault = settings, ""
+            offer = self._catalog.find(ComponentKind.PHYSICS_ENGINE, settings.engine)
+            self._engine = Engine(offer, settings.engine_settings)
         return self._engine
 
-    def _loaded(self, engine: ComponentHandle, now: Snapshot) -> Running:
-        """Return the scene that the engine has, as the world is: loaded anew where anything but what moves changed."""
+    def _is_as_told(self, running: Running, now: Snapshot) -> bool:
+        """Return whether the world is as the engine knows it: nobody else has changed what it moves."""
+        if running.structure is not now.structure or running.settings is not now.state.physics_settings:
+            return False
+        state, layout = now.state, running.layout
+        there = are_at(state.q, layout.q, running.q) and are_at(state.v, layout.v, running.v)
+        return there and equal(state.parent_t_node, running.poses) and equal(_part_twists(running, now), running.twists)
+
+    def _loaded(self, now: Snapshot) -> tuple[Running, Sequence[Question]]:
+        """Return the scene that the engine has, as the world is, and what to tell the engine for that.
+
+        It is loaded anew where anything but what moves has changed.
+        """
         state, running = now.state, self._running
         same = running is not None and running.structure is now.structure and running.settings is state.physics_settings
         if same and running is not None:
             layout = running.layout
-            changed: set[int] = set()
-            if not equal(state.parent_t_node, running.poses):
-                changed = set(np.flatnonzero(np.any(state.parent_t_node != running.poses, (1, 2))).tolist())
-            if not changed or changed <= set(layout.part_rows.tolist()):
-                twists = _known(state.twists, running.scene.parts) if running.scene.parts else running.twists
-                there = are_at(state.q, layout.q, running.q) and are_at(state.v, layout.v, running.v)
-                if changed or not there or not equal(twists, running.twists):
-                    engine.call("set_state", *layout.engine_state(now, twists))
-                    running.poses, running.twists = state.parent_t_node, twists
-                    running.q, running.v = state.q[layout.q], state.v[layout.v]
-                    running.slow_ticks[:], running.still_ticks, running.stands = 0, 0, False
-                return running
+            if not running.is_astray and self._is_as_told(running, now):
+                return running, ()
+            changed = set(np.flatnonzero(np.any(state.parent_t_node != running.poses, (1, 2))).tolist())
+            if changed <= set(layout.part_rows.tolist()):
+                twists = _part_twists(running, now)
+                running.poses, running.twists = state.parent_t_node, twists
+                running.q, running.v = state.q[layout.q], state.v[layout.v]
+                running.slow_ticks[:], running.still_ticks = 0, 0
+                running.stands = running.is_astray = False
+                return running, [("set_state", *layout.engine_state(now, twists))]
         scene = scene_of(now, self._solids, now.tick_seconds / state.physics_settings.substeps)
         layout = layout_of(now, scene)
         twists = _known({**self._carried, **state.twists}, scene.parts)
         felt = felt_nodes(now.structure)
         felt_bodies = np.array([uid in felt for uid in scene.nodes], np.bool_)
-        engine.call("load", scene.model, *layout.engine_state(now, twists))
         self._running = Running(
             scene=scene,
             layout=layout,
@@ -226,7 +259,7 @@ class Forces:
             felt=felt_bodies if felt_bodies.any() else None,
             slow_ticks=np.zeros(len(scene.parts), np.int64),
         )
-        return self._running
+        return self._running, [("load", scene.model, *layout.engine_state(now, twists))]
 
     def _carry(self, now: Snapshot, later: Snapshot) -> None:
         """Keep the velocities of dynamic parts that something else moves, for when it lets them go."""
@@ -254,8 +287,8 @@ class Forces:
                     robot=name,
                 )
 
-    def _failed(self, reason: str, settings: PhysicsSettings) -> None:
-        self.fault, self._made_of, self._running = reason, settings, None
+    def _failed(self, reason: str) -> None:
+        self.fault, self._running, self._asked = reason, None, None
         log.error("nothing moves by forces until physics are set anew: %s", reason)
 
 
@@ -275,6 +308,11 @@ def _stood(now: Snapshot, why: str) -> Sequence[Command]:
         commands.append(SetDynamics(*nothing, at, np.zeros(len(at)), robots))
         commands.append(StopRobots(robots, Cancellation(EndCause.FAILED, why)))
     return commands
+
+
+def _part_twists(running: Running, now: Snapshot) -> Floats:
+    """Return the velocities (k, 6) of the free parts of a scene, as the world has them."""
+    return _known(now.state.twists, running.scene.parts) if running.scene.parts else running.twists
 
 
 def _known(twists: Mapping[int, Floats], uids: Sequence[int]) -> Floats:

@@ -57,6 +57,8 @@ class Running:
     """Number of ticks that all robots were slow, and nothing else was commanded of them."""
     stands: bool = False
     """True where everything rests, so that the engine is not asked."""
+    is_astray: bool = False
+    """True where the engine has made a step that does not count."""
 
     def command(self, later: State) -> bool:
         """Take what is commanded by the end of a tick; return whether that is the same as in the tick before."""

@@ -12,11 +12,13 @@ import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
-from typing import TypeVar, cast
+from functools import partial
+from typing import Any, TypeVar, cast
 
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.lateness import Late, patiently
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
@@ -36,6 +38,9 @@ MAX_STEPS = 10_000
 
 MOST_INTERVENTIONS = 100
 """Greatest number of times that supervisors may change the world before one tick."""
+
+ASKED_AGAIN_SECONDS = 1.0
+"""Time (s) after which supervisors are asked again for a tick whose answer has not come: it may never come."""
 
 TOLD_FOR_TICK = (SetDynamics, SetParts, SetContacts)
 """Commands that change nothing before the next tick, in which what they tell becomes true."""
@@ -325,6 +330,8 @@ class World:
                 raise _closed()
             if publishes_each:
                 self._tick()
+                if self._closing:
+                    raise _closed()
                 if until is not None and until(self.snapshot):
                     break
                 continue
@@ -343,7 +350,39 @@ class World:
         return self.snapshot
 
     def _tick(self) -> None:
-        """Publish the world one tick later, with what has been put in for it, once no supervisor wants more done."""
+        """Make a tick; while it waits for an answer that is late, batches are applied as between two ticks.
+
+        The tick is begun anew then, in the world as it is. Makes none where the world is ending.
+        """
+        while not self._closing:
+            try:
+                self._made_tick()
+                return
+            except Late as late:
+                self._serve_until(late.answer)
+
+    def _serve_until(self, answer: Future[Any]) -> None:
+        """Apply batches until an answer has come, or for a second; what else is queued comes after the tick."""
+        again = time.monotonic() + ASKED_AGAIN_SECONDS
+        put_off: list[_Batch | _Work | None] = []
+        answer.add_done_callback(lambda _: self._told(lambda: self.snapshot))  # the queue wakes this thread
+        while not (answer.done() or self._closing) and (left := again - time.monotonic()) > 0.0:
+            try:
+                item = self._queue.get(timeout=left)
+            except queue.Empty:
+                break
+            if isinstance(item, _Batch):
+                self._serve(item)
+            else:
+                put_off.append(item)
+        for item in put_off:
+            self._queue.put(item)
+
+    def _made_tick(self) -> None:
+        """Publish the world one tick later, with what has been put in for it, once no supervisor wants more done.
+
+        Raises Late where a supervisor does; the world is in the same tick then.
+        """
         state = self._with_inputs(self.snapshot.state)
         if state is not self.snapshot.state:
             self.snapshot = self._later(self.snapshot.structure, state)  # told with the tick
@@ -394,7 +433,7 @@ class World:
     def _first_enacted(self, later: Snapshot) -> Sequence[Command]:
         """Do what the first supervisor wants done that wants anything before time goes on to `later`; return that."""
         for supervisor in self._supervisors:
-            if commands := self._enacted(supervisor, supervisor.before_tick, self.snapshot, later):
+            if commands := self._enacted(supervisor, partial(patiently, supervisor.before_tick), self.snapshot, later):
                 return commands
         return ()
 

@@ -26,7 +26,8 @@ class Supervisor(Protocol):
         """Return commands to apply to `now` before time goes on to `later`, which is not published yet.
 
         When there are some, `later` is made again, or only what they tell for the tick is put into it, and all
-        supervisors are asked again.
+        supervisors are asked again. Raises Late (`lateness.py`) where an answer is not there yet: all are asked again
+        once it is, in the same tick, and others may have changed the world meanwhile.
         """
         ...
 
