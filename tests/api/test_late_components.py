@@ -96,6 +96,18 @@ def test_another_engine_ends_one_that_hangs(kernel: KernelProcess, client: Clien
     assert hold.exists() and client.physics.status.fault == ""
 
 
+@pytest.mark.parametrize(("wrong", "said"), [("object", "q is an array (7,) of object"), ("nan", "q[0] is nan")])
+def test_an_engine_whose_answers_make_no_sense_is_named(
+    kernel: KernelProcess, client: Client, wrong: str, said: str
+) -> None:
+    client.scene.add_part("ball", virtualrobot.sphere(0.1), mass=1.0, dynamic=True)
+    client.physics.set("wrong", engine_settings={"wrong": wrong})
+    until(lambda: client.physics.status.fault)
+    fault = client.physics.status.fault
+    assert fault.startswith(f"what the physics engine 'wrong' answers is nonsense: {said}")
+    assert not any("failed inside the kernel" in line for line in kernel.lines)
+
+
 def test_a_stop_does_not_wait_for_mobile_kinematics(kernel: KernelProcess, client: Client, hold: Path) -> None:
     """Neither while it is asked where the craft is, nor while a client sends twists."""
     ugv = client.load_robot("model://ugv", base="planar")

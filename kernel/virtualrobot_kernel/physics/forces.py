@@ -8,8 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.arrays import is_finite
-from virtualrobot_sdk.physics import Driven, Stepped, TouchingBodies
+from virtualrobot_sdk.physics import Driven, TouchingBodies
 from virtualrobot_sdk.poses import rotation_vector
 from virtualrobot_sdk.registration import ComponentKind
 
@@ -17,6 +16,7 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import ComponentHandle
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.numeric.forces import are_at
+from virtualrobot_kernel.physics.answers import Answers
 from virtualrobot_kernel.physics.bodies import Scene, is_dynamic, movers, moves_by_forces, scene_of
 from virtualrobot_kernel.physics.engine import Asked, Engine, Question
 from virtualrobot_kernel.physics.felt import felt_nodes
@@ -186,7 +186,7 @@ class Forces:
         if asked is None:
             return ()
         self._asked, running = None, asked.running
-        answer = _checked(found, running.layout.counts, len(running.scene.nodes), running.settings.engine)
+        answer = running.answers.checked(found)
         self._touching = running.scene, answer.contacts
         return running.told(now, answer, asked.same)
 
@@ -258,6 +258,7 @@ class Forces:
             efforts=({}, np.zeros(len(layout.joints.exerts))),
             felt=felt_bodies if felt_bodies.any() else None,
             slow_ticks=np.zeros(len(scene.parts), np.int64),
+            answers=Answers(state.physics_settings.engine, scene.model),
         )
         return self._running, [("load", scene.model, *layout.engine_state(now, twists))]
 
@@ -338,27 +339,3 @@ def _contacts(scene: Scene, found: TouchingBodies) -> tuple[Contact, ...]:
         Contact(names[first], names[second], position, force)
         for (first, second), position, force in zip(found.bodies.tolist(), found.positions, found.forces, strict=True)
     )
-
-
-def _checked(answer: object, counts: tuple[int, int], bodies: int, engine: str) -> Stepped:
-    """Return what an engine answered of so many bodies; raise KernelError, by its name, where that is nonsense."""
-    shapes = (counts[0],), (counts[1],)
-    if isinstance(answer, Stepped) and (np.shape(answer.q), np.shape(answer.v)) == shapes:
-        q, v = np.ascontiguousarray(answer.q, float), np.ascontiguousarray(answer.v, float)
-        if is_finite(q) and is_finite(v) and _makes_sense(answer.contacts, bodies):
-            return Stepped(q, v, answer.contacts, answer.efforts)
-    raise KernelError(
-        f"what the physics engine {engine!r} answers is nonsense: it must be {counts[0]} coordinates and {counts[1]} "
-        f"velocities, and contacts of {bodies} bodies, all finite"
-    )
-
-
-def _makes_sense(found: object, bodies: int) -> bool:
-    if not isinstance(found, TouchingBodies):
-        return False
-    rows, vectors = np.asarray(found.bodies), (found.positions, found.normals, found.forces)
-    if not len(rows):
-        return True
-    if rows.shape != (len(rows), 2) or not (0 <= rows.min() and rows.max() < bodies):
-        return False
-    return all(np.shape(one) == (len(rows), 3) and is_finite(one) for one in vectors)

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.physics import Stepped, TouchingBodies
 
+from virtualrobot_kernel.physics.answers import Answers
 from virtualrobot_kernel.physics.bodies import Scene
 from virtualrobot_kernel.physics.layout import Layout
 from virtualrobot_kernel.world.commands import Command, SetContacts, SetDynamics, SetParts
@@ -53,6 +54,8 @@ class Running:
     """Bodies whose contacts sensors feel, in the order of the model; None where there are none."""
     slow_ticks: NDArray[np.int64]
     """(k,) number of ticks that each part was slow."""
+    answers: Answers
+    """Checks of the engine's answers."""
     still_ticks: int = 0
     """Number of ticks that all robots were slow, and nothing else was commanded of them."""
     stands: bool = False

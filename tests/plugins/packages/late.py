@@ -1,10 +1,10 @@
-"""A plugin whose physics engine and mobile kinematics answer only once a file is gone."""
+"""A plugin whose physics engine and mobile kinematics answer only once a file is gone, and an engine that is wrong."""
 
 from __future__ import annotations
 
 import sys
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -52,6 +52,29 @@ class LatePhysics(MujocoPhysics):
         return super().step(driven, motors, wrenches, substeps)
 
 
+@dataclass(frozen=True)
+class WrongSettings:
+    """What is wrong."""
+
+    wrong: str = "object"
+    """`object` or `nan`."""
+
+
+class WrongPhysics(MujocoPhysics):
+    """MuJoCo, whose answers make no sense."""
+
+    def __init__(self, settings: WrongSettings) -> None:
+        """Keep the settings."""
+        super().__init__(MujocoSettings())
+        self._wrong = settings.wrong
+
+    def step(self, driven: Driven, motors: Motors, wrenches: Floats | None, substeps: int, /) -> Stepped:
+        """Step, and say something else."""
+        found = super().step(driven, motors, wrenches, substeps)
+        q = found.q.astype(object) if self._wrong == "object" else np.full_like(found.q, np.nan)
+        return replace(found, q=q)
+
+
 class LateDifferential(Differential):
     """Two driven wheels, late."""
 
@@ -77,7 +100,8 @@ def _wait(file: Path) -> None:
 
 @hookimpl
 def virtualrobot_register_physics_engines(register: Register) -> None:
-    """Register the engine twice."""
+    """Register the late engine twice, and the other one."""
+    register("wrong", WrongPhysics, WrongSettings)
     register("late", LatePhysics, LateSettings, deadline_seconds=LONG)
     register("late_inside", LatePhysics, LateSettings, isolation=Isolation.IN_PROCESS)
 
