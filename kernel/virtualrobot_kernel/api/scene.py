@@ -32,7 +32,7 @@ from virtualrobot_kernel.scenes.models import mounting, read_model
 from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.sensing.choices import check_choices
-from virtualrobot_kernel.world.commands import Command, CreateNodes, MountTool, SetAllowedPairs, UpdateNode
+from virtualrobot_kernel.world.commands import Command, CreateNodes, MountTool, SetAllowedPairs, SetPhysics, UpdateNode
 from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
@@ -254,7 +254,8 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
         if crafts_made(commands):
             await self._kernel.in_worker(self._kernel.crafts.check, commands)
         check_choices(commands, self._kernel.sensing)
-        self._kernel.forces.check(commands)
+        if any(isinstance(command, SetPhysics) for command in commands):
+            await self._kernel.in_worker(self._kernel.forces.check, commands)
         snapshot = self._kernel.world.snapshot
         if is_to_be_ready(snapshot, commands):
             await self._kernel.in_worker(make_ready, self._kernel.collisions.shapes, snapshot, commands)

@@ -13,7 +13,7 @@ from virtualrobot_sdk.poses import rotation_vector
 from virtualrobot_sdk.registration import ComponentKind
 
 from virtualrobot_kernel.components.catalog import Catalog
-from virtualrobot_kernel.components.running import ComponentHandle
+from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.numeric.forces import are_at
 from virtualrobot_kernel.physics.answers import Answers
@@ -99,12 +99,20 @@ class Forces:
     def check(self, commands: Sequence[Command]) -> None:
         """Raise UnknownNameError where commands name an engine that is not installed.
 
-        And KernelError, by the name of the node, where an engine is set and something is dynamic that cannot be so.
+        And KernelError for settings that the engine refuses, and, by the name of the node, where an engine is set and
+        something is dynamic that cannot be so. It may take as long as an engine is made.
         """
+        now = self._world.snapshot
         for command in commands:
-            if isinstance(command, SetPhysics) and command.engine:
-                self._catalog.find(ComponentKind.PHYSICS_ENGINE, command.engine)
-                now = self._world.snapshot
+            if not isinstance(command, SetPhysics):
+                continue
+            before = now.state.physics_settings
+            engine = before.engine if command.engine is None else command.engine
+            kept = before.engine_settings if engine == before.engine else {}
+            settings = kept if command.engine_settings is None else command.engine_settings
+            if engine and (engine, settings) != (before.engine, before.engine_settings):
+                start(self._catalog.find(ComponentKind.PHYSICS_ENGINE, engine), settings).close()
+            if command.engine:
                 if any(map(moves_by_forces, now.structure.nodes.values())):
                     scene_of(now, self._solids, 1.0)
 

@@ -24,6 +24,8 @@ MOST_CORNERS = 64
 """Greatest number of the corners of a hull: engines look at each of them."""
 MOST_HULLS = 4096
 """Greatest number of meshes whose hulls are kept."""
+LEAST_VOLUME = 1e-14
+"""Least volume (m^3) of a mesh that engines tell from none: that of a cube of 22 micrometers."""
 SEGMENTS = 32
 """Corners around the base of a cone."""
 
@@ -55,7 +57,8 @@ def solids(meshes: Meshes) -> Solids:
     @lru_cache(maxsize=MOST_HULLS)
     def hull(mesh: Mesh) -> Floats:
         corners, faces, _ = hull_of(stacked(meshes(mesh))[0].astype(float), MOST_CORNERS)
-        return corners if len(faces) else corners[:0]
+        a, b, c = corners[faces].transpose(1, 0, 2) - corners[:1]
+        return corners if np.einsum("ij,ij->i", a, np.cross(b, c)).sum() / 6.0 >= LEAST_VOLUME else corners[:0]
 
     @lru_cache(maxsize=MOST_HULLS)
     def heights(mesh: Mesh) -> Heights | None:
@@ -95,7 +98,8 @@ def shape_of(figure: Figure, solids: Solids, node: str, *, stands: bool = False)
             corners = solids.hull(geometry)
             if not len(corners):
                 raise KernelError(
-                    f"the mesh {geometry.uri!r} of {node!r} has no volume; what is touched by forces needs one",
+                    f"the mesh {geometry.uri!r} of {node!r} has no volume; what is touched by forces needs one, of "
+                    f"{LEAST_VOLUME:g} m^3 at least",
                     node=node,
                     uri=geometry.uri,
                 )

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client
-from virtualrobot.errors import UnreachableError, WrongStateError
+from virtualrobot.errors import InvalidArgumentError, UnknownNameError, UnreachableError, WrongStateError
 from virtualrobot.motions.state import Phase
 from virtualrobot.robots.robot import Robot
 
@@ -43,6 +43,14 @@ def test_base_and_arm_begin_and_end_together(client: Client, frankie: Robot) -> 
     ends = [0.6 / 0.5 * math.sin(0.5), 0.6 / 0.5 * (1.0 - math.cos(0.5)), 0.5]
     np.testing.assert_allclose(place(client, "frankie.panda_base_arm"), ends, atol=1e-6)
     np.testing.assert_allclose(frankie.tcp, plan.world_t_tcp[-1], atol=1e-6)
+
+
+def test_joints_that_cannot_go_along_with_a_way_are_named(frankie: Robot) -> None:
+    with pytest.raises(UnknownNameError, match="no joint of 'frankie' named 'panda_joint9'; did you mean"):
+        frankie.way([[0.5, 0.0, 0.0]], joints={"panda_joint9": 1.0})
+    for name in ("left_wheel", "base/x"):
+        with pytest.raises(InvalidArgumentError, match=f"'{name}' of 'frankie' is moved by .*panda_joint1"):
+            frankie.way_to(0.5, 0.0, joints={name: 1.0})
 
 
 def test_a_pose_out_of_reach_is_reached_by_base_and_arm(client: Client, frankie: Robot) -> None:

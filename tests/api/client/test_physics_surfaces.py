@@ -85,7 +85,23 @@ def test_a_mesh_without_volume_is_named_where_it_is_no_ground(steps: Client) -> 
         steps.scene.add_object("sheet", steps.assets.triangles(corners, [(0, 1, 2)]))
     with pytest.raises(VirtualRobotError, match=r"the mesh '.*' of 'plate' has no volume"):
         steps.scene.add_part("plate", level, mass=1.0, dynamic=True)
+    tiny = steps.assets.triangles(np.eye(4, 3) * 1e-5, [(0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)])
+    with pytest.raises(VirtualRobotError, match=r"the mesh '.*' of 'tiny' has no volume"):
+        steps.scene.add_part("tiny", tiny, mass=1.0, dynamic=True)
     assert {node.name for node in steps.scene.nodes()} == {"world", "ground", "ball"}
+
+
+def test_settings_that_an_engine_lacks_are_refused_at_once(steps: Client) -> None:
+    """And what has moved by forces goes on."""
+    steps.physics.set("mujoco")
+    steps.scene.add_part("ball", virtualrobot.sphere(0.05), mass=1.0, dynamic=True)
+    with pytest.raises(VirtualRobotError, match="'foo'"):
+        steps.physics.set(engine_settings={"foo": 1})
+    with pytest.raises(VirtualRobotError, match="'foo'"):
+        steps.physics.set("bullet", engine_settings={"foo": 1})
+    steps.clock.step(10)
+    assert place(steps, "ball")[2] < 0.0
+    assert (steps.physics.status.engine, steps.physics.status.fault) == ("mujoco", "")
 
 
 def test_surfaces_that_there_are_not_are_refused(steps: Client) -> None:

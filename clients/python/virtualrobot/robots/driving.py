@@ -10,6 +10,7 @@ import numpy as np
 
 from virtualrobot._wire.arguments import ArrayLike, PoseLike, checked
 from virtualrobot._wire.messages import array_message, value_or_default
+from virtualrobot._wire.names import unknown_name
 from virtualrobot.errors import CollisionError, InvalidArgumentError, UnreachableError, WrongStateError
 from virtualrobot.geometry import checked_pose
 from virtualrobot.motions.motion import Motion, StartOptions
@@ -174,7 +175,7 @@ class Driving(Mover, Solver):
         Args:
             parts: as of `drive_path`.
             joints: other joints of the robot, such as those of an arm on it, and where they are in the end: they go
-                along evenly with the way.
+                along evenly with the way. The drives and the base are none of them.
 
         Raises what `drive_path` does, but for what a start raises.
 
@@ -186,7 +187,7 @@ class Driving(Mover, Solver):
         rows = np.array(parts, dtype=float)
         message = array_message(rows if rows.size else rows.reshape(0, 3))
         request = robot_pb2.SolveDrivesRequest(robot=self.name, parts=message)
-        return Way(self._services, self, self._services.robot.SolveDrives(request), self._along(joints))
+        return self._solved_way(request, joints)
 
     def way_to(
         self,
@@ -230,7 +231,7 @@ class Driving(Mover, Solver):
             turning_radius_meters=value_or_default(turning_radius, "turning_radius"),
         )
         request = robot_pb2.SolveDrivesRequest(robot=self.name, goal=goal)
-        return Way(self._services, self, self._services.robot.SolveDrives(request), self._along(joints))
+        return self._solved_way(request, joints)
 
     def way_to_reach(self, world_t_tcp: PoseLike, *, reverse: bool = False, turning_radius: float | None = None) -> Way:
         """Return a way on which base and arm of a mobile manipulator bring its tool centre point to a pose together.
@@ -309,12 +310,19 @@ class Driving(Mover, Solver):
             encoders=encoders,
         )
 
-    def _along(self, joints: JointPositions | None) -> dict[str, tuple[float, float]] | None:
-        """Return from where to where other joints go along with a way."""
-        if joints is None:
-            return None
-        now = self._joints_now()
-        return {name: (now[name], end) for name, end in self._named(joints).items()}
+    def _solved_way(self, request: robot_pb2.SolveDrivesRequest, joints: JointPositions | None) -> Way:
+        """Return a way along which other joints go; raise InvalidArgumentError for those that it moves itself."""
+        given, now = self._named(joints), self._joints_now() if joints is not None else {}
+        if unknown := [name for name in given if name not in now]:
+            raise unknown_name(f"no joint of {self.name!r}", unknown[0], now)
+        solved = self._services.robot.SolveDrives(request)
+        own = {*solved.joint_names, *(name for name, joint in self.coordinates.items() if name != joint)}
+        if taken := [name for name in given if name in own]:
+            others = ", ".join(name for name in now if name not in own) or "none"
+            raise InvalidArgumentError(
+                f"{taken[0]!r} of {self.name!r} is moved by the way itself; joints that may go along: {others}"
+            )
+        return Way(self._services, self, solved, {name: (now[name], end) for name, end in given.items()})
 
 
 def _named(setpoint: Mapping[str, float | ArrayLike]) -> Mapping[str, float]:
