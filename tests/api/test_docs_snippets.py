@@ -58,6 +58,7 @@ LONG = {
     "tracking.md",
     "tutorial-first-cell.md",
     "tutorial-plugin.md",
+    "tutorial-rapid.md",
     "tutorial-teacher.md",
     "rays.md",
     "sensor-models.md",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Iterable
 
 import pytest
 from virtualrobot_apps.languages.core.diagnostics import ProgramError
@@ -10,9 +11,9 @@ from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.rapid.task import Loaded, RapidTask, load
 
 
-def loaded(text: str) -> Loaded:
-    """Return the program of a text."""
-    return load([Source(textwrap.dedent(text).strip() + "\n", "test.mod")])
+def loaded(text: str, signals: Iterable[str] = ()) -> Loaded:
+    """Return the program of a text, in a world with signals."""
+    return load([Source(textwrap.dedent(text).strip() + "\n", "test.mod")], signals)
 
 
 def printed(text: str) -> list[str]:

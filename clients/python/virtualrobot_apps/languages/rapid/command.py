@@ -1,24 +1,25 @@
-"""`virtualrobot rapid`: checks programs in RAPID."""
+"""`virtualrobot rapid`: checks and runs programs in RAPID."""
 
 from __future__ import annotations
 
 from pathlib import Path
 
 import click
-from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.options import GO_ON, Target, target_options
 
 _EXAMPLES = """
 \b
 Examples:
   virtualrobot rapid check palletize.mod
   virtualrobot rapid check main.mod tools.sys --signal doGripper --signal diPart
+  virtualrobot rapid run palletize.mod --robot arm --create-signals
 """
 
 _files = click.argument("files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path))
 _signals = click.option("--signal", "signals", metavar="NAME", multiple=True, help="The world has this signal.")
 
 
-@click.group(epilog=_EXAMPLES, short_help="Check programs in RAPID, the language of ABB's controllers.")
+@click.group(epilog=_EXAMPLES, short_help="Check and run programs in RAPID, the language of ABB's controllers.")
 @target_options
 @click.pass_context
 def rapid(ctx: click.Context, target: Target) -> None:
@@ -50,4 +51,42 @@ def check(target: Target, files: tuple[Path, ...], signals: tuple[str, ...]) -> 
     click.echo(
         f"no fault in {counted} routine{'s' * (counted != 1)}" + (f"; signals of the world: {named}" if named else "")
     )
+    return 0
+
+
+@rapid.command()
+@_files
+@click.option("--robot", metavar="NAME", help="The arm that it moves [the only robot].")
+@click.option("--routine", default="main", show_default=True, help="The procedure that it begins with.")
+@click.option("--create-signals", is_flag=True, help="Add the signals that it names and the world has not.")
+@target_options
+def run(target: Target, files: tuple[Path, ...], robot: str | None, routine: str, create_signals: bool) -> int:
+    """Run the program that FILEs make together, and show what it writes on its pendant; Ctrl-C stops it on its path.
+
+    It is checked first, and nothing moves where something is wrong.
+    """
+    from virtualrobot_apps.languages.rapid.symbols import first_value
+    from virtualrobot_apps.languages.rapid.task import RapidTask, load_files
+    from virtualrobot_apps.languages.rapid.world import World
+
+    with target.connect() as client:
+        if robot is None:
+            names = [one.name for one in client.robots()]
+            if len(names) != 1:
+                raise click.UsageError(f"name the arm by --robot; there are {', '.join(names) or 'none'}")
+            robot = names[0]
+        known = {name.lower() for name in client.signals}
+        program = load_files(files, list(client.signals))
+        if create_signals:
+            for lower, use in program.signals.items():
+                if lower not in known:
+                    client.signals.create(use.name, first_value(use))
+        if client.clock.mode == "stepped":
+            click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
+        world = World(client, robot, lambda note: click.echo(f"note: {note}", err=True))
+        try:
+            RapidTask(program, world, click.echo).run(routine)
+        except KeyboardInterrupt:
+            click.echo("stopped", err=True)
+            raise click.exceptions.Exit(130) from None
     return 0

@@ -14,6 +14,7 @@ class RapidFault(Exception):
         """Keep the error by its name or number, and tell it in words."""
         told = name if isinstance(name, str) else f"error {name:g}"
         super().__init__(f"{told}: {message}" if message else told)
+        self.name = name if isinstance(name, str) else ""
         self.number = ERROR_NUMBERS[name] if isinstance(name, str) else name
 
 

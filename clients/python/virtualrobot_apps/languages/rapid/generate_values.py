@@ -115,17 +115,17 @@ class Values:
     def called(self, node: tree.Call) -> str:
         """Return a call of a routine or of what comes with the language."""
         if node.late is not None:
-            given = ", ".join(f"({holder}, {index})" for holder, index in map(self._late, node.arguments))
-            return f"task.call_late({self.value(node.late)}, [{given}])"
+            variables = ", ".join(f"({holder}, {index})" for holder, index in map(self._late, node.arguments))
+            return f"task.call_late({self.value(node.late)}, [{variables}])"
         target = node.target
         if isinstance(target, Builtin) and target.name == "Present":
             return self._present(node)
         parameters = target.parameters if isinstance(target, Builtin) else [one for one, _ in target.parameters]
-        given = [
-            text
-            for parameter, argument in zip(parameters, node.given, strict=True)
-            for text in self._argument(parameter, argument)
-        ]
+        lazy = target.lazy if isinstance(target, Builtin) else frozenset()
+        given: list[str] = []
+        for parameter, argument in zip(parameters, node.given, strict=True):
+            texts = self._argument(parameter, argument)
+            given += [f"lambda: {texts[0]}"] if parameter.name.lower() in lazy else texts
         if isinstance(target, RoutineSymbol):
             return f"{target.python}({', '.join(given)})"
         return f"b_{target.name.lower()}({', '.join(['task', *given])})"

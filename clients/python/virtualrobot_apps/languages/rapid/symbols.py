@@ -73,3 +73,9 @@ class Use:
     types: set[str]
     source: Source
     at: int
+
+
+def first_value(use: Use) -> bool | int | float:
+    """Return the value that a new signal has which is used so: off, or 0 of groups and analog signals."""
+    kinds = {SIGNALS[name] for name in use.types}
+    return 0.0 if float in kinds else 0 if int in kinds else False

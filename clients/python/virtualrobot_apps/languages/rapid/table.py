@@ -31,6 +31,7 @@ class Builtin:
         run: the function that does it, called with the task and each argument: a value, None where it is left out, and
             for a variable the list that holds it and the index there.
         lacking: arguments that the manual has, and that are refused by name, in small letters.
+        lazy: parameters that are given as a function, which computes the argument anew each time, in small letters.
     """
 
     name: str
@@ -41,15 +42,16 @@ class Builtin:
     room: str
     run: Callable[..., Any]
     lacking: frozenset[str]
+    lazy: frozenset[str]
 
 
 BUILTINS: dict[str, Builtin] = {}
 """All that works, by name in small letters."""
 
 
-def instruction(name: str, signature: str = "", *, lacking: str = "") -> Callable[[Run], Run]:
+def instruction(name: str, signature: str = "", *, lacking: str = "", lazy: str = "") -> Callable[[Run], Run]:
     """Enter a function as an instruction; the first line of its docstring tells what it does."""
-    return _entered(name, signature, "", lacking)
+    return _entered(name, signature, "", lacking, lazy)
 
 
 def function(name: str, signature: str, result: str, *, lacking: str = "") -> Callable[[Run], Run]:
@@ -57,7 +59,7 @@ def function(name: str, signature: str, result: str, *, lacking: str = "") -> Ca
     return _entered(name, signature, result, lacking)
 
 
-def _entered(name: str, signature: str, result: str, lacking: str) -> Callable[[Run], Run]:
+def _entered(name: str, signature: str, result: str, lacking: str, lazy: str = "") -> Callable[[Run], Run]:
     def enter(run: Run) -> Run:
         diagnostics = Diagnostics()
         parameters = Parser(Source(signature, name), diagnostics).parameters("end")
@@ -65,8 +67,8 @@ def _entered(name: str, signature: str, result: str, lacking: str) -> Callable[[
             raise ProgramError(diagnostics.sorted())
         text = (run.__doc__ or "").partition("\n")[0]
         room = run.__module__.rpartition(".")[2]
-        left_out = frozenset(lacking.lower().split())
-        BUILTINS[name.lower()] = Builtin(name, signature, parameters, result, text, room, run, left_out)
+        left_out, later = frozenset(lacking.lower().split()), frozenset(lazy.lower().split())
+        BUILTINS[name.lower()] = Builtin(name, signature, parameters, result, text, room, run, left_out, later)
         return run
 
     return enter

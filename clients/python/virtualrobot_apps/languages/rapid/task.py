@@ -7,7 +7,7 @@ import traceback
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from types import CodeType
-from typing import Any, NoReturn, Protocol
+from typing import Any, NoReturn
 
 from virtualrobot.errors import VirtualRobotError, WrongStateError
 
@@ -24,32 +24,9 @@ from virtualrobot_apps.languages.rapid.support import copied, names_of_support
 from virtualrobot_apps.languages.rapid.symbols import RoutineSymbol, Use
 from virtualrobot_apps.languages.rapid.table import BUILTINS
 from virtualrobot_apps.languages.rapid.values import Clock
+from virtualrobot_apps.languages.rapid.world import World
 
 builtin.load()
-
-
-class World(Protocol):
-    """Robot and signals that a program works on."""
-
-    def begin(self, task: Task) -> None:
-        """Belong to a task."""
-
-    def settle(self) -> None:
-        """Wait until the world may be looked at or told something."""
-
-    def time(self) -> float:
-        """Return the time of the simulation (s)."""
-        ...
-
-    def signal_value(self, name: str) -> float:
-        """Return the value of a signal as a number."""
-        ...
-
-    def close(self) -> None:
-        """Wait until all is done and the robot stands."""
-
-    def cancel(self, why: str) -> None:
-        """Stop the robot on its path."""
 
 
 class Loaded:
@@ -98,11 +75,12 @@ class RapidTask(Task):
         world: World | None = None,
         write: Callable[[str], None] = print,
     ) -> None:
-        """Set up the data; nothing runs yet."""
+        """Set up the data; nothing runs yet. Raises WrongStateError for signals that the world has not."""
         super().__init__()
         self.program, self.write = program, write
         self._world = world
         if world is not None:
+            world.find_signals(program.signals.values())
             world.begin(self)
         names = names_of_support()
         names |= {f"b_{one.name.lower()}": one.run for one in BUILTINS.values()}

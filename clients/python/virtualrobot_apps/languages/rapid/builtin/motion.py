@@ -1,0 +1,162 @@
+"""Motion: joint moves, lines and arcs, and where the robot is."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from virtualrobot_apps.languages.rapid.faults import RapidFault
+from virtualrobot_apps.languages.rapid.predefined import NO_AXIS
+from virtualrobot_apps.languages.rapid.table import function, instruction
+
+if TYPE_CHECKING:
+    from virtualrobot_apps.languages.rapid.task import RapidTask
+
+_ENDS = r"speeddata Speed \num V, zonedata Zone \num Z, pers tooldata Tool \pers wobjdata WObj"
+_LACKING = "Conc ID T Inpos Corr TLoad"
+
+
+def _data(speed: list[float], v: float | None, zone: list[Any], z: float | None) -> tuple[list[float], list[Any]]:
+    r"""Return speed and zone data with the numbers that \V and \Z give in their place."""
+    speed = speed if v is None else [v, *speed[1:]]
+    if z is None:
+        return speed, zone
+    return speed, [False, z, 1.5 * z, 1.5 * z, 0.15 * z, 1.5 * z, 0.15 * z]
+
+
+def _degrees(joints: np.ndarray) -> list[Any]:
+    return [np.degrees(joints).tolist(), [NO_AXIS] * 6]
+
+
+@instruction("MoveJ", f"robtarget ToPoint, {_ENDS}", lacking=_LACKING)
+def _move_j(
+    task: RapidTask,
+    target: list[Any],
+    speed: list[float],
+    v: float | None,
+    zone: list[Any],
+    z: float | None,
+    tool: list[Any],
+    tool_index: int,
+    wobj: list[Any] | None,
+    wobj_index: int,
+) -> None:
+    """Moves all joints evenly to a place."""
+    task.world.use_tool(tool[tool_index])
+    task.world.move_joints_to(target, *_data(speed, v, zone, z), wobj and wobj[wobj_index])
+
+
+@instruction("MoveL", f"robtarget ToPoint, {_ENDS}", lacking=_LACKING)
+def _move_l(
+    task: RapidTask,
+    target: list[Any],
+    speed: list[float],
+    v: float | None,
+    zone: list[Any],
+    z: float | None,
+    tool: list[Any],
+    tool_index: int,
+    wobj: list[Any] | None,
+    wobj_index: int,
+) -> None:
+    """Moves the tool centre point along a line to a place."""
+    task.world.use_tool(tool[tool_index])
+    task.world.move_line(target, *_data(speed, v, zone, z), wobj and wobj[wobj_index])
+
+
+@instruction("MoveC", f"robtarget CirPoint, robtarget ToPoint, {_ENDS}", lacking=_LACKING)
+def _move_c(
+    task: RapidTask,
+    via: list[Any],
+    target: list[Any],
+    speed: list[float],
+    v: float | None,
+    zone: list[Any],
+    z: float | None,
+    tool: list[Any],
+    tool_index: int,
+    wobj: list[Any] | None,
+    wobj_index: int,
+) -> None:
+    """Moves the tool centre point along an arc through one place to another one."""
+    task.world.use_tool(tool[tool_index])
+    task.world.move_arc(via, target, *_data(speed, v, zone, z), wobj and wobj[wobj_index])
+
+
+@instruction("MoveAbsJ", rf"jointtarget ToJointPos \switch NoEOffs, {_ENDS}", lacking=_LACKING)
+def _move_abs_j(
+    task: RapidTask,
+    target: list[Any],
+    no_offsets: bool | None,
+    speed: list[float],
+    v: float | None,
+    zone: list[Any],
+    z: float | None,
+    tool: list[Any],
+    tool_index: int,
+    wobj: list[Any] | None,
+    wobj_index: int,
+) -> None:
+    """Moves all joints evenly to their positions; the tool counts for the speed alone."""
+    task.world.use_tool(tool[tool_index])
+    task.world.move_joints(np.radians(target[0]), *_data(speed, v, zone, z))
+
+
+@instruction("ConfJ", r"\switch On | switch Off")
+def _conf_j(task: RapidTask, on: bool | None, off: bool | None) -> None:
+    """Says whether joint moves end in the configuration of their place (on, the default) or in the nearest one."""
+    task.world.configurations = not off
+
+
+@instruction("ConfL", r"\switch On | switch Off")
+def _conf_l(task: RapidTask, on: bool | None, off: bool | None) -> None:
+    """Says whether a line or arc that ends in another configuration than its place has is told (on, the default)."""
+    task.world.linear_configurations = not off
+
+
+@instruction("VelSet", "num Override, num Max")
+def _vel_set(task: RapidTask, override: float, limit: float) -> None:
+    """Takes a share of all speeds from now on, in percent, and limits that of the tool centre point (mm/s)."""
+    if not 0.0 < override <= 100.0 or not limit > 0.0:
+        raise RapidFault(
+            "ERR_ARGVALERR",
+            f"VelSet takes more than 0 to 100 percent, and a limit above 0, not {override:g}, {limit:g}",
+        )
+    task.world.speed_share, task.world.speed_limit = override / 100.0, limit
+
+
+@function("CRobT", r"\pers tooldata Tool \pers wobjdata WObj", "robtarget", lacking="TaskRef TaskName")
+def _c_rob_t(task: RapidTask, tool: list[Any] | None, tool_index: int, wobj: list[Any] | None, index: int) -> list[Any]:
+    """Place where the robot is, of a tool (the last one that was moved with) in a work object (wobj0)."""
+    return task.world.target_now(tool and tool[tool_index], wobj and wobj[index])
+
+
+@function("CJointT", "", "jointtarget", lacking="TaskRef TaskName")
+def _c_joint_t(task: RapidTask) -> list[Any]:
+    """Positions of the joints as they are."""
+    return _degrees(task.world.joints_now())
+
+
+@function("CPos", r"\pers tooldata Tool \pers wobjdata WObj", "pos")
+def _c_pos(task: RapidTask, tool: list[Any] | None, tool_index: int, wobj: list[Any] | None, index: int) -> list[float]:
+    """Position where the tool centre point is."""
+    return task.world.target_now(tool and tool[tool_index], wobj and wobj[index])[0]
+
+
+@function("CalcRobT", r"jointtarget Joint_target, pers tooldata Tool \pers wobjdata WObj", "robtarget")
+def _calc_rob_t(
+    task: RapidTask, joints: list[Any], tool: list[Any], tool_index: int, wobj: list[Any] | None, index: int
+) -> list[Any]:
+    """Place where joints bring a tool."""
+    return task.world.target_at(np.radians(joints[0]), tool[tool_index], wobj and wobj[index])
+
+
+@function(
+    "CalcJointT", r"robtarget Rob_target, pers tooldata Tool \pers wobjdata WObj", "jointtarget", lacking="ErrorNumber"
+)
+def _calc_joint_t(
+    task: RapidTask, target: list[Any], tool: list[Any], tool_index: int, wobj: list[Any] | None, index: int
+) -> list[Any]:
+    """Positions of the joints at a place; ERR_ROBLIMIT where none reaches it."""
+    return _degrees(task.world.joints_for(target, tool[tool_index], wobj and wobj[index]))

@@ -1,0 +1,364 @@
+"""Programs in RAPID on a robot of a real kernel: places, frames, speeds, zones, configurations, signals, refusals."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot.errors import WrongStateError
+from virtualrobot_apps.languages.core.task import TaskStopped
+from virtualrobot_apps.languages.rapid.faults import RapidStopped
+from virtualrobot_apps.languages.rapid.task import RapidTask
+from virtualrobot_apps.languages.rapid.world import World
+
+from tests.apps.languages.rapid import loaded
+
+DATA = r"""
+PERS tooldata grip := [TRUE, [[0, 0, 100], [1, 0, 0, 0]], [1, [0, 0, 50], [1, 0, 0, 0], 0, 0, 0]];
+PERS wobjdata table := [FALSE, TRUE, "", [[350, 0, 200], [0.70711, 0, 0, 0.70711]], [[0, 0, 0], [1, 0, 0, 0]]];
+CONST jointtarget ready := [[0, 0, 0, 0, 30, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
+CONST robtarget above := [[0, 0, 150], [0, 0, 1, 0], [0, 0, 0, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
+"""
+
+
+@pytest.fixture
+def arm(client: virtualrobot.Client) -> virtualrobot.Robot:
+    """Return an IRB 120 that stands somewhere in a world whose time goes five times as fast."""
+    client.clock.speed_factor = 5.0
+    return client.load_robot("model://irb120", name="arm", pose=virtualrobot.pose(0.5, -0.3, 0.2, yaw=0.4))
+
+
+class Run:
+    """A program on the arm: its pendant and its notes."""
+
+    def __init__(self, client: virtualrobot.Client, statements: str, more: str = "") -> None:
+        """Load it, with the data above."""
+        program = loaded(
+            f"MODULE Tried\n{DATA.strip()}{more}\nPROC main()\n{statements}\nENDPROC\nENDMODULE", client.signals
+        )
+        self.printed: list[str] = []
+        self.notes: list[str] = []
+        self.world = World(client, "arm", self.notes.append)
+        self.task = RapidTask(program, self.world, self.printed.append)
+
+    def __call__(self) -> list[str]:
+        """Run it, and return its pendant."""
+        self.task.run()
+        return self.printed
+
+
+def numbers(text: str) -> list[float]:
+    """Return the numbers of a value as text."""
+    return [float(one) for one in text.replace("[", "").replace("]", "").split(",")]
+
+
+def traced(client: virtualrobot.Client, run: Callable[[], object]) -> np.ndarray:
+    """Run something and return time and place (s, m) of the arm's tool centre point at each tick meanwhile, (n, 4)."""
+    rows = []
+    with client.streams.watch("/robots/arm/tcp") as watch:
+        run()
+        end = client.clock.simulation_time
+        while (sample := watch.next(1.0)) is not None and sample.time < end:
+            assert sample.lost == 0
+            rows.append([sample.time, *(sample.values[axis] for axis in "xyz")])
+    return np.array(rows)
+
+
+def test_joints_and_places_are_those_of_the_program(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
+    """The place by hand: the table is at (350, 0, 200) of the base, turned by a quarter; the tool is 100 mm, down."""
+    run = Run(
+        client,
+        r"""
+        MoveAbsJ ready, v1000, fine, tool0;
+        TPWrite ValToStr(CJointT());
+        MoveJ above, v1000, z50, grip \WObj:=table;
+        MoveL Offs(above, 40, 0, -50), v500, fine, grip \WObj:=table;
+        TPWrite ValToStr(CPos(\Tool:=grip \WObj:=table));
+        TPWrite ValToStr(CPos(\Tool:=tool0));
+        TPWrite ValToStr(CPos());
+        """,
+    )
+    joints, in_table, flange, tip = map(numbers, run())
+    assert joints[:6] == pytest.approx([0, 0, 0, 0, 30, 0], abs=1e-4)
+    assert in_table == pytest.approx([40, 0, 100], abs=1e-3)
+    assert flange == pytest.approx([350, 40, 400], abs=0.01)
+    assert tip == pytest.approx([350, 40, 300], abs=0.01)
+    assert run.world.client.scene.nodes("tool") == []
+    assert arm.state.tool == ""
+    # The flange in the world, by the pose where the robot stands.
+    at = virtualrobot.pose(0.5, -0.3, 0.2, yaw=0.4) @ np.array([0.350, 0.040, 0.400, 1.0])
+    assert arm.tcp[:3, 3] == pytest.approx(at[:3], abs=1e-5)
+
+
+def test_lines_are_as_fast_as_their_speed_and_arcs_pass_their_point(
+    client: virtualrobot.Client, arm: virtualrobot.Robot
+) -> None:
+    run = Run(
+        client,
+        r"""
+        MoveJ above, v1000, fine, tool0 \WObj:=table;
+        MoveL Offs(above, 100, 0, 0), v100, fine, tool0 \WObj:=table;
+        MoveC Offs(above, 50, 50, 0), Offs(above, 0, 0, 0), v1000 \V:=50, fine, tool0 \WObj:=table;
+        """,
+    )
+    way = traced(client, run)
+    base_t_table = virtualrobot.pose(0.35, 0.0, 0.2, yaw=math.pi / 2)
+    world_t_table = virtualrobot.pose(0.5, -0.3, 0.2, yaw=0.4) @ base_t_table
+    places = (np.linalg.inv(world_t_table) @ np.c_[way[:, 1:], np.ones(len(way))].T).T[:, :3]
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(way[:, 0])
+    on_line = (np.abs(places[:-1, 1:] - [0, 0.15]).max(axis=1) < 1e-6) & (speeds > 1e-9)
+    assert speeds[on_line].max() == pytest.approx(0.1, rel=1e-3)
+    center = np.array([0.05, 0.0, 0.15])
+    on_arc = (places[:-1, 1] > 1e-3) & (np.abs(places[:-1, 2] - 0.15) < 1e-6)
+    assert np.linalg.norm(places[:-1][on_arc] - center, axis=1) == pytest.approx(0.05, abs=1e-5)
+    assert speeds[on_arc].max() == pytest.approx(0.05, rel=1e-3)
+    assert np.linalg.norm(places - [0.05, 0.05, 0.15], axis=1).min() < 3e-4
+
+
+def test_joint_moves_keep_the_speed_of_the_tool_centre_point(
+    client: virtualrobot.Client, arm: virtualrobot.Robot
+) -> None:
+    """The speed is set by the way in eight pieces, of which each is gone a little faster than its chord."""
+    run = Run(client, "MoveAbsJ [[60, 30, -20, 40, 50, 0], [0, 0, 0, 0, 0, 0]], v200, fine, tool0;")
+    way = traced(client, run)
+    speeds = np.linalg.norm(np.diff(way[:, 1:], axis=0), axis=1) / np.diff(way[:, 0])
+    assert 0.19 < speeds.max() < 0.21
+
+
+@pytest.mark.parametrize(("zone", "least", "most"), [("z20", 1e-5, 20e-3), ("fine", 0.0, 1e-6)])
+def test_a_zone_rounds_the_corner_off_and_stays_within_its_radius(
+    client: virtualrobot.Client, arm: virtualrobot.Robot, zone: str, least: float, most: float
+) -> None:
+    """The radius of z20 is 20 mm (ABB, zonedata); how near the corner is passed within it is the kernel's own."""
+    run = Run(
+        client,
+        rf"""
+        MoveJ above, v1000, fine, tool0 \WObj:=table;
+        MoveL Offs(above, 60, 0, 0), v20, {zone}, tool0 \WObj:=table;
+        MoveL Offs(above, 60, 60, 0), v20, fine, tool0 \WObj:=table;
+        """,
+    )
+    way = traced(client, run)[:, 1:]
+    world_t_table = virtualrobot.pose(0.5, -0.3, 0.2, yaw=0.4) @ virtualrobot.pose(0.35, 0.0, 0.2, yaw=math.pi / 2)
+    corner = (world_t_table @ [0.06, 0.0, 0.15, 1.0])[:3]
+    assert least <= np.linalg.norm(way - corner, axis=1).min() <= most
+
+
+@pytest.mark.parametrize("model", ["irb120", "irb140", "irb6640_180_255"])
+def test_a_place_with_its_configuration_is_one_posture(
+    client: virtualrobot.Client, model: str, draws: Callable[[int], int], rng: np.random.Generator
+) -> None:
+    """CalcJointT of CalcRobT gives the joints again: cf1, cf4, cf6 and cfx tell all branches and turns apart."""
+    arm = client.load_robot(f"model://{model}", name="arm")
+    world = World(client, "arm")
+    world.begin(RapidTask(loaded("MODULE T\nENDMODULE")))
+    tool = [True, [[10.0, 0.0, 150.0], [0.92388, 0.0, 0.38268, 0.0]]]
+    limits = [arm.limits[name] for name in arm.joint_names]
+    low, high = (np.array([getattr(one, side) for one in limits]) for side in ("lower", "upper"))
+    for _ in range(draws(100)):
+        joints = rng.uniform(np.maximum(low, -math.pi), np.minimum(high, math.pi))
+        if abs(joints[4]) < 0.05:
+            continue  # there axes 4 and 6 are one
+        again = world.joints_for(world.target_at(joints, tool, None), tool, None)
+        assert again == pytest.approx(joints, abs=1e-5)
+    world.close()
+
+
+def test_a_configuration_that_no_posture_has_is_told_and_the_nearest_one_taken(
+    client: virtualrobot.Client, arm: virtualrobot.Robot
+) -> None:
+    run = Run(
+        client,
+        r"""
+        VAR robtarget sloppy;
+        sloppy := above;
+        sloppy.robconf := [3, 3, 3, 7];
+        FOR i FROM 1 TO 2 DO
+          MoveJ sloppy, v1000, fine, tool0 \WObj:=table;
+        ENDFOR
+        ConfJ \Off;
+        MoveJ sloppy, v1000, fine, tool0 \WObj:=table;
+        """,
+    )
+    run()
+    assert len(run.notes) == 1
+    assert "no posture within limits has the configuration [3, 3, 3, 7]; the nearest one is taken" in run.notes[0]
+    assert run.notes[0].startswith("test.mod:12: ")
+
+
+def test_a_target_out_of_reach_calls_the_handler_and_else_ends_the_program_at_its_line(
+    client: virtualrobot.Client, arm: virtualrobot.Robot
+) -> None:
+    far = r"MoveL Offs(above, 2000, 0, 0), v500, fine, tool0 \WObj:=table;"
+    run = Run(
+        client,
+        f"""
+        MoveJ above, v1000, fine, tool0 \\WObj:=table;
+        {far}
+        TPWrite ValToStr(CPos(\\WObj:=table));
+        ERROR
+          IF ERRNO = ERR_ROBLIMIT THEN
+            TPWrite "too far";
+            TRYNEXT;
+          ENDIF
+        """,
+    )
+    said, place = run()
+    assert said == "too far"
+    assert numbers(place) == pytest.approx([0, 0, 150], abs=1e-3)
+    with pytest.raises(RapidStopped, match=r"^test.mod:8: ERR_ROBLIMIT: "):
+        Run(client, f"MoveJ above, v1000, fine, tool0 \\WObj:=table;\n{far}")()
+
+
+@pytest.mark.parametrize(
+    ("statements", "expected"),
+    [
+        (
+            "grip.robhold := FALSE; MoveJ above, v100, fine, grip;",
+            "a stationary tool (robhold FALSE) can't be used here yet",
+        ),
+        (r"table.robhold := TRUE; MoveJ above, v100, fine, grip \WObj:=table;", "a work object that the robot holds"),
+        (r"table.ufprog := FALSE; MoveJ above, v100, fine, grip \WObj:=table;", "a work object on a mechanical unit"),
+        (r"MoveJ above, v100 \V:=0, fine, tool0 \WObj:=table;", "the speed 0 mm/s is not above 0"),
+        ("MoveJ [[1,2,3],[1,1,0,0],[0,0,0,0],[0,0,0,0,0,0]], v100, fine, tool0;", "has the length 1.41421 and not 1"),
+        ("VelSet 0, 100;", "VelSet takes more than 0 to 100 percent"),
+        ("SetDO part, 2;", "the signal 'part' is 0 or 1, not 2"),
+        ("WaitTime -1;", "WaitTime takes 0 s or more, not -1"),
+    ],
+)
+def test_what_can_not_be_done_is_said_at_its_line(
+    client: virtualrobot.Client, arm: virtualrobot.Robot, statements: str, expected: str
+) -> None:
+    client.signals.create("part")
+    with pytest.raises(RapidStopped) as caught:
+        Run(client, statements)()
+    assert str(caught.value).startswith("test.mod:7: ERR_ARGVALERR: ")
+    assert expected in str(caught.value)
+    assert client.motions() == []
+
+
+def test_signals_are_set_in_order_and_read_when_the_robot_is_there(
+    client: virtualrobot.Client, arm: virtualrobot.Robot
+) -> None:
+    for name in ("grip done", "part", "Count", "level"):
+        client.signals.create(name.replace(" ", "_"), {"Count": 0, "level": 0.0}.get(name, False))
+    changes: list[tuple[float, str]] = []
+    with client.signals.follow() as watch:
+        told = iter(watch)
+        next(told)
+        run = Run(
+            client,
+            r"""
+            MoveAbsJ ready, v1000, z50, tool0;
+            Set PART;
+            MoveAbsJ [[20, 0, 0, 0, 30, 0], [0, 0, 0, 0, 0, 0]], v500, fine, tool0;
+            SetGO count, 3;
+            SetAO Level, 2.5;
+            IF part = 1 AND TestDI(part) AND GOutput(count) = 3 TPWrite ValToStr(AOutput(level));
+            TPWrite ValToStr(CJointT());
+            InvertDO part;
+            SetDO grip_done, high;
+            """,
+        )
+        lines = run()
+        while len(changes) < 5:
+            change = next(told)
+            changes += [(change.stamp.simulation_time, name) for name in change.values]
+    assert lines[0] == "2.5"
+    assert numbers(lines[1])[0] == pytest.approx(20, abs=1e-3)
+    assert [name for _, name in changes] == ["part", "Count", "level", "part", "grip_done"]
+    assert changes[0][0] < changes[1][0], "the first one is set in the zone, while the robot moves"
+
+
+def test_waiting_for_signals_times_and_conditions(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
+    client.signals.create("go")
+    client.signals.create("stop")
+    run = Run(
+        client,
+        r"""
+        VAR bool late;
+        WaitDI go, 1 \MaxTime:=0.2 \TimeFlag:=late;
+        TPWrite "late " \Bool:=late;
+        ClkReset clock1;
+        ClkStart clock1;
+        WaitTime 0.5;
+        ClkStop clock1;
+        TPWrite "waited " \Bool:=ClkRead(clock1) >= 0.5;
+        WaitDI go, 1;
+        TPWrite "go";
+        WaitUntil stop = 1 AND late;
+        WaitUntil stop = 1 \MaxTime:=0.1 \TimeFlag:=late;
+        TPWrite "late " \Bool:=late;
+        WaitUntil stop = 0 \MaxTime:=0.1;
+        TPWrite "never";
+        ERROR
+          TPWrite "too late " \Bool:=ERRNO = ERR_WAIT_MAXTIME;
+          RETURN;
+        """,
+    )
+    thread = threading.Thread(target=run)
+    thread.start()
+    while "waited TRUE" not in run.printed:
+        assert thread.is_alive()
+        time.sleep(0.01)
+    client.signals["go"] = True
+    while "go" not in run.printed:
+        assert thread.is_alive()
+        time.sleep(0.01)
+    client.signals["stop"] = True
+    thread.join(60)
+    assert run.printed == ["late TRUE", "waited TRUE", "go", "late FALSE", "too late TRUE"]
+
+
+def test_a_stop_brakes_the_robot_and_puts_its_tool_back(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
+    client.scene.add_tool("own", parent=arm.flange, tool_center_points={"tip": virtualrobot.pose(z=0.05)})
+    run = Run(
+        client,
+        r"""
+        WHILE TRUE DO
+          MoveJ above, v100, z50, grip \WObj:=table;
+          MoveJ Offs(above, 100, 50, 0), v100, z50, grip \WObj:=table;
+        ENDWHILE
+        """,
+    )
+    threading.Timer(0.5, run.task.stop, ["by hand"]).start()
+    with pytest.raises(TaskStopped, match="by hand"):
+        run()
+    while client.motions():
+        time.sleep(0.01)
+    assert arm.state.tool == "own"
+    assert [node.name for node in client.scene.nodes("tool")] == ["own"]
+
+
+def test_a_program_ends_when_somebody_stops_its_robot(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
+    run = Run(
+        client,
+        """
+        WHILE TRUE DO
+          MoveAbsJ ready, v100, fine, tool0;
+          MoveAbsJ [[90, 0, 0, 0, 0, 0], [0, 0, 0, 0, 0, 0]], v100, fine, tool0;
+        ENDWHILE
+        """,
+    )
+    threading.Timer(0.5, client.stop).start()
+    with pytest.raises(RapidStopped, match=r"test.mod:\d+: motion .* was cancelled"):
+        run()
+
+
+def test_signals_and_robots_that_do_not_fit_are_told_before_anything_moves(
+    client: virtualrobot.Client, arm: virtualrobot.Robot
+) -> None:
+    with pytest.raises(WrongStateError, match=r"the world has no signal doGrip \(test.mod:7\), other \(test.mod:8\)"):
+        Run(client, "SetDO doGrip, 1;\nWaitDI other, 1;")
+    client.load_robot("model://iiwa", name="seven", pose=virtualrobot.pose(y=2.0))
+    with pytest.raises(WrongStateError, match="'seven' has 7 joints"):
+        World(client, "seven")
+    with pytest.raises(RapidStopped, match=r"test.mod:3: .*started without a robot"):
+        RapidTask(
+            loaded("MODULE T\nPROC main() WaitTime 1;\nENDPROC\nENDMODULE".replace(" WaitTime", "\nWaitTime"))
+        ).run()
