@@ -29,6 +29,7 @@ from virtualrobot_kernel.api.open_programs import OpenPrograms
 from virtualrobot_kernel.api.program_decisions import Decisions
 from virtualrobot_kernel.api.publications import pause_seconds
 from virtualrobot_kernel.api.repeats import Repeats
+from virtualrobot_kernel.api.replacing import as_shown, check_can_replace, replacing
 from virtualrobot_kernel.api.setpoints import stream_setpoints
 from virtualrobot_kernel.api.shown_plans import ShownPlan, ShownPlans
 from virtualrobot_kernel.collision.clearance import near_by
@@ -88,7 +89,11 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             check_can_be_held(said)
         text = await self._kernel.in_worker(program_text, said.steps, said.programs, request.breakpoints)
         spec, joints, robots = await requested(self._kernel, said, text)
-        await make_way(self._kernel, lambda _: joints, request.busy_policy, context)
+        replaces = request.busy_policy == motion_pb2.BUSY_POLICY_REPLACE
+        if replaces:
+            check_can_replace(self._kernel, request, spec, joints)
+        else:
+            await make_way(self._kernel, lambda _: joints, request.busy_policy, context)
         near_of = near_by(self._kernel.collisions)
         is_played = self._kernel.links.is_executing({uid for uid, _ in joints})
 
@@ -96,6 +101,8 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             # From the snapshot of the moment when it is planned: the robots may have moved while they waited.
             snapshot, is_open = world.snapshot, request.open or text.rest is not None
             planned = plan_motion(snapshot, spec, self._kernel.solvers.of, given_up, near_of, open=is_open)
+            if replaces:
+                planned = replacing(planned)
             if is_played:
                 check_for_real_robot(self._kernel, snapshot, spec, planned, given_up)
             return planned
@@ -115,16 +122,16 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         for field in ("open", "breakpoints"):
             if getattr(request, field):
                 raise KernelError(f"a plan is started as it was shown; leave out `{field}`", field=field)
-        if request.busy_policy == motion_pb2.BUSY_POLICY_PREEMPT:
+        if request.busy_policy in (motion_pb2.BUSY_POLICY_PREEMPT, motion_pb2.BUSY_POLICY_REPLACE):
             raise KernelError(
                 "a plan starts where its joints stood when it was made, so it can't take over from a motion; leave out "
-                "PREEMPT, or give the motion as `spec`",
+                "the policy, or give the motion as `spec`",
                 field="busy_policy",
             )
         await make_way(self._kernel, lambda _: set(shown.joints), request.busy_policy, context)
         if shown.surroundings is None and self._kernel.links.is_executing({uid for uid, _ in shown.joints}):
             shown = await self._checked_for_real_robot(shown)
-        return await self._submitted(request, shown.planned, self._kernel.submitting(context, shown.check))
+        return await self._submitted(request, as_shown(shown.planned), self._kernel.submitting(context, shown.check))
 
     async def _checked_for_real_robot(self, shown: ShownPlan) -> ShownPlan:
         """Return a plan as it is once it was checked as a whole; raise KernelError with its first violation."""

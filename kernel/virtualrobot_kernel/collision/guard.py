@@ -25,7 +25,7 @@ from virtualrobot_kernel.collision.swept import SweptContact
 from virtualrobot_kernel.collision.verified_paths import Unverified, VerifiedPaths
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import world_poses
-from virtualrobot_kernel.world.braking import HARMLESS, RATES, BrakePath, braking, going
+from virtualrobot_kernel.world.braking import HARMLESS, RATES, BrakePath, braking, going, takes_over
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.commands import Command, StopRobots
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot, State, unchanged
@@ -111,7 +111,7 @@ class CollisionGuard:
         Also when a motion that they pause, resume, slow down or speed up could not brake in time then.
         """
         kinds = {type(command) for command in batch}
-        if kinds <= HARMLESS:
+        if kinds <= HARMLESS and not any(takes_over(command) for command in batch):
             return
         if kinds <= RATES | HARMLESS:
             threat = self._threat(after, None)

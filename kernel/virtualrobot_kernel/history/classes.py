@@ -21,21 +21,22 @@ from virtualrobot_kernel.history.world_image import WorldImage
 from virtualrobot_kernel.motion import limits
 from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.planned import Plan
-from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.motion.program import Program, Wait
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
-from virtualrobot_kernel.world.commands import Command, SetDynamics
+from virtualrobot_kernel.world.commands import Command, SetDynamics, StartMotion
 from virtualrobot_kernel.world.figures import Material
 from virtualrobot_kernel.world.sensing import CameraSensor
 from virtualrobot_kernel.world.state import Motion, State
 from virtualrobot_kernel.world.structure import Craft, Node, PartData, RobotData
+from virtualrobot_kernel.world.tolerances import AwaitedJoints
 
 RUNNING = (PlanExecution, ProgramRun, SetpointMotion, TrackingMotion)
 """Kinds of running motions."""
 
-ROOTS = (Command, WorldImage, *RUNNING, AwaitedPart)
+ROOTS = (Command, WorldImage, *RUNNING, AwaitedPart, AwaitedJoints)
 
 PARTS = (Node, Motion, Plan, Program)
 """Classes whose values are long-lived: a checkpoint writes each once, and later ones name it."""
@@ -45,11 +46,14 @@ TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 
 VERSIONS: Mapping[type, int] = {
     **{State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 2},
-    CameraSensor: 2,
+    **{CameraSensor: 2, Motion: 2, StartMotion: 2, Wait: 2},
 }
 """Version of each class whose fields aren't those of its first one."""
 
 MIGRATIONS: Mapping[tuple[str, int], Migration] = {
+    ("Motion", 1): lambda fields: [*fields, None, ()],  # path_tolerances, deviations
+    ("StartMotion", 1): lambda fields: [*fields, None, None],  # from_here, path_tolerances
+    ("Wait", 1): lambda fields: [*fields, "PART_TIMEOUT"],  # cause
     ("CameraSensor", 1): lambda fields: [*fields, None, None],  # water_attenuation_per_meter, water_color
     ("Craft", 1): lambda fields: [*fields, None],  # water
     ("RobotData", 1): lambda fields: [*fields, None],  # craft

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from virtualrobot_kernel.errors import KernelError, LimitError
+from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_plan import plan_circ, plan_lin, plan_spline
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_joints
@@ -17,6 +17,7 @@ from virtualrobot_kernel.motion.planned import Plan, plan_together, planned
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.motion.time_optimal import trapezoid
+from virtualrobot_kernel.motion.trajectory_checks import check_limits, check_rows
 from virtualrobot_kernel.motion.turning_path import turning_line, turning_path
 
 __all__ = ["Plan", "plan_circ", "plan_lin", "plan_ptp", "plan_spline", "plan_together", "plan_trajectory"]
@@ -90,21 +91,7 @@ def plan_trajectory(
     path, quasi = smooth_path(t, q, v), None
     if limits.quaternions:
         path, quasi = turning_path(t, q, v, limits.quaternions)
-    excursion = path.first_excursion(limits.lower, limits.upper, TOLERANCE)
-    if excursion is not None:
-        what = f"the trajectory leaves the joint limits at {excursion.entered:.6g} s, at {excursion.parameter:.6g} s"
-        raise limits.error(excursion.component, excursion.value, what, time=excursion.entered)
-    excursion = (quasi or path).derivative().first_excursion(-limits.velocity, limits.velocity, TOLERANCE)
-    if excursion is not None:
-        name, limit = names[excursion.component], float(limits.velocity[excursion.component])
-        raise LimitError(
-            f"the trajectory is too fast from {excursion.entered:.6g} s on: at {excursion.parameter:.6g} s joint "
-            f"{name!r} has velocity {excursion.value:.6g}, its limit is {limit:.6g} per second",
-            joint=name,
-            time=excursion.entered,
-            value=excursion.value,
-            limit=limit,
-        )
+    check_limits(path, quasi or path, limits)
     law = PiecewisePolynomial(t[[0, -1]], np.array([[[0.0], [1.0]]]))
     return planned("trajectory", path, law, limits, q[-1], quasi=quasi)
 
@@ -119,31 +106,9 @@ def _continued(t: Array, quaternions: Array, current: Array, joint: str) -> Arra
 
 
 def _check_samples(t: Array, q: Array, v: Array | None, names: tuple[str, ...]) -> None:
-    if t.ndim != 1 or len(t) < 2:
-        raise KernelError(f"a trajectory needs at least 2 times, not an array of shape {t.shape}")
-    if q.shape != (len(t), len(names)):
-        raise KernelError(f"{len(t)} times and {len(names)} joints need positions of shape {(len(t), len(names))}, "
-                          f"not {q.shape}")  # fmt: skip
-    if v is not None and v.shape != q.shape:
-        raise KernelError(f"the velocities of a trajectory have shape {v.shape}, the positions {q.shape}")
-    if not np.all(np.isfinite(t)):
-        raise KernelError(f"times[{int(np.flatnonzero(~np.isfinite(t))[0])}] is not finite")
+    check_rows(t, q, {"velocity": v}, names, fewest=2)
     if t[0] != 0.0:
         raise KernelError(f"the times of a trajectory start at 0, not {t[0]:.6g} s", time=t[0])
-    for row in np.flatnonzero(np.diff(t) <= 0.0):
-        raise KernelError(
-            f"the times of a trajectory must increase strictly: times[{row}] is {t[row]:.9g} s, times[{row + 1}] is "
-            f"{t[row + 1]:.9g} s",
-            time=t[row + 1],
-        )
-    for what, values in (("position", q),) if v is None else (("position", q), ("velocity", v)):
-        for row, joint in np.argwhere(~np.isfinite(values)):
-            raise KernelError(
-                f"the {what} of joint {names[joint]!r} at {t[row]:.6g} s is {values[row, joint]}; it must be finite",
-                joint=names[joint],
-                time=t[row],
-                value=values[row, joint],
-            )
     if v is not None:
         for row in (0, -1):
             for joint in np.flatnonzero(v[row]):

@@ -16,11 +16,13 @@ from virtualrobot_kernel.motion.signals import Condition, SignalValue
 class Wait:
     """Standstill until a signal meets the condition, for at most `seconds` (0: without end); without one for `seconds`.
 
-    seconds: simulation time, whatever the speed override is.
+    seconds: simulation time, whatever the speed override is. cause: the name of the `EndCause` when the orders of its
+    stage have not been done in time.
     """
 
     seconds: float
     condition: Condition | None = None
+    cause: str = "PART_TIMEOUT"
 
     @property
     def duration(self) -> float:

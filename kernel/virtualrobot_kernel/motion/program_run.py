@@ -372,7 +372,7 @@ def _waited(
     step = stage.paths[0] if stage.paths else stage.steps[0][1]
     if condition is None:
         what = ", ".join(map(str, stage.orders))
-        return False, waited, 0.0, ("PART_TIMEOUT", f"step {step}: {what} for {wait.seconds:g} s")
+        return False, waited, 0.0, (wait.cause, f"step {step}: {what} for {wait.seconds:g} s")
     words = f"step {step}: the signal {condition.signal!r} was not {condition} within {wait.seconds:g} s"
     return False, waited, 0.0, ("SIGNAL_TIMEOUT", words)
 

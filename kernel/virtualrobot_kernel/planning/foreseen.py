@@ -17,6 +17,7 @@ from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
+from virtualrobot_kernel.world.tolerances import AwaitedJoints
 
 World = tuple[float, Snapshot]
 """World from a nominal time (s) of a program on, which is right but for what the program's joints do."""
@@ -27,7 +28,7 @@ def obeyed(snapshot: Snapshot, orders: Sequence[object]) -> tuple[Snapshot, str]
 
     Raises KernelError for what no other world would allow either, such as unknown names.
     """
-    commands = [one for one in orders if not isinstance(one, AwaitedPart)]
+    commands = [one for one in orders if not isinstance(one, AwaitedPart | AwaitedJoints)]
     if not commands:
         return snapshot, ""
     try:

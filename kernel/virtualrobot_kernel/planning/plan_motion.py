@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.motion.program import Program, of_plan
+from virtualrobot_kernel.motion.program import Program, Stage, Wait, of_plan
 from virtualrobot_kernel.planning.blending import PlannedRun, alone_run
 from virtualrobot_kernel.planning.foreseen import World, after
-from virtualrobot_kernel.planning.moves import Move
+from virtualrobot_kernel.planning.moves import JointTrajectory, Move
 from virtualrobot_kernel.planning.names import named_nodes, named_signals
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.program import (
@@ -42,6 +42,7 @@ from virtualrobot_kernel.world.preconditions import Precondition, Preconditions,
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind
 from virtualrobot_kernel.world.tcp import refuse_limited
+from virtualrobot_kernel.world.tolerances import AwaitedJoints
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,6 +95,7 @@ def _plan_motion(
     if open and (not spec.steps or spec.tracking is not None):
         raise KernelError("only a program of steps that goes along with no frame can be open", field="open")
     go_on = waited_for(given_up)
+    check_alone(spec)
     if spec.steps:
         steps, speeds = slowed(spec.steps)
         check_steps(snapshot, steps, open=open)
@@ -105,7 +107,8 @@ def _plan_motion(
             notes.append(deferred(steps[-1], len(steps) - 1))
         motion = PlannedMotion(command, tuple(notes), end)
     else:
-        step = plan_step(snapshot, 0, MoveStep(spec.moves), solver_of, near_of)
+        moves = tuple(replace(one, from_motion=True) if isinstance(one, JointTrajectory) else one for one in spec.moves)
+        step = plan_step(snapshot, 0, MoveStep(moves), solver_of, near_of)
         notes = tuple(note for one in step.moves for note in one.notes)
         motion = PlannedMotion(_start(snapshot, spec.moves, alone_run(step)), notes)
     if spec.tracking is None:
@@ -129,7 +132,40 @@ def _start(snapshot: Snapshot, moves: Sequence[Move], run: PlannedRun) -> StartM
     program = of_plan(run.plan, search.search if search else None)
     tool_states = tuple((0, *pair) for pair in run.tool_states)
     preconditions = preconditions_by(snapshot, moves, run.joints)
-    return StartMotion(run.joints, program, tool_states, search.robot if search else "", preconditions)
+    command = StartMotion(run.joints, program, tool_states, search.robot if search else "", preconditions)
+    first, *others = moves
+    if others or not isinstance(first, JointTrajectory):
+        return command
+    if (goal := first.tolerances.goal) is not None:
+        uid = first.node(snapshot).uid
+        awaited = AwaitedJoints(tuple((uid, joint) for joint in first.joints), run.plan.goal, goal)
+        wait = Wait(first.tolerances.goal_seconds, cause="GOAL_TOLERANCE")
+        stage = Stage(None, (), ((0.0, 0),), wait=wait, orders=(awaited,))
+        command = replace(command, program=replace(program, stages=(*program.stages, stage)))
+    return replace(command, from_here=first.from_here(snapshot), path_tolerances=first.tolerances.path)
+
+
+def check_alone(spec: MotionSpec) -> None:
+    """Raise KernelError for a trajectory that must be the only move of its motion, or of its step, and is not."""
+    groups = [(spec.moves, "motion"), *((step.moves, "step") for step in spec.steps if isinstance(step, MoveStep))]
+    for moves, whole in groups:
+        for move in moves:
+            if not isinstance(move, JointTrajectory):
+                continue
+            if move.alone and (len(moves) > 1 or whole == "step" or spec.tracking is not None):
+                raise KernelError(
+                    f"a trajectory with {move.alone} is the only move of its motion, which has no steps and goes along "
+                    "with no frame",
+                    field=move.alone,
+                    robot=move.robot,
+                )
+            if move.segments and (len(moves) > 1 or spec.tracking is not None):
+                raise KernelError(
+                    f"a trajectory of SEGMENTS keeps its times, so it is the only move of its {whole} and goes along "
+                    "with no frame",
+                    field="interpolation",
+                    robot=move.robot,
+                )
 
 
 def planned_command(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -27,6 +28,7 @@ from virtualrobot_kernel.world.change import (
 from virtualrobot_kernel.world.commands import (
     AppendMotion,
     CancelMotion,
+    FromHere,
     GoOn,
     PauseMotion,
     PickPart,
@@ -41,6 +43,7 @@ from virtualrobot_kernel.world.commands import (
     StopRobots,
 )
 from virtualrobot_kernel.world.crafts import refuse_base
+from virtualrobot_kernel.world.from_here import program_from_here, replaced_by, taken_over
 from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.motored import refuse_unmotored
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, State
@@ -53,9 +56,14 @@ SLOWEST = 1e-9
 
 
 def start_motion(change: Change, command: StartMotion, forward: Forward) -> Change:
-    """Start a planned motion where the joints are; refused when they move, or when it was planned for another world."""
+    """Start a planned motion where the joints are; refused when they move, or when it was planned for another world.
+
+    One `from_here` may take over from motions that are on their way.
+    """
+    id = f"motion-{change.state.motion_count + 1}"
+    if command.from_here is not None:
+        change, command = _from_here(change, command, command.from_here, id)
     structure, state, program = change.structure, change.state, command.program
-    id = f"motion-{state.motion_count + 1}"
     motion = Motion(
         id=id,
         robots=(),
@@ -79,6 +87,18 @@ def start_motion(change: Change, command: StartMotion, forward: Forward) -> Chan
         )
     state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)
     return replace(change, state=state, created=(*change.created, id))
+
+
+def _from_here(change: Change, command: StartMotion, from_here: FromHere, id: str) -> tuple[Change, StartMotion]:
+    """Return the world without the motions that this one takes over from, and the start with its plan made anew."""
+    structure, state = change.structure, change.state
+    joints = tuple((structure.robot(robot)[0].uid, joint) for robot, joint in command.joints)
+    in_the_way = taken_over(change, joints) if from_here.replaces else ()
+    rate = override_of(state, structure.with_holders(dict.fromkeys(uid for uid, _ in joints)))
+    command = replace(command, program=program_from_here(change, command, from_here, rate))
+    for motion in in_the_way:
+        change = replaced(change, replaced_by(motion, id))
+    return change, command
 
 
 def append_motion(change: Change, command: AppendMotion, forward: Forward) -> Change:
@@ -171,6 +191,7 @@ def _taken_on(change: Change, motion: Motion, command: StartMotion) -> Motion:
         signals=motion.signals | program.signals | {named(state, name).name for name in command.signals},
         nodes=motion.nodes | {structure.node(name).uid for name in command.nodes},
         searcher=structure.robot(command.searcher)[0].uid if command.searcher else 0,
+        path_tolerances=command.path_tolerances,
     )
 
 
@@ -182,9 +203,14 @@ def ordered_robots(program: Program) -> list[str]:
 
 def override(state: State, motion: Motion) -> float:
     """Return the speed factor of a motion: that of all, times the least of its robots', at least `SLOWEST`."""
+    return override_of(state, motion.robots)
+
+
+def override_of(state: State, robots: Iterable[int]) -> float:
+    """Return the speed factor of a motion of some robots (uids)."""
     factor = state.speed_factor
     if state.speed_factors:
-        factor *= min((state.speed_factors.get(uid, 1.0) for uid in motion.robots), default=1.0)
+        factor *= min((state.speed_factors.get(uid, 1.0) for uid in robots), default=1.0)
     return max(factor, SLOWEST)
 
 

@@ -37,12 +37,18 @@ HARMLESS: frozenset[type] = frozenset(
         *(commands.SetGroups, commands.SetPostures, commands.SetJointEfforts),
     }
 )
-"""Commands that put nothing elsewhere and change no way of braking: a motion starts at rest, and goes by ticks."""
+"""Commands that put nothing elsewhere and change no way of braking: a motion starts at rest, unless it
+`takes_over`, and goes by ticks."""
 
 RATES: frozenset[type] = frozenset(
     {commands.PauseMotion, commands.ResumeMotion, commands.StepMotion, commands.SetSpeedFactor, commands.AppendMotion}
 )
 """Commands that change nothing but how motions go on, and with it how they would brake."""
+
+
+def takes_over(command: commands.Command) -> bool:
+    """Return whether a command starts a motion that may take over from others, at their speed."""
+    return isinstance(command, commands.StartMotion) and bool(command.from_here and command.from_here.replaces)
 
 
 @dataclass(frozen=True, slots=True, eq=False)

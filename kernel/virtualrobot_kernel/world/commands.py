@@ -13,7 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.motion.conveyor_tracking import ConveyorTracking
+from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.program import Program
+from virtualrobot_kernel.motion.segments import TrajectoryPoints
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.world.collisions import CollisionMode
@@ -259,12 +261,28 @@ class SetTcpSpeedLimit:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class FromHere:
+    """Points of a trajectory that begins wherever its joints are as it starts, and as fast as they are.
+
+    begin: when the trajectory begins, in ticks since the world began, perhaps between two; None: when it starts.
+    tick_seconds: the length of a tick (s). replaces: whether motions in the way end there.
+    """
+
+    points: TrajectoryPoints
+    limits: JointLimits
+    begin: float | None
+    tick_seconds: float
+    replaces: bool = False
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class StartMotion:
     """Command to start a planned motion; refused when the joints are not at its start, or what it assumes has changed.
 
     `joints` names the program's columns as (robot, joint); `tool_states` (step, tool, state) become true when their
     step is done; `searcher` is the robot that searches in the last step, if one does; `tracking` is what it goes along
-    with, if anything; `nodes` and `signals` are named by steps that are planned when they are reached.
+    with, if anything; `nodes` and `signals` are named by steps that are planned when they are reached. `from_here` has
+    the plan of its one move made anew as it starts; `path_tolerances` are the motion's.
     """
 
     joints: tuple[tuple[str, str], ...]
@@ -275,6 +293,8 @@ class StartMotion:
     tracking: Tracking | None = None
     nodes: tuple[str, ...] = ()
     signals: frozenset[str] = frozenset()
+    from_here: FromHere | None = None
+    path_tolerances: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -11,6 +11,7 @@ from virtualrobot_kernel.world.awaited_part import AwaitedPart
 from virtualrobot_kernel.world.commands import AttachNode, PickPart, PlacePart, SelectTool, SetAllowedPairs
 from virtualrobot_kernel.world.state import Motion
 from virtualrobot_kernel.world.structure import Structure
+from virtualrobot_kernel.world.tolerances import AwaitedJoints
 
 DOES: dict[type, str] = {
     PickPart: "pick",
@@ -19,6 +20,7 @@ DOES: dict[type, str] = {
     SelectTool: "select tool",
     SetAllowedPairs: "let touch",
     AwaitedPart: "wait for a part",
+    AwaitedJoints: "wait at the goal",
 }
 """Word for what an order does."""
 

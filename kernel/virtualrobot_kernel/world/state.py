@@ -70,6 +70,8 @@ class EndCause(Enum):
     KERNEL_RESTARTED = "kernel restarted"
     DRIVER = "driver"
     CELL_STOPPED = "cell stopped"
+    PATH_TOLERANCE = "path tolerance"
+    GOAL_TOLERANCE = "goal tolerance"
 
     @property
     def aborts(self) -> bool:
@@ -90,6 +92,23 @@ class Cancellation:
 
     cause: EndCause
     reason: str
+
+
+class DeviationKind(Enum):
+    """Values of a joint that may be off; the names equal those of `DeviationKind` in the contract."""
+
+    POSITION = "position"
+    VELOCITY = "velocity"
+
+
+@dataclass(frozen=True, slots=True)
+class Deviation:
+    """Joint (robot uid, name) that is off by a value beyond its tolerance: rad or m, or per second."""
+
+    joint: tuple[int, str]
+    kind: DeviationKind
+    value: float
+    tolerance: float
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -119,6 +138,8 @@ class Motion:
     (uids) those that steps name which are planned when they are reached; `searcher` is the robot that searches (a
     uid; 0: none) and `search` what it came to; `tracked_joint` is the joint (robot uid, name) that the motion goes
     along with, and `tracked_at` where that is in q and v, None when it is gone; `end_tick` is 0 until it has ended.
+    `path_tolerances` (k, 2) say how far positions and velocities of its joints may be from what it commands (0: any),
+    and `deviations` which were farther when that, or its goal, ended it.
     """
 
     id: str
@@ -139,6 +160,8 @@ class Motion:
     rated: Rated = ...
     cancellation: Cancellation | None = None
     end_tick: int = 0
+    path_tolerances: NDArray[np.float64] | None = None
+    deviations: tuple[Deviation, ...] = ()
 
     def going(self, running: RunningMotion) -> Motion:
         """Return the motion with another state on its path, as `replace` does in ten times the time."""

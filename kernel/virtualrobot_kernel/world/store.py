@@ -32,6 +32,10 @@ from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.supervisor import Supervisor
 from virtualrobot_kernel.world.tick import advance, told_more
 from virtualrobot_kernel.world.tick_inputs import InputSource, taken
+from virtualrobot_kernel.world.tolerances import AwaitedJoints
+
+AWAITED = (AwaitedPart, AwaitedJoints)
+"""Kinds of orders that are no commands: a motion waits until they are there."""
 
 MAX_STEPS = 10_000
 """Greatest number of ticks in one Step: nothing else is served meanwhile."""
@@ -423,10 +427,10 @@ class World:
                 self._supervise_change()
 
     def _do(self, motion: Motion, orders: Sequence[object]) -> None:
-        """Do the orders of a motion all or none, if the parts are there that it waits for."""
-        awaited = [one for one in orders if isinstance(one, AwaitedPart)]
+        """Do the orders of a motion all or none, if what it waits for is there."""
+        awaited = [one for one in orders if isinstance(one, AWAITED)]
         if all(one.is_there(self.snapshot) for one in awaited):
-            commands = [one for one in orders if not isinstance(one, AwaitedPart)]
+            commands = [one for one in orders if not isinstance(one, AWAITED)]
             self._applied((*cast("list[Command]", commands), GoOn(motion.id)), motion.id, self._supervisors)
             self._supervise_change()
 

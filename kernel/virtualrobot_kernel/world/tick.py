@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from virtualrobot_kernel.motion.plan_execution import PlanExecution, sample_all
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import Phase, TickContext
-from virtualrobot_kernel.world import dynamics, measured, physics
+from virtualrobot_kernel.world import dynamics, measured, physics, tolerances
 from virtualrobot_kernel.world.apply_motions import override
 from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Search, Signal, State
@@ -97,6 +97,8 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
         tool_states={**state.tool_states, **tool_states} if tool_states else state.tool_states,
     )
     later = _arrived(structure, later)
+    if tolerances.concerned(motions):
+        later = tolerances.kept(structure, later)
     over = [place for place, motion in enumerate(motions) if motion.searcher and _has_searched(motion)]
     if not over:
         return later
@@ -148,6 +150,7 @@ def told_more(structure: Structure, before: State, now: State, later: State) -> 
         or before.moved_parts is not None
         or before.told_contacts is not None
         or now.motored is not before.motored
+        or tolerances.concerned(now.motions)
     ):
         return None
     if any(motion.search is not None for motion in later.motions):

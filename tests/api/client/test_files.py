@@ -58,6 +58,19 @@ def test_a_mesh_that_is_loaded_sends_no_other_files_of_the_clients_disk(client: 
     assert client.assets.find(hashlib.sha256(secret.read_bytes()).hexdigest() for secret in secrets) == set()
 
 
+def test_a_model_is_loaded_from_a_text(client: Client, tmp_path: Path) -> None:
+    """Its file is nowhere; what the text names is looked for beside the name that it has."""
+    text = (MODELS / "kuka_iiwa" / "model.urdf").read_text()
+    arm = client.load_robot(MODELS / "kuka_iiwa" / "of_a_text.urdf", name="arm", text=text)
+    assert len(arm.positions) == 7
+    alone = '<robot name="alone"><link name="base"/></robot>'
+    assert client.load_robot(tmp_path / "alone.urdf", text=alone).name == "alone"
+    with pytest.raises(virtualrobot.MalformedFileError, match=r"bad\.urdf"):
+        client.load_robot(tmp_path / "bad.urdf", text="<robot")
+    with pytest.raises(virtualrobot.MissingFileError, match=r"model\.urdf|meshes"):
+        client.load_robot(tmp_path / "model.urdf", text=text)
+
+
 def test_the_same_arm_by_path_and_by_uri(client: Client) -> None:
     by_path = client.load_robot(MODELS / "franka_panda/panda.urdf")
     by_uri = client.load_robot(PANDA)

@@ -62,6 +62,7 @@ from virtualrobot.motions.moves import LinearOptions as LinearOptions
 from virtualrobot.motions.moves import Move as Move
 from virtualrobot.motions.moves import MoveOptions as MoveOptions
 from virtualrobot.motions.moves import PointToPointOptions as PointToPointOptions
+from virtualrobot.motions.moves import TrajectoryOptions as TrajectoryOptions
 from virtualrobot.motions.moves import Until as Until
 from virtualrobot.motions.paths import PathProgress as PathProgress
 from virtualrobot.motions.plans import CheckOptions as CheckOptions
@@ -103,6 +104,7 @@ from virtualrobot.robots.mover import _JogStart as _JogStart
 from virtualrobot.robots.mover import _LinearStart as _LinearStart
 from virtualrobot.robots.mover import _MoveStart as _MoveStart
 from virtualrobot.robots.mover import _PointToPointStart as _PointToPointStart
+from virtualrobot.robots.mover import _TrajectoryStart as _TrajectoryStart
 from virtualrobot.robots.odometry import Floats as Floats
 from virtualrobot.robots.odometry import OdometryReading as OdometryReading
 from virtualrobot.robots.redundancy import Lock as Lock
@@ -390,7 +392,7 @@ class Assets(Face):
         """Return a mesh file of this machine as a figure, with its materials and textures, all uploaded."""
     def triangles(self, corners: ArrayLike, triangles: ArrayLike, *, color: str | ArrayLike | None = ..., pose: PoseLike | None = ..., roles: Sequence[str] = ...) -> Order[Figure]:
         """Return a mesh of arrays as a figure, uploaded, such as ground from a height field."""
-    def upload_with_references(self, file: str | Path, packages: Mapping[str, str | Path] | None = ..., settings: Mapping[str, object] | None = ...) -> Order[Upload]:
+    def upload_with_references(self, file: str | Path, packages: Mapping[str, str | Path] | None = ..., settings: Mapping[str, object] | None = ..., *, text: str | None = ...) -> Order[Upload]:
         """Give the kernel a file of this machine and all files that it names, and those that these name."""
 
 class AllowedPairs(Face):
@@ -681,7 +683,7 @@ class Group(Face):
         """Return a move of the tool centre point along an arc to the 4x4 pose `goal`."""
     def spline(self, goals: Iterable[ArrayLike | str], *, references: Sequence[str] | None = ..., **options: Unpack[CartesianOptions]) -> Order[Move]:
         """Return a move of the tool centre point along a smooth curve through 4x4 poses or targets, up to 1,000."""
-    def trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., speed_factor: float | None = ...) -> Order[Move]:
+    def trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., **options: Unpack[TrajectoryOptions]) -> Order[Move]:
         """Return a move through `positions` (n, k) at `times` (n,) in seconds from 0; the first row is where it is now."""
     def read_trajectory(self, file: str | Path, text: str | None = ..., *, speed_factor: float | None = ...) -> Order[Move]:
         """Return the `trajectory` that a CSV or JSON file describes; with `text`, its content, `file` only names it."""
@@ -707,7 +709,7 @@ class Group(Face):
         """Move the tool centre point along an arc; see `circular`."""
     def move_spline(self, goals: Iterable[ArrayLike | str], **options: Unpack[_CartesianStart]) -> Order[Motion]:
         """Move the tool centre point along a smooth curve through 4x4 poses or targets; see `spline`."""
-    def move_trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., speed_factor: float | None = ..., **options: Unpack[StartOptions]) -> Order[Motion]:
+    def move_trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., **options: Unpack[_TrajectoryStart]) -> Order[Motion]:
         """Pass joint positions at given times; see `trajectory`."""
     def jog_joint(self, joint: str, velocity: float, distance: float | None = ..., **options: Unpack[StartOptions]) -> Order[Motion]:
         """Move one joint at a velocity in rad/s or m/s, whose sign says which way, and return at once."""
@@ -813,7 +815,7 @@ class Robot(Face):
         """Return a move of the tool centre point along an arc to the 4x4 pose `goal`."""
     def spline(self, goals: Iterable[ArrayLike | str], *, references: Sequence[str] | None = ..., **options: Unpack[CartesianOptions]) -> Order[Move]:
         """Return a move of the tool centre point along a smooth curve through 4x4 poses or targets, up to 1,000."""
-    def trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., speed_factor: float | None = ...) -> Order[Move]:
+    def trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., **options: Unpack[TrajectoryOptions]) -> Order[Move]:
         """Return a move through `positions` (n, k) at `times` (n,) in seconds from 0; the first row is where it is now."""
     def read_trajectory(self, file: str | Path, text: str | None = ..., *, speed_factor: float | None = ...) -> Order[Move]:
         """Return the `trajectory` that a CSV or JSON file describes; with `text`, its content, `file` only names it."""
@@ -839,7 +841,7 @@ class Robot(Face):
         """Move the tool centre point along an arc; see `circular`."""
     def move_spline(self, goals: Iterable[ArrayLike | str], **options: Unpack[_CartesianStart]) -> Order[Motion]:
         """Move the tool centre point along a smooth curve through 4x4 poses or targets; see `spline`."""
-    def move_trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., speed_factor: float | None = ..., **options: Unpack[StartOptions]) -> Order[Motion]:
+    def move_trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., **options: Unpack[_TrajectoryStart]) -> Order[Motion]:
         """Pass joint positions at given times; see `trajectory`."""
     def jog_joint(self, joint: str, velocity: float, distance: float | None = ..., **options: Unpack[StartOptions]) -> Order[Motion]:
         """Move one joint at a velocity in rad/s or m/s, whose sign says which way, and return at once."""

@@ -141,27 +141,35 @@ class Assets:
         file: str | Path,
         packages: Mapping[str, str | Path] | None = None,
         settings: Mapping[str, object] | None = None,
+        *,
+        text: str | None = None,
     ) -> Upload:
         """Give the kernel a file of this machine and all files that it names, and those that these name.
 
         `file` is a path or a URI such as `package://pybullet_data/r2d2.urdf`; `packages` gives folders by package name,
         `settings` are those of the importer, since a file that is translated may name files by them. What a file names
-        but is not here is left out and told in `missing`.
+        but is not here is left out and told in `missing`. With `text`, its content, `file` only names it.
 
         Raises:
             MissingFileError: when the file itself is not here.
             MalformedFileError: when the kernel cannot read the file.
         """
         resolver = Resolver(packages)
-        try:
-            path = resolver.resolve(str(file))
-        except UnresolvedUriError as error:
-            raise MissingFileError(str(error), metadata={"tried": ", ".join(map(str, error.tried))}) from error
+        if text is None:
+            try:
+                path = resolver.resolve(str(file))
+            except UnresolvedUriError as error:
+                raise MissingFileError(str(error), metadata={"tried": ", ".join(map(str, error.tried))}) from error
+        else:
+            path = Path(file).absolute()
         # A path is made absolute, so that a scene saved later names the same file.
         main = str(file) if "://" in str(file) else path.as_posix()
         upload = Upload(main)
         paths = {main: path}
-        self._send_all(upload, paths)
+        if text is None:
+            self._send_all(upload, paths)
+        else:
+            upload.files[main] = self.upload(text.encode())
         asked = [main]
         while asked:
             named: dict[str, Path] = {}

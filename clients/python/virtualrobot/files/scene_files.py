@@ -76,11 +76,15 @@ def load_model(
     packages: Mapping[str, str | Path],
     settings: Mapping[str, object] | None,
     request_id: str | None = None,
+    text: str | None = None,
 ) -> scene_pb2.ImportModelResponse:
-    """Import a model from a file of this machine, or one that the kernel knows."""
+    """Import a model from a file of this machine, from a text that `file` names, or one that the kernel knows."""
     if settings:
         request.settings.CopyFrom(settings_message(settings))
-    upload = _sent(assets, file, packages, settings)
+    if text is None:
+        upload = _sent(assets, file, packages, settings)
+    else:
+        upload = assets.upload_with_references(file, packages, settings, text=text)
     request.uri = upload.uri
     if srdf is not None:
         beside = _sent(assets, srdf, packages, settings)

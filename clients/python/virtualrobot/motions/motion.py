@@ -337,6 +337,7 @@ class StartOptions(TypedDict, total=False):
         wait: whether to return only at the motion's end; True by default, but for jogs. In STEPPED mode, where nothing
             would move meanwhile, a start that waits is refused with `WrongStateError`.
         preempt: cancel motions in the way instead of being refused with `RobotBusyError` (the default).
+        replace: of a trajectory of `segments`: take over from motions in the way, without stopping.
         on_disconnect: what the kernel does when this program vanishes: `stop` (the default) or `continue`.
         expected_structure_revision: refuse to start when the scene's structure has another one (`StaleRevisionError`).
         tracking: what it goes along with.
@@ -347,6 +348,7 @@ class StartOptions(TypedDict, total=False):
 
     wait: bool | None
     preempt: bool | None
+    replace: bool | None
     on_disconnect: str | None
     expected_structure_revision: int | None
     tracking: Tracking | None
@@ -384,7 +386,11 @@ def start_request(services: Services, asked: motion_pb2.StartMotionRequest, **op
         if on_disconnect not in policies:
             raise InvalidArgumentError(f"on_disconnect is 'stop' or 'continue', not {on_disconnect!r}")
         asked.on_disconnect = policies[on_disconnect]
-    if preempt is not None:
+    if preempt and options.get("replace"):
+        raise InvalidArgumentError("a start either cancels what is in the way, preempt, or takes over from it, replace")
+    if options.get("replace"):
+        asked.busy_policy = motion_pb2.BUSY_POLICY_REPLACE
+    elif preempt is not None:
         asked.busy_policy = motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT
     if revision is not None:
         asked.expected_structure_revision = revision

@@ -28,6 +28,18 @@ TIME_LAWS = {
 }
 """Time laws along the path of a move, by name."""
 
+INTERPOLATIONS = {
+    "smooth": motion_pb2.TRAJECTORY_INTERPOLATION_SMOOTH,
+    "segments": motion_pb2.TRAJECTORY_INTERPOLATION_SEGMENTS,
+}
+"""Ways of joints from one row of a trajectory to the next, by name."""
+
+Tolerance: TypeAlias = float | tuple[float, float]
+"""Tolerance of a joint's position, or of its position and velocity."""
+
+Tolerances: TypeAlias = Tolerance | Mapping[str, Tolerance]
+"""Tolerance of all joints of a trajectory, or those of joints by name."""
+
 _JOG_FRAMES = {
     "base": motion_pb2.JOG_FRAME_BASE,
     "tool": motion_pb2.JOG_FRAME_TOOL,
@@ -120,6 +132,30 @@ class CircularOptions(CartesianOptions, total=False):
     axis: ArrayLike | None
     angle: float | None
     turn_with_arc: bool | None
+
+
+class TrajectoryOptions(MoveOptions, total=False):
+    """Options of joint trajectories; of these `speed_factor` and `time_law` are no use to what has its own times.
+
+    Attributes:
+        accelerations: (n, k) in rad/s^2 or m/s^2, of `segments` with velocities.
+        interpolation: `smooth` (the default), one curve from where the joints are; or `segments`, each by what both of
+            its rows say, as the joint_trajectory_controller of ros2_control: straight, of the third degree with
+            velocities, of the fifth with accelerations. Segments may begin after 0, also with the joints on their way
+            (`replace` of `StartOptions`), and pass their last row at a velocity, after which it brakes.
+        start_time: of `segments`: simulation time (s) of their time 0; without it, it is that of the start.
+        path_tolerances: how far joints may be from where they are commanded to be: radians or meters, or these and
+            rad/s or m/s; of all joints, or by their names. Beyond it the motion brakes, and is aborted.
+        goal_tolerances: likewise how far they may be from the last row, at rest there, for the motion to succeed.
+        goal_time_tolerance: how long that is waited for (s); without it as long as it takes.
+    """
+
+    accelerations: ArrayLike | None
+    interpolation: str | None
+    start_time: float | None
+    path_tolerances: Tolerances | None
+    goal_tolerances: Tolerances | None
+    goal_time_tolerance: float | None
 
 
 class JogOptions(TypedDict, total=False):
@@ -303,7 +339,11 @@ def cartesian_jog(translation: ArrayLike | None, options: JogOptions) -> motion_
 
 
 def trajectory(
-    joints: Sequence[str], times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None
+    joints: Sequence[str],
+    times: ArrayLike,
+    positions: ArrayLike,
+    velocities: ArrayLike | None,
+    options: TrajectoryOptions,
 ) -> motion_pb2.JointTrajectory:
     """Return positions (n, k) of joints at `times` (n,), with `velocities` (n, k) or along a smooth curve."""
     moments, columns = np.asarray(times, dtype=float), np.asarray(positions, dtype=float)
@@ -311,15 +351,40 @@ def trajectory(
         raise InvalidArgumentError(
             f"positions have the shape (times, joints) = ({len(moments)}, {len(joints)}), not {columns.shape}"
         )
+    interpolation = options.get("interpolation") or "smooth"
+    if interpolation not in INTERPOLATIONS:
+        names = ", ".join(map(repr, INTERPOLATIONS))
+        raise InvalidArgumentError(f"interpolation is one of {names}, not {interpolation!r}")
     path = motion_pb2.JointTrajectory(
-        joint_names=joints, times=array_message(moments), positions=array_message(columns)
+        joint_names=joints,
+        times=array_message(moments),
+        positions=array_message(columns),
+        interpolation=INTERPOLATIONS[interpolation],
+        start_time_seconds=options.get("start_time"),
+        path_tolerances=_tolerances(joints, options.get("path_tolerances"), "path_tolerances"),
+        goal_tolerances=_tolerances(joints, options.get("goal_tolerances"), "goal_tolerances"),
+        goal_time_tolerance_seconds=value_or_default(options.get("goal_time_tolerance"), "goal_time_tolerance"),
     )
-    if velocities is not None:
-        speeds = np.asarray(velocities, dtype=float)
-        if speeds.shape != columns.shape:
-            raise InvalidArgumentError(f"velocities have the shape of positions, {columns.shape}, not {speeds.shape}")
-        path.velocities.CopyFrom(array_message(speeds))
+    for name, given in (("velocities", velocities), ("accelerations", options.get("accelerations"))):
+        if given is not None:
+            rates = np.asarray(given, dtype=float)
+            if rates.shape != columns.shape:
+                raise InvalidArgumentError(f"{name} have the shape of positions, {columns.shape}, not {rates.shape}")
+            getattr(path, name).CopyFrom(array_message(rates))
     return path
+
+
+def _tolerances(joints: Sequence[str], given: Tolerances | None, what: str) -> list[motion_pb2.JointTolerance]:
+    """Return tolerances of joints by name, or the same of all."""
+    if given is None:
+        return []
+    found = []
+    for joint, values in (given if isinstance(given, Mapping) else dict.fromkeys(joints, given)).items():
+        position, velocity = values if isinstance(values, tuple) else (values, 0.0)
+        if not (position >= 0.0 and velocity >= 0.0):
+            raise InvalidArgumentError(f"{what} are 0 (any) or above, not {values!r} of {joint!r}")
+        found.append(motion_pb2.JointTolerance(joint=joint, position=position, velocity=velocity))
+    return found
 
 
 def _rates(options: CartesianOptions) -> dict[str, Any]:

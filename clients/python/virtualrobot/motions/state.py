@@ -48,6 +48,32 @@ class Search:
 
 
 @shown
+@dataclass(frozen=True, slots=True)
+class JointDeviation:
+    """Joint of a robot that was off by more than its tolerance when that ended its motion.
+
+    Attributes:
+        robot: the robot.
+        joint: the joint.
+        kind: what is off, `position` or `velocity`.
+        value: by how much, with the sign of where it is too far (rad or m, or these per second).
+        tolerance: in the same unit.
+    """
+
+    robot: str
+    joint: str
+    kind: str
+    value: float
+    tolerance: float
+
+    @staticmethod
+    def of(message: motion_pb2.JointDeviation) -> JointDeviation:
+        """Return what a message tells."""
+        kind = motion_pb2.DeviationKind.Name(message.kind).removeprefix("DEVIATION_KIND_").lower()
+        return JointDeviation(message.robot, message.joint, kind, message.value, message.tolerance)
+
+
+@shown
 @dataclass(frozen=True, slots=True, eq=False)
 class MotionState:
     """State of a motion at one instant.
@@ -66,6 +92,7 @@ class MotionState:
         search: result of its search; None before, and for motions that don't search.
         step_path: the step as the program's text has it, such as `4[2].0`, the first step within step 4 in its third
             round; empty for moves that are no program.
+        deviations: the joints beyond their tolerance that ended it (`path_tolerance`, `goal_tolerance`).
     """
 
     id: str
@@ -80,6 +107,7 @@ class MotionState:
     end_reason: str
     search: Search | None
     step_path: str = ""
+    deviations: tuple[JointDeviation, ...] = ()
 
     @staticmethod
     def of(message: motion_pb2.Motion) -> MotionState:
@@ -101,6 +129,7 @@ class MotionState:
             if message.HasField("search")
             else None,
             message.step_path,
+            tuple(map(JointDeviation.of, message.deviations)),
         )
 
     @property

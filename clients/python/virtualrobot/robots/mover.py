@@ -24,6 +24,7 @@ from virtualrobot.motions.moves import (
     Move,
     MoveOptions,
     PointToPointOptions,
+    TrajectoryOptions,
 )
 from virtualrobot.robots import trajectory_file
 from virtualrobot.robots.description import coordinate_names
@@ -46,6 +47,9 @@ class _LinearStart(LinearOptions, StartOptions, total=False): ...
 
 
 class _CircularStart(CircularOptions, StartOptions, total=False): ...
+
+
+class _TrajectoryStart(TrajectoryOptions, StartOptions, total=False): ...
 
 
 class _JogStart(JogOptions, StartOptions, total=False): ...
@@ -122,19 +126,20 @@ class Mover(Mechanism):
         velocities: ArrayLike | None = None,
         *,
         joints: Sequence[str] | None = None,
-        speed_factor: float | None = None,
+        **options: Unpack[TrajectoryOptions],
     ) -> Move:
         """Return a move through `positions` (n, k) at `times` (n,) in seconds from 0; the first row is where it is now.
 
         `velocities` (n, k) are 0 at both ends; without them the curve is smooth. `joints` names the columns, those
-        of a planar or floating joint together; without it they are all joints, or those of the chain.
+        of a planar or floating joint together; without it they are all joints, or those of the chain. With the option
+        `interpolation="segments"` it goes by the given values alone, as a joint_trajectory_controller does.
         """
         columns = np.asarray(positions, dtype=float)
         if columns.ndim != 2:
             raise InvalidArgumentError(f"positions have the shape (times, joints), not {columns.shape}")
         every = self._joints_for(columns.shape[1]) if joints is None else joints
-        path = moves.trajectory(coordinate_names(self._description, every), times, columns, velocities)
-        return self._move({"speed_factor": speed_factor}, MoveOptions, joint_trajectory=path)
+        path = moves.trajectory(coordinate_names(self._description, every), times, columns, velocities, options)
+        return self._move(options, TrajectoryOptions, joint_trajectory=path)
 
     def read_trajectory(self, file: str | Path, text: str | None = None, *, speed_factor: float | None = None) -> Move:
         """Return the `trajectory` that a CSV or JSON file describes; with `text`, its content, `file` only names it.
@@ -148,7 +153,7 @@ class Mover(Mechanism):
         text = trajectory_file.text_of(Path(file)) if text is None else text
         joints = trajectory_file.Joints(self.name, list(self.coordinates), self._joints_for)
         read = trajectory_file.read(text, str(file), joints)
-        path = moves.trajectory(read.joint_names, read.times, read.positions, read.velocities)
+        path = moves.trajectory(read.joint_names, read.times, read.positions, read.velocities, {})
         return self._move({"speed_factor": speed_factor}, MoveOptions, joint_trajectory=path)
 
     def joint_jog(self, joint: str, velocity: float, distance: float | None = None) -> Move:
@@ -255,12 +260,16 @@ class Mover(Mechanism):
         velocities: ArrayLike | None = None,
         *,
         joints: Sequence[str] | None = None,
-        speed_factor: float | None = None,
-        **options: Unpack[StartOptions],
+        **options: Unpack[_TrajectoryStart],
     ) -> Motion:
-        """Pass joint positions at given times; see `trajectory`."""
-        move = self.trajectory(times, positions, velocities, joints=joints, speed_factor=speed_factor)
-        return self.start(move, **options)
+        """Pass joint positions at given times; see `trajectory`.
+
+        Example:
+            >>> robot.move_trajectory([1.0, 2.0], [first, second], [through, at_rest], interpolation="segments")
+            >>> robot.move_trajectory([0.5], [other], interpolation="segments", replace=True)     # while it moves
+        """
+        move = partial(self.trajectory, times, positions, velocities, joints=joints)
+        return self._started(move, options=options, kind=_TrajectoryStart)
 
     def jog_joint(
         self, joint: str, velocity: float, distance: float | None = None, **options: Unpack[StartOptions]

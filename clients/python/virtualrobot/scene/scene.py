@@ -66,6 +66,8 @@ class LoadOptions(TypedDict, total=False):
         settings: those of the importer that reads the file; for xacro `{"arguments": {"prefix": "left_"}}`.
         srdf: for robots: a file with groups, postures and pairs of links that may touch, found as `file` is.
         strict: whether to refuse a file that there is a warning about.
+        text: the file's content; `file` only names it then: its ending tells the format, and what the text names is
+            looked for as if it lay there.
         request_id: a name of this call, as of `motions.motion.StartOptions`: made again with it, it loads nothing.
     """
 
@@ -77,6 +79,7 @@ class LoadOptions(TypedDict, total=False):
     settings: Mapping[str, object] | None
     srdf: str | Path | None
     strict: bool | None
+    text: str | None
     request_id: str | None
 
 
@@ -238,7 +241,8 @@ class Scene(Editor[Node]):
         request.as_part, request.strict = as_part, options.get("strict") or False
         request.scale.CopyFrom(vector_message(factors, "a scale"))
         sources = options.get("srdf"), options.get("packages") or {}, options.get("settings"), options.get("request_id")
-        response = scene_files.load_model(self._services, self._assets, request, file, *sources)
+        text = options.get("text")
+        response = scene_files.load_model(self._services, self._assets, request, file, *sources, text=text)
         self._warnings = scene_files.file_warnings(response.warnings)
         self._allowed_pairs = built_pairs(response.allowed_pairs)
         return self.node(response.created[0].name)

@@ -20,6 +20,7 @@ class BusyPolicy(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     BUSY_POLICY_UNSPECIFIED: _ClassVar[BusyPolicy]
     BUSY_POLICY_REJECT: _ClassVar[BusyPolicy]
     BUSY_POLICY_PREEMPT: _ClassVar[BusyPolicy]
+    BUSY_POLICY_REPLACE: _ClassVar[BusyPolicy]
 
 class DisconnectPolicy(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -64,6 +65,12 @@ class ArcOrientation(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     ARC_ORIENTATION_TO_GOAL: _ClassVar[ArcOrientation]
     ARC_ORIENTATION_WITH_ARC: _ClassVar[ArcOrientation]
 
+class TrajectoryInterpolation(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    TRAJECTORY_INTERPOLATION_UNSPECIFIED: _ClassVar[TrajectoryInterpolation]
+    TRAJECTORY_INTERPOLATION_SMOOTH: _ClassVar[TrajectoryInterpolation]
+    TRAJECTORY_INTERPOLATION_SEGMENTS: _ClassVar[TrajectoryInterpolation]
+
 class MotionPhase(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
     MOTION_PHASE_UNSPECIFIED: _ClassVar[MotionPhase]
@@ -100,6 +107,14 @@ class EndCause(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     END_CAUSE_KERNEL_RESTARTED: _ClassVar[EndCause]
     END_CAUSE_DRIVER: _ClassVar[EndCause]
     END_CAUSE_CELL_STOPPED: _ClassVar[EndCause]
+    END_CAUSE_PATH_TOLERANCE: _ClassVar[EndCause]
+    END_CAUSE_GOAL_TOLERANCE: _ClassVar[EndCause]
+
+class DeviationKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
+    __slots__ = ()
+    DEVIATION_KIND_UNSPECIFIED: _ClassVar[DeviationKind]
+    DEVIATION_KIND_POSITION: _ClassVar[DeviationKind]
+    DEVIATION_KIND_VELOCITY: _ClassVar[DeviationKind]
 
 class PlanNoteKind(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     __slots__ = ()
@@ -132,6 +147,7 @@ class SetpointMode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
 BUSY_POLICY_UNSPECIFIED: BusyPolicy
 BUSY_POLICY_REJECT: BusyPolicy
 BUSY_POLICY_PREEMPT: BusyPolicy
+BUSY_POLICY_REPLACE: BusyPolicy
 DISCONNECT_POLICY_UNSPECIFIED: DisconnectPolicy
 DISCONNECT_POLICY_STOP: DisconnectPolicy
 DISCONNECT_POLICY_CONTINUE: DisconnectPolicy
@@ -157,6 +173,9 @@ JOG_FRAME_NODE: JogFrame
 ARC_ORIENTATION_UNSPECIFIED: ArcOrientation
 ARC_ORIENTATION_TO_GOAL: ArcOrientation
 ARC_ORIENTATION_WITH_ARC: ArcOrientation
+TRAJECTORY_INTERPOLATION_UNSPECIFIED: TrajectoryInterpolation
+TRAJECTORY_INTERPOLATION_SMOOTH: TrajectoryInterpolation
+TRAJECTORY_INTERPOLATION_SEGMENTS: TrajectoryInterpolation
 MOTION_PHASE_UNSPECIFIED: MotionPhase
 MOTION_PHASE_RUNNING: MotionPhase
 MOTION_PHASE_PAUSING: MotionPhase
@@ -188,6 +207,11 @@ END_CAUSE_WORLD_RESTORED: EndCause
 END_CAUSE_KERNEL_RESTARTED: EndCause
 END_CAUSE_DRIVER: EndCause
 END_CAUSE_CELL_STOPPED: EndCause
+END_CAUSE_PATH_TOLERANCE: EndCause
+END_CAUSE_GOAL_TOLERANCE: EndCause
+DEVIATION_KIND_UNSPECIFIED: DeviationKind
+DEVIATION_KIND_POSITION: DeviationKind
+DEVIATION_KIND_VELOCITY: DeviationKind
 PLAN_NOTE_KIND_UNSPECIFIED: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_SHRUNK: PlanNoteKind
 PLAN_NOTE_KIND_ZONE_DROPPED: PlanNoteKind
@@ -702,16 +726,38 @@ class ArcCenter(_message.Message):
     def __init__(self, position: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., axis: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., angle_radians: _Optional[float] = ...) -> None: ...
 
 class JointTrajectory(_message.Message):
-    __slots__ = ("joint_names", "times", "positions", "velocities")
+    __slots__ = ("joint_names", "times", "positions", "velocities", "accelerations", "interpolation", "start_time_seconds", "path_tolerances", "goal_tolerances", "goal_time_tolerance_seconds")
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     TIMES_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     VELOCITIES_FIELD_NUMBER: _ClassVar[int]
+    ACCELERATIONS_FIELD_NUMBER: _ClassVar[int]
+    INTERPOLATION_FIELD_NUMBER: _ClassVar[int]
+    START_TIME_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    PATH_TOLERANCES_FIELD_NUMBER: _ClassVar[int]
+    GOAL_TOLERANCES_FIELD_NUMBER: _ClassVar[int]
+    GOAL_TIME_TOLERANCE_SECONDS_FIELD_NUMBER: _ClassVar[int]
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     times: _geometry_pb2.NumericArray
     positions: _geometry_pb2.NumericArray
     velocities: _geometry_pb2.NumericArray
-    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., velocities: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+    accelerations: _geometry_pb2.NumericArray
+    interpolation: TrajectoryInterpolation
+    start_time_seconds: float
+    path_tolerances: _containers.RepeatedCompositeFieldContainer[JointTolerance]
+    goal_tolerances: _containers.RepeatedCompositeFieldContainer[JointTolerance]
+    goal_time_tolerance_seconds: float
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., velocities: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., accelerations: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., interpolation: _Optional[_Union[TrajectoryInterpolation, str]] = ..., start_time_seconds: _Optional[float] = ..., path_tolerances: _Optional[_Iterable[_Union[JointTolerance, _Mapping]]] = ..., goal_tolerances: _Optional[_Iterable[_Union[JointTolerance, _Mapping]]] = ..., goal_time_tolerance_seconds: _Optional[float] = ...) -> None: ...
+
+class JointTolerance(_message.Message):
+    __slots__ = ("joint", "position", "velocity")
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    POSITION_FIELD_NUMBER: _ClassVar[int]
+    VELOCITY_FIELD_NUMBER: _ClassVar[int]
+    joint: str
+    position: float
+    velocity: float
+    def __init__(self, joint: _Optional[str] = ..., position: _Optional[float] = ..., velocity: _Optional[float] = ...) -> None: ...
 
 class ToolStateMove(_message.Message):
     __slots__ = ("tool", "state", "width_meters")
@@ -724,7 +770,7 @@ class ToolStateMove(_message.Message):
     def __init__(self, tool: _Optional[str] = ..., state: _Optional[str] = ..., width_meters: _Optional[float] = ...) -> None: ...
 
 class Motion(_message.Message):
-    __slots__ = ("id", "robots", "phase", "progress", "planned_duration_seconds", "start_time_seconds", "end_reason", "end_cause", "step", "step_count", "search", "step_path")
+    __slots__ = ("id", "robots", "phase", "progress", "planned_duration_seconds", "start_time_seconds", "end_reason", "end_cause", "step", "step_count", "search", "step_path", "deviations")
     ID_FIELD_NUMBER: _ClassVar[int]
     ROBOTS_FIELD_NUMBER: _ClassVar[int]
     PHASE_FIELD_NUMBER: _ClassVar[int]
@@ -737,6 +783,7 @@ class Motion(_message.Message):
     STEP_COUNT_FIELD_NUMBER: _ClassVar[int]
     SEARCH_FIELD_NUMBER: _ClassVar[int]
     STEP_PATH_FIELD_NUMBER: _ClassVar[int]
+    DEVIATIONS_FIELD_NUMBER: _ClassVar[int]
     id: str
     robots: _containers.RepeatedScalarFieldContainer[str]
     phase: MotionPhase
@@ -749,7 +796,22 @@ class Motion(_message.Message):
     step_count: int
     search: SearchResult
     step_path: str
-    def __init__(self, id: _Optional[str] = ..., robots: _Optional[_Iterable[str]] = ..., phase: _Optional[_Union[MotionPhase, str]] = ..., progress: _Optional[float] = ..., planned_duration_seconds: _Optional[float] = ..., start_time_seconds: _Optional[float] = ..., end_reason: _Optional[str] = ..., end_cause: _Optional[_Union[EndCause, str]] = ..., step: _Optional[int] = ..., step_count: _Optional[int] = ..., search: _Optional[_Union[SearchResult, _Mapping]] = ..., step_path: _Optional[str] = ...) -> None: ...
+    deviations: _containers.RepeatedCompositeFieldContainer[JointDeviation]
+    def __init__(self, id: _Optional[str] = ..., robots: _Optional[_Iterable[str]] = ..., phase: _Optional[_Union[MotionPhase, str]] = ..., progress: _Optional[float] = ..., planned_duration_seconds: _Optional[float] = ..., start_time_seconds: _Optional[float] = ..., end_reason: _Optional[str] = ..., end_cause: _Optional[_Union[EndCause, str]] = ..., step: _Optional[int] = ..., step_count: _Optional[int] = ..., search: _Optional[_Union[SearchResult, _Mapping]] = ..., step_path: _Optional[str] = ..., deviations: _Optional[_Iterable[_Union[JointDeviation, _Mapping]]] = ...) -> None: ...
+
+class JointDeviation(_message.Message):
+    __slots__ = ("robot", "joint", "kind", "value", "tolerance")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_FIELD_NUMBER: _ClassVar[int]
+    KIND_FIELD_NUMBER: _ClassVar[int]
+    VALUE_FIELD_NUMBER: _ClassVar[int]
+    TOLERANCE_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint: str
+    kind: DeviationKind
+    value: float
+    tolerance: float
+    def __init__(self, robot: _Optional[str] = ..., joint: _Optional[str] = ..., kind: _Optional[_Union[DeviationKind, str]] = ..., value: _Optional[float] = ..., tolerance: _Optional[float] = ...) -> None: ...
 
 class SearchResult(_message.Message):
     __slots__ = ("found", "joint_positions", "world_t_tcp", "time_seconds")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -31,11 +31,13 @@ from virtualrobot_kernel.planning.moves import (
     Move,
     PointToPoint,
     Spline,
+    Tolerances,
     ToolStateMove,
 )
 from virtualrobot_kernel.planning.planned_move import PoseGoal
 from virtualrobot_kernel.planning.redundancy import FREE
 from virtualrobot_kernel.world.structure import WORLD_NAME
+from virtualrobot_kernel.world.tolerances import tolerance_rows
 
 
 def requested_move(message: motion_pb2.Move, what: str) -> Move:
@@ -118,10 +120,46 @@ def _trajectory(robot: str, trajectory: motion_pb2.JointTrajectory, factor: floa
     names = tuple(trajectory.joint_names)
     times = array(trajectory.times, (None,), f"{what}.times")
     shape = (len(times), len(names))
-    velocities = (
-        array(trajectory.velocities, shape, f"{what}.velocities") if trajectory.HasField("velocities") else None
+    check_enum(trajectory, "interpolation")
+    segments = trajectory.interpolation == motion_pb2.TRAJECTORY_INTERPOLATION_SEGMENTS
+    for field in ("accelerations", "start_time_seconds"):
+        if trajectory.HasField(field) and not segments:
+            raise KernelError(f"{what}.{field} is for the interpolation SEGMENTS alone", field=f"{what}.{field}")
+
+    def rows(field: str) -> NDArray[np.float64] | None:
+        return array(getattr(trajectory, field), shape, f"{what}.{field}") if trajectory.HasField(field) else None
+
+    return JointTrajectory(
+        robot,
+        names,
+        times,
+        array(trajectory.positions, shape, f"{what}.positions"),
+        rows("velocities"),
+        rows("accelerations"),
+        segments,
+        _start_time(trajectory, what),
+        _tolerances(names, trajectory, what),
     )
-    return JointTrajectory(robot, names, times, array(trajectory.positions, shape, f"{what}.positions"), velocities)
+
+
+def _start_time(trajectory: motion_pb2.JointTrajectory, what: str) -> float | None:
+    if not trajectory.HasField("start_time_seconds"):
+        return None
+    return not_negative(trajectory.start_time_seconds, f"{what}.start_time_seconds")
+
+
+def _tolerances(names: Sequence[str], trajectory: motion_pb2.JointTrajectory, what: str) -> Tolerances:
+    def of(field: str) -> NDArray[np.float64] | None:
+        given: list[tuple[str, float, float]] = []
+        for place, one in enumerate(getattr(trajectory, field)):
+            position, velocity = (
+                not_negative(getattr(one, name), f"{what}.{field}[{place}].{name}") for name in ("position", "velocity")
+            )
+            given.append((one.joint, position, velocity))
+        return tolerance_rows(names, given, f"{what}.{field}")
+
+    seconds = not_negative(trajectory.goal_time_tolerance_seconds, f"{what}.goal_time_tolerance_seconds")
+    return Tolerances(of("path_tolerances"), of("goal_tolerances"), seconds)
 
 
 def _point(message: geometry_pb2.Vector3, what: str) -> NDArray[np.float64]:

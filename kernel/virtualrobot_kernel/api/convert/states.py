@@ -14,11 +14,12 @@ from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.actuators import actuator_positions
 from virtualrobot_kernel.world.clock import Clock, Mode, Recorded
-from virtualrobot_kernel.world.state import EndCause, Motion, Search, Selection, Snapshot
+from virtualrobot_kernel.world.state import Deviation, DeviationKind, EndCause, Motion, Search, Selection, Snapshot
 from virtualrobot_kernel.world.structure import Kind, Node
 from virtualrobot_kernel.world.widths import width_of
 
 CAUSES = EnumTable(EndCause, motion_pb2.EndCause)
+DEVIATIONS = EnumTable(DeviationKind, motion_pb2.DeviationKind)
 PHASES = EnumTable(Phase, motion_pb2.MotionPhase)
 MODES = EnumTable(Mode, kernel_pb2.ClockMode)
 CLOCK = Table(Clock, kernel_pb2.Clock, mode=MODES, recorded=Table(Recorded, kernel_pb2.Recorded))
@@ -82,6 +83,19 @@ def motion_message(snapshot: Snapshot, motion: Motion) -> motion_pb2.Motion:
         step_count=motion.step_count,
         step_path=motion.step_path,
         search=_search_message(snapshot, motion.search) if motion.search else None,
+        deviations=[_deviation_message(snapshot, one) for one in motion.deviations],
+    )
+
+
+def _deviation_message(snapshot: Snapshot, deviation: Deviation) -> motion_pb2.JointDeviation:
+    uid, joint = deviation.joint
+    node = snapshot.structure.nodes.get(uid)
+    return motion_pb2.JointDeviation(
+        robot=node.name if node else "",
+        joint=joint,
+        kind=DEVIATIONS.write(deviation.kind),
+        value=deviation.value,
+        tolerance=deviation.tolerance,
     )
 
 

@@ -3,7 +3,7 @@
 from virtualrobot_kernel.planning.moves.cartesian_jog import CartesianJog, JogFrame
 from virtualrobot_kernel.planning.moves.circular import Circular
 from virtualrobot_kernel.planning.moves.joint_jog import JointJog
-from virtualrobot_kernel.planning.moves.joint_trajectory import JointTrajectory
+from virtualrobot_kernel.planning.moves.joint_trajectory import JointTrajectory, Tolerances
 from virtualrobot_kernel.planning.moves.linear import Linear
 from virtualrobot_kernel.planning.moves.move import Move
 from virtualrobot_kernel.planning.moves.point_to_point import ActuatorGoal, PointToPoint, goal_positions
@@ -21,6 +21,7 @@ __all__ = [
     "Move",
     "PointToPoint",
     "Spline",
+    "Tolerances",
     "ToolStateMove",
     "goal_positions",
 ]
