@@ -138,7 +138,7 @@ def checked_joints(q: Sequence[float] | Array, count: int, what: str) -> Array:
     values = np.array(q, dtype=np.float64)
     if values.shape != (count,):
         raise KernelError(f"{what} needs {count} joint values, not an array of shape {values.shape}")
-    if not np.all(np.isfinite(values)):
+    if not np.isfinite(values).all():
         bad = int(np.flatnonzero(~np.isfinite(values))[0])
         raise KernelError(f"{what} has the value {values[bad]} for joint {bad + 1} of {count}; it must be finite")
     return values

@@ -8,7 +8,10 @@ point on it is the same way. Waypoints are never given to ruckig: they would go 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from math import ceil, log2
+from operator import gt, sub
+from threading import get_ident
 from typing import NamedTuple
 
 import ruckig
@@ -77,10 +80,11 @@ class _Leg(NamedTuple):
     def at(self, time: float) -> list[tuple[float, float, float]]:
         """Return position, velocity and acceleration of each joint; without rounding where its way has ended."""
         ends = self.trajectory.independent_min_durations
+        going = *self.trajectory.at_time(time), self.origin, self.drift
+        if min(ends) > time:
+            return [(at + drift * time + q, drift + v, a) for q, v, a, at, drift in zip(*going, strict=True)]
         states = []
-        for q, v, a, end, origin, drift, last in zip(
-            *self.trajectory.at_time(time), ends, self.origin, self.drift, self.last, strict=True
-        ):
+        for q, v, a, origin, drift, end, last in zip(*going, ends, self.last, strict=True):
             at = origin + drift * time
             if end > time:
                 states.append((at + q, drift + v, a))
@@ -333,15 +337,15 @@ def _to_rest(
     way back from where the joint can stop takes too long (a result that its binding cannot name). Braking helps that.
     """
     count = len(now.q)
-    places = [q - at for q, at in zip(now.q, origin, strict=True)]
+    places = list(map(sub, now.q, origin))
     farthest = [_FARTHEST_SECONDS * most for most in greatest]
-    if any(abs(place) > far for place, far in zip(places, farthest, strict=True)):
+    if any(map(gt, map(abs, places), farthest)):
         places = [max(-far, min(far, place)) for place, far in zip(places, farthest, strict=True)]
         origin = [q - place for q, place in zip(now.q, places, strict=True)]
     given = ruckig.InputParameter(count)
     given.current_position = places
-    given.current_velocity = [v - speed for v, speed in zip(now.v, drift, strict=True)]
-    given.max_velocity = [most - speed for most, speed in zip(greatest, drift, strict=True)]
+    given.current_velocity = list(map(sub, now.v, drift))
+    given.max_velocity = list(map(sub, greatest, drift))
     given.min_velocity = [-most - speed for most, speed in zip(greatest, drift, strict=True)]
     trajectory = ruckig.Trajectory(count)
     try:
@@ -358,4 +362,11 @@ def _calculate(
     given.current_acceleration = acceleration
     given.max_acceleration = bounds.acceleration
     given.max_jerk = bounds.jerk
-    ruckig.Ruckig(given.degrees_of_freedom).calculate(given, into)
+    _calculator(get_ident(), given.degrees_of_freedom).calculate(given, into)
+
+
+@lru_cache(maxsize=64)
+def _calculator(thread: int, joints: int) -> ruckig.Ruckig:
+    """Return what calculates ways of so many joints in a thread; it keeps nothing of one for the next."""
+    del thread
+    return ruckig.Ruckig(joints)

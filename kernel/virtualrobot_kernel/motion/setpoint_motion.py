@@ -20,6 +20,7 @@ from virtualrobot_kernel.motion import brake, online, setpoint_turning
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits, checked_joints
 from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, StoppableTrajectory
 from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.quick import maker
 from virtualrobot_kernel.motion.running_motion import ENDED, NOTHING, Phase, TickContext
 from virtualrobot_kernel.motion.setpoint_turning import Turning, begun, check_rates, correction, gone_on, led_to
 from virtualrobot_kernel.motion.signals import SignalValue
@@ -149,14 +150,21 @@ class SetpointMotion:
             check_rates(self.limits, wanted)
             self._check_velocities(wanted)
         else:
-            self.limits.check(np.array(wanted), "a setpoint is refused")
-            turning, wanted = led_to(turning, self.now.q, wanted)
+            inside = self._clamped(wanted)
+            if inside != wanted or turning:
+                self.limits.check(np.array(wanted), "a setpoint is refused")
+            if turning:
+                turning, wanted = led_to(turning, self.now.q, wanted)
+                inside = self._clamped(wanted)
             for coupling in self.bounds.couplings:
                 _check_coupling(coupling, wanted, "a setpoint is refused")
             # They may be outside by rounding; no joint goes there.
-            wanted = tuple(map(min, map(max, wanted, self.bounds.lower), self.bounds.upper))
+            wanted = inside
             self._check_jump(wanted)
-        return replace(self, newest=wanted, fresh=True, turning=turning)
+        return _made(
+            *(self.mode, self.limits, self.bounds, self.timeout, self.phase, self.now, wanted, True, self.counted),
+            *(self.age, self.interval, self.goal, self.drift, self.ahead, turning, self.closed, self.fault),
+        )
 
     def close(self) -> SetpointMotion:
         """Return the motion going on to its newest setpoint, or to standstill, where it will have succeeded.
@@ -171,7 +179,7 @@ class SetpointMotion:
         if self.ended:
             return self
         heard = self.heard()
-        goal = tuple(place + speed * dt for place, speed in zip(heard.goal, heard.drift, strict=True))
+        goal = tuple([place + speed * dt for place, speed in zip(heard.goal, heard.drift, strict=True)])
         if heard.phase is Phase.PAUSED or heard.ended:
             return replace(heard, goal=goal, age=heard.age + dt)
         _, now = heard.way(dt, override)
@@ -184,7 +192,10 @@ class SetpointMotion:
                 why = f": the limits of {kept} keep it from there" if kept else ""
                 message = f"the joint {name!r} comes no nearer than {off:.6g} to its last setpoint{why}"
                 fault = ("SETPOINT_REFUSED", message)
-        later = replace(heard, now=now, phase=phase, fault=fault, goal=goal, age=heard.age + dt)
+        later = _made(
+            *(self.mode, self.limits, self.bounds, self.timeout, phase, now, heard.newest, heard.fresh, heard.counted),
+            *(heard.age + dt, heard.interval, goal, heard.drift, heard.ahead, self.turning, self.closed, fault),
+        )
         return later._turned(heard.now.q) if self.turning else later
 
     def way(self, dt: float, override: float) -> tuple[StoppableTrajectory, JointState]:
@@ -244,17 +255,11 @@ class SetpointMotion:
     def heard(self) -> SetpointMotion:
         """Return the motion that counts its newest setpoint; the goal of an old one stands, a too old one stops it."""
         if self.fresh:
-            spare = tuple(min(AHEAD_SECONDS, value) for value in self._spare(self.newest))
-            goal, drift = self._next_goal()
-            return replace(
-                self,
-                fresh=False,
-                counted=self.newest,
-                goal=goal,
-                drift=drift,
-                ahead=spare,
-                interval=self.age,
-                age=0.0,
+            spare = tuple([min(AHEAD_SECONDS, value) for value in self._spare(self.newest)])
+            newest, (goal, drift) = self.newest, self._next_goal()
+            return _made(
+                *(self.mode, self.limits, self.bounds, self.timeout, self.phase, self.now, newest, False, newest),
+                *(0.0, self.age, goal, drift, spare, self.turning, self.closed, self.fault),
             )
         if self.closed or self.phase is Phase.STOPPING:
             return self
@@ -319,8 +324,14 @@ class SetpointMotion:
                     limit=most,
                 )
 
+    def _clamped(self, wanted: Sequence[float]) -> tuple[float, ...]:
+        return tuple(map(min, map(max, wanted, self.bounds.lower), self.bounds.upper))
+
     def _check_jump(self, wanted: Sequence[float]) -> None:
-        for joint, spare in enumerate(self._spare(wanted)):
+        left = self._spare(wanted)
+        if min(left) >= -_ROUNDING:
+            return
+        for joint, spare in enumerate(left):
             if spare < -_ROUNDING:
                 name, most = self.limits.names[joint], float(self.limits.velocity[joint])
                 before, value = self.counted[joint], wanted[joint]
@@ -345,6 +356,9 @@ class SetpointMotion:
         if self.ended or self.phase is Phase.STOPPING:
             doing = "has ended" if self.ended else "is stopping"
             raise KernelError(f"the motion {doing} and cannot be {what}", reason=Reason.WRONG_STATE)
+
+
+_made = maker(SetpointMotion)
 
 
 def _distance(a: float, b: float) -> float:
