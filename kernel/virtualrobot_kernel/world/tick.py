@@ -143,19 +143,20 @@ def told_more(structure: Structure, before: State, now: State, later: State) -> 
     `now` is `before` with coordinates, parts and contacts that were told for this tick. No motion looks at these, so
     that it need not be advanced again; but where a search has just ended, whose result tells where the tool centre
     point is then, and where robots have come under physics, whose motions have moved joints until now and command
-    motors from now on.
+    motors from now on. Nor may a motion have tolerances, which look at where its joints are.
     """
     if (
         now.readings
         or before.moved_parts is not None
         or before.told_contacts is not None
         or now.motored is not before.motored
-        or tolerances.concerned(now.motions)
+        or tolerances.concerned(later.motions)
     ):
         return None
     if any(motion.search is not None for motion in later.motions):
         return None
-    if any(motion.search is not None and motion.end_tick == later.tick for motion in later.ended):
+    just_ended = [motion for motion in later.ended if motion.end_tick == later.tick]
+    if any(motion.search is not None for motion in just_ended) or tolerances.concerned(just_ended):
         return None
     told = later.but(dynamics=now.dynamics, moved_parts=now.moved_parts, told_contacts=now.told_contacts)
     return _arrived(structure, told)

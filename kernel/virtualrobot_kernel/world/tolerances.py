@@ -73,8 +73,12 @@ def kept(structure: Structure, state: State) -> State:
 
 
 def concerned(motions: Sequence[Motion]) -> bool:
-    """Return whether one of some motions has tolerances."""
-    return any(motion.path_tolerances is not None or _awaited(motion) is not None for motion in motions)
+    """Return whether joints of one of some motions may be beyond a tolerance, or have not come to its goal in time."""
+    return any(
+        motion.path_tolerances is not None
+        or (motion.cancellation is not None and motion.cancellation.cause is EndCause.GOAL_TOLERANCE)
+        for motion in motions
+    )
 
 
 def _goes(motion: Motion) -> bool:

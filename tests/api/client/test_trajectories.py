@@ -261,3 +261,20 @@ def test_within_its_tolerances_it_succeeds(steps: Client, rod: Robot) -> None:
     )
     steps.clock.step(1100)
     assert (motion.phase, motion.state.deviations) == (Phase.SUCCEEDED, ())
+
+
+def test_a_guarded_arm_that_takes_over_stops_before_a_wall(steps: Client, arm: Robot) -> None:
+    arm.set_positions([0.3, 0.6, -0.2, -1.4, 0.1, 0.9, 0.2])
+    here = arm.tcp
+    x = here[0, 3] + 0.12
+    steps.scene.add_object("wall", virtualrobot.box(0.001, 2.0, 2.0), pose=virtualrobot.pose(x, 0.0, 0.5))
+    steps.collisions.set("guard")
+    beyond = arm.solve_inverse(virtualrobot.pose(x=0.2) @ here).solutions[0]
+    line = arm.move_linear(virtualrobot.pose(x=0.08) @ here, wait=False)
+    steps.clock.step(60)
+    assert np.abs(arm.state.velocities).max() > 0.01
+    motion = arm.move_trajectory([1.0], [beyond], interpolation="segments", replace=True, wait=False)
+    steps.clock.step(400)
+    assert (line.phase, motion.phase) == (Phase.CANCELLED, Phase.ABORTED)
+    assert motion.state.end_cause == "collision"
+    assert 0.0 < steps.collisions.distance("arm", to=["wall"]).distance < 0.01

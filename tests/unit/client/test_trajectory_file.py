@@ -63,6 +63,17 @@ def test_an_object_has_the_fields_of_the_contract() -> None:
     assert samples('\n {"times": [0, 1], "positions": [[1, 2, 3], [4, 5, 6]]}').joint_names == NAMES
 
 
+def test_segments_keep_their_times_and_may_have_accelerations() -> None:
+    said = {"joint_names": ["elbow"], "times": [0.5], "positions": [[1.0]], "velocities": [[0.0]]}
+    read = samples(json.dumps(said | {"accelerations": [[2.0]], "interpolation": "segments"}), "sweep.json")
+    assert (read.interpolation, read.times.tolist()) == ("segments", [0.5])
+    assert read.accelerations is not None and read.accelerations.tolist() == [[2.0]]
+    with pytest.raises(MalformedFileError, match="two samples or more"):
+        samples(json.dumps(said), "sweep.json")
+    with pytest.raises(MalformedFileError, match="'smooth' or 'segments' belongs here, not 'cubic'"):
+        samples(json.dumps(said | {"interpolation": "cubic"}), "sweep.json")
+
+
 @pytest.mark.parametrize(
     ("text", "line", "column", "words"),
     [

@@ -153,7 +153,8 @@ class Mover(Mechanism):
         text = trajectory_file.text_of(Path(file)) if text is None else text
         joints = trajectory_file.Joints(self.name, list(self.coordinates), self._joints_for)
         read = trajectory_file.read(text, str(file), joints)
-        path = moves.trajectory(read.joint_names, read.times, read.positions, read.velocities, {})
+        more: TrajectoryOptions = {"accelerations": read.accelerations, "interpolation": read.interpolation}
+        path = moves.trajectory(read.joint_names, read.times, read.positions, read.velocities, more)
         return self._move({"speed_factor": speed_factor}, MoveOptions, joint_trajectory=path)
 
     def joint_jog(self, joint: str, velocity: float, distance: float | None = None) -> Move:

@@ -21,7 +21,9 @@ from virtualrobot.errors import InvalidArgumentError, MalformedFileError, Missin
 TIME = "time"
 BESIDE = ("tick", "x", "y", "z", "tcp_speed")
 """Columns of our own files that are no joints; those of recordings with a slash are left out, too."""
-FIELDS = ("joint_names", "times", "positions", "velocities")
+FIELDS = ("joint_names", "times", "positions", "velocities", "accelerations", "interpolation")
+RATES = ("velocities", "accelerations")
+INTERPOLATIONS = ("smooth", "segments")
 
 Rows = NDArray[np.float64]
 
@@ -50,12 +52,16 @@ class Samples:
         times: (n,), seconds from 0, strictly rising.
         positions: (n, k), radians or meters.
         velocities: (n, k), rad/s or m/s; None where the file tells none.
+        accelerations: (n, k), rad/s^2 or m/s^2; None where the file tells none.
+        interpolation: `smooth` or `segments`; None where the file tells none.
     """
 
     joint_names: Sequence[str]
     times: Rows
     positions: Rows
-    velocities: Rows | None
+    velocities: Rows | None = None
+    accelerations: Rows | None = None
+    interpolation: str | None = None
 
 
 def text_of(path: Path) -> str:
@@ -75,7 +81,8 @@ def read(text: str, file: str, joints: Joints) -> Samples:
     robot, or where times don't rise.
     """
     samples = (_Json(text, file) if text.lstrip().startswith("{") else _Csv(text, file)).samples(joints)
-    samples.times[:] -= samples.times[0]
+    if samples.interpolation != "segments":
+        samples.times[:] -= samples.times[0]
     return samples
 
 
@@ -126,7 +133,7 @@ class _Csv:
             (before, _), (at, _) = rows[row], rows[row + 1]
             words = f"{table[row + 1, 0]:g} s does not come after {table[row, 0]:g} s of line {before}; times rise"
             raise _fault(self._file, at, time + 1, heads[time], words)
-        return Samples(names, table[:, 0], table[:, 1:] * factors, None)
+        return Samples(names, table[:, 0], table[:, 1:] * factors)
 
     def _columns(self, line: int, heads: list[str], joints: Joints) -> tuple[int, list[str], list[int], list[float]]:
         """Return the place of the times, and the names, places and factors to SI of the joints."""
@@ -184,7 +191,7 @@ class _Csv:
 
 
 class _Json:
-    """An object with `times` and `positions`, perhaps `joint_names` and `velocities`, as the contract calls them."""
+    """An object with `times` and `positions`, and perhaps other `FIELDS`, as the contract calls them."""
 
     def __init__(self, text: str, file: str) -> None:
         """Read it; raises MalformedFileError for what is no JSON."""
@@ -204,14 +211,20 @@ class _Json:
                 hint = f"; did you mean {near[0]!r}?" if near else f"; fields are {', '.join(FIELDS)}"
                 raise self._wrong(f"there is no field {name!r}{hint}", name)
         times = np.array([self._number(one, "times", row) for row, one in enumerate(self._list("times"))])
-        if len(times) < 2:
-            raise self._wrong(f"a trajectory has two samples or more, and here is {len(times)}", "times")
+        interpolation = self._said.get("interpolation")
+        if interpolation not in (None, *INTERPOLATIONS):
+            names = " or ".join(map(repr, INTERPOLATIONS))
+            raise self._wrong(f"{names} belongs here, not {interpolation!r:.40}", "interpolation")
+        if len(times) < (fewest := 1 if interpolation == "segments" else 2):
+            count = "a sample" if fewest == 1 else "two samples"
+            raise self._wrong(f"a trajectory has {count} or more, and here is {len(times)}", "times")
         for row in np.flatnonzero(np.diff(times) <= 0.0):
             words = f"{times[row + 1]:g} s does not come after {times[row]:g} s; times rise"
             raise self._wrong(words, "times", int(row) + 1)
         names = self._names(joints)
-        velocities = self._table("velocities", len(times), len(names)) if "velocities" in self._said else None
-        return Samples(names, times, self._table("positions", len(times), len(names)), velocities)
+        shape = len(times), len(names)
+        velocities, accelerations = (self._table(one, *shape) if one in self._said else None for one in RATES)
+        return Samples(names, times, self._table("positions", *shape), velocities, accelerations, interpolation)
 
     def _names(self, joints: Joints) -> Sequence[str]:
         if "joint_names" not in self._said:
