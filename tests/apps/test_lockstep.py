@@ -16,10 +16,12 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot.errors import CallTimeoutError, InvalidArgumentError, LimitError, RobotBusyError, WrongStateError
+from virtualrobot.motions.state import Phase
 from virtualrobot_apps.lockstep.exchange import Lockstep
 from virtualrobot_apps.lockstep.wire import ProgramWire, SocketWire, listen
 
 from tests.kernels import KernelProcess
+from tests.waiting import until
 
 DOCS = Path(__file__).resolve().parents[2] / "docs" / "lockstep.md"
 COMMANDS = DOCS.with_name("command-line.md")
@@ -165,6 +167,23 @@ def test_a_signal_lets_the_robot_rest_and_time_go_on(
     assert not client.robot("ugv").state.velocities.any()
 
 
+@pytest.mark.skipif(sys.platform == "win32", reason="Windows has no SIGKILL")
+def test_time_goes_on_and_the_robot_stops_after_a_kill(client: virtualrobot.Client, kernel: KernelProcess) -> None:
+    """Nobody steps any more: so says the end of the connection, by which the clock was held."""
+    client.load_robot("model://ugv", name="ugv", base="planar")
+    drives = "import sys\nfor _ in sys.stdin: print('{\"twist\": [0.3, 0, 0]}', flush=True)"
+    command = [sys.executable, "-m", "virtualrobot", "--address", kernel.address, "lockstep", "ugv", "--"]
+    process = subprocess.Popen([*command, sys.executable, "-c", drives])
+    until(lambda: client.robot("ugv").tcp[0, 3] > 0.05)
+    assert client.clock.read().mode == "stepped"
+    (motion,) = client.motions()
+    process.kill()
+    process.wait()
+    until(lambda: client.clock.read().mode == "realtime" and motion.phase is Phase.ABORTED)
+    assert "the client that stepped time is gone" in motion.state.end_reason
+    assert not client.robot("ugv").state.velocities.any()
+
+
 def test_a_speed_beyond_limits_is_refused_with_them(ugv: virtualrobot.Client) -> None:
     with pytest.raises(LimitError):
         Lockstep(ugv, "ugv", 0.05).run(Played('{"twist": [99, 0, 0]}'), GUARD)
@@ -191,6 +210,22 @@ def test_a_controller_that_crashes_has_not_just_ended(ugv: virtualrobot.Client, 
         Lockstep(ugv, "ugv", 0.05).run(wire, GUARD)
     wire.close()
     assert not ugv.robot("ugv").state.velocities.any()
+
+
+@pytest.mark.parametrize(
+    ("program", "words"),
+    [
+        (r"import sys; sys.stdout.buffer.write(b'\xff\xfe\x00{}\n'); sys.stdout.flush()", "no JSON: '.*xff.*xfe"),
+        ("import os, time; os.close(1); time.sleep(600)", "has closed its output, and runs on"),
+    ],
+)
+def test_a_controller_that_writes_no_text_or_nothing_more_has_not_just_ended(
+    ugv: virtualrobot.Client, program: str, words: str
+) -> None:
+    wire = ProgramWire([sys.executable, "-c", program])
+    with pytest.raises(virtualrobot.VirtualRobotError, match=words):
+        Lockstep(ugv, "ugv", 0.05).run(wire, GUARD)
+    wire.close()
 
 
 def test_a_period_and_names_are_looked_at_first(ugv: virtualrobot.Client) -> None:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Unpack
 
@@ -12,7 +14,7 @@ from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default, whole
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown, told
 from virtualrobot._wire.signal_values import GivenValue, SignalValue, value_of
-from virtualrobot.errors import CallTimeoutError, InvalidArgumentError
+from virtualrobot.errors import CallTimeoutError, InvalidArgumentError, VirtualRobotError
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.state import MotionState
 from virtualrobot.robots.values import RobotState
@@ -77,6 +79,43 @@ class Observation:
 
 
 @checked
+class ClockHold:
+    """Time that goes on by steps alone for as long as this program holds it; `Clock.hold_stepped` makes one.
+
+    A context manager.
+    """
+
+    def __init__(self, services: Services) -> None:
+        """Begin to hold."""
+        self._over = threading.Event()
+        self._call = services.kernel.HoldClock(self._requests())
+        try:
+            next(self._call)
+        except BaseException:
+            self._over.set()
+            raise
+
+    def close(self) -> None:
+        """Let time go on as before; may be called again."""
+        self._over.set()
+        with suppress(VirtualRobotError):  # the kernel has gone
+            for _ in self._call:
+                pass
+
+    def __enter__(self) -> ClockHold:
+        """Return itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Close."""
+        self.close()
+
+    def _requests(self) -> Iterator[kernel_pb2.HoldClockRequest]:
+        yield kernel_pb2.HoldClockRequest()
+        self._over.wait()
+
+
+@checked
 class Clock:
     """The clock of one kernel.
 
@@ -132,6 +171,20 @@ class Clock:
     def set_stepped(self) -> ClockState:
         """Let time go on only by `step`."""
         return _state(self._services.kernel.SetClock(kernel_pb2.SetClockRequest(mode=kernel_pb2.CLOCK_MODE_STEPPED)))
+
+    def hold_stepped(self) -> ClockHold:
+        """Let time go on only by `step` for as long as this program lives, and as before at the end of the block.
+
+        When the program is gone, even by a kill, time goes on as before, too, and what its steps have moved stops.
+
+        Raises:
+            WrongStateError: while another program holds the clock, and where time must follow the wall clock.
+
+        Example:
+            >>> with client.clock.hold_stepped():
+            ...     client.clock.step(250)
+        """
+        return ClockHold(self._services)
 
     def step(
         self,

@@ -11,6 +11,8 @@ from tempfile import TemporaryDirectory
 from virtualrobot.v1 import kernel_pb2, kernel_pb2_grpc
 from virtualrobot_sdk.registration import ComponentKind
 
+from virtualrobot_kernel.api.author import person
+from virtualrobot_kernel.api.clock_holds import ClockHolds
 from virtualrobot_kernel.api.convert.states import CLOCK, MODES
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.limits import described
@@ -57,6 +59,7 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
         """Serve from the kernel."""
         self._kernel = kernel
         self._stepping = Stepping(kernel)
+        self._holds = ClockHolds(kernel.world)
 
     async def GetInfo(self, request: kernel_pb2.GetInfoRequest, context: object) -> kernel_pb2.GetInfoResponse:
         """Tell versions, limits and capabilities."""
@@ -90,7 +93,20 @@ class KernelServicer(kernel_pb2_grpc.KernelServiceServicer):
         world = self._kernel.world
         factor = finite(request.speed_factor, "speed_factor") or world.clock.speed_factor
         snapshot = await asyncio.wrap_future(world.set_clock(mode, factor))
+        self._holds.forget()
         return kernel_pb2.SetClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(world.clock))
+
+    async def HoldClock(
+        self, request_iterator: AsyncIterator[kernel_pb2.HoldClockRequest], context: object
+    ) -> AsyncIterator[kernel_pb2.HoldClockResponse]:
+        """Let time be stepped until the client ends the call or is gone; then what its steps have moved stops."""
+        async with self._holds.held(person(context)) as snapshot:
+            try:
+                yield kernel_pb2.HoldClockResponse(stamp=stamp(snapshot), clock=CLOCK.write(self._kernel.world.clock))
+                async for _ in request_iterator:
+                    pass
+            finally:
+                self._stepping.end_setpoints(context)
 
     async def WatchClock(
         self, request: kernel_pb2.WatchClockRequest, context: object

@@ -66,10 +66,9 @@ async def stream_setpoints(
     applied = await asyncio.wrap_future(kernel.submit([command], context))
     id, snapshot = str(applied.created[0]), applied.snapshot
     robots = find_motion(snapshot, id).robots
-    follow = None
-    if craft is not None:
-        follow = partial(kernel.with_component, craft.component, kernel.crafts.follow, id, uid)
-    feed = _Feed(kernel, id, names, writer, kernel.permit(), follow)
+    follow = partial(kernel.crafts.follow, id, uid)
+    by_twists = partial(kernel.with_component, craft.component, follow) if craft is not None else None
+    feed = _Feed(kernel, id, names, writer, kernel.permit(), by_twists)
     working = {
         asyncio.create_task(_or_stop(kernel, id, work)) for work in (feed.read(values, requests), feed.refusal())
     }

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from virtualrobot.v1 import kernel_pb2
 
-from virtualrobot_kernel.api.author import author
+from virtualrobot_kernel.api.author import author, is_mine
 from virtualrobot_kernel.api.convert.setpoints import followed, follows_twists, numbers
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import make_way
@@ -89,6 +89,14 @@ class StepSetpoints:
         for wish in wishes:
             if wish.values is None:
                 self._motions.pop(wish.key, None)
+
+    def end(self, context: object) -> None:
+        """Have the motions stop that follow the steps of a client."""
+        self._forget()
+        reason = Cancellation(EndCause.UNWATCHED, "the client that stepped time is gone")
+        mine = is_mine(context)
+        for key in [key for key in self._motions if mine(key[0])]:
+            self._kernel.world.submit([CancelMotion(self._motions.pop(key), reason)], "kernel")
 
     def _forget(self) -> None:
         """Forget motions that the world has forgotten, such as those of clients that have gone."""

@@ -69,6 +69,10 @@ class Stepping:
             setpoint_motion_ids=ids,
         )
 
+    def end_setpoints(self, context: object) -> None:
+        """Have the motions stop that follow setpoints of the steps of a client that steps no more."""
+        self._setpoints.end(context)
+
     def _check(self, request: kernel_pb2.StepClockRequest) -> None:
         """Raise KernelError for a step that cannot be made, before what goes with it is done."""
         self._kernel.world.check_step(request.ticks)

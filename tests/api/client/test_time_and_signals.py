@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, Robot
+from virtualrobot.errors import WrongStateError
 
 from tests.api.client.conftest import IIWA
 from tests.kernels import KernelProcess
@@ -97,6 +98,26 @@ def test_the_clock_is_watched_and_set(client: Client) -> None:
     assert next(state for state in watch if state.mode == "stepped").tick_length == 0.004
     with pytest.raises(virtualrobot.VirtualRobotError, match="1000"):
         client.clock.set_realtime(1000)
+
+
+def test_time_is_stepped_while_somebody_holds_it(client: Client) -> None:
+    """By one at a time; what somebody sets meanwhile stays."""
+    client.clock.set_realtime(2.0)
+    with client.clock.hold_stepped() as hold:
+        assert client.clock.step(3).ticks == 3
+        assert client.clock.mode == "stepped"
+        with pytest.raises(WrongStateError, match=r"time is stepped by .*; one at a time holds the clock"):
+            client.clock.hold_stepped()
+        hold.close()
+    state = client.clock.read()
+    assert (state.mode, state.speed_factor) == ("realtime", 2.0)
+    with client.clock.hold_stepped():
+        client.clock.set_realtime(3.0)
+    assert client.clock.speed_factor == 3.0
+    client.clock.set_stepped()
+    with client.clock.hold_stepped():
+        pass
+    assert client.clock.mode == "stepped"
 
 
 def test_signals_are_like_a_dictionary(client: Client) -> None:

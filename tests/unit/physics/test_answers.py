@@ -12,7 +12,7 @@ from virtualrobot_kernel.physics.answers import Answers
 from virtualrobot_sdk.physics import Body, BodyJoint, PhysicsModel, Stepped, TouchingBodies
 
 BODIES = (Body("ball", joint=BodyJoint.FREE), Body("door", joint=BodyJoint.REVOLUTE))
-ANSWERS = Answers("tests", PhysicsModel(BODIES, 0.001))
+ANSWERS = Answers("tests", PhysicsModel(BODIES))
 RIGHT = Stepped(
     np.array([1.0, 2.0, 3.0, 0.0, 0.6, 0.0, 0.8, 0.5]),
     np.zeros(7),

@@ -193,12 +193,20 @@ class Clock(Face):
         """Let time follow the wall clock times a factor of 0.01 to 100."""
     def set_stepped(self) -> Order[ClockState]:
         """Let time go on only by `step`."""
+    def hold_stepped(self) -> Order[ClockHold]:
+        """Let time go on only by `step` for as long as this program lives, and as before at the end of the block."""
     def step(self, ticks: Count = ..., *, twists: Mapping[str, Values] | None = ..., positions: Mapping[str, Values] | None = ..., velocities: Mapping[str, Values] | None = ..., signals: Mapping[str, GivenValue] | None = ..., changes: Batch | None = ..., until: Iterable[Event] | None = ..., sensors: Iterable[str] | None = ..., setpoint_timeout: float = ..., preempt: bool = ..., **options: Unpack[ReadingOptions]) -> Order[Observation]:
         """Set what is given, let time go on by some ticks, and return the state after the last one: in one call."""
     def seek(self, simulation_time: float) -> Order[ClockState]:
         """Go to a moment of a replay (`virtualrobot replay`), back or forth; return the clock there."""
     def run(self, *motions: Motion, timeout: float | None = ...) -> Order[ClockState]:
         """Let time go on by steps until these motions have ended; return the clock as it is then."""
+
+class ClockHold(Face):
+    """Time that goes on by steps alone for as long as this program holds it; `Clock.hold_stepped` makes one."""
+    def close(self) -> Order[None]:
+        """Let time go on as before; may be called again."""
+    async def __aenter__(self) -> ClockHold: ...
 
 class Client(Face):
     """A connection to one kernel; a context manager. `virtualrobot.connect` makes it."""
@@ -314,6 +322,24 @@ class Lease(Face):
     def release(self) -> Order[None]:
         """Give the robots back; motions that run go on. Does nothing when the lease has ended already."""
     async def __aenter__(self) -> Lease: ...
+
+class Physics(Face):
+    """Handle of the physics of one kernel."""
+    def set(self, engine: str | None = ..., *, engine_settings: Mapping[str, object] | None = ..., gravity: ArrayLike | None = ..., substeps: int | None = ...) -> Order[None]:
+        """Change how forces move parts that are dynamic; what is not given stays. Saved with the scene."""
+    def enable(self, *names: str) -> Order[None]:
+        """Let parts and robots move by forces; a robot's motions command its motors then."""
+    def disable(self, *names: str) -> Order[None]:
+        """Let parts stay where they are, and go with what they hang on; let robots move by their motions alone."""
+    def motors(self, robot: str) -> Order[dict[str, JointMotor]]:
+        """Return the motors of a robot's joints that are not the usual ones, by joint."""
+    def set_motors(self, robot: str, motors: Mapping[str, JointMotor]) -> Order[None]:
+        """Choose the motors of some of a robot's joints; other joints keep theirs."""
+    def set_efforts(self, robot: str, efforts: Mapping[str, float]) -> Order[None]:
+        """Set what motors of the mode `effort` exert from now on, by joint: N m or N; others keep theirs."""
+    @property
+    def status(self) -> Order[PhysicsStatus]:
+        """Settings, fault, what moves and what touches."""
 
 class Physics(Face):
     """Handle of the physics of one kernel."""

@@ -12,8 +12,17 @@ from typing import Any, cast
 from virtualrobot.aio.orders import Order, Workers
 
 CLASSES = (
-    *("cell:Cell", "clock:Clock", "connection:Client", "drivers:Drivers", "leases:Lease", "physics:Physics"),
-    *("plugins:Plugins", "signals:Signals", "signals:SignalWatch", "tokens:Tokens", "files.assets:Assets"),
+    *(
+        "cell:Cell",
+        "clock:Clock",
+        "clock:ClockHold",
+        "connection:Client",
+        "drivers:Drivers",
+        "leases:Lease",
+        "physics:Physics",
+    ),
+    *("physics:Physics", "plugins:Plugins", "signals:Signals", "signals:SignalWatch", "tokens:Tokens"),
+    "files.assets:Assets",
     *("collisions.allowed_pairs:AllowedPairs", "collisions.collisions:Collisions", "history.history:History"),
     *("motions.motion:Motion", "motions.paths:FreePath", "motions.paths:Paths", "motions.program:Program"),
     *("motions.setpoints:SetpointStream", "recording.recording:Recording", "robots.calibration:Calibration"),

@@ -32,7 +32,7 @@ from virtualrobot.v1 import signal_pb2 as virtualrobot_dot_v1_dot_signal__pb2
 from virtualrobot.v1 import token_pb2 as virtualrobot_dot_v1_dot_token__pb2
 
 
-DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/kernel.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/lease.proto\x1a\x1cvirtualrobot/v1/motion.proto\x1a\x1bvirtualrobot/v1/robot.proto\x1a\x1bvirtualrobot/v1/scene.proto\x1a\x1cvirtualrobot/v1/sensor.proto\x1a\x1cvirtualrobot/v1/signal.proto\x1a\x1bvirtualrobot/v1/token.proto\"\x10\n\x0eGetInfoRequest\"\xb5\x02\n\x0fGetInfoResponse\x12\x0f\n\x07version\x18\x01 \x01(\t\x12\x13\n\x0b\x61pi_version\x18\x02 \x01(\t\x12\x14\n\x0c\x63\x61pabilities\x18\x03 \x03(\t\x12\x15\n\rmodel_formats\x18\x04 \x03(\t\x12\x12\n\nkinematics\x18\x05 \x03(\t\x12\x19\n\x11max_message_bytes\x18\x06 \x01(\x04\x12\x17\n\x0fmax_asset_bytes\x18\x07 \x01(\x04\x12\x12\n\nviewer_url\x18\x08 \x01(\t\x12\x12\n\nprocess_id\x18\t \x01(\r\x12#\n\x04role\x18\n \x01(\x0e\x32\x15.virtualrobot.v1.Role\x12\x12\n\ntoken_name\x18\x0b \x01(\t\x12&\n\x06limits\x18\x0c \x03(\x0b\x32\x16.virtualrobot.v1.Limit\"9\n\x05Limit\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x04\x12\x13\n\x0b\x64\x65scription\x18\x03 \x01(\t\"\xbc\x01\n\x05\x43lock\x12(\n\x04mode\x18\x01 \x01(\x0e\x32\x1a.virtualrobot.v1.ClockMode\x12\x14\n\x0cspeed_factor\x18\x02 \x01(\x01\x12\x18\n\x10tick_nanoseconds\x18\x03 \x01(\x04\x12\x18\n\x10real_time_factor\x18\x04 \x01(\x01\x12\x12\n\nlate_ticks\x18\x05 \x01(\x04\x12+\n\x08recorded\x18\x06 \x01(\x0b\x32\x19.virtualrobot.v1.Recorded\"1\n\x08Recorded\x12\x12\n\nfirst_tick\x18\x01 \x01(\x04\x12\x11\n\tlast_tick\x18\x02 \x01(\x04\"\x11\n\x0fGetClockRequest\"`\n\x10GetClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"Q\n\x0fSetClockRequest\x12(\n\x04mode\x18\x01 \x01(\x0e\x32\x1a.virtualrobot.v1.ClockMode\x12\x14\n\x0cspeed_factor\x18\x02 \x01(\x01\"`\n\x10SetClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"+\n\x11WatchClockRequest\x12\x16\n\x0emax_rate_hertz\x18\x01 \x01(\x01\"b\n\x12WatchClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"\xf5\x01\n\x10StepClockRequest\x12\r\n\x05ticks\x18\x01 \x01(\r\x12*\n\x08\x63ommands\x18\x02 \x03(\x0b\x32\x18.virtualrobot.v1.Command\x12\x30\n\tsetpoints\x18\x03 \x03(\x0b\x32\x1d.virtualrobot.v1.StepSetpoint\x12)\n\x05until\x18\x04 \x03(\x0b\x32\x1a.virtualrobot.v1.StepEvent\x12\x0f\n\x07sensors\x18\x05 \x03(\t\x12\x38\n\x0freading_options\x18\x06 \x01(\x0b\x32\x1f.virtualrobot.v1.ReadingOptions\"O\n\x0cStepSetpoint\x12/\n\x06target\x18\x01 \x01(\x0b\x32\x1f.virtualrobot.v1.SetpointTarget\x12\x0e\n\x06values\x18\x02 \x03(\x01\"\x8e\x01\n\tStepEvent\x12\x16\n\x0cmotion_ended\x18\x01 \x01(\tH\x00\x12\x32\n\x06signal\x18\x02 \x01(\x0b\x32 .virtualrobot.v1.SignalConditionH\x00\x12\x16\n\x0c\x63ollision_of\x18\x03 \x01(\tH\x00\x12\x14\n\nreading_of\x18\x04 \x01(\tH\x00\x42\x07\n\x05\x65vent\"\xa9\x02\n\x11StepClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\x12(\n\x07signals\x18\x03 \x03(\x0b\x32\x17.virtualrobot.v1.Signal\x12(\n\x07motions\x18\x04 \x03(\x0b\x32\x17.virtualrobot.v1.Motion\x12\x30\n\x08readings\x18\x05 \x03(\x0b\x32\x1e.virtualrobot.v1.SensorReading\x12\r\n\x05ticks\x18\x06 \x01(\r\x12\x0e\n\x06\x65vents\x18\x07 \x03(\r\x12\x1b\n\x13setpoint_motion_ids\x18\x08 \x03(\t\" \n\x10SeekClockRequest\x12\x0c\n\x04tick\x18\x01 \x01(\x04\"a\n\x11SeekClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"-\n\x10GetReportRequest\x12\x19\n\x11max_journal_bytes\x18\x01 \x01(\x04\"!\n\x11GetReportResponse\x12\x0c\n\x04\x64\x61ta\x18\x01 \x01(\x0c\"\x11\n\x0fShutdownRequest\"\x12\n\x10ShutdownResponse*X\n\tClockMode\x12\x1a\n\x16\x43LOCK_MODE_UNSPECIFIED\x10\x00\x12\x17\n\x13\x43LOCK_MODE_REALTIME\x10\x01\x12\x16\n\x12\x43LOCK_MODE_STEPPED\x10\x02\x32\xdb\x05\n\rKernelService\x12R\n\x07GetInfo\x12\x1f.virtualrobot.v1.GetInfoRequest\x1a .virtualrobot.v1.GetInfoResponse\"\x04\xa8\xbb\x18\x01\x12U\n\x08GetClock\x12 .virtualrobot.v1.GetClockRequest\x1a!.virtualrobot.v1.GetClockResponse\"\x04\xa8\xbb\x18\x01\x12U\n\x08SetClock\x12 .virtualrobot.v1.SetClockRequest\x1a!.virtualrobot.v1.SetClockResponse\"\x04\xa8\xbb\x18\x02\x12]\n\nWatchClock\x12\".virtualrobot.v1.WatchClockRequest\x1a#.virtualrobot.v1.WatchClockResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x12\\\n\tStepClock\x12!.virtualrobot.v1.StepClockRequest\x1a\".virtualrobot.v1.StepClockResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x02\x12X\n\tSeekClock\x12!.virtualrobot.v1.SeekClockRequest\x1a\".virtualrobot.v1.SeekClockResponse\"\x04\xa8\xbb\x18\x02\x12Z\n\tGetReport\x12!.virtualrobot.v1.GetReportRequest\x1a\".virtualrobot.v1.GetReportResponse\"\x04\xa8\xbb\x18\x03\x30\x01\x12U\n\x08Shutdown\x12 .virtualrobot.v1.ShutdownRequest\x1a!.virtualrobot.v1.ShutdownResponse\"\x04\xa8\xbb\x18\x04\x62\x06proto3')
+DESCRIPTOR = _descriptor_pool.Default().AddSerializedFile(b'\n\x1cvirtualrobot/v1/kernel.proto\x12\x0fvirtualrobot.v1\x1a\x1evirtualrobot/v1/geometry.proto\x1a\x1bvirtualrobot/v1/lease.proto\x1a\x1cvirtualrobot/v1/motion.proto\x1a\x1bvirtualrobot/v1/robot.proto\x1a\x1bvirtualrobot/v1/scene.proto\x1a\x1cvirtualrobot/v1/sensor.proto\x1a\x1cvirtualrobot/v1/signal.proto\x1a\x1bvirtualrobot/v1/token.proto\"\x10\n\x0eGetInfoRequest\"\xb5\x02\n\x0fGetInfoResponse\x12\x0f\n\x07version\x18\x01 \x01(\t\x12\x13\n\x0b\x61pi_version\x18\x02 \x01(\t\x12\x14\n\x0c\x63\x61pabilities\x18\x03 \x03(\t\x12\x15\n\rmodel_formats\x18\x04 \x03(\t\x12\x12\n\nkinematics\x18\x05 \x03(\t\x12\x19\n\x11max_message_bytes\x18\x06 \x01(\x04\x12\x17\n\x0fmax_asset_bytes\x18\x07 \x01(\x04\x12\x12\n\nviewer_url\x18\x08 \x01(\t\x12\x12\n\nprocess_id\x18\t \x01(\r\x12#\n\x04role\x18\n \x01(\x0e\x32\x15.virtualrobot.v1.Role\x12\x12\n\ntoken_name\x18\x0b \x01(\t\x12&\n\x06limits\x18\x0c \x03(\x0b\x32\x16.virtualrobot.v1.Limit\"9\n\x05Limit\x12\x0c\n\x04name\x18\x01 \x01(\t\x12\r\n\x05value\x18\x02 \x01(\x04\x12\x13\n\x0b\x64\x65scription\x18\x03 \x01(\t\"\xbc\x01\n\x05\x43lock\x12(\n\x04mode\x18\x01 \x01(\x0e\x32\x1a.virtualrobot.v1.ClockMode\x12\x14\n\x0cspeed_factor\x18\x02 \x01(\x01\x12\x18\n\x10tick_nanoseconds\x18\x03 \x01(\x04\x12\x18\n\x10real_time_factor\x18\x04 \x01(\x01\x12\x12\n\nlate_ticks\x18\x05 \x01(\x04\x12+\n\x08recorded\x18\x06 \x01(\x0b\x32\x19.virtualrobot.v1.Recorded\"1\n\x08Recorded\x12\x12\n\nfirst_tick\x18\x01 \x01(\x04\x12\x11\n\tlast_tick\x18\x02 \x01(\x04\"\x11\n\x0fGetClockRequest\"`\n\x10GetClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"Q\n\x0fSetClockRequest\x12(\n\x04mode\x18\x01 \x01(\x0e\x32\x1a.virtualrobot.v1.ClockMode\x12\x14\n\x0cspeed_factor\x18\x02 \x01(\x01\"`\n\x10SetClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"\x12\n\x10HoldClockRequest\"a\n\x11HoldClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"+\n\x11WatchClockRequest\x12\x16\n\x0emax_rate_hertz\x18\x01 \x01(\x01\"b\n\x12WatchClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"\xf5\x01\n\x10StepClockRequest\x12\r\n\x05ticks\x18\x01 \x01(\r\x12*\n\x08\x63ommands\x18\x02 \x03(\x0b\x32\x18.virtualrobot.v1.Command\x12\x30\n\tsetpoints\x18\x03 \x03(\x0b\x32\x1d.virtualrobot.v1.StepSetpoint\x12)\n\x05until\x18\x04 \x03(\x0b\x32\x1a.virtualrobot.v1.StepEvent\x12\x0f\n\x07sensors\x18\x05 \x03(\t\x12\x38\n\x0freading_options\x18\x06 \x01(\x0b\x32\x1f.virtualrobot.v1.ReadingOptions\"O\n\x0cStepSetpoint\x12/\n\x06target\x18\x01 \x01(\x0b\x32\x1f.virtualrobot.v1.SetpointTarget\x12\x0e\n\x06values\x18\x02 \x03(\x01\"\x8e\x01\n\tStepEvent\x12\x16\n\x0cmotion_ended\x18\x01 \x01(\tH\x00\x12\x32\n\x06signal\x18\x02 \x01(\x0b\x32 .virtualrobot.v1.SignalConditionH\x00\x12\x16\n\x0c\x63ollision_of\x18\x03 \x01(\tH\x00\x12\x14\n\nreading_of\x18\x04 \x01(\tH\x00\x42\x07\n\x05\x65vent\"\xa9\x02\n\x11StepClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12+\n\x06robots\x18\x02 \x03(\x0b\x32\x1b.virtualrobot.v1.RobotState\x12(\n\x07signals\x18\x03 \x03(\x0b\x32\x17.virtualrobot.v1.Signal\x12(\n\x07motions\x18\x04 \x03(\x0b\x32\x17.virtualrobot.v1.Motion\x12\x30\n\x08readings\x18\x05 \x03(\x0b\x32\x1e.virtualrobot.v1.SensorReading\x12\r\n\x05ticks\x18\x06 \x01(\r\x12\x0e\n\x06\x65vents\x18\x07 \x03(\r\x12\x1b\n\x13setpoint_motion_ids\x18\x08 \x03(\t\" \n\x10SeekClockRequest\x12\x0c\n\x04tick\x18\x01 \x01(\x04\"a\n\x11SeekClockResponse\x12%\n\x05stamp\x18\x01 \x01(\x0b\x32\x16.virtualrobot.v1.Stamp\x12%\n\x05\x63lock\x18\x02 \x01(\x0b\x32\x16.virtualrobot.v1.Clock\"-\n\x10GetReportRequest\x12\x19\n\x11max_journal_bytes\x18\x01 \x01(\x04\"!\n\x11GetReportResponse\x12\x0c\n\x04\x64\x61ta\x18\x01 \x01(\x0c\"\x11\n\x0fShutdownRequest\"\x12\n\x10ShutdownResponse*X\n\tClockMode\x12\x1a\n\x16\x43LOCK_MODE_UNSPECIFIED\x10\x00\x12\x17\n\x13\x43LOCK_MODE_REALTIME\x10\x01\x12\x16\n\x12\x43LOCK_MODE_STEPPED\x10\x02\x32\xb9\x06\n\rKernelService\x12R\n\x07GetInfo\x12\x1f.virtualrobot.v1.GetInfoRequest\x1a .virtualrobot.v1.GetInfoResponse\"\x04\xa8\xbb\x18\x01\x12U\n\x08GetClock\x12 .virtualrobot.v1.GetClockRequest\x1a!.virtualrobot.v1.GetClockResponse\"\x04\xa8\xbb\x18\x01\x12U\n\x08SetClock\x12 .virtualrobot.v1.SetClockRequest\x1a!.virtualrobot.v1.SetClockResponse\"\x04\xa8\xbb\x18\x02\x12\\\n\tHoldClock\x12!.virtualrobot.v1.HoldClockRequest\x1a\".virtualrobot.v1.HoldClockResponse\"\x04\xa8\xbb\x18\x02(\x01\x30\x01\x12]\n\nWatchClock\x12\".virtualrobot.v1.WatchClockRequest\x1a#.virtualrobot.v1.WatchClockResponse\"\x04\xa8\xbb\x18\x01\x30\x01\x12\\\n\tStepClock\x12!.virtualrobot.v1.StepClockRequest\x1a\".virtualrobot.v1.StepClockResponse\"\x08\xa0\xbb\x18\x01\xa8\xbb\x18\x02\x12X\n\tSeekClock\x12!.virtualrobot.v1.SeekClockRequest\x1a\".virtualrobot.v1.SeekClockResponse\"\x04\xa8\xbb\x18\x02\x12Z\n\tGetReport\x12!.virtualrobot.v1.GetReportRequest\x1a\".virtualrobot.v1.GetReportResponse\"\x04\xa8\xbb\x18\x03\x30\x01\x12U\n\x08Shutdown\x12 .virtualrobot.v1.ShutdownRequest\x1a!.virtualrobot.v1.ShutdownResponse\"\x04\xa8\xbb\x18\x04\x62\x06proto3')
 
 _globals = globals()
 _builder.BuildMessageAndEnumDescriptors(DESCRIPTOR, _globals)
@@ -45,6 +45,8 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_KERNELSERVICE'].methods_by_name['GetClock']._serialized_options = b'\250\273\030\001'
   _globals['_KERNELSERVICE'].methods_by_name['SetClock']._loaded_options = None
   _globals['_KERNELSERVICE'].methods_by_name['SetClock']._serialized_options = b'\250\273\030\002'
+  _globals['_KERNELSERVICE'].methods_by_name['HoldClock']._loaded_options = None
+  _globals['_KERNELSERVICE'].methods_by_name['HoldClock']._serialized_options = b'\250\273\030\002'
   _globals['_KERNELSERVICE'].methods_by_name['WatchClock']._loaded_options = None
   _globals['_KERNELSERVICE'].methods_by_name['WatchClock']._serialized_options = b'\250\273\030\001'
   _globals['_KERNELSERVICE'].methods_by_name['StepClock']._loaded_options = None
@@ -55,8 +57,8 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_KERNELSERVICE'].methods_by_name['GetReport']._serialized_options = b'\250\273\030\003'
   _globals['_KERNELSERVICE'].methods_by_name['Shutdown']._loaded_options = None
   _globals['_KERNELSERVICE'].methods_by_name['Shutdown']._serialized_options = b'\250\273\030\004'
-  _globals['_CLOCKMODE']._serialized_start=2389
-  _globals['_CLOCKMODE']._serialized_end=2477
+  _globals['_CLOCKMODE']._serialized_start=2508
+  _globals['_CLOCKMODE']._serialized_end=2596
   _globals['_GETINFOREQUEST']._serialized_start=287
   _globals['_GETINFOREQUEST']._serialized_end=303
   _globals['_GETINFORESPONSE']._serialized_start=306
@@ -75,30 +77,34 @@ if not _descriptor._USE_C_DESCRIPTORS:
   _globals['_SETCLOCKREQUEST']._serialized_end=1116
   _globals['_SETCLOCKRESPONSE']._serialized_start=1118
   _globals['_SETCLOCKRESPONSE']._serialized_end=1214
-  _globals['_WATCHCLOCKREQUEST']._serialized_start=1216
-  _globals['_WATCHCLOCKREQUEST']._serialized_end=1259
-  _globals['_WATCHCLOCKRESPONSE']._serialized_start=1261
-  _globals['_WATCHCLOCKRESPONSE']._serialized_end=1359
-  _globals['_STEPCLOCKREQUEST']._serialized_start=1362
-  _globals['_STEPCLOCKREQUEST']._serialized_end=1607
-  _globals['_STEPSETPOINT']._serialized_start=1609
-  _globals['_STEPSETPOINT']._serialized_end=1688
-  _globals['_STEPEVENT']._serialized_start=1691
-  _globals['_STEPEVENT']._serialized_end=1833
-  _globals['_STEPCLOCKRESPONSE']._serialized_start=1836
-  _globals['_STEPCLOCKRESPONSE']._serialized_end=2133
-  _globals['_SEEKCLOCKREQUEST']._serialized_start=2135
-  _globals['_SEEKCLOCKREQUEST']._serialized_end=2167
-  _globals['_SEEKCLOCKRESPONSE']._serialized_start=2169
-  _globals['_SEEKCLOCKRESPONSE']._serialized_end=2266
-  _globals['_GETREPORTREQUEST']._serialized_start=2268
-  _globals['_GETREPORTREQUEST']._serialized_end=2313
-  _globals['_GETREPORTRESPONSE']._serialized_start=2315
-  _globals['_GETREPORTRESPONSE']._serialized_end=2348
-  _globals['_SHUTDOWNREQUEST']._serialized_start=2350
-  _globals['_SHUTDOWNREQUEST']._serialized_end=2367
-  _globals['_SHUTDOWNRESPONSE']._serialized_start=2369
-  _globals['_SHUTDOWNRESPONSE']._serialized_end=2387
-  _globals['_KERNELSERVICE']._serialized_start=2480
-  _globals['_KERNELSERVICE']._serialized_end=3211
+  _globals['_HOLDCLOCKREQUEST']._serialized_start=1216
+  _globals['_HOLDCLOCKREQUEST']._serialized_end=1234
+  _globals['_HOLDCLOCKRESPONSE']._serialized_start=1236
+  _globals['_HOLDCLOCKRESPONSE']._serialized_end=1333
+  _globals['_WATCHCLOCKREQUEST']._serialized_start=1335
+  _globals['_WATCHCLOCKREQUEST']._serialized_end=1378
+  _globals['_WATCHCLOCKRESPONSE']._serialized_start=1380
+  _globals['_WATCHCLOCKRESPONSE']._serialized_end=1478
+  _globals['_STEPCLOCKREQUEST']._serialized_start=1481
+  _globals['_STEPCLOCKREQUEST']._serialized_end=1726
+  _globals['_STEPSETPOINT']._serialized_start=1728
+  _globals['_STEPSETPOINT']._serialized_end=1807
+  _globals['_STEPEVENT']._serialized_start=1810
+  _globals['_STEPEVENT']._serialized_end=1952
+  _globals['_STEPCLOCKRESPONSE']._serialized_start=1955
+  _globals['_STEPCLOCKRESPONSE']._serialized_end=2252
+  _globals['_SEEKCLOCKREQUEST']._serialized_start=2254
+  _globals['_SEEKCLOCKREQUEST']._serialized_end=2286
+  _globals['_SEEKCLOCKRESPONSE']._serialized_start=2288
+  _globals['_SEEKCLOCKRESPONSE']._serialized_end=2385
+  _globals['_GETREPORTREQUEST']._serialized_start=2387
+  _globals['_GETREPORTREQUEST']._serialized_end=2432
+  _globals['_GETREPORTRESPONSE']._serialized_start=2434
+  _globals['_GETREPORTRESPONSE']._serialized_end=2467
+  _globals['_SHUTDOWNREQUEST']._serialized_start=2469
+  _globals['_SHUTDOWNREQUEST']._serialized_end=2486
+  _globals['_SHUTDOWNRESPONSE']._serialized_start=2488
+  _globals['_SHUTDOWNRESPONSE']._serialized_end=2506
+  _globals['_KERNELSERVICE']._serialized_start=2599
+  _globals['_KERNELSERVICE']._serialized_end=3424
 # @@protoc_insertion_point(module_scope)

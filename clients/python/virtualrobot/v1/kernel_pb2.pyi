@@ -118,6 +118,18 @@ class SetClockResponse(_message.Message):
     clock: Clock
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., clock: _Optional[_Union[Clock, _Mapping]] = ...) -> None: ...
 
+class HoldClockRequest(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class HoldClockResponse(_message.Message):
+    __slots__ = ("stamp", "clock")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    CLOCK_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    clock: Clock
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., clock: _Optional[_Union[Clock, _Mapping]] = ...) -> None: ...
+
 class WatchClockRequest(_message.Message):
     __slots__ = ("max_rate_hertz",)
     MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]

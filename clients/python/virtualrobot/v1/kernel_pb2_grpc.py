@@ -50,6 +50,11 @@ class KernelServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_kernel__pb2.SetClockRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.SetClockResponse.FromString,
                 _registered_method=True)
+        self.HoldClock = channel.stream_stream(
+                '/virtualrobot.v1.KernelService/HoldClock',
+                request_serializer=virtualrobot_dot_v1_dot_kernel__pb2.HoldClockRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.HoldClockResponse.FromString,
+                _registered_method=True)
         self.WatchClock = channel.unary_stream(
                 '/virtualrobot.v1.KernelService/WatchClock',
                 request_serializer=virtualrobot_dot_v1_dot_kernel__pb2.WatchClockRequest.SerializeToString,
@@ -97,6 +102,15 @@ class KernelServiceServicer(object):
 
     def SetClock(self, request, context):
         """Lets time follow the wall clock, or only Step.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def HoldClock(self, request_iterator, context):
+        """Time goes on only by StepClock for as long as this call is open, and as before once its client ends the call or is gone.
+        Then motions stop, too, that follow the setpoints of this client's steps. It is answered once time is stepped. Refused
+        as WRONG_STATE while another call holds the clock; what SetClock changes meanwhile stays.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -156,6 +170,11 @@ def add_KernelServiceServicer_to_server(servicer, server):
                     servicer.SetClock,
                     request_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.SetClockRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_kernel__pb2.SetClockResponse.SerializeToString,
+            ),
+            'HoldClock': grpc.stream_stream_rpc_method_handler(
+                    servicer.HoldClock,
+                    request_deserializer=virtualrobot_dot_v1_dot_kernel__pb2.HoldClockRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_kernel__pb2.HoldClockResponse.SerializeToString,
             ),
             'WatchClock': grpc.unary_stream_rpc_method_handler(
                     servicer.WatchClock,
@@ -265,6 +284,33 @@ class KernelService(object):
             '/virtualrobot.v1.KernelService/SetClock',
             virtualrobot_dot_v1_dot_kernel__pb2.SetClockRequest.SerializeToString,
             virtualrobot_dot_v1_dot_kernel__pb2.SetClockResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def HoldClock(request_iterator,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.stream_stream(
+            request_iterator,
+            target,
+            '/virtualrobot.v1.KernelService/HoldClock',
+            virtualrobot_dot_v1_dot_kernel__pb2.HoldClockRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_kernel__pb2.HoldClockResponse.FromString,
             options,
             channel_credentials,
             insecure,

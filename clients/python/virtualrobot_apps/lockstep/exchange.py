@@ -72,9 +72,11 @@ class Lockstep:
             InvalidArgumentError: for what is no command; the robot comes to rest.
             VirtualRobotError: for a command that the kernel refuses.
         """
+        with self._client.clock.hold_stepped():
+            return self._run(wire, timeout, seconds, told)
+
+    def _run(self, wire: Wire, timeout: float, seconds: float | None, told: Callable[[float], object]) -> Run:
         clock = self._client.clock
-        before = clock.read()
-        clock.set_stepped()
         kinds: set[str] = set()
         try:
             seen = clock.step(1, sensors=self._sensors)
@@ -105,8 +107,6 @@ class Lockstep:
                 told(now + self._period)
         finally:
             self._rest(kinds)
-            if before.mode == "realtime":
-                clock.set_realtime(before.speed_factor)
 
     def _rest(self, kinds: set[str]) -> None:
         """Let the robot come to rest in simulation time."""

@@ -49,7 +49,7 @@ class _Lines:
         try:
             while line := self._file.readline(LONGEST_LINE):
                 self._waiting.put(line)
-        except (OSError, ValueError):  # it was closed, or is no text
+        except (OSError, ValueError):  # it was closed
             pass
         self._waiting.put(None)
 
@@ -75,7 +75,13 @@ class ProgramWire:
         """Start it; raise InvalidArgumentError when that can't be."""
         try:
             self._process = subprocess.Popen(
-                list(arguments), stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, encoding="utf-8", bufsize=1
+                list(arguments),
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+                encoding="utf-8",
+                errors="backslashreplace",  # what is no text is told as no command
+                bufsize=1,
             )
         except OSError as error:
             raise InvalidArgumentError(f"{arguments[0]!r} cannot be started: {error.strerror or error}") from error
@@ -92,9 +98,14 @@ class ProgramWire:
             pass
 
     def receive(self, seconds: float) -> str | None:
-        """Return the next line; raise WrongStateError for a program that has ended with an exit code but 0."""
+        """Return the next line; raise WrongStateError for a program that has ended with an exit code but 0.
+
+        And for one that has closed its output and runs on.
+        """
         line = self._lines.next(seconds)
-        if line is None and (code := self._ended()):
+        if line is None and (code := self._ended()) != 0:
+            if code is None:
+                raise WrongStateError("the controller has closed its output, and runs on")
             how = f"exit code {code}" if code > 0 else f"signal {-code}"
             raise WrongStateError(f"the controller has ended with {how}")
         return line
@@ -131,7 +142,7 @@ class SocketWire:
             raise CallTimeoutError(f"no controller has connected to port {port} for {seconds:g} s") from None
         self._socket.settimeout(None)
         self._socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        self._file = self._socket.makefile("r", encoding="utf-8", newline="\n")
+        self._file = self._socket.makefile("r", encoding="utf-8", errors="backslashreplace", newline="\n")
         self._lines = _Lines(self._file)
 
     def send(self, line: str) -> None:
