@@ -96,6 +96,18 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/bridges/modbus.py": ("virtualrobot_apps", "virtualrobot", "pymodbus"),
     f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),
     f"{APPS}/bridges/opcua.py": ("virtualrobot_apps", "virtualrobot", "asyncua"),
+    # The bridge to ROS: types and bytes by rosbags, pictures by Pillow, and each transport by its own library.
+    **{
+        f"{APPS}/bridges/ros/{name}": ("virtualrobot_apps", "virtualrobot", "numpy", *libraries)
+        for name, libraries in {
+            "messages/types.py": ("rosbags", "yaml"),
+            "messages/message.py": ("cbor2",),
+            "mapping/sensors.py": ("PIL",),
+            "dds.py": ("cyclonedds",),
+            "rosbridge/wire.py": ("cbor2", "PIL"),
+            "rosbridge/server.py": ("websockets",),
+        }.items()
+    },
     # The console passes calls of any method on, in bytes: it speaks gRPC and the contract itself, and serves HTTP.
     f"{APPS}/console": ("virtualrobot_apps.console", "virtualrobot", "google", "grpc"),
     f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),

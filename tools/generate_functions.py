@@ -201,6 +201,7 @@ GROUPS = (
             "lockstep",
             "connections",
             "bridge",
+            "ros",
         ),
     ),
     Group(

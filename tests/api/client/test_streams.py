@@ -12,6 +12,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError
+from virtualrobot.geometry import poses_from_rows
 from virtualrobot.streams.sample import Sample
 from virtualrobot.streams.statistics import bandwidth, rate
 from virtualrobot.streams.watch import StreamWatch
@@ -256,3 +257,25 @@ def test_commands_publish(run: Run, client: Client) -> None:
     run("topic", "pub", "/robots/ugv/base", "1", "--seconds", "1", code=2)
     run("topic", "pub", "/robots/ugv/command/twist", "fast", "--seconds", "1", code=2)
     assert "vx, vy, omega" in run("topic", "pub", "/robots/ugv/command/twist", "0.3", "--seconds", "1", code=1)
+
+
+def test_frames_are_told_with_their_parents(world: Client) -> None:
+    with world.streams.watch("/transforms*") as watch:
+        still, moving = sorted(taken(watch, 2), key=lambda one: one.stream, reverse=True)
+        world.robot("arm").set_positions([0.3] * 7)
+        now = taken(watch, 1)[0]
+    assert still.stream == "/transforms/fixed" and now.stream == moving.stream == "/transforms"
+    assert "ugv.lidar" in still.values["children"] and LINK in moving.values["children"]
+    world_t_node = {"world": np.eye(4)}
+    rows = {}
+    for sample in (still, now):
+        for child, parent, row in zip(*(sample.values[one] for one in ("children", "parents", "poses")), strict=True):
+            rows[child] = parent, row
+
+    def placed(node: str) -> np.ndarray:
+        if node not in world_t_node:
+            parent, row = rows[node]
+            world_t_node[node] = placed(parent) @ poses_from_rows(row)[0]
+        return world_t_node[node]
+
+    assert np.allclose(placed(LINK), world.scene[LINK].pose, rtol=0.0, atol=1e-12)

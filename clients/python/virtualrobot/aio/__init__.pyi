@@ -143,6 +143,7 @@ from virtualrobot.signals import SignalChange as SignalChange
 from virtualrobot.stepping import Event as Event
 from virtualrobot.stepping import Values as Values
 from virtualrobot.streams.sample import Sample as Sample
+from virtualrobot.streams.scans import ScanGeometry as ScanGeometry
 from virtualrobot.streams.table import Stream as Stream
 from virtualrobot.tokens import NewToken as NewToken
 from virtualrobot.tokens import TokenInfo as TokenInfo
@@ -1417,6 +1418,8 @@ class Streams(Face):
         """Watch streams by their names, or by patterns such as `/robots/*`; every tick and reading comes."""
     def sample(self, name: str, timeout: float = ...) -> Order[Sample]:
         """Return the next sample of a stream; raises CallTimeoutError after `timeout` (s of the wall clock) without."""
+    def scan_geometry(self, sensor: str) -> Order[ScanGeometry]:
+        """Return what the distances of a range sensor are measured along, and how far; for those who draw them."""
     def publisher(self, name: str, *, timeout: float = ...) -> Order[Publisher]:
         """Publish to a stream that the world hears: a signal, or commands of a robot."""
     def __aiter__(self) -> Streams: ...

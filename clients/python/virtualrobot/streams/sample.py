@@ -12,6 +12,7 @@ from google.protobuf.message import Message
 from virtualrobot._wire.messages import array_of, pose_of
 from virtualrobot._wire.signal_values import value_of
 from virtualrobot.collisions.watch import event_of
+from virtualrobot.recording.frames import FrameGroup
 from virtualrobot.recording.joints import Coordinate
 from virtualrobot.v1 import collision_pb2, geometry_pb2, nodes_pb2, robot_pb2, sensing_pb2, sensor_pb2, signal_pb2
 
@@ -32,6 +33,7 @@ class Sample:
         values: numbers, words and arrays by name, such as `joint_1/position`, `x`, `distances`.
         size: how many bytes the message had that told it.
         lost: how many samples of the stream before this one were lost, since this program or the kernel was too slow.
+        message: the message of the contract that told it, with what `values` leave out; None where there is none.
     """
 
     stream: str
@@ -41,6 +43,12 @@ class Sample:
     values: Mapping[str, Any]
     size: int
     lost: int = 0
+    message: Message | None = None
+
+    @property
+    def nanoseconds(self) -> int:
+        """Simulation time (ns)."""
+        return round(self.time * 1e9)
 
     def numbers(self) -> dict[str, float]:
         """Return those values that are numbers, and of arrays the least and the mean of what is finite in them."""
@@ -55,10 +63,17 @@ class Sample:
         return found
 
 
-def sampled(stream: str, stamp: geometry_pb2.Stamp, values: Mapping[str, Any], size: int, lost: int = 0) -> Sample:
+def sampled(
+    stream: str,
+    stamp: geometry_pb2.Stamp,
+    values: Mapping[str, Any],
+    size: int,
+    lost: int = 0,
+    message: Message | None = None,
+) -> Sample:
     """Return a sample at a stamp."""
     wall = stamp.wall_time.seconds + stamp.wall_time.nanos / 1e9
-    return Sample(stream, stamp.tick, stamp.tick * stamp.tick_nanoseconds / 1e9, wall, values, size, lost)
+    return Sample(stream, stamp.tick, stamp.tick * stamp.tick_nanoseconds / 1e9, wall, values, size, lost, message)
 
 
 def of_stamp(stamp: geometry_pb2.Stamp) -> dict[str, Any]:
@@ -113,6 +128,11 @@ def of_pose(pose: geometry_pb2.Pose) -> dict[str, float]:
     """Return x, y, z (m) and the quaternion of a pose."""
     one, turn = pose.position, pose.orientation
     return dict(zip(_POSE, (one.x, one.y, one.z, turn.x, turn.y, turn.z, turn.w), strict=True))
+
+
+def of_frames(group: FrameGroup, poses: np.ndarray) -> dict[str, Any]:
+    """Return the names of frames, those of their parents, and `parent_t_child` of each (n, 7)."""
+    return {"children": group.children, "parents": group.parents, "poses": poses}
 
 
 def of_row(row: np.ndarray) -> dict[str, float]:

@@ -10,6 +10,7 @@ from virtualrobot._wire.showing import listed, table_html, told
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.streams.publishing import Publisher
 from virtualrobot.streams.sample import Sample
+from virtualrobot.streams.scans import ScanGeometry, scan_geometry
 from virtualrobot.streams.table import IN, Stream, chosen
 from virtualrobot.streams.table import table as table_of
 from virtualrobot.streams.watch import StreamWatch
@@ -63,6 +64,10 @@ class Streams(Mapping[str, Stream]):
             if (sample := watch.next(timeout)) is None:
                 raise CallTimeoutError(f"{name} has told nothing for {timeout:g} s")
             return sample
+
+    def scan_geometry(self, sensor: str) -> ScanGeometry:
+        """Return what the distances of a range sensor are measured along, and how far; for those who draw them."""
+        return scan_geometry(self._services, sensor)
 
     def publisher(self, name: str, *, timeout: float = 0.5) -> Publisher:
         """Publish to a stream that the world hears: a signal, or commands of a robot.

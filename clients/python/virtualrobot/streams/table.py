@@ -81,6 +81,10 @@ def table(services: Services) -> list[Stream]:
         for node in nodes
         if node.name != "world"
     ]
+    found += [
+        Stream(topics.TRANSFORMS, "FrameTransforms", every_tick, "m", "", OUT, "scene", "", "transforms"),
+        Stream(topics.FIXED_TRANSFORMS, "FrameTransforms", None, "m", "", OUT, "scene", "", "transforms"),
+    ]
     found.append(Stream(topics.MOTIONS, "Motion", MOTIONS_HERTZ, "s", "", OUT, "motions", "", "motions"))
     found.append(Stream(topics.COLLISIONS, "CollisionEvent", None, "m", "world", OUT, "collisions", "", "collisions"))
     return found
@@ -158,10 +162,19 @@ def _of_sensor(services: Services, node: nodes_pb2.Node, rate: float) -> Iterato
 
 def pattern_of(services: Services, sensor: sensing_pb2.RangeSensor) -> sensing_pb2.ScanPattern:
     """Return where the beams of a range sensor go, by itself or by its device."""
-    if sensor.HasField("pattern") or not sensor.preset:
-        return sensor.pattern
+    own, device = settings_of(services, sensor)
+    return own.pattern if own.HasField("pattern") or not own.preset else device.pattern
+
+
+def settings_of(
+    services: Services, sensor: sensing_pb2.RangeSensor
+) -> tuple[sensing_pb2.RangeSensor, sensing_pb2.RangeSensor]:
+    """Return the settings of a range sensor, and those of its device, which count where it has none; empty without."""
+    if not sensor.preset:
+        return sensor, sensing_pb2.RangeSensor()
     presets = services.sensor.ListSensorPresets(sensor_pb2.ListSensorPresetsRequest()).presets
-    return next((one.sensor.pattern for one in presets if one.name == sensor.preset), sensor.pattern)
+    device = next((one.sensor for one in presets if one.name == sensor.preset), sensing_pb2.RangeSensor())
+    return sensor, device
 
 
 def _of_signal(signal: signal_pb2.Signal) -> Stream:

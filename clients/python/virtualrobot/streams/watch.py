@@ -16,6 +16,8 @@ from virtualrobot._wire.messages import array_of
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.transport import Stream as Call
 from virtualrobot.errors import CallTimeoutError, UnknownNameError
+from virtualrobot.recording import topics
+from virtualrobot.recording.frames import Frames
 from virtualrobot.recording.joints import Robots
 from virtualrobot.streams import sample as samples
 from virtualrobot.streams.sample import Sample, sampled
@@ -186,7 +188,7 @@ class StreamWatch:
                         if (one.about in changed or not again) and (values := told(one, tick)) is not None:
                             state = states.get(one.about)
                             size = state.ByteSize() if state is not None else tick.stamp.ByteSize()
-                            self._put(sampled(one.name, tick.stamp, values, size, tick.lost_ticks))
+                            self._put(sampled(one.name, tick.stamp, values, size, tick.lost_ticks, state))
                 begun.set()
 
         return read
@@ -200,35 +202,54 @@ class StreamWatch:
         return joints, joint.name
 
     def _of_nodes(self, streams: list[Stream]) -> Callable[[threading.Event], None]:
-        names = [one.about for one in streams]
+        names = [one.about for one in streams if one.about]
+        told = {one.name for one in streams if not one.about}
         call = self._opened(
             self._services.scene.WatchScene(
                 scene_pb2.WatchSceneRequest(
-                    names=names,
+                    names=[] if told else names,
                     every_tick=True,
                     max_rate_hertz=AT_ONCE_HERTZ,
-                    read_mask={"paths": ["uid", "name"]},
+                    read_mask={"paths": ["uid", "name", *(("parent", "link") if told else ())]},
                 )
             )
         )
-        stream_of = {one.about: one.name for one in streams}
+        stream_of = {one.about: one.name for one in streams if one.about}
+        frames = Frames(joints=True)
         places: dict[int, np.ndarray] = {}
         name_of: dict[int, str] = {}
+
+        def put(stream: str, tick: scene_pb2.WatchSceneResponse, values: dict[str, Any], size: int) -> None:
+            self._put(sampled(stream, tick.stamp, values, size, tick.lost_ticks))
+
+        def poses(tick: scene_pb2.WatchSceneResponse, again: bool) -> None:
+            name_of.update({node.uid: node.name for node in tick.nodes})
+            for uid in tick.removed_uids:
+                places.pop(uid, None)
+            moved = set(tick.moved_uids)
+            if moved:
+                places.update(zip(tick.moved_uids, array_of(tick.world_t_node), strict=True))
+            for uid, row in places.items():
+                if (uid in moved or not again) and (stream := stream_of.get(name_of[uid])) is not None:
+                    put(stream, tick, samples.of_row(row), row.nbytes)
+
+        def transforms(tick: scene_pb2.WatchSceneResponse, again: bool) -> None:
+            changed = frames.update(tick)
+            for group in frames.groups.values():
+                each_tick = group.topic == topics.TRANSFORMS and not again and group.rows
+                if group.topic in told and (group in changed or each_tick):
+                    rows = frames.poses(group)
+                    put(group.topic, tick, samples.of_frames(group, rows), rows.nbytes)
 
         def read(begun: threading.Event) -> None:
             before = -1
             for message in call:
                 for tick in message.ticks:
-                    name_of.update({node.uid: node.name for node in tick.nodes})
-                    for uid in tick.removed_uids:
-                        places.pop(uid, None)
-                    moved = set(tick.moved_uids)
-                    if moved:
-                        places.update(zip(tick.moved_uids, array_of(tick.world_t_node), strict=True))
                     again, before = tick.stamp.tick == before, tick.stamp.tick
-                    for uid, row in places.items():
-                        if (uid in moved or not again) and (stream := stream_of.get(name_of[uid])) is not None:
-                            self._put(sampled(stream, tick.stamp, samples.of_row(row), row.nbytes, tick.lost_ticks))
+                    if stream_of:
+                        poses(tick, again)
+                    if told:
+                        transforms(tick, again)
                 begun.set()
 
         return read
@@ -252,7 +273,12 @@ class StreamWatch:
             of_sensor.setdefault(one.about, []).append(one)
         call = self._opened(
             self._services.sensor.WatchReadings(
-                sensor_pb2.WatchReadingsRequest(sensors=list(of_sensor), every_reading=True, run=True)
+                sensor_pb2.WatchReadingsRequest(
+                    sensors=list(of_sensor),
+                    every_reading=True,
+                    run=True,
+                    options=sensor_pb2.ReadingOptions(points=any(one.content == "points" for one in streams)),
+                )
             )
         )
 
@@ -261,7 +287,8 @@ class StreamWatch:
                 for reading in message.readings if begun.is_set() else ():
                     for one in of_sensor[reading.sensor]:
                         if (values := samples.of_reading(reading, one.content)) is not None:
-                            self._put(sampled(one.name, reading.stamp, values, reading.ByteSize(), reading.lost))
+                            size = reading.ByteSize()
+                            self._put(sampled(one.name, reading.stamp, values, size, reading.lost, reading))
                 begun.set()
 
         return read

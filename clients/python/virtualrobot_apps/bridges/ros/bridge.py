@@ -1,0 +1,83 @@
+"""A bridge that runs: a world on a hub, transports around it, until it is interrupted."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Callable, Sequence
+
+from virtualrobot import Client
+
+from virtualrobot_apps.bridges.ros.bridge_file import Choice
+from virtualrobot_apps.bridges.ros.hub import Hub
+from virtualrobot_apps.bridges.ros.rosbridge.rosapi import serve_rosapi
+from virtualrobot_apps.bridges.ros.transport import Transport
+from virtualrobot_apps.bridges.ros.world import World
+
+LOOK_SECONDS = 0.5
+"""Time (s) after which what has come or gone in the world is seen, and a kernel that has gone is tried again."""
+
+
+class RosBridge:
+    """A bridge between a kernel and those who speak ROS; where the kernel has gone it waits for it.
+
+    Example:
+        >>> RosBridge(client, [RosbridgeServer()]).run()
+    """
+
+    def __init__(
+        self,
+        client: Client,
+        transports: Sequence[Transport],
+        choice: Choice | None = None,
+        *,
+        bare: bool = False,
+        say: Callable[[str], None] = print,
+    ) -> None:
+        """Open nothing yet; `bare` calls links as in the URDF, without their robot."""
+        self._client, self._transports, self._say = client, transports, say
+        self._choice, self._bare = choice or Choice(), bare
+
+    def run(self, until: Callable[[], bool] = lambda: False) -> None:
+        """Go on until it is interrupted, or `until` is true, which is asked twice a second.
+
+        Raises:
+            TransportError: when a transport can't be opened.
+            MalformedFileError: for a type that a stream doesn't give.
+        """
+        asyncio.run(self._run(until))
+
+    def check(self) -> list[str]:
+        """Return what there is now, a line for each topic; nothing is served. Raises as `run` does."""
+
+        async def lines() -> list[str]:
+            return await World(self._client, Hub(), self._choice, bare=self._bare, say=self._say).lines()
+
+        return asyncio.run(lines())
+
+    async def _run(self, until: Callable[[], bool]) -> None:
+        hub = Hub()
+        serve_rosapi(hub)
+        world = World(self._client, hub, self._choice, bare=self._bare, say=self._say)
+        await world.update()
+        opened: list[Transport] = []
+        try:
+            for one in self._transports:
+                self._say(await one.open(hub))
+                opened.append(one)
+            gone = False
+            while not until():
+                await asyncio.sleep(LOOK_SECONDS)
+                try:
+                    await world.update()
+                    if gone:
+                        self._say("the kernel is back")
+                    gone = False
+                except ConnectionError as error:
+                    if not gone:
+                        self._say(f"{error}; it is tried again each {LOOK_SECONDS:g} s")
+                        world.close()
+                    gone = True
+        finally:
+            world.close()
+            for one in opened:
+                await one.close()

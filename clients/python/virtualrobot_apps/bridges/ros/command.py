@@ -1,0 +1,106 @@
+"""`virtualrobot ros`: a world under ROS, without ROS: for roslibpy, roslib, rosbridge's other clients, and by DDS."""
+
+from __future__ import annotations
+
+import secrets
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from virtualrobot.cli.options import Target, target_options
+
+if TYPE_CHECKING:
+    from virtualrobot_apps.bridges.ros.transport import Transport
+
+_LOOPBACK = ("127.0.0.1", "::1", "localhost")
+
+_EXAMPLES = """
+\b
+Examples:
+  virtualrobot ros
+  virtualrobot ros bridge.yaml --no-auto
+  virtualrobot ros --dds --domain 7
+  virtualrobot ros --host 0.0.0.0 --client-token-file rosbridge.token
+"""
+
+
+@click.command(epilog=_EXAMPLES, short_help="Bridge a world to ROS: rosbridge for roslibpy, roslib and others.")
+@click.argument("mapping", type=click.Path(path_type=Path, dir_okay=False), required=False, metavar="[BRIDGE.YAML]")
+@click.option("--auto/--no-auto", default=True, help="Whether streams that the file leaves out are told, too. [told]")
+@click.option("--bare-links", is_flag=True, help="Call links as in the URDF: link_1 in place of arm/link_1.")
+@click.option("--host", default="127.0.0.1", show_default=True, help="Where rosbridge serves.")
+@click.option("--port", default=9090, show_default=True, type=click.IntRange(0, 65535), help="Its port; 0 is any.")
+@click.option("--origin", "origins", multiple=True, help="Pages of this origin may connect, too; may be given again.")
+@click.option(
+    "--client-token-file",
+    "client_token",
+    type=click.Path(path_type=Path, dir_okay=False),
+    help="Ask clients for the token in this file, which is made where it is not there.",
+)
+@click.option("--no-client-token", is_flag=True, help="Let everybody in who reaches the host.")
+@click.option("--dds", is_flag=True, help="Be a node of ROS 2, by Cyclone DDS: topics, no services.")
+@click.option("--domain", default=0, show_default=True, type=click.IntRange(0, 232), help="Its domain.")
+@click.option("--check", is_flag=True, help="Look at the file and at the streams, and serve nothing.")
+@target_options
+def ros(
+    target: Target,
+    mapping: Path | None,
+    auto: bool,
+    bare_links: bool,
+    host: str,
+    port: int,
+    origins: tuple[str, ...],
+    client_token: Path | None,
+    no_client_token: bool,
+    dds: bool,
+    domain: int,
+    check: bool,
+) -> None:
+    """Tell ROS what a world tells, and hear what it hears, until Ctrl-C.
+
+    All streams have conventional names; the file BRIDGE.YAML gives others. No ROS is needed, here or there.
+    """
+    try:
+        from virtualrobot_apps.bridges.ros.bridge import RosBridge
+        from virtualrobot_apps.bridges.ros.bridge_file import Choice, read_choice
+        from virtualrobot_apps.bridges.ros.rosbridge.server import RosbridgeServer
+        from virtualrobot_apps.bridges.ros.transport import TransportError
+    except ModuleNotFoundError as error:
+        raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[ros]'") from error
+    if host not in _LOOPBACK and client_token is None and not no_client_token:
+        raise click.UsageError(
+            f"whoever reaches {host} could move the robots: say --client-token-file FILE, or --no-client-token"
+        )
+    choice = read_choice(mapping, auto=auto) if mapping else Choice(auto)
+    token = _token(client_token) if client_token else ""
+    transports: list[Transport] = [RosbridgeServer(host, port, token=token, origins=origins)]
+    if dds:
+        transports.append(_dds_node(domain))
+    with target.connect("ros bridge") as client:
+        bridge = RosBridge(client, transports, choice, bare=bare_links, say=click.echo)
+        if check:
+            click.echo("\n".join(bridge.check()))
+            return
+        try:
+            bridge.run()
+        except TransportError as error:
+            raise click.ClickException(str(error)) from error
+
+
+def _dds_node(domain: int) -> Transport:
+    try:
+        from virtualrobot_apps.bridges.ros.dds import DdsNode
+    except ModuleNotFoundError as error:
+        raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[dds]'") from error
+    return DdsNode(domain)
+
+
+def _token(file: Path) -> str:
+    """Return the token of a file, which is written for its owner alone where it is not there."""
+    if not file.exists():
+        file.touch(mode=0o600)
+        file.write_text(secrets.token_urlsafe(32) + "\n", "utf-8")
+    token = file.read_text("utf-8").strip()
+    if not token:
+        raise click.UsageError(f"{file} is empty; without it one is made")
+    return token

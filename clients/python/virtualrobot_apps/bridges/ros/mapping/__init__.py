@@ -1,0 +1,1 @@
+"""Mapping of streams to the names and messages of ROS, and back: pure functions."""

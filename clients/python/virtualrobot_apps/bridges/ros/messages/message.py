@@ -1,0 +1,77 @@
+"""A message of ROS with its encodings: each is made once, and only when somebody wants it."""
+
+from __future__ import annotations
+
+import json
+from functools import cached_property
+from typing import Any
+
+import cbor2
+import numpy as np
+
+from virtualrobot_apps.bridges.ros.messages.types import STORE
+from virtualrobot_apps.bridges.ros.messages.values import to_plain
+
+_TAGS = {
+    **{"uint8": 64, "uint16": 69, "uint32": 70, "uint64": 71, "int8": 72, "int16": 77, "int32": 78, "int64": 79},
+    **{"float32": 85, "float64": 86},
+}
+"""Tags of typed arrays in little-endian order; source: RFC 8746, table 1."""
+
+
+class Message:
+    """A message of ROS and what transports send of it; all of them share one.
+
+    Attributes:
+        type: its type, such as `sensor_msgs/msg/JointState`.
+        value: the message.
+        time: simulation time at which it was told (ns).
+    """
+
+    def __init__(self, type: str, value: object, time: int = 0) -> None:
+        """Hold a message; nothing is encoded yet."""
+        self.type, self.value, self.time = type, value, time
+
+    @classmethod
+    def from_cdr(cls, type: str, cdr: bytes) -> Message:
+        """Return the message of these bytes; raises whatever rosbags does for those that are none."""
+        message = cls(type, STORE.deserialize_cdr(cdr, type))
+        message.__dict__["cdr"] = bytes(cdr)
+        return message
+
+    @cached_property
+    def cdr(self) -> bytes:
+        """Its bytes as ROS 2 has them: DDS, zenoh, MCAP, Foxglove and `cbor-raw`."""
+        return bytes(STORE.serialize_cdr(self.value, self.type))
+
+    @cached_property
+    def plain(self) -> Any:  # noqa: ANN401 dictionaries of any depth
+        """Its values as dictionaries and lists, NaN as None."""
+        return to_plain(self.value)
+
+    @cached_property
+    def json(self) -> str:
+        """Its text in JSON."""
+        return json.dumps(self.plain, separators=(",", ":"), allow_nan=False)
+
+    @cached_property
+    def cbor(self) -> bytes:
+        """Its bytes in CBOR, with typed arrays."""
+        return to_cbor(to_plain(self.value, arrays=True))
+
+    @property
+    def size(self) -> int:
+        """Bytes that it has in CDR."""
+        return len(self.cdr)
+
+
+def to_cbor(value: object) -> bytes:
+    """Return plain values, arrays of numbers among them, in CBOR."""
+    return cbor2.dumps(value, default=_typed)
+
+
+def _typed(encoder: Any, value: object) -> None:  # noqa: ANN401 the class differs between cbor2's two encoders
+    if not isinstance(value, np.ndarray):
+        raise TypeError(f"{type(value).__name__} has no form in CBOR")
+    data = value.astype(value.dtype.newbyteorder("<"), copy=False).tobytes()
+    encoder.encode(data if value.dtype == np.uint8 else cbor2.CBORTag(_TAGS[value.dtype.name], data))

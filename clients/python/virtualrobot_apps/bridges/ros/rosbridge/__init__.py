@@ -1,0 +1,1 @@
+"""Server of the rosbridge protocol 2 over WebSocket, for roslibpy, roslib and whoever else speaks it."""

@@ -1,0 +1,201 @@
+"""A world on a hub: what it tells and hears, under conventional names, kept up as robots and sensors come and go."""
+
+from __future__ import annotations
+
+import asyncio
+import tempfile
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from virtualrobot import Client
+from virtualrobot.errors import VirtualRobotError
+from virtualrobot.streams.table import IN, Stream
+from virtualrobot.tables import aligned
+
+from virtualrobot_apps.bridges.ros.bridge_file import TWISTS, Choice
+from virtualrobot_apps.bridges.ros.commands import TwistCommands
+from virtualrobot_apps.bridges.ros.feed import Feed
+from virtualrobot_apps.bridges.ros.hub import Hub, HubError, Topic
+from virtualrobot_apps.bridges.ros.mapping.basics import RosValue
+from virtualrobot_apps.bridges.ros.mapping.names import FrameNames, topic_name
+from virtualrobot_apps.bridges.ros.mapping.outputs import Naming, Output, outputs_of
+from virtualrobot_apps.bridges.ros.mapping.robots import commanded_twist
+from virtualrobot_apps.bridges.ros.messages.message import Message
+from virtualrobot_apps.bridges.ros.messages.types import make
+
+DESCRIPTION = "std_msgs/msg/String"
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Contents of a world now.
+
+    Attributes:
+        outputs: what it tells, by the watch that tells it.
+        twists: streams of twists by the names of their topics.
+        robots: names of robots by the topics of their descriptions.
+    """
+
+    outputs: Mapping[str, list[Output]]
+    twists: Mapping[str, str]
+    robots: Mapping[str, str]
+
+
+class World:
+    """A kernel's world on a hub. `update` is called from time to time, all else by the hub's loop."""
+
+    def __init__(
+        self,
+        client: Client,
+        hub: Hub,
+        choice: Choice,
+        *,
+        bare: bool = False,
+        say: Callable[[str], None] = print,
+    ) -> None:
+        """Tell and hear nothing yet; `bare` calls links as in the URDF."""
+        self._client, self._hub, self._choice, self._bare, self._say = client, hub, choice, bare, say
+        self._loop = asyncio.get_running_loop()
+        self._revision: tuple[int, int] | None = None
+        self._feeds: dict[str, tuple[list[tuple[str, str, str]], Feed]] = {}
+        self._twists: dict[str, TwistCommands] = {}
+        self._descriptions: set[str] = set()
+        self._said: set[str] = set()
+
+    async def update(self) -> None:
+        """Look whether robots, sensors or links are others, and then declare what there is now.
+
+        Raises:
+            KernelGoneError: when the kernel has gone.
+        """
+        stamp = (await asyncio.to_thread(self._client.clock.read)).stamp
+        revision = stamp.epoch, stamp.structure_revision
+        if revision != self._revision:
+            self._hub.now = round(stamp.simulation_time * 1e9)
+            self._apply(await asyncio.to_thread(self._plan))
+            self._revision = revision
+
+    async def lines(self) -> list[str]:
+        """Return what there is now, a line for each topic."""
+        plan = await asyncio.to_thread(self._plan)
+        found = [(one.topic, one.type, f"from {one.stream}") for outputs in plan.outputs.values() for one in outputs]
+        found += [
+            (topic, self._choice.type_of(stream, TWISTS[0]), f"to {stream}") for topic, stream in plan.twists.items()
+        ]
+        found += [(topic, DESCRIPTION, f"of {robot}") for topic, robot in plan.robots.items()]
+        return aligned([["topic", "type", "stream"], *map(list, sorted(found))], left=3)
+
+    def close(self) -> None:
+        """Tell and hear no more; crafts that follow twists stop."""
+        self._apply(Plan({}, {}, {}))
+        self._revision = None
+
+    def _plan(self) -> Plan:
+        table = self._client.streams.table()
+        robots = [one.about for one in table if one.content == "joint_states"]
+        frames = FrameNames(robots, bare=self._bare)
+        naming = Naming(frames, self._client.streams.scan_geometry, self._bases(table, frames))
+        found: dict[str, list[Output]] = {}
+        for stream in table:
+            if stream.direction != IN:
+                for output in self._choice.outputs(stream, outputs_of(stream, naming)):
+                    key = stream.about if stream.watch == "readings" else ""
+                    found.setdefault(f"{stream.watch} {key}", []).append(output)
+        for words in self._choice.missing([one.name for one in table]):
+            if words not in self._said:
+                self._tell(words)
+            self._said.add(words)
+        twists = {
+            name: one.name
+            for one in table
+            if one.content == "twist" and (name := self._choice.heard(one, topic_name(one.about, "cmd_vel")))
+        }
+        described = {topic_name(one, "robot_description"): one for one in robots} if self._choice.auto else {}
+        return Plan(found, twists, described)
+
+    def _bases(self, table: list[Stream], frames: FrameNames) -> dict[str, tuple[str, str]]:
+        """Return in which frame the base of each robot moves, and which one moves with it."""
+        found: dict[str, tuple[str, str]] = {}
+        for stream in table:
+            if stream.content == "base":
+                links = self._client.robots[stream.about].links
+                found[stream.about] = frames(stream.about), frames(links[0])
+        return found
+
+    def _apply(self, plan: Plan) -> None:
+        hub = self._hub
+        signs = {key: [(one.stream, one.topic, one.type) for one in outputs] for key, outputs in plan.outputs.items()}
+        for key in [key for key, (sign, _) in self._feeds.items() if signs.get(key) != sign]:
+            _, feed = self._feeds.pop(key)
+            feed.close()
+            for topic in feed.topics:
+                hub.withdraw(topic)
+        for key, outputs in plan.outputs.items():
+            if key not in self._feeds:
+                self._feeds[key] = signs[key], self._feed(outputs)
+        for topic in [one for one in self._twists if one not in plan.twists]:
+            hub.withdraw(topic)
+            threading.Thread(target=self._twists.pop(topic).close, daemon=True).start()
+        for topic, stream in plan.twists.items():
+            if topic not in self._twists:
+                commands = self._twists[topic] = TwistCommands(self._client, stream, self._tell)
+                take = partial(_take_twist, commands)
+                self._declare(Topic(topic, self._choice.type_of(stream, TWISTS[0]), take=take))
+        for topic in [one for one in self._descriptions if one not in plan.robots]:
+            self._descriptions.discard(topic)
+            hub.withdraw(topic)
+        for topic, robot in plan.robots.items():
+            self._descriptions.add(topic)
+            wanted = partial(self._describe, topic, robot)
+            self._declare(Topic(topic, DESCRIPTION, latched=True, wanted=wanted, is_told=True))
+
+    def _feed(self, outputs: list[Output]) -> Feed:
+        feed = Feed(self._client, outputs, self._publish, self._tell)
+        for one in outputs:
+            wanted = partial(feed.want, one.topic)
+            self._declare(
+                Topic(one.topic, one.type, one.latched, one.reliable, wanted if one.lazy else None, is_told=True)
+            )
+            if not one.lazy:
+                wanted(True)
+        return feed
+
+    def _declare(self, topic: Topic) -> None:
+        try:
+            self._hub.declare(topic)
+        except HubError as error:
+            self._say(str(error))
+
+    def _publish(self, topic: str, message: Message) -> None:
+        self._loop.call_soon_threadsafe(self._publish_here, topic, message)
+
+    def _publish_here(self, topic: str, message: Message) -> None:
+        self._hub.now = max(self._hub.now, message.time)
+        self._hub.publish(topic, message)
+
+    def _tell(self, words: str) -> None:
+        self._loop.call_soon_threadsafe(self._say, words)
+
+    def _describe(self, topic: str, robot: str, wanted: bool) -> None:
+        """Publish the description of a robot as it is now, once somebody reads it."""
+        if not wanted:
+            return
+
+        def work() -> None:
+            try:
+                with tempfile.TemporaryDirectory() as folder:
+                    file = Path(folder) / "robot.urdf"
+                    self._client.scene.export(robot, file)
+                    text = file.read_text("utf-8")
+            except (VirtualRobotError, OSError) as error:
+                return self._tell(f"{topic}: {error}")
+            self._publish(topic, Message(DESCRIPTION, make(DESCRIPTION, data=text), self._hub.now))
+
+        threading.Thread(target=work, name=f"description of {robot}", daemon=True).start()
+
+
+def _take_twist(commands: TwistCommands, value: RosValue) -> None:
+    commands.send(commanded_twist(value))

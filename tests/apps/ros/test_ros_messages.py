@@ -1,0 +1,141 @@
+"""Messages of ROS: types by their hashes, values from JSON and CBOR and back, what is refused and in which words."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import cbor2
+import numpy as np
+import pytest
+from virtualrobot_apps.bridges.ros.messages import types
+from virtualrobot_apps.bridges.ros.messages.message import Message
+from virtualrobot_apps.bridges.ros.messages.types import UnknownTypeError, known, of_kind
+from virtualrobot_apps.bridges.ros.messages.values import FieldError, default, from_plain, to_plain
+from virtualrobot_apps.bridges.ros.rosbridge.wire import decoded
+
+HASHES = {
+    # As ROS 2 Jazzy's own generator has written them, beside the definitions: std_srvs, sensor_msgs, nav_msgs,
+    # geometry_msgs and trajectory_msgs 5.3.6, rosgraph_msgs and action_msgs 2.0.3.
+    "std_srvs/srv/Trigger_Request": "d010825374ce8918e72bfd826c82603e60f45419e932ea976f807b74a863a199",
+    "std_srvs/srv/SetBool_Response": "d0814e7f7b4880ab77e9c57426c7aa1562ab69f11eef8e2e968812f9cbd0b059",
+    "sensor_msgs/msg/JointState": "a13ee3a330e346c9d87b5aa18d24e11690752bd33a0350f11c5882bc9179260e",
+    "sensor_msgs/msg/LaserScan": "64c191398013af96509d518dac71d5164f9382553fce5c1f8cca5be7924bd828",
+    "sensor_msgs/msg/PointCloud2": "9198cabf7da3796ae6fe19c4cb3bdd3525492988c70522628af5daa124bae2b5",
+    "sensor_msgs/msg/CameraInfo": "b3dfd68ff46c9d56c80fd3bd4ed22c7a4ddce8c8348f2f59c299e73118e7e275",
+    "sensor_msgs/msg/Image": "d31d41a9a4c4bc8eae9be757b0beed306564f7526c88ea6a4588fb9582527d47",
+    "sensor_msgs/msg/Imu": "7d9a00ff131080897a5ec7e26e315954b8eae3353c3f995c55faf71574000b5b",
+    "nav_msgs/msg/Odometry": "3cc97dc7fb7502f8714462c526d369e35b603cfc34d946e3f2eda2766dfec6e0",
+    "rosgraph_msgs/msg/Clock": "692f7a66e93a3c83e71765d033b60349ba68023a8c689a79e48078bcb5c58564",
+    "geometry_msgs/msg/TransformStamped": "0a241f87d04668d94099cbb5ba11691d5ad32c2f29682e4eb5653424bd275206",
+    "geometry_msgs/msg/Twist": "9c45bf16fe0983d80e3cfe750d6835843d265a9a6c46bd2e609fcddde6fb8d2a",
+    "trajectory_msgs/msg/JointTrajectory": "179b33eba59d676f6d967ac71fe35e7ca2f64b2f3928f4a018cec115e213796e",
+    "action_msgs/srv/CancelGoal_Response": "35e682cf3f510e83c70a82a4aac888496dedee56773bf9d8e5e0aa81f9e1c960",
+    # control_msgs 5, in the headers that are generated of it.
+    "control_msgs/action/FollowJointTrajectory_Goal": (
+        "8a9060704b269608f5a340934cc26e66869dd14bdac29e2e7fd9ec8b9882d205"
+    ),
+    "control_msgs/action/FollowJointTrajectory_Result": (
+        "8002e99ed2c14c6faa522f2a93c26d744c5982f254f9e98ff9c6f19789bdb220"
+    ),
+    "control_msgs/action/FollowJointTrajectory_Feedback": (
+        "3fd0aaecf71725121ae1ff7f01098a5e0da581e672be18a6b2c286cb43d96b49"
+    ),
+    "control_msgs/action/FollowJointTrajectory_SendGoal_Request": (
+        "179c93691f1f6d1d115881ff88c3917b7cc6eac2ba4bf56766cc7c4389e19ef1"
+    ),
+    "control_msgs/action/FollowJointTrajectory_SendGoal_Response": (
+        "e6a48ba740ae254500129a877f0b071be8663a115da1a539b74599cc97921fbf"
+    ),
+    "control_msgs/action/FollowJointTrajectory_GetResult_Request": (
+        "ecf7ea8463d3beec7084bca75216d0b01b87b6e1e4e09679bb26093041efcbe9"
+    ),
+    "control_msgs/action/FollowJointTrajectory_GetResult_Response": (
+        "08eefbaa146ce02ba45898d5e99160afd6c4c54a30d159aee0f2ca6035b1580f"
+    ),
+}
+
+
+@pytest.mark.parametrize("name", [*HASHES])
+def test_types_are_those_of_the_packages_by_their_hash(name: str) -> None:
+    assert types.hash_of(name) == f"RIHS01_{HASHES[name]}"
+
+
+@pytest.mark.parametrize("name", [*types.STORE.types])
+def test_each_type_goes_through_each_encoding_and_back(name: str) -> None:
+    message = Message(name, default(name))
+    assert Message.from_cdr(name, message.cdr).json == message.json
+    assert Message(name, from_plain(name, json.loads(message.json))).cdr == message.cdr
+    told = decoded(b"\xa1" + cbor2.dumps("msg") + message.cbor)["msg"]
+    assert Message(name, from_plain(name, told)).cdr == message.cdr
+
+
+def test_numbers_keep_all_bits(rng: np.random.Generator) -> None:
+    numbers = rng.standard_normal(200) * 10.0 ** rng.uniform(-300, 300, 200)
+    state = from_plain("sensor_msgs/msg/JointState", {"position": numbers.tolist(), "name": ["a"]})
+    message = Message("sensor_msgs/msg/JointState", state)
+    assert json.loads(message.json)["position"] == numbers.tolist()
+    typed = cbor2.loads(message.cbor)["position"]
+    assert (typed.tag, typed.value) == (86, numbers.astype("<f8").tobytes())  # RFC 8746: 86 is float64, little-endian
+    assert Message.from_cdr(message.type, message.cdr).value.position.tolist() == numbers.tolist()
+
+
+def test_what_json_has_no_number_for_is_null() -> None:
+    scan = from_plain("sensor_msgs/msg/LaserScan", {"ranges": [1.5, None], "range_max": 3.5})
+    assert math.isnan(scan.ranges[1])
+    scan.ranges = np.array([1.5, np.inf, np.nan], np.float32)
+    assert to_plain(scan)["ranges"] == [1.5, None, None]
+    assert "NaN" not in Message("sensor_msgs/msg/LaserScan", scan).json
+
+
+def test_ways_of_writing_of_other_clients_are_understood() -> None:
+    # roslib 1 and ROS# write the names of ROS 1: secs and nsecs, and seq in headers.
+    header = {"seq": 7, "stamp": {"secs": 3, "nsecs": 4}, "frame_id": "map"}
+    found = from_plain("std_msgs/msg/Header", header)
+    assert (found.stamp.sec, found.stamp.nanosec, found.frame_id) == (3, 4, "map")
+    assert from_plain("sensor_msgs/msg/Image", {"data": "AQL/"}).data.tolist() == [1, 2, 255]
+    assert from_plain("std_msgs/msg/Int32", {"data": 5.0}).data == 5  # JavaScript knows one kind of numbers
+    assert known("std_msgs/String") == "std_msgs/msg/String"
+    assert of_kind("std_srvs/SetBool", "srv") == "std_srvs/srv/SetBool"
+
+
+@pytest.mark.parametrize(
+    ("type", "value", "words"),
+    [
+        ("sensor_msgs/msg/JointState", {"positions": []}, "has no field 'positions'; it has header, name, position"),
+        ("sensor_msgs/msg/JointState", {"position": [1, "x"]}, r"position\[1\]: float64 belongs here, not 'x'"),
+        ("sensor_msgs/msg/JointState", {"position": [10**400]}, r"position\[0\]: float64 belongs here"),
+        ("sensor_msgs/msg/JointState", {"position": {}}, "position: a list of float64 belongs here, not an object"),
+        ("sensor_msgs/msg/JointState", {"name": [None]}, r"name\[0\]: string belongs here, not None"),
+        ("sensor_msgs/msg/JointState", {"header": {"stamp": {"sec": 2**31}}}, "header.stamp.sec: int32 belongs here"),
+        ("sensor_msgs/msg/JointState", {"header": [1]}, "header: an object belongs here, not a list"),
+        ("sensor_msgs/msg/Image", {"data": "no base64!"}, "data: bytes belong here"),
+        (
+            "sensor_msgs/msg/Imu",
+            {"orientation_covariance": [1.0]},
+            "orientation_covariance: 9 values belong here, not 1",
+        ),
+        ("std_msgs/msg/Bool", {"data": 1}, "data: bool belongs here, not 1"),
+        ("std_msgs/msg/Int8", {"data": True}, "data: int8 belongs here, not True"),
+        ("std_msgs/msg/String", {"data": "a\0b"}, "data: string belongs here"),
+        ("std_msgs/msg/Float32", {"data": 1e39}, r"data: float32 belongs here, not 1e\+39"),
+        ("std_msgs/msg/Empty", {"x": 1}, "has no field 'x'; it has none"),
+        ("std_msgs/msg/Empty", 5, "an object belongs here, not 5"),
+    ],
+)
+def test_values_that_do_not_fit_are_named(type: str, value: object, words: str) -> None:
+    with pytest.raises(FieldError, match=words):
+        from_plain(type, value)
+
+
+def test_unknown_types_are_named_with_the_nearest_one() -> None:
+    with pytest.raises(
+        UnknownTypeError, match="'sensor_msgs/JointStates' is not known; did you mean 'sensor_msgs/msg/J"
+    ):
+        known("sensor_msgs/JointStates")
+    with pytest.raises(
+        UnknownTypeError, match="srv type 'std_srvs/SetBol' is not known; did you mean 'std_srvs/srv/SetB"
+    ):
+        of_kind("std_srvs/SetBol", "srv")
+    with pytest.raises(UnknownTypeError, match="'5' is not known"):
+        known(5)
