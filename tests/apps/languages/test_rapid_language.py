@@ -188,8 +188,11 @@ def test_routines_that_call_each_other_without_an_end_are_told() -> None:
 def test_errors_of_a_handler_itself_end_the_program() -> None:
     """ABB, RAPID Reference Manual 5-34: one can't recover from errors that occur within an error clause."""
     more = "PROC inner() RAISE 3; ERROR reg1 := 1 / 0; RETURN; ENDPROC"
-    with pytest.raises(RapidStopped, match="division by zero, in an error handler, whose own errors nothing handles"):
+    with pytest.raises(
+        RapidStopped, match="division by zero, in an error handler, whose own errors nothing handles"
+    ) as it:
         main_prints("inner; ERROR TRYNEXT;", more)
+    assert str(it.value).startswith("test.mod:2: ")
 
 
 def test_a_handler_that_comes_to_its_end_ends_the_program() -> None:

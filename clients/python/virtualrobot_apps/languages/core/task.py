@@ -16,28 +16,38 @@ class Task:
     def __init__(self) -> None:
         """Begin without a flag."""
         self.flags: list[str] = []
+        self._why = ""
         self._changed = threading.Condition()
 
     def stop(self, why: str = "stopped") -> None:
         """End the program before its next statement, or in what it waits for; any thread may call it."""
+        self._why = self._why or why
+        self.ask("stop")
+
+    def ask(self, flag: str) -> None:
+        """Have the program call `poll` soon; any thread may call it."""
         with self._changed:
-            self.flags.append(why)
+            if flag not in self.flags:
+                self.flags.append(flag)
             self._changed.notify_all()
 
-    @property
-    def stopped(self) -> str:
-        """Reason why it was stopped; empty as long as it was not."""
-        return self.flags[0] if self.flags else ""
-
     def poll(self) -> None:
-        """Do what the flags ask for: raise TaskStopped."""
-        if self.flags:
-            raise TaskStopped(self.flags[0])
+        """Do what the flags ask for: raise TaskStopped, or `serve`."""
+        if self._why:
+            raise TaskStopped(self._why)
+        self.flags.clear()
+        self.serve()
+
+    def serve(self) -> None:
+        """Do what was asked for besides a stop; a language has its own."""
 
     def pause(self, seconds: float) -> None:
-        """Wait for so long by the wall clock, or until it is stopped; then raise TaskStopped."""
+        """Wait for so long by the wall clock, and do meanwhile what the flags ask for."""
         end = time.monotonic() + seconds
-        with self._changed:
-            while not self.flags and (left := end - time.monotonic()) > 0:
-                self._changed.wait(left)
-        self.poll()
+        while True:
+            with self._changed:
+                while not self.flags and (left := end - time.monotonic()) > 0:
+                    self._changed.wait(left)
+            if not self.flags:
+                return
+            self.poll()

@@ -323,7 +323,12 @@ class Check(Meaning):
         found = self.symbol(node.trap)
         if not isinstance(found, RoutineSymbol) or found.node.kind != "trap":
             self.error(node.at, f"there is no trap {node.trap!r}")
-        self.error(node.at, "CONNECT can't be used here yet: there are no interrupts")
+            return
+        node.target = found
+        if self.root(node.interrupt) is None:
+            self.error(node.interrupt.at, "an interrupt must be a variable (intnum)")
+        else:
+            self.reference(node.interrupt, "var", "an interrupt")
 
     def _local(self, node: tree.Data) -> None:
         routine = self._routine

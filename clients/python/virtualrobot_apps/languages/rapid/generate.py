@@ -184,6 +184,9 @@ class Generator(Values):
                 self._test(node)
             case tree.Jump():
                 self._jump(node)
+            case tree.Connect():
+                holder, index = self.variable(node.interrupt)
+                self._simple(f"{holder}[{index}] = task.interrupts.connect({node.target.python})")
             case tree.Goto():
                 self._put(f"raise Jump({node.label.lower()!r})")
             case tree.Data():

@@ -270,7 +270,9 @@ class Meaning:
     def match(self, node: tree.Call, target: RoutineSymbol | Builtin) -> None:
         """Give the arguments of a call to the parameters of the routine, and tell what doesn't fit."""
         if isinstance(target, Builtin):
-            parameters = [(one, Type(one.type.lower(), one.dimensions)) for one in target.parameters]
+            parameters = [
+                (one, Type(self.types.resolved(one.type) or "any", one.dimensions)) for one in target.parameters
+            ]
             name, lacking = target.name, target.lacking
         else:
             parameters, name, lacking = target.parameters, target.node.name, frozenset()

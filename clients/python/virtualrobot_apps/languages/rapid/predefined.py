@@ -47,6 +47,7 @@ ERRORS = (
         "ERR_ILLRAISE",
     ),
     *("ERR_WAIT_MAXTIME", "ERR_ROBLIMIT", "ERR_NORETURN", "ERR_UNKPROC", "ERR_CALLPROC", "ERR_NOTPRES", "ERR_INVDIM"),
+    *("ERR_UNKINO", "ERR_INOISSAFE"),
 )
 """Errors that programs can handle; on a controller their numbers are above 1,000 and named alone."""
 
@@ -68,6 +69,7 @@ CONSTANTS: dict[str, tuple[str, Any]] = {
     "EOF": ("num", -1.0),
     "high": ("num", 1.0),
     "low": ("num", 0.0),
+    "edge": ("num", 2.0),
     "load0": ("loaddata", [0.001, [0.0, 0.0, 0.001], [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0]),
     **{name: ("num", number) for name, number in ERROR_NUMBERS.items()},
 }
@@ -75,6 +77,7 @@ CONSTANTS: dict[str, tuple[str, Any]] = {
 
 VARIABLES: dict[str, tuple[str, str, Any]] = {
     "ERRNO": ("var", "num", 0.0),
+    "INTNO": ("var", "num", 0.0),
     "tool0": ("pers", "tooldata", [True, _pose(), CONSTANTS["load0"][1]]),
     "wobj0": ("pers", "wobjdata", [False, True, "", _pose(), _pose()]),
     **{f"reg{number}": ("var", "num", 0.0) for number in range(1, 6)},

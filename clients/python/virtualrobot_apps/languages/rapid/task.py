@@ -18,6 +18,7 @@ from virtualrobot_apps.languages.rapid import builtin
 from virtualrobot_apps.languages.rapid.check import Checked, check
 from virtualrobot_apps.languages.rapid.faults import CAUGHT, ProgramEnded, RapidFault, RapidStopped, as_fault
 from virtualrobot_apps.languages.rapid.generate import generate
+from virtualrobot_apps.languages.rapid.interrupts import Interrupts
 from virtualrobot_apps.languages.rapid.parser import parse
 from virtualrobot_apps.languages.rapid.predefined import CONSTANTS, VARIABLES
 from virtualrobot_apps.languages.rapid.support import copied, names_of_support
@@ -79,6 +80,7 @@ class RapidTask(Task):
         super().__init__()
         self.program, self.write = program, write
         self._world = world
+        self._interrupts: Interrupts | None = None
         if world is not None:
             world.find_signals(program.signals.values())
             world.begin(self)
@@ -102,6 +104,21 @@ class RapidTask(Task):
         if self._world is None:
             raise RapidStopped("this program was started without a robot, and can't do that")
         return self._world
+
+    @property
+    def interrupts(self) -> Interrupts:
+        """Interrupts of the program; raises a fault where there is no robot, and so nothing that orders them."""
+        if self._interrupts is None:
+            self._interrupts = Interrupts(self.world.client, lambda: self.ask("interrupt"), self.time)
+        return self._interrupts
+
+    def serve(self) -> None:
+        """Call the traps of interrupts that have come."""
+        if self._interrupts is not None:
+            self._interrupts.serve(self._trapped)
+
+    def _trapped(self, number: float) -> None:
+        self._names["s_intno"][0] = number
 
     def run(self, name: str = "main") -> None:
         """Run a procedure to its end, and wait until the robot stands.
@@ -131,12 +148,18 @@ class RapidTask(Task):
             if self._world is not None:
                 self._world.cancel("the program ended early")
             self._tell(error)
+        finally:
+            if self._interrupts is not None:
+                self._interrupts.close()
 
     def _tell(self, error: BaseException) -> NoReturn:
         """Raise an error as one of the program's, with the lines of RAPID that led to it."""
         if not isinstance(error, (*CAUGHT, VirtualRobotError, RecursionError)):
             raise error
-        frames = [one for one in traceback.extract_tb(error.__traceback__) if one.filename in self.program.files]
+        summary = list(traceback.extract_tb(error.__traceback__))
+        if isinstance(error, RapidStopped) and error.__cause__ is not None:
+            summary += traceback.extract_tb(error.__cause__.__traceback__)
+        frames = [one for one in summary if one.filename in self.program.files]
         names = {routine.python: routine.node.name for routine in self._routines.values()}
         where = [f"{one.filename}:{one.lineno}" for one in frames if one.name in names or one.name != "handler"]
         if isinstance(error, RecursionError):

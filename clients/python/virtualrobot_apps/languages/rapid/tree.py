@@ -206,6 +206,7 @@ class Connect:
     at: int
     interrupt: Expression
     trap: str
+    target: Any = None
 
 
 @dataclass(slots=True)
