@@ -140,6 +140,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # Gamepads are read by SDL, where it is installed; what they mean is written in YAML.
     f"{CLIENT}/cli/gamepad.py": ("virtualrobot", "sdl2"),
     f"{CLIENT}/cli/gamepad_mapping.py": ("virtualrobot", "yaml"),
+    f"{CLIENT}/cli/space_mouse.py": ("virtualrobot", "hid"),
     # Recordings are written by the libraries of their formats, where these are installed.
     f"{CLIENT}/recording": ("virtualrobot", "numpy", "google"),
     f"{CLIENT}/recording/mcap_file.py": ("virtualrobot", "google", "mcap"),
@@ -163,7 +164,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{KERNEL}/motion/time_optimal.py": (*MOTION, "virtualrobot_kernel.numeric.laws", "toppra"),
     f"{KERNEL}/motion/online.py": (*MOTION, "ruckig"),
     # In the tick an arm goes along with a frame by compiled Newton steps.
-    f"{KERNEL}/motion/resolved_rate.py": (*MOTION, "virtualrobot_kernel.numeric.following"),
+    **{
+        f"{KERNEL}/motion/{name}.py": (*MOTION, "virtualrobot_kernel.numeric.following")
+        for name in ("resolved_rate", "tool_lead")
+    },
     f"{KERNEL}/motion/conveyor_tracking.py": (*MOTION, "virtualrobot_kernel.numeric.tracking"),
     # Laws are searched, and what moves by them is looked at, at thousands of places.
     **{f"{KERNEL}/motion/{name}.py": (*MOTION, "virtualrobot_kernel.numeric.laws") for name in ("path_law", "rates")},

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from virtualrobot.v1 import motion_pb2
 
 from virtualrobot_kernel.api.author import author
-from virtualrobot_kernel.api.convert.setpoints import followed, follows_twists, progress, setpoint
+from virtualrobot_kernel.api.convert.setpoints import Followed, followed, follows_twists, progress, setpoint
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.lease_table import CARRIED
 from virtualrobot_kernel.api.motion_calls import find_motion, make_way
@@ -25,9 +25,6 @@ from virtualrobot_kernel.world.commands import CancelMotion, EndSetpoints, SetSe
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 from virtualrobot_kernel.world.store import Applied, Permit
 from virtualrobot_kernel.world.tick_inputs import TickInput
-
-TWIST = ("vx", "vy", "omega")
-"""Names of the values of a twist."""
 
 MAX_RATE_HERTZ = 60.0
 """Greatest rate (Hz) of a stream's reports on its motion, while time follows the wall clock."""
@@ -57,9 +54,9 @@ async def stream_setpoints(
     snapshot = kernel.world.snapshot
     uid = snapshot.structure.robot(first.target.robot)[0].uid
     craft = kernel.crafts.driven(uid) if follows_twists(first.target) else None
-    command = followed(snapshot, first.target, craft)
-    names = TWIST if craft is not None else command.joint_names
-    values = setpoint(first, names) if first.values else None
+    following = followed(snapshot, first.target, craft)
+    command, frame = following.start, following.frame
+    values = setpoint(first, following.names) if first.values else None
     await make_way(kernel, lambda snapshot: _needed(snapshot, command), first.target.busy_policy, context)
     writer, tokens = author(context), CARRIED.get()
     # A client that vanishes here leaves a motion that is stopped by its own timeout.
@@ -68,7 +65,7 @@ async def stream_setpoints(
     robots = find_motion(snapshot, id).robots
     follow = partial(kernel.crafts.follow, id, uid)
     by_twists = partial(kernel.with_component, craft.component, follow) if craft is not None else None
-    feed = _Feed(kernel, id, names, writer, kernel.permit(), by_twists)
+    feed = _Feed(kernel, id, following, writer, kernel.permit(), by_twists)
     working = {
         asyncio.create_task(_or_stop(kernel, id, work)) for work in (feed.read(values, requests), feed.refusal())
     }
@@ -78,7 +75,7 @@ async def stream_setpoints(
             if craft is not None and uid in snapshot.structure.robots:
                 yield await kernel.with_component(craft.component, progress, snapshot, motion, feed.given, craft)
             else:
-                yield progress(snapshot, motion, feed.given)
+                yield progress(snapshot, motion, feed.given, None, frame)
             if motion.running.ended:
                 break
             snapshot = await _later(feed.news(snapshot), working)
@@ -100,7 +97,7 @@ class _Feed:
         self,
         kernel: KernelServices,
         id: str,
-        joint_names: tuple[str, ...],
+        following: Followed,
         writer: str,
         permit: Permit,
         follow: Callable[[NDArray[np.float64]], Awaitable[tuple[float, ...]]] | None,
@@ -111,7 +108,7 @@ class _Feed:
         """Number of setpoints given to the motion, those that were replaced by newer ones included."""
         self._kernel = kernel
         self._id = id
-        self._joint_names = joint_names
+        self._following = following
         self._writer = writer
         self._permit = permit
         self._handed = asyncio.Event()
@@ -125,7 +122,7 @@ class _Feed:
         async for message in requests:
             if message.HasField("target"):
                 raise KernelError("a stream moves the target of its first message and no other", field="target")
-            await self._give(setpoint(message, self._joint_names))
+            await self._give(setpoint(message, self._following.names))
         await asyncio.sleep(CLOSING_SECONDS)
         self._put(EndSetpoints(self._id))
 
@@ -135,14 +132,15 @@ class _Feed:
 
     async def _give(self, values: tuple[float, ...]) -> None:
         """Have a setpoint count in the next tick; raise KernelError when the world as it is refuses it already."""
-        state = self._kernel.world.snapshot.state
-        motion = next((motion for motion in state.motions if motion.id == self._id), None)
+        snapshot = self._kernel.world.snapshot
+        motion = next((motion for motion in snapshot.state.motions if motion.id == self._id), None)
         if motion is None:
             return  # it has ended
         assert isinstance(motion.running, SetpointMotion)
         if self._follow is not None:
             values = await self._follow(np.array(values))
         else:
+            values = self._following.values(snapshot, values)
             motion.running.set(values)  # changes nothing: it raises for what it refuses
             joints = [joint for _, joint in motion.joints]
             self._kernel.crafts.check_told(motion.joints[0][0], motion.running.mode, joints, values)

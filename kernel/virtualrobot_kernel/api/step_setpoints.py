@@ -14,7 +14,6 @@ from virtualrobot_kernel.api.author import author, is_mine
 from virtualrobot_kernel.api.convert.setpoints import followed, follows_twists, numbers
 from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.motion_calls import make_way
-from virtualrobot_kernel.api.setpoints import TWIST
 from virtualrobot_kernel.crafts.craft import CraftAtWork
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
@@ -111,9 +110,11 @@ class StepSetpoints:
         snapshot = self._kernel.world.snapshot
         uid = snapshot.structure.robot(request.target.robot)[0].uid
         craft = self._kernel.crafts.driven(uid) if follows_twists(request.target) else None
-        start = followed(snapshot, request.target, craft)
-        names = TWIST if craft is not None else start.joint_names
+        following = followed(snapshot, request.target, craft)
+        start, names = following.start, following.names
         values = numbers(request.values, names, f"{field}.values") if request.values else None
+        if values is not None:
+            values = following.values(snapshot, values)
         speeds = values
         if craft is None and values is not None:
             self._kernel.crafts.check_told(uid, start.mode, names, values)

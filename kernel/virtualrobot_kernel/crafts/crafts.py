@@ -146,7 +146,7 @@ class Crafts:
     def check_told(self, uid: int, mode: SetpointMode, joints: Sequence[str], values: Sequence[float]) -> None:
         """Raise LimitError for a setpoint of joints that no drive of a vessel follows; any thread may ask."""
         craft = self._at_work.get(uid)
-        if isinstance(craft, Vessel):
+        if isinstance(craft, Vessel) and mode in (SetpointMode.POSITION, SetpointMode.VELOCITY):
             craft.check_told(mode, joints, values)
 
     def fault_of(self, uid: int) -> str:

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
-import sys
 import typing
 from collections.abc import Iterable, Mapping
 from enum import Enum
@@ -24,16 +23,17 @@ from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program import Program, Wait
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
+from virtualrobot_kernel.motion.tool_setpoints import ToolSetpointMotion
 from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
-from virtualrobot_kernel.world.commands import Command, SetDynamics, StartMotion
+from virtualrobot_kernel.world.commands import Command, SetDynamics, StartMotion, StartSetpointMotion
 from virtualrobot_kernel.world.figures import Material
 from virtualrobot_kernel.world.sensing import CameraSensor
 from virtualrobot_kernel.world.state import Motion, State
 from virtualrobot_kernel.world.structure import Craft, Node, PartData, RobotData
 from virtualrobot_kernel.world.tolerances import AwaitedJoints
 
-RUNNING = (PlanExecution, ProgramRun, SetpointMotion, TrackingMotion)
+RUNNING = (PlanExecution, ProgramRun, SetpointMotion, ToolSetpointMotion, TrackingMotion)
 """Kinds of running motions."""
 
 ROOTS = (Command, WorldImage, *RUNNING, AwaitedPart, AwaitedJoints)
@@ -46,7 +46,7 @@ TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 
 VERSIONS: Mapping[type, int] = {
     **{State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 2},
-    **{CameraSensor: 2, Motion: 2, StartMotion: 2, Wait: 2},
+    **{CameraSensor: 2, Motion: 2, StartMotion: 2, StartSetpointMotion: 2, Wait: 2},
 }
 """Version of each class whose fields aren't those of its first one."""
 
@@ -59,6 +59,7 @@ MIGRATIONS: Mapping[tuple[str, int], Migration] = {
     ("RobotData", 1): lambda fields: [*fields, None],  # craft
     ("RobotData", 2): lambda fields: [*fields, False, ()],  # dynamic, motors
     ("SetDynamics", 1): lambda fields: [*fields, ()],  # motored
+    ("StartSetpointMotion", 1): lambda fields: [*fields, None, ()],  # lead, preconditions
     ("State", 1): lambda fields: [*fields, {}],  # tcp_speed_limits
     ("State", 2): lambda fields: [*fields, None],  # dynamics
     ("State", 3): lambda fields: [*fields, None, None, {}],  # physics, moved_parts, twists
@@ -87,7 +88,7 @@ def reached(roots: Iterable[object] = ROOTS) -> list[type]:
             found[hint] = None
         elif names := _fields(hint):
             found[hint] = None
-            hints = typing.get_type_hints(hint, vars(sys.modules[hint.__module__]))
+            hints = typing.get_type_hints(hint)
             left += [hints[name] for name in names]
         elif dataclasses.is_dataclass(hint):
             found[hint] = None

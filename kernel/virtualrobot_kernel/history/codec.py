@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import dataclasses
 import struct
-import sys
 import typing
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import Enum
@@ -183,7 +182,7 @@ class Codec:
 
     def _prepare(self, form: Form) -> None:
         cls = form.cls
-        hints = typing.get_type_hints(cls, vars(sys.modules[cls.__module__]))
+        hints = typing.get_type_hints(cls)
         form.names = names = _field_names(cls)
         if len(names) > 1:
             form.fields = attrgetter(*names)

@@ -189,6 +189,20 @@ def follow_positions(
     return brake(now, bounds, dt) if leg is None else _within_limits(now, leg, origin, bounds, greatest, dt)
 
 
+def can_stop(now: JointState, then: JointState, bounds: Bounds, dt: float) -> bool:
+    """Return whether joints that go from one state to another in `dt`, and then brake, keep position limits."""
+    if not bounds.couplings and _far_from_limits(now, list(zip(*then, strict=True)), bounds, dt):
+        return True
+    spans = _spans(now, then, bounds, dt)
+    if any(a < lower or b > upper for (a, b), lower, upper in zip(spans, bounds.lower, bounds.upper, strict=True)):
+        return False
+    for coupling in bounds.couplings:
+        lowest, highest = map(sum, _reach(coupling, spans))
+        if lowest < coupling.lower or highest > coupling.upper:
+            return False
+    return True
+
+
 def _within_limits(
     now: JointState,
     leg: _Leg,
@@ -206,10 +220,28 @@ def _within_limits(
     states = leg.at(dt)
     if not bounds.couplings and _far_from_limits(now, states, bounds, dt):
         return StoppableTrajectory((leg,), (0,) * len(states), bounds), JointState(*zip(*states, strict=True))
-    q, v, a = zip(*states, strict=True)
-    extrema = _brake(JointState(q, v, a), bounds).trajectory.position_extrema
-    chosen, spans = [], []
-    for joint, (lower, upper) in enumerate(zip(bounds.lower, bounds.upper, strict=True)):
+    spans = _spans(now, JointState(*zip(*states, strict=True)), bounds, dt)
+    chosen = [
+        1 if lowest < lower or highest > upper else 0
+        for (lowest, highest), lower, upper in zip(spans, bounds.lower, bounds.upper, strict=True)
+    ]
+    if bounds.couplings:
+        _brake_coupled(now, bounds, chosen, spans)
+    if not any(chosen):
+        return StoppableTrajectory((leg,), chosen, bounds), _inside(states, bounds)
+    goals = [goal if choice == 1 else place for goal, place, choice in zip(rests, now.q, chosen, strict=True)]
+    braking = _brake(now, bounds)
+    instead = _to_rest(now, goals, [0.0] * len(goals), bounds, greatest) or braking
+    way = StoppableTrajectory((leg, instead, braking), chosen, bounds)
+    return way, way.at(dt)
+
+
+def _spans(now: JointState, then: JointState, bounds: Bounds, dt: float) -> list[tuple[float, float]]:
+    """Return between which positions each joint stays that goes from one state to another within `dt`, then brakes."""
+    q, v, _ = then
+    extrema = _brake(then, bounds).trajectory.position_extrema
+    spans = []
+    for joint in range(len(q)):
         between = 0.0
         if now.v[joint] * v[joint] < 0.0:
             # Where it turned round between the ticks, it has been farther than at both by at most this,
@@ -220,17 +252,8 @@ def _within_limits(
             between = bounds.jerk[joint] * dt**3 / 12.0 if slow else 0.0
         lowest = min(now.q[joint], q[joint] + extrema[joint].min) - between
         highest = max(now.q[joint], q[joint] + extrema[joint].max) + between
-        chosen.append(1 if lowest < lower or highest > upper else 0)
         spans.append((lowest, highest))
-    if bounds.couplings:
-        _brake_coupled(now, bounds, chosen, spans)
-    if not any(chosen):
-        return StoppableTrajectory((leg,), chosen, bounds), _inside(states, bounds)
-    goals = [goal if choice == 1 else place for goal, place, choice in zip(rests, now.q, chosen, strict=True)]
-    braking = _brake(now, bounds)
-    instead = _to_rest(now, goals, [0.0] * len(goals), bounds, greatest) or braking
-    way = StoppableTrajectory((leg, instead, braking), chosen, bounds)
-    return way, way.at(dt)
+    return spans
 
 
 def _far_from_limits(now: JointState, after: Sequence[tuple[float, float, float]], bounds: Bounds, dt: float) -> bool:

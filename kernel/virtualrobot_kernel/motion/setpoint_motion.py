@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from operator import add
+from typing import Self
 
 import numpy as np
 
@@ -45,6 +46,8 @@ class SetpointMode(Enum):
 
     POSITION = "POSITION"
     VELOCITY = "VELOCITY"
+    TOOL_TWIST = "TOOL_TWIST"
+    TOOL_POSE = "TOOL_POSE"
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -166,7 +169,7 @@ class SetpointMotion:
             *(self.age, self.interval, self.goal, self.drift, self.ahead, turning, self.closed, self.fault),
         )
 
-    def close(self) -> SetpointMotion:
+    def close(self) -> Self:
         """Return the motion going on to its newest setpoint, or to standstill, where it will have succeeded.
 
         Where an actuator's limits keep the joints from that setpoint it is cancelled as they stand.
@@ -213,7 +216,7 @@ class SetpointMotion:
         ]
         return online.follow_positions(self.now, origin, drift, self.bounds, greatest, dt)
 
-    def pause(self) -> SetpointMotion:
+    def pause(self) -> Self:
         """Return the motion slowing to standstill; a pausing or paused one as it is.
 
         It goes on hearing setpoints, and is cancelled when none come. Raises KernelError (WRONG_STATE) when it is
@@ -224,7 +227,7 @@ class SetpointMotion:
         self._refuse("paused")
         return replace(self, phase=Phase.PAUSING)
 
-    def resume(self) -> SetpointMotion:
+    def resume(self) -> Self:
         """Return the motion going on with the newest setpoint; a running one as it is.
 
         Raises KernelError (WRONG_STATE) when it is stopping or has ended.
@@ -234,21 +237,21 @@ class SetpointMotion:
         self._refuse("resumed")
         return replace(self, phase=Phase.RUNNING)
 
-    def step(self) -> SetpointMotion:
+    def step(self) -> Self:
         """Return the motion going on, as it has no steps."""
         return self.resume()
 
-    def cancel(self) -> SetpointMotion:
+    def cancel(self) -> Self:
         """Return the motion braking to its end; a paused one ends at once, one that stops or has ended stays."""
         if self.phase in (*ENDED, Phase.STOPPING):
             return self
         return replace(self, phase=Phase.CANCELLED if self.phase is Phase.PAUSED else Phase.STOPPING)
 
-    def obeyed(self) -> SetpointMotion:
+    def obeyed(self) -> Self:
         """Return itself, as it has no orders."""
         return self
 
-    def abort(self) -> SetpointMotion:
+    def abort(self) -> Self:
         """Return the motion ended where it is: what it moved is gone."""
         return replace(self, phase=Phase.CANCELLED)
 
@@ -266,10 +269,14 @@ class SetpointMotion:
         if self.age < self.timeout - _ROUNDING:
             stands = self.age >= 2.0 * self.interval + SMOOTHING_SECONDS and self.goal != self.counted
             return replace(self, goal=self.counted, drift=self._at_rest) if stands else self
+        return self._timed_out()
+
+    def _timed_out(self) -> Self:
+        """Return the motion stopped because its newest setpoint is too old."""
         phase = Phase.CANCELLED if self.phase is Phase.PAUSED else Phase.STOPPING
         return replace(self, phase=phase, fault=("SETPOINT_TIMEOUT", f"no setpoint came for {self.timeout:g} s"))
 
-    def _turned(self, before: Sequence[float]) -> SetpointMotion:
+    def _turned(self, before: Sequence[float]) -> Self:
         """Return the motion with the orientations to which it has turned, and setpoints as seen from there."""
         turning = gone_on(self.turning, before, self.now.q)
         if self.mode is SetpointMode.VELOCITY:

@@ -375,6 +375,29 @@ def distance_from(
     return _greatest(error)
 
 
+@compiled(*_CHAIN, _IN, output_of(float64, 2), output_of(float64, 2))
+def place_at(
+    pre: Floats,
+    axis: Floats,
+    joint_type: Codes,
+    q_index: Integers,
+    multiplier: Floats,
+    offset: Floats,
+    post: Floats,
+    weight: float,
+    q: Floats,
+    pose: Floats,
+    jacobian: Floats,
+) -> None:
+    """Write the pose (4, 4) of the tool centre point at q (k,), and its Jacobian (6, k), linear rows times `weight`."""
+    chain = _Chain(pre, axis, joint_type, q_index, multiplier, offset, post, weight)
+    work = _work(chain, q.shape[0])
+    _place(chain, q.copy(), work)
+    _differentiate(chain, work)
+    pose[:] = work.frames[pre.shape[0]]
+    jacobian[:] = work.jacobian
+
+
 @compiled(float64, *[_IN] * 6, _IN, _IN, _OUT)
 def write_middle(
     width: float,

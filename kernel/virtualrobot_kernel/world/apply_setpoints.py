@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion import setpoint_motion
+from virtualrobot_kernel.motion import setpoint_motion, tool_setpoints
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.online import Coupling
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
@@ -18,6 +18,7 @@ from virtualrobot_kernel.world.commands import EndSetpoints, SetSetpoint, StartS
 from virtualrobot_kernel.world.crafts import refuse_base
 from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.motored import refuse_unmotored
+from virtualrobot_kernel.world.preconditions import check
 from virtualrobot_kernel.world.state import Motion
 from virtualrobot_kernel.world.structure import Node, Structure
 from virtualrobot_kernel.world.tcp import refuse_limited
@@ -27,6 +28,7 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
     """Start a motion that follows setpoints; refused when the joints move, or have limits that cannot be kept."""
     structure, state = change.structure, change.state
     node = structure.robot(command.robot)[0]
+    check(command.preconditions, structure, state)
     names = command.joint_names
     if not names or len(set(names)) != len(names):
         raise KernelError(f"setpoints of {node.name!r} need joints, each once, not {list(names)}", robot=node.name)
@@ -38,6 +40,10 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
     refuse_limited(structure, state, [node.uid])
     q_index, v_index, rated = joint_places(structure, joints)
     here = commanded(structure, state)[0][q_index]
+    if command.lead is None:
+        running = setpoint_motion.start(command.mode, limits, here, command.timeout, couplings)
+    else:
+        running = tool_setpoints.start(command.mode, command.lead, limits, here, command.timeout, couplings)
     id = f"motion-{state.motion_count + 1}"
     motion = Motion(
         id=id,
@@ -46,7 +52,7 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
         q_index=q_index,
         v_index=v_index,
         rated=rated,
-        running=setpoint_motion.start(command.mode, limits, here, command.timeout, couplings),
+        running=running,
         start_tick=state.tick,
     )
     state = replace(state, motions=(*state.motions, motion), motion_count=state.motion_count + 1)

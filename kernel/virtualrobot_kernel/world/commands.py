@@ -18,6 +18,7 @@ from virtualrobot_kernel.motion.program import Program
 from virtualrobot_kernel.motion.segments import TrajectoryPoints
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.motion.signals import SignalValue
+from virtualrobot_kernel.motion.tool_lead import ToolLead
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.preconditions import Preconditions
@@ -330,18 +331,24 @@ class GoOn:
 class StartSetpointMotion:
     """Command to start a motion of some joints of a robot that follows setpoints, from its present positions.
 
-    timeout: after how long without a setpoint it stops, in seconds of simulation time.
+    timeout: after how long without a setpoint it stops, in seconds of simulation time. lead: what the joints lead, of
+    setpoints of a tool centre point; preconditions: what of the world that assumes.
     """
 
     robot: str
     joint_names: tuple[str, ...]
     mode: SetpointMode
     timeout: float
+    lead: ToolLead | None = None
+    preconditions: Preconditions = ()
 
 
 @dataclass(frozen=True, slots=True)
 class SetSetpoint:
-    """Command to give a motion its newest setpoint: a value for each joint, rad or m, or per second."""
+    """Command to give a motion its newest setpoint: a value for each joint, rad or m, or per second; or of its tool.
+
+    That is a twist (6,) in the axes of its lead, or a pose (7,) in the frame of the chain's base.
+    """
 
     id: str
     values: tuple[float, ...]

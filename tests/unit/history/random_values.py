@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import inspect
 import struct
-import sys
 import types
 import typing
 from collections.abc import Mapping
@@ -15,7 +14,7 @@ from typing import Any
 import numpy as np
 from virtualrobot_kernel.history import classes
 from virtualrobot_kernel.history.extensions import DTYPES
-from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.planned import Plan, Track
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.program import Program, Stage
@@ -105,7 +104,7 @@ class RandomValues:
         made = CHECKED.get(cls)
         if made is not None:
             return made(self, deep)
-        hints = typing.get_type_hints(cls, vars(sys.modules[cls.__module__]))
+        hints = typing.get_type_hints(cls)
         if dataclasses.is_dataclass(cls):
             names = [field.name for field in dataclasses.fields(cls) if field.init]
         else:
@@ -139,5 +138,6 @@ CHECKED = {
     Plan: RandomValues._plan,
     Program: RandomValues._program,
     JointLimits: RandomValues._limits,
+    CartesianLimits: lambda values, _: CartesianLimits(*values._rng.uniform(0.1, 5.0, 6).tolist()),
 }
 """Classes that refuse what is impossible: their values are drawn so that it is not."""

@@ -742,6 +742,8 @@ class Group(Face):
         """Move one joint at a velocity in rad/s or m/s, whose sign says which way, and return at once."""
     def jog(self, translation: ArrayLike | None = ..., **options: Unpack[_JogStart]) -> Order[Motion]:
         """Move the tool centre point along `translation`, or turn it about the axis `rotation`, and return at once."""
+    def stream_tool(self, mode: str = ..., *, frame: str | None = ..., node: str | None = ..., max_velocity: float | None = ..., max_rotation_velocity: float | None = ..., timeout: float = ..., preempt: bool = ...) -> Order[SetpointStream]:
+        """Open a stream of twists or poses of the tool centre point, which it follows as this program sends them."""
     def stop(self) -> Order[list[Motion]]:
         """Cancel every motion of this robot; return them."""
     def plan(self, move: Move, **options: Unpack[PlanOptions]) -> Order[MotionPlan]:
@@ -874,6 +876,8 @@ class Robot(Face):
         """Move one joint at a velocity in rad/s or m/s, whose sign says which way, and return at once."""
     def jog(self, translation: ArrayLike | None = ..., **options: Unpack[_JogStart]) -> Order[Motion]:
         """Move the tool centre point along `translation`, or turn it about the axis `rotation`, and return at once."""
+    def stream_tool(self, mode: str = ..., *, frame: str | None = ..., node: str | None = ..., max_velocity: float | None = ..., max_rotation_velocity: float | None = ..., timeout: float = ..., preempt: bool = ...) -> Order[SetpointStream]:
+        """Open a stream of twists or poses of the tool centre point, which it follows as this program sends them."""
     def stop(self) -> Order[list[Motion]]:
         """Cancel every motion of this robot; return them."""
     def plan(self, move: Move, **options: Unpack[PlanOptions]) -> Order[MotionPlan]:

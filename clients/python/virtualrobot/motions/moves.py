@@ -328,14 +328,19 @@ def cartesian_jog(translation: ArrayLike | None, options: JogOptions) -> motion_
         jog.translation.CopyFrom(vector_message(translation, "the translation"))
     elif rotation is not None:
         jog.rotation.CopyFrom(vector_message(rotation, "the rotation"))
+    jog.frame = jog_frame(frame, node)
+    return jog
+
+
+def jog_frame(frame: str | None, node: str | None) -> motion_pb2.JogFrame:
+    """Return the frame whose axes a name or a node stands for; the robot's without either."""
     name = frame or ("node" if node else "base")
     if name not in _JOG_FRAMES or (name != "node" and node):
         raise InvalidArgumentError(
             f"the axes of a jog are those of the frame 'base', 'tool' or 'world', or of a node: not {frame!r}"
             + (f" with the node {node!r}" if node else "")
         )
-    jog.frame = _JOG_FRAMES[name]
-    return jog
+    return _JOG_FRAMES[name]
 
 
 def trajectory(

@@ -22,15 +22,27 @@ from virtualrobot.errors import (
     InvalidArgumentError,
     UnknownNameError,
     VirtualRobotError,
+    WrongStateError,
 )
+from virtualrobot.geometry import checked_pose, pose_from_quaternion, quaternion_of
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.state import MotionState, Phase
 from virtualrobot.v1 import motion_pb2
 
 MODES = {"position": motion_pb2.SETPOINT_MODE_POSITION, "velocity": motion_pb2.SETPOINT_MODE_VELOCITY}
 
-TWIST = ("vx", "vy", "omega")
-"""Names of the values of a craft's twist."""
+TOOL_MODES = {"twist": motion_pb2.SETPOINT_MODE_TOOL_TWIST, "pose": motion_pb2.SETPOINT_MODE_TOOL_POSE}
+
+NAMES: Mapping[int, tuple[str, ...]] = {
+    motion_pb2.SETPOINT_MODE_TWIST: ("vx", "vy", "omega"),
+    motion_pb2.SETPOINT_MODE_TOOL_TWIST: ("vx", "vy", "vz", "wx", "wy", "wz"),
+    motion_pb2.SETPOINT_MODE_TOOL_POSE: ("x", "y", "z", "qx", "qy", "qz", "qw"),
+}
+"""Names of the values of a craft's twist, a tool's, and its pose."""
+
+_RATES = frozenset(
+    (motion_pb2.SETPOINT_MODE_VELOCITY, motion_pb2.SETPOINT_MODE_TWIST, motion_pb2.SETPOINT_MODE_TOOL_TWIST)
+)
 
 Setpoint: TypeAlias = Mapping[str, float | ArrayLike] | ArrayLike
 
@@ -38,14 +50,15 @@ Setpoint: TypeAlias = Mapping[str, float | ArrayLike] | ArrayLike
 @shown
 @dataclass(frozen=True, slots=True, eq=False)
 class StreamState:
-    """State of joints that follow their setpoints.
+    """State of joints that follow their setpoints, or of a tool centre point.
 
     Attributes:
-        joint_names: the joints, in the order of the arrays.
-        positions: their positions, shape (k,), radians or meters.
-        velocities: their velocities, shape (k,), rad/s or m/s.
+        joint_names: the joints, in the order of the arrays; else the names of what setpoints are made of.
+        positions: their positions, shape (k,), radians or meters; of a tool its pose (7,): x, y, z and a quaternion.
+        velocities: their velocities, shape (k,), rad/s or m/s; of a tool its twist (6,).
         time: simulation time of that state (s).
         phase: the phase of the motion.
+        held_by: what keeps a tool slower than its setpoint: a joint's name, or `singularity`; empty when nothing does.
     """
 
     joint_names: tuple[str, ...]
@@ -53,6 +66,18 @@ class StreamState:
     velocities: NDArray[np.float64]
     time: float
     phase: Phase
+    held_by: str = ""
+
+    @property
+    def pose(self) -> NDArray[np.float64]:
+        """Pose (4x4) of a tool centre point in the frame of its setpoints.
+
+        Raises:
+            WrongStateError: when the stream is one of joints or of a craft.
+        """
+        if self.joint_names not in (NAMES[mode] for mode in TOOL_MODES.values()):
+            raise WrongStateError(f"a stream of {', '.join(self.joint_names)} tells no pose")
+        return pose_from_quaternion(self.positions[:3].tolist(), self.positions[3:].tolist())
 
 
 @checked
@@ -81,8 +106,8 @@ class SetpointStream:
         `spread` gives each coordinate of a joint that has several its own name.
         """
         self._spread = spread
-        is_twist = target.mode == motion_pb2.SETPOINT_MODE_TWIST
-        self.joint_names = TWIST if is_twist else tuple(target.joint_names)
+        self._is_pose = target.mode == motion_pb2.SETPOINT_MODE_TOOL_POSE
+        self.joint_names = NAMES.get(target.mode) or tuple(target.joint_names)
         self._changed = threading.Condition()
         self._newest: NDArray[np.float64] | None = None
         self._version = 0
@@ -101,8 +126,8 @@ class SetpointStream:
             raise
         self.motion = Motion(services, first.motion)
         self._response = first
-        at_rest = is_twist or target.mode == motion_pb2.SETPOINT_MODE_VELOCITY
-        self._last = np.zeros(len(self.joint_names)) if at_rest else np.array(first.positions)
+        still = np.zeros(len(self.joint_names))
+        self._last = still if target.mode in _RATES else np.array(first.positions)
         threading.Thread(target=self._read, name=f"setpoints of {first.motion.id}", daemon=True).start()
 
     @property
@@ -115,14 +140,16 @@ class SetpointStream:
             np.array(response.velocities),
             response.stamp.simulation_time_seconds,
             Phase(response.motion.phase),
+            response.held_by,
         )
 
     def send(self, setpoint: Setpoint, *, wait: bool = False) -> None:
         """Send a setpoint: radians or meters, or per second; one that has not left yet is replaced.
 
         Values in the order of `joint_names`, or by name, those of a planar or floating joint as a row or each by the
-        name of its coordinate; joints that are not named keep their last setpoint. With `wait` it returns once the
-        motion has got it: so a program that steps the clock knows in which tick it counts.
+        name of its coordinate; joints that are not named keep their last setpoint. A pose of a tool may be a 4x4 one.
+        With `wait` it returns once the motion has got it: so a program that steps the clock knows in which tick it
+        counts.
 
         Raises:
             LimitError, InvalidArgumentError: when an earlier setpoint was refused; the motion has stopped.
@@ -195,6 +222,9 @@ class SetpointStream:
                 values[self.joint_names.index(name)] = value
             return values
         values = np.array(setpoint, dtype=float)
+        if self._is_pose and values.shape == (4, 4):
+            values = checked_pose(values)
+            return np.array([*values[:3, 3], *quaternion_of(values)])
         if values.shape != (len(self.joint_names),):
             raise InvalidArgumentError(
                 f"a setpoint has one value for each of {', '.join(self.joint_names)}, not the shape {values.shape}"
@@ -240,3 +270,8 @@ class SetpointStream:
             self._ended = True
             self._error = self._error or error
             self._changed.notify_all()
+
+
+def by_name(setpoint: Mapping[str, float | ArrayLike]) -> Mapping[str, float]:
+    """Return numbers by the names of what a twist or a pose is made of."""
+    return {name: float(np.asarray(value)) for name, value in setpoint.items()}

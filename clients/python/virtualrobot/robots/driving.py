@@ -14,7 +14,7 @@ from virtualrobot._wire.names import unknown_name
 from virtualrobot.errors import CollisionError, InvalidArgumentError, UnreachableError, WrongStateError
 from virtualrobot.geometry import checked_pose
 from virtualrobot.motions.motion import Motion, StartOptions
-from virtualrobot.motions.setpoints import SetpointStream, StreamState
+from virtualrobot.motions.setpoints import SetpointStream, StreamState, by_name
 from virtualrobot.robots.mechanism import JointPositions
 from virtualrobot.robots.mover import Mover
 from virtualrobot.robots.odometry import Odometry
@@ -55,7 +55,7 @@ class Driving(Mover, Solver):
             timeout_seconds=timeout,
             busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
         )
-        return SetpointStream(self._services, target, _named)
+        return SetpointStream(self._services, target, by_name)
 
     def drive(
         self,
@@ -323,8 +323,3 @@ class Driving(Mover, Solver):
                 f"{taken[0]!r} of {self.name!r} is moved by the way itself; joints that may go along: {others}"
             )
         return Way(self._services, self, solved, {name: (now[name], end) for name, end in given.items()})
-
-
-def _named(setpoint: Mapping[str, float | ArrayLike]) -> Mapping[str, float]:
-    """Return a twist by name: `vx`, `vy`, `omega`."""
-    return {name: float(np.asarray(value)) for name, value in setpoint.items()}

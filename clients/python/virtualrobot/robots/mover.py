@@ -26,6 +26,7 @@ from virtualrobot.motions.moves import (
     PointToPointOptions,
     TrajectoryOptions,
 )
+from virtualrobot.motions.setpoints import TOOL_MODES, SetpointStream, by_name
 from virtualrobot.robots import trajectory_file
 from virtualrobot.robots.description import coordinate_names
 from virtualrobot.robots.mechanism import JointPositions, Mechanism
@@ -296,6 +297,56 @@ class Mover(Mechanism):
             >>> robot.jog(rotation=[0, 0, 1], node="table", distance=0.5, wait=True)
         """
         return self._started(self.cartesian_jog, translation, options={"wait": False, **options}, kind=_JogStart)
+
+    def stream_tool(
+        self,
+        mode: str = "twist",
+        *,
+        frame: str | None = None,
+        node: str | None = None,
+        max_velocity: float | None = None,
+        max_rotation_velocity: float | None = None,
+        timeout: float = 0.2,
+        preempt: bool = False,
+    ) -> SetpointStream:
+        """Open a stream of twists or poses of the tool centre point, which it follows as this program sends them.
+
+        A twist is (vx, vy, vz, wx, wy, wz), m/s and rad/s; a pose 4x4, or (x, y, z, qx, qy, qz, qw). The tool goes
+        straight, and slower where a joint would be too fast, comes to its limit, or a singularity is near.
+
+        Args:
+            mode: the quantity of the setpoints, `twist` or `pose`.
+            frame: the frame that they are in: `base` (the robot's, the default), `tool` (of twists alone) or `world`.
+            node: a node in whose frame they are instead.
+            max_velocity: greatest speed in m/s; None: 0.25.
+            max_rotation_velocity: greatest angular velocity in rad/s; None: 1.
+            timeout: after how many seconds of simulation time without a setpoint the robot stops.
+            preempt: cancel motions in the way instead of being refused.
+
+        Raises:
+            WrongStateError: when no joint moves the flange.
+            UnknownNameError: when there is no such node.
+            RobotBusyError: when one of the joints moves already.
+            LeasedError: when somebody else has leased the robot.
+
+        Example:
+            >>> with robot.stream_tool("twist", frame="tool") as stream:
+            ...     stream.send([0.0, 0.0, 0.05, 0.0, 0.0, 0.0])
+        """
+        if mode not in TOOL_MODES:
+            raise InvalidArgumentError(f"mode is 'twist' or 'pose', not {mode!r}")
+        target = motion_pb2.SetpointTarget(
+            robot=self.name,
+            mode=TOOL_MODES[mode],
+            timeout_seconds=timeout,
+            busy_policy=motion_pb2.BUSY_POLICY_PREEMPT if preempt else motion_pb2.BUSY_POLICY_REJECT,
+            frame=moves.jog_frame(frame, node),
+            node=node,
+            group=self._group,
+            max_velocity_meters_per_second=value_or_default(max_velocity, "max_velocity"),
+            max_rotation_velocity_radians_per_second=value_or_default(max_rotation_velocity, "max_rotation_velocity"),
+        )
+        return SetpointStream(self._services, target, by_name)
 
     def stop(self) -> list[Motion]:
         """Cancel every motion of this robot; return them."""

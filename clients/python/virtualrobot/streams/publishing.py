@@ -10,7 +10,7 @@ from virtualrobot._wire.signal_values import GivenValue, set_command
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.motions.setpoints import SetpointStream
 from virtualrobot.robots.robots import Robots
-from virtualrobot.streams.table import OUT, Stream
+from virtualrobot.streams.table import OUT, TOOL_STREAMS, Stream
 
 
 @checked
@@ -32,17 +32,19 @@ class Publisher:
             self._send = lambda value: _set(services, stream.about, value)  # pyright: ignore[reportArgumentType] it says what is wrong
             return
         robot = Robots(services)[stream.about]
-        self._setpoints = (
-            robot.stream_twist(timeout=timeout)
-            if stream.content == "twist"
-            else robot.stream(stream.content, timeout=timeout)
-        )
+        if stream.content == "twist":
+            self._setpoints = robot.stream_twist(timeout=timeout)
+        elif stream.content in TOOL_STREAMS:
+            self._setpoints = robot.stream_tool(TOOL_STREAMS[stream.content], timeout=timeout)
+        else:
+            self._setpoints = robot.stream(stream.content, timeout=timeout)
         self._send = self._setpoints.send
 
     def send(self, value: GivenValue | Mapping[str, float] | ArrayLike) -> None:
         """Publish a value: of a signal its value, else numbers in the order of the joints, or by name.
 
-        A twist is (vx, vy, omega) in m/s and rad/s. Raises as `SetpointStream.send` and as setting a signal do.
+        A craft's twist is (vx, vy, omega) in m/s and rad/s; a tool's has six values, its pose seven. Raises as
+        `SetpointStream.send` and as setting a signal do.
         """
         self._send(value)
 

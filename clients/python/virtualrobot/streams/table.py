@@ -13,6 +13,9 @@ from virtualrobot.v1 import kernel_pb2, nodes_pb2, robot_pb2, scene_pb2, sensing
 OUT, IN, BOTH = "out", "in", "both"
 """Directions of streams: the world tells it, hears it, or does both."""
 
+TOOL_STREAMS = {"tool_twist": "twist", "tool_pose": "pose"}
+"""Modes of setpoints of a tool centre point, by what their streams tell."""
+
 MOTIONS_HERTZ = 20.0
 """Rate at which motions are asked for."""
 
@@ -71,8 +74,8 @@ def table(services: Services) -> list[Stream]:
     for node in nodes:
         kind = node.WhichOneof("kind")
         if kind == "robot":
-            joints = services.robot.GetRobot(robot_pb2.GetRobotRequest(name=node.name)).joints
-            found += _of_robot(node, joints, every_tick)
+            robot = services.robot.GetRobot(robot_pb2.GetRobotRequest(name=node.name))
+            found += _of_robot(node, robot, every_tick)
         elif kind in ("range_sensor", "camera_sensor", "contact_sensor", "motion_sensor"):
             found += _of_sensor(services, node, rates.get(node.name, 0.0))
     found += [_of_signal(one) for one in signals]
@@ -114,10 +117,8 @@ def base_joint(node: nodes_pb2.Node, joints: Iterable[robot_pb2.JointDescription
     return (named or moving or [None])[0]
 
 
-def _of_robot(
-    node: nodes_pb2.Node, joints: Iterable[robot_pb2.JointDescription], every_tick: float
-) -> Iterator[Stream]:
-    name, joints = node.name, list(joints)
+def _of_robot(node: nodes_pb2.Node, robot: robot_pb2.GetRobotResponse, every_tick: float) -> Iterator[Stream]:
+    name, joints = node.name, list(robot.joints)
     units = ", ".join(_units(coordinates(joints)))
     states, tcp = topics.joint_states(name), topics.tool_center_point(name)
     yield Stream(states, "RobotState", every_tick, units, "", OUT, "robots", name, "joint_states")
@@ -131,6 +132,9 @@ def _of_robot(
         )
     for mode, unit in (("position", units), ("velocity", ", ".join(f"{one}/s" for one in _units(coordinates(joints))))):
         yield Stream(f"/robots/{name}/command/{mode}", "JointValues", None, unit, "", IN, "", name, mode)
+    if robot.chain_joints:
+        for content, unit, type in (("tool_twist", "m/s, rad/s", "Twist"), ("tool_pose", "m", "Pose")):
+            yield Stream(f"/robots/{name}/command/{content}", type, None, unit, name, IN, "", name, content)
     if node.robot.HasField("craft"):
         yield Stream(f"/robots/{name}/command/twist", "Twist", None, "m/s, rad/s", name, IN, "", name, "twist")
 

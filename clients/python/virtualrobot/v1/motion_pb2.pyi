@@ -144,6 +144,8 @@ class SetpointMode(int, metaclass=_enum_type_wrapper.EnumTypeWrapper):
     SETPOINT_MODE_POSITION: _ClassVar[SetpointMode]
     SETPOINT_MODE_VELOCITY: _ClassVar[SetpointMode]
     SETPOINT_MODE_TWIST: _ClassVar[SetpointMode]
+    SETPOINT_MODE_TOOL_TWIST: _ClassVar[SetpointMode]
+    SETPOINT_MODE_TOOL_POSE: _ClassVar[SetpointMode]
 BUSY_POLICY_UNSPECIFIED: BusyPolicy
 BUSY_POLICY_REJECT: BusyPolicy
 BUSY_POLICY_PREEMPT: BusyPolicy
@@ -232,6 +234,8 @@ SETPOINT_MODE_UNSPECIFIED: SetpointMode
 SETPOINT_MODE_POSITION: SetpointMode
 SETPOINT_MODE_VELOCITY: SetpointMode
 SETPOINT_MODE_TWIST: SetpointMode
+SETPOINT_MODE_TOOL_TWIST: SetpointMode
+SETPOINT_MODE_TOOL_POSE: SetpointMode
 
 class MotionSpec(_message.Message):
     __slots__ = ("moves", "steps", "tracking", "programs")
@@ -1001,18 +1005,28 @@ class CheckMotionResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., first_violation: _Optional[_Union[Violation, _Mapping]] = ..., duration_seconds: _Optional[float] = ..., min_singular_value: _Optional[float] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ..., plan: _Optional[_Union[PlanReference, _Mapping]] = ...) -> None: ...
 
 class SetpointTarget(_message.Message):
-    __slots__ = ("robot", "joint_names", "mode", "timeout_seconds", "busy_policy")
+    __slots__ = ("robot", "joint_names", "mode", "timeout_seconds", "busy_policy", "frame", "node", "group", "max_velocity_meters_per_second", "max_rotation_velocity_radians_per_second")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     MODE_FIELD_NUMBER: _ClassVar[int]
     TIMEOUT_SECONDS_FIELD_NUMBER: _ClassVar[int]
     BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
+    FRAME_FIELD_NUMBER: _ClassVar[int]
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
+    MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
+    MAX_ROTATION_VELOCITY_RADIANS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     robot: str
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     mode: SetpointMode
     timeout_seconds: float
     busy_policy: BusyPolicy
-    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., mode: _Optional[_Union[SetpointMode, str]] = ..., timeout_seconds: _Optional[float] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ...) -> None: ...
+    frame: JogFrame
+    node: str
+    group: _nodes_pb2.GroupSelection
+    max_velocity_meters_per_second: float
+    max_rotation_velocity_radians_per_second: float
+    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., mode: _Optional[_Union[SetpointMode, str]] = ..., timeout_seconds: _Optional[float] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., frame: _Optional[_Union[JogFrame, str]] = ..., node: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_rotation_velocity_radians_per_second: _Optional[float] = ...) -> None: ...
 
 class StreamSetpointsRequest(_message.Message):
     __slots__ = ("target", "values")
@@ -1023,18 +1037,20 @@ class StreamSetpointsRequest(_message.Message):
     def __init__(self, target: _Optional[_Union[SetpointTarget, _Mapping]] = ..., values: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class StreamSetpointsResponse(_message.Message):
-    __slots__ = ("stamp", "motion", "positions", "velocities", "setpoint_count")
+    __slots__ = ("stamp", "motion", "positions", "velocities", "setpoint_count", "held_by")
     STAMP_FIELD_NUMBER: _ClassVar[int]
     MOTION_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     VELOCITIES_FIELD_NUMBER: _ClassVar[int]
     SETPOINT_COUNT_FIELD_NUMBER: _ClassVar[int]
+    HELD_BY_FIELD_NUMBER: _ClassVar[int]
     stamp: _geometry_pb2.Stamp
     motion: Motion
     positions: _containers.RepeatedScalarFieldContainer[float]
     velocities: _containers.RepeatedScalarFieldContainer[float]
     setpoint_count: int
-    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., setpoint_count: _Optional[int] = ...) -> None: ...
+    held_by: str
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., setpoint_count: _Optional[int] = ..., held_by: _Optional[str] = ...) -> None: ...
 
 class GetMotionRequest(_message.Message):
     __slots__ = ("id",)

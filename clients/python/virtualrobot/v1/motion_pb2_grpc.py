@@ -152,7 +152,8 @@ class MotionServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def StreamSetpoints(self, request_iterator, context):
-        """Moves joints by setpoints that the client sends as it goes, positions or velocities; the newest of a tick counts.
+        """Moves joints by setpoints that the client sends as it goes, positions or velocities of joints, or twists or poses of a
+        tool centre point; the newest of a tick counts.
         The first message says what is moved; the motion starts where the joints are. When the client ends its side of the
         stream, the motion succeeds at the last position, or at standstill. It stops smoothly and is cancelled when no
         setpoint comes in time, when one is refused (with which the call ends too), and when the connection is lost.
