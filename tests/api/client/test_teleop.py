@@ -10,18 +10,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
 import pytest
 from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.output import DummyOutput
 from virtualrobot import Client, Robot
 from virtualrobot.cli.gamepad import Gamepad
-from virtualrobot.cli.gamepad_mapping import USUAL, read_mapping
+from virtualrobot.cli.gamepad_mapping import SPACE_MOUSE, USUAL, USUAL_SPACE_MOUSE, read_mapping
+from virtualrobot.cli.space_mouse import SpaceMouse
 from virtualrobot.cli.teleop import drive_by_keys, drive_by_pad
 from virtualrobot.cli.teleoperation import REST, Teleoperation
 from virtualrobot.errors import UnknownNameError, WrongStateError
 
 from tests.api.client.conftest import Run
 from tests.gamepads import VirtualPad, virtual_pad
+from tests.space_mice import FakeHid, pressed, translation
 from tests.waiting import repeated, until
 
 COMMAND = [sys.executable, "-m", "virtualrobot", "teleop", "ugv"]
@@ -192,6 +195,53 @@ def test_a_mapping_that_moves_nothing_of_a_robot_is_refused(
         with pytest.raises(UnknownNameError, match="'arm' has no joint 'elbow'; its joints are joint_1, joint_2"):
             drive_by_pad(arm, pad, read_mapping(file), SPEED, TURN)
     assert "say --gamepad, too" in run("teleop", "ugv", "--mapping", str(USUAL), code=2)
+
+
+def test_a_space_mouse_moves_a_tool_and_drives_a_craft(client: Client, ugv: Robot) -> None:
+    arm = client.load_robot("model://ar_manipulator", name="arm")
+    arm.set_positions([0.0, 0.3, -0.6, 0.2, 0.8, 0.0])
+    begin = arm.state.world_t_tcp
+    hid, meant = FakeHid(), read_mapping(USUAL_SPACE_MOUSE, SPACE_MOUSE)
+
+    def height() -> float:
+        return float(arm.state.world_t_tcp[2, 3])
+
+    with SpaceMouse(hid) as mouse, create_pipe_input() as keys:
+
+        def lift() -> None:
+            hid.send(translation(0, 0, -350))
+            repeated_rest(arm)  # the dead man's button is not held
+            hid.send(pressed(1))
+            until(lambda: height() > begin[2, 3] + 0.03)
+            hid.send(translation())  # the cap springs back
+            until(lambda: rests(arm))
+
+        with hands(keys, lift):
+            drive_by_pad(arm, mouse, meant, 0.1, TURN, source=keys, output=DummyOutput())
+    assert rests(arm)
+    way = arm.state.world_t_tcp @ np.linalg.inv(begin)
+    assert abs(arm.state.world_t_tcp[:2, 3] - begin[:2, 3]).max() < 1e-6 and np.allclose(
+        way[:3, :3], np.eye(3), atol=1e-6
+    )
+    hid = FakeHid()
+    with SpaceMouse(hid) as mouse, create_pipe_input() as keys:
+
+        def drive() -> None:
+            hid.send(translation(0, -350, 0), pressed(1))
+            until(lambda: x_of(ugv) > 0.05)
+            hid.is_there = False
+            until(lambda: rests(ugv))
+
+        with hands(keys, drive), pytest.raises(WrongStateError, match="SpaceMouse Compact has gone"):
+            drive_by_pad(ugv, mouse, meant, SPEED, TURN, source=keys, output=DummyOutput())
+    assert rests(ugv)
+
+
+def repeated_rest(robot: Robot) -> None:
+    """Look at a robot for some ticks of its clock, in which it does not move."""
+    begin = robot.state
+    until(lambda: robot.state.stamp.tick > begin.stamp.tick + 50)
+    assert np.array_equal(robot.positions, begin.positions)
 
 
 def test_teleoperation_wants_a_craft_a_terminal_and_time(run: Run, client: Client, ugv: Robot) -> None:

@@ -36,7 +36,7 @@ class PadState:
 
 
 class Pad(Protocol):
-    """A gamepad."""
+    """A gamepad or a space mouse."""
 
     name: str
 

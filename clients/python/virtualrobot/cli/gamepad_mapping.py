@@ -1,4 +1,4 @@
-"""Mappings of gamepads from files: which stick or button drives a craft, or moves a joint, and which one is held.
+"""Mappings of gamepads and space mice from files: what drives a craft, moves a joint or a tool, and what is held.
 
 schema_version: 1
 hold: right_shoulder
@@ -10,19 +10,37 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
+from virtualrobot.cli import space_mouse
 from virtualrobot.cli.gamepad import AXES, BUTTONS, PadState
 from virtualrobot.errors import MalformedFileError, MissingFileError
 
 DIRECTIONS = ("forward", "left", "turn")
 """Parts of a craft's twist, in its order."""
+TOOL = ("vx", "vy", "vz", "wx", "wy", "wz")
+"""Parts of a tool's twist, in its order."""
+FRAMES = ("base", "tool", "world")
+"""Frames in which a tool's twist may be, beside those of nodes."""
 USUAL = Path(__file__).with_name("gamepad.yaml")
 """Mapping that is taken where none is named."""
+USUAL_SPACE_MOUSE = Path(__file__).with_name("space_mouse.yaml")
+"""The same of a space mouse."""
+
+
+class Device(NamedTuple):
+    """Names that a mapping may use of a device: those of its axes and its buttons."""
+
+    axes: tuple[str, ...]
+    buttons: tuple[str, ...]
+
+
+GAMEPAD = Device(AXES, BUTTONS)
+SPACE_MOUSE = Device(space_mouse.AXES, space_mouse.BUTTONS)
 
 
 @dataclass(frozen=True)
@@ -46,22 +64,28 @@ class Control:
 
 @dataclass(frozen=True)
 class GamepadMapping:
-    """Meaning of a gamepad's sticks and buttons.
+    """Meaning of a device's axes and buttons.
 
     hold: the dead man's button. dead_zone: part of a stick's way that is none. drive: by part of a twist. jog: by a
-    joint's name, or its number from 1 on. slower, faster: buttons that change the speed by a tenth.
+    joint's name, or its number from 1 on. tool: by part of a tool's twist, in the axes of `frame`, one of FRAMES or a
+    node's name. slower, faster: buttons that change the speed by a tenth.
     """
 
     hold: str
     dead_zone: float
     drive: Mapping[str, Control]
     jog: Mapping[str, Control]
+    tool: Mapping[str, Control] = field(default_factory=dict)
+    frame: str = "base"
     slower: str = ""
     faster: str = ""
 
 
-def read_mapping(file: Path = USUAL) -> GamepadMapping:
-    """Return the mapping of a file; raise MissingFileError, or MalformedFileError with the field that is wrong."""
+def read_mapping(file: Path = USUAL, device: Device = GAMEPAD) -> GamepadMapping:
+    """Return the mapping of a file for a device.
+
+    Raises MissingFileError, or MalformedFileError with the field that is wrong.
+    """
     try:
         document = yaml.safe_load(file.read_text("utf-8"))
     except OSError as error:
@@ -69,14 +93,14 @@ def read_mapping(file: Path = USUAL) -> GamepadMapping:
     except (yaml.YAMLError, UnicodeDecodeError) as error:
         raise MalformedFileError(f"{file} is not YAML: {error}", metadata={"file": str(file)}) from error
     try:
-        return _mapping(document)
+        return _mapping(document, device)
     except ValueError as error:
         raise MalformedFileError(f"{file}: {error}", metadata={"file": str(file)}) from error
 
 
-def _mapping(document: Any) -> GamepadMapping:  # noqa: ANN401  whatever a file may hold
+def _mapping(document: Any, device: Device) -> GamepadMapping:  # noqa: ANN401  whatever a file may hold
     fields = _table(document, "a mapping")
-    known = ("schema_version", "hold", "dead_zone", "drive", "jog", "slower", "faster")
+    known = ("schema_version", "hold", "dead_zone", "drive", "jog", "tool", "frame", "slower", "faster")
     if unknown := [name for name in fields if name not in known]:
         raise ValueError(f"there is no {unknown[0]!r}; a mapping has {', '.join(known)}")
     if fields.get("schema_version") != 1:
@@ -84,15 +108,23 @@ def _mapping(document: Any) -> GamepadMapping:  # noqa: ANN401  whatever a file 
     dead_zone = fields.get("dead_zone", 0.15)
     if isinstance(dead_zone, bool) or not isinstance(dead_zone, int | float) or not 0.0 <= dead_zone <= 0.9:
         raise ValueError(f"dead_zone is {dead_zone!r}; it must be a number from 0 to 0.9")
-    drive = {name: _control(said, f"drive.{name}") for name, said in _table(fields.get("drive", {}), "drive").items()}
-    if unknown := [name for name in drive if name not in DIRECTIONS]:
-        raise ValueError(f"there is no drive.{unknown[0]}; it has {', '.join(DIRECTIONS)}")
+    drive, jog, tool = (
+        {name: _control(said, f"{part}.{name}", device) for name, said in _table(fields.get(part, {}), part).items()}
+        for part in ("drive", "jog", "tool")
+    )
+    for part, controls, names in (("drive", drive, DIRECTIONS), ("tool", tool, TOOL)):
+        if unknown := [name for name in controls if name not in names]:
+            raise ValueError(f"there is no {part}.{unknown[0]}; it has {', '.join(names)}")
+    if jog and tool:
+        raise ValueError("there are both jog and tool; an arm is moved by its joints or by its tool: leave one out")
     return GamepadMapping(
-        hold=_button(fields.get("hold"), "hold"),
+        hold=_button(fields.get("hold"), "hold", device),
         dead_zone=float(dead_zone),
         drive=drive,
-        jog={name: _control(said, f"jog.{name}") for name, said in _table(fields.get("jog", {}), "jog").items()},
-        **{name: _button(fields[name], name) for name in ("slower", "faster") if name in fields},
+        jog=jog,
+        tool=tool,
+        frame=str(fields.get("frame", "base")),
+        **{name: _button(fields[name], name, device) for name in ("slower", "faster") if name in fields},
     )
 
 
@@ -102,19 +134,20 @@ def _table(said: Any, place: str) -> dict[str, Any]:  # noqa: ANN401  as above
     return {str(name): value for name, value in said.items()}
 
 
-def _control(said: Any, place: str) -> Control:  # noqa: ANN401  as above
+def _control(said: Any, place: str, device: Device) -> Control:  # noqa: ANN401  as above
     if isinstance(said, list) and len(said) == 2:
-        return Control(buttons=(_button(said[0], place), _button(said[1], place)))
+        return Control(buttons=(_button(said[0], place, device), _button(said[1], place, device)))
     name = str(said)
     axis = name.removeprefix("-")
-    if axis not in AXES:
+    if axis not in device.axes:
         raise ValueError(
-            f"{place} is {said!r}; it must be an axis, such as -left_y, or two buttons; axes are {', '.join(AXES)}"
+            f"{place} is {said!r}; it must be an axis, such as -{device.axes[1]}, or two buttons; axes are "
+            f"{', '.join(device.axes)}"
         )
     return Control(axis, -1.0 if name.startswith("-") else 1.0)
 
 
-def _button(said: Any, place: str) -> str:  # noqa: ANN401  as above
-    if said not in BUTTONS:
-        raise ValueError(f"{place} is {said!r}; it must be a button: {', '.join(BUTTONS)}")
+def _button(said: Any, place: str, device: Device) -> str:  # noqa: ANN401  as above
+    if said not in device.buttons:
+        raise ValueError(f"{place} is {said!r}; it must be a button: {', '.join(device.buttons)}")
     return str(said)

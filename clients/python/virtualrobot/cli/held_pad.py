@@ -1,4 +1,4 @@
-"""Wishes of somebody who holds a gamepad: values within limits, and none unless the dead man's button is held."""
+"""Wishes of somebody who holds a gamepad or a space mouse: values within limits, none without the dead man's button."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FRESH_SECONDS = 0.2
 
 
 class HeldPad:
-    """A gamepad that is read by one thread, and asked by another one what is wanted."""
+    """A gamepad or a space mouse that is read by one thread, and asked by another one what is wanted."""
 
     def __init__(
         self,

@@ -29,10 +29,11 @@ Examples:
   virtualrobot teleop ugv
   virtualrobot teleop ugv --speed 0.3 --turn 0.5
   virtualrobot teleop ugv --gamepad
+  virtualrobot teleop arm --space-mouse
 """
 
 PAD_SECONDS = 0.02
-"""Time (s) between two looks at a gamepad."""
+"""Time (s) between two looks at a gamepad or a space mouse."""
 
 
 @click.command(epilog=_EXAMPLES)
@@ -40,39 +41,56 @@ PAD_SECONDS = 0.02
 @click.option("--speed", type=ABOVE_ZERO, default=0.3, help="The greatest speed in m/s [0.3].")
 @click.option("--turn", type=ABOVE_ZERO, default=0.6, help="The greatest turning rate in rad/s [0.6].")
 @click.option("--gamepad", is_flag=True, help="Drive by a gamepad, while its dead man's button is held.")
+@click.option("--space-mouse", is_flag=True, help="The same by a space mouse, which moves an arm's tool.")
 @click.option(
     "--mapping",
     type=click.Path(path_type=Path, dir_okay=False, exists=True),
     metavar="FILE",
-    help="What sticks and buttons mean.",
+    help="What axes and buttons mean.",
 )
 @click.option("--preempt", is_flag=True, help="Stop what the robot does and take over.")
 @target_options
 def teleop(
-    target: Target, robot: str, speed: float, turn: float, gamepad: bool, mapping: Path | None, preempt: bool
+    target: Target,
+    robot: str,
+    speed: float,
+    turn: float,
+    gamepad: bool,
+    space_mouse: bool,
+    mapping: Path | None,
+    preempt: bool,
 ) -> None:
     """Drive the craft ROBOT by the keys of this terminal, while one is held.
 
-    With --gamepad by a gamepad, which moves the joints of a robot that is no craft. Whatever ends this command stops
-    the robot.
+    With --gamepad or --space-mouse by such a device, which moves the joints or the tool of a robot that is no craft.
+    Whatever ends this command stops the robot.
     """
-    if mapping is not None and not gamepad:
-        raise click.UsageError("--mapping is that of a gamepad: say --gamepad, too")
+    if gamepad and space_mouse:
+        raise click.UsageError("say --gamepad or --space-mouse, not both")
+    if mapping is not None and not gamepad and not space_mouse:
+        raise click.UsageError("--mapping is that of a gamepad: say --gamepad, too; or --space-mouse")
     if sys.stdin is None or not sys.stdin.isatty():
         raise click.UsageError(
-            "keys need a terminal, and so does --gamepad, to show what it does; without one use 'virtualrobot drive'"
+            "keys need a terminal, and so do --gamepad and --space-mouse, to show what they do; without one use "
+            "'virtualrobot drive'"
         )
     with target.connect() as client:
         if client.clock.mode == "stepped":
             raise click.UsageError(f"time stands still, and nothing would drive; {GO_ON}")
-        if not gamepad:
+        if not gamepad and not space_mouse:
             drive_by_keys(client.robot(robot), speed, turn, preempt)
             return
+        from virtualrobot.cli import gamepad_mapping
         from virtualrobot.cli.gamepad import Gamepad
-        from virtualrobot.cli.gamepad_mapping import USUAL, read_mapping
+        from virtualrobot.cli.space_mouse import SpaceMouse
 
-        meant = read_mapping(mapping or USUAL)
-        with Gamepad() as pad:
+        if space_mouse:
+            meant = gamepad_mapping.read_mapping(
+                mapping or gamepad_mapping.USUAL_SPACE_MOUSE, gamepad_mapping.SPACE_MOUSE
+            )
+        else:
+            meant = gamepad_mapping.read_mapping(mapping or gamepad_mapping.USUAL)
+        with SpaceMouse() if space_mouse else Gamepad() as pad:
             drive_by_pad(client.robot(robot), pad, meant, speed, turn, preempt)
 
 
@@ -113,35 +131,44 @@ def drive_by_pad(
     source: Input | None = None,
     output: Output | None = None,
 ) -> None:
-    """Drive a craft by a gamepad until q, or move the joints of another robot; speeds at most in m/s and rad/s.
+    """Drive a craft by a device until q, or move the joints or the tool of another robot.
 
-    Raises WrongStateError when the gamepad has gone; the robot rests then.
+    Speeds are at most in m/s and rad/s. Raises WrongStateError when the device has gone; the robot rests then.
     """
-    from virtualrobot.cli.gamepad_mapping import DIRECTIONS
+    from virtualrobot.cli.gamepad_mapping import DIRECTIONS, TOOL
     from virtualrobot.cli.held_pad import HeldPad
     from virtualrobot.cli.key_screen import KeyScreen
-    from virtualrobot.cli.teleoperation import Teleoperation
+    from virtualrobot.cli.space_mouse import within
+    from virtualrobot.cli.teleoperation import Teleoperation, ToolLimits, Values
     from virtualrobot.errors import WrongStateError
 
-    joints = {} if is_craft(robot) else joints_of(robot, mapping, speed, turn)
-    if not joints and not mapping.drive:
+    drives = is_craft(robot)
+    tool = ToolLimits(mapping.frame, speed, turn) if mapping.tool and not drives else None
+    joints = {} if drives or tool else joints_of(robot, mapping, speed, turn)
+    if drives and not mapping.drive:
         raise WrongStateError(f"{robot.name!r} is a craft, and the mapping has no 'drive'")
     if joints:
         controls, limits = [control for control, _ in joints.values()], [limit for _, limit in joints.values()]
+    elif tool:
+        controls, limits = [mapping.tool.get(name) for name in TOOL], [speed] * 3 + [turn] * 3
     else:
         controls, limits = [mapping.drive.get(name) for name in DIRECTIONS], [speed, speed, turn]
     held = HeldPad(pad, mapping, controls, limits)
+
+    def wanted() -> Values:
+        return within(held.wanted(), speed, turn) if tool else held.wanted()
 
     async def follow() -> None:
         while True:
             held.read()
             await asyncio.sleep(PAD_SECONDS)
 
-    with Teleoperation(robot, held.wanted, preempt, list(joints)) as moving:
+    with Teleoperation(robot, wanted, preempt, list(joints), tool) as moving:
 
         def text() -> str:
             told = ", ".join(f"{value:z.2f}" for value in moving.twist)
-            names = ", ".join(joints) if joints else "m/s, m/s, rad/s"
+            names = ", ".join(joints) if joints else "m/s, rad/s" if tool else "m/s, m/s, rad/s"
+            names += f"   slower by {by}" if (by := moving.held_by) else ""
             held_on = "" if held.is_held else f"   hold {mapping.hold} to move"
             share = f"{100.0 * held.share:.0f}% of the limits"
             return f"{pad.name} moves {robot.name}{held_on}\n{told}   {names}   {share}\n{moving.error}   q ends"

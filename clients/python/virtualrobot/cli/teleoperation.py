@@ -5,8 +5,9 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
+from virtualrobot.cli.gamepad_mapping import FRAMES
 from virtualrobot.cli.key_screen import HeldKey
 from virtualrobot.errors import VirtualRobotError
 
@@ -20,7 +21,7 @@ Twist = tuple[float, float, float]
 REST: Twist = (0.0, 0.0, 0.0)
 
 Values = tuple[float, ...]
-"""Twist of a craft, or speeds of joints (rad/s or m/s)."""
+"""Twist of a craft or a tool, or speeds of joints (rad/s or m/s)."""
 
 RATE_HERTZ = 20.0
 """Rate at which twists are sent."""
@@ -52,6 +53,14 @@ HELP = (
     "w s, up down: ahead, back   a d, left right: turn   u o, m .: ahead, back in a bow   J L: sideways\n"
     "hold a key to go on: without one it stops   space or k stops   [ ] slower, faster   q ends"
 )
+
+
+class ToolLimits(NamedTuple):
+    """Frame of a tool's twists, a name of FRAMES or a node's, and its greatest speeds (m/s, rad/s)."""
+
+    frame: str
+    speed: float
+    turn: float
 
 
 class Share:
@@ -102,7 +111,7 @@ class DriveKeys:
 
 
 class Teleoperation:
-    """Drives a craft, or moves joints, by what somebody wants, RATE_HERTZ times a second, in a thread.
+    """Drives a craft, or moves joints or a tool, by what somebody wants, RATE_HERTZ times a second, in a thread.
 
     A context manager. The robot is this program's only while something is wanted, and for IDLE_SECONDS. What the kernel
     refuses is in `error`, and nothing is moved until nothing was wanted for a moment: who holds a key on lets go first.
@@ -110,16 +119,22 @@ class Teleoperation:
     """
 
     def __init__(
-        self, robot: Robot, wanted: Callable[[], Values], preempt: bool = False, joints: Sequence[str] = ()
+        self,
+        robot: Robot,
+        wanted: Callable[[], Values],
+        preempt: bool = False,
+        joints: Sequence[str] = (),
+        tool: ToolLimits | None = None,
     ) -> None:
-        """Drive a craft as `wanted` says, or move `joints`; `preempt`: cancel motions in the way.
+        """Drive a craft as `wanted` says, or move `joints` or a tool; `preempt`: cancel motions in the way.
 
-        Raises WrongStateError when the robot is no craft and no joints are named.
+        Raises WrongStateError when the robot is no craft and no joints or tool are named.
         """
-        if not joints:
+        if not joints and tool is None:
             robot.way([])
-        self._robot, self._wanted, self._preempt, self._joints = robot, wanted, preempt, list(joints)
-        self._resting: Values = (0.0,) * len(joints) if joints else REST
+        self._robot, self._wanted, self._preempt = robot, wanted, preempt
+        self._joints, self._tool = list(joints), tool
+        self._resting: Values = (0.0,) * 6 if tool else (0.0,) * len(joints) if joints else REST
         self._stream: SetpointStream | None = None
         self._wanted_at = 0.0
         self._refused = False
@@ -127,6 +142,12 @@ class Teleoperation:
         self.twist, self.error = self._resting, ""
         self._thread = threading.Thread(target=self._run, name="teleoperation", daemon=True)
         self._thread.start()
+
+    @property
+    def held_by(self) -> str:
+        """Cause that keeps a tool slower than wanted: a joint's name, or `singularity`; empty when nothing does."""
+        stream = self._stream
+        return stream.state.held_by if stream is not None else ""
 
     @property
     def place(self) -> tuple[float, float, float]:
@@ -149,7 +170,16 @@ class Teleoperation:
         self._wanted_at, self.error = time.monotonic(), ""
         if self._stream is None:
             robot, preempt = self._robot, self._preempt
-            if self._joints:
+            if (tool := self._tool) is not None:
+                self._stream = robot.stream_tool(
+                    frame=tool.frame if tool.frame in FRAMES else None,
+                    node=None if tool.frame in FRAMES else tool.frame,
+                    max_velocity=tool.speed,
+                    max_rotation_velocity=tool.turn,
+                    timeout=TIMEOUT_SECONDS,
+                    preempt=preempt,
+                )
+            elif self._joints:
                 self._stream = robot.stream("velocity", self._joints, timeout=TIMEOUT_SECONDS, preempt=preempt)
             else:
                 self._stream = robot.stream_twist(timeout=TIMEOUT_SECONDS, preempt=preempt)
