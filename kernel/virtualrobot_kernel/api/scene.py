@@ -18,6 +18,7 @@ from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.collision.built import Named, built_pairs, mounted_pairs
 from virtualrobot_kernel.collision.readiness import is_to_be_ready, make_ready
 from virtualrobot_kernel.crafts.crafts import crafts_made
+from virtualrobot_kernel.drawing.extent import node_box
 from virtualrobot_kernel.drawing.ghosts import moved_parts
 from virtualrobot_kernel.drawing.twin_ghosts import ghost_poses, twin_ghosts
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -26,13 +27,15 @@ from virtualrobot_kernel.formats.models import ImportedModel
 from virtualrobot_kernel.formats.xml import FileWarning, refuse_warnings
 from virtualrobot_kernel.messages.nodes import node_message
 from virtualrobot_kernel.messages.table import Table
-from virtualrobot_kernel.messages.values import expected_revision, mask_fields, poses_array, stamp
+from virtualrobot_kernel.messages.values import array_message, expected_revision, mask_fields, poses_array, stamp
 from virtualrobot_kernel.scenes.assets import files_of, with_assets
 from virtualrobot_kernel.scenes.models import mounting, read_model
 from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.sensing.choices import check_choices
+from virtualrobot_kernel.sensing.elements import elements_of
 from virtualrobot_kernel.world.commands import Command, CreateNodes, MountTool, SetAllowedPairs, SetPhysics, UpdateNode
+from virtualrobot_kernel.world.node_twists import node_twists
 from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure
@@ -106,6 +109,37 @@ class SceneServicer(scene_pb2_grpc.SceneServiceServicer):
                 if before is None or changed or message.HasField("twin_ghosts"):
                     yield message
             before = snapshot
+
+    async def GetNodeBounds(
+        self, request: scene_pb2.GetNodeBoundsRequest, context: object
+    ) -> scene_pb2.GetNodeBoundsResponse:
+        """Tell boxes about nodes."""
+        snapshot = self._kernel.world.snapshot
+        uids = _named(snapshot, request.names)
+
+        def work() -> scene_pb2.GetNodeBoundsResponse:
+            elements = elements_of(snapshot, self._kernel.sensing.shapes)
+            boxes = [node_box(elements, snapshot, uid) for uid in uids]
+            rows = np.array([np.full(6, np.nan) if box is None else box.ravel() for box in boxes])
+            return scene_pb2.GetNodeBoundsResponse(stamp=stamp(snapshot), bounds=array_message(rows))
+
+        return await self._kernel.in_worker(work)
+
+    async def GetNodeTwists(
+        self, request: scene_pb2.GetNodeTwistsRequest, context: object
+    ) -> scene_pb2.GetNodeTwistsResponse:
+        """Tell velocities of nodes."""
+        snapshot = self._kernel.world.snapshot
+        uids = _named(snapshot, request.names)
+
+        def work() -> scene_pb2.GetNodeTwistsResponse:
+            return scene_pb2.GetNodeTwistsResponse(
+                stamp=stamp(snapshot),
+                twists=array_message(node_twists(snapshot, uids)),
+                world_t_node=poses_array(snapshot.world_t_node[[snapshot.structure.rows[uid] for uid in uids]]),
+            )
+
+        return await self._kernel.in_worker(work)
 
     async def Apply(self, request: scene_pb2.ApplyRequest, context: object) -> scene_pb2.ApplyResponse:
         """Change the world by all commands or by none."""
@@ -273,6 +307,13 @@ def created_nodes(applied: Applied) -> list[scene_pb2.CreatedNode]:
     nodes = applied.snapshot.structure.nodes
     uids = [uid for uid in applied.created if isinstance(uid, int) and uid in nodes]
     return [scene_pb2.CreatedNode(uid=uid, name=nodes[uid].name) for uid in uids]
+
+
+def _named(snapshot: Snapshot, names: Sequence[str]) -> list[int]:
+    """Return nodes (uids) by name; raise KernelError for none at all, and UnknownNameError."""
+    if not names:
+        raise KernelError("names is empty: of which nodes?", field="names")
+    return [snapshot.structure.node(name).uid for name in names]
 
 
 def _parents_first(structure: Structure) -> list[Node]:

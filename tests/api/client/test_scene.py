@@ -41,6 +41,60 @@ def test_nodes_are_added_read_and_changed(client: Client, rng: np.random.Generat
     assert [node.name for node in scene.nodes()] == ["world"]
 
 
+def test_bounds_hold_a_node_and_what_hangs_below_it(client: Client, rng: np.random.Generator) -> None:
+    scene = client.scene
+    scene.add_object("table", virtualrobot.box(1, 2, 0.1), pose=pose(*rng.uniform(-1, 1, 6)))
+    bounds = scene.bounds("table")
+    assert bounds is not None
+    np.testing.assert_allclose(bounds, [[-0.5, -1.0, -0.05], [0.5, 1.0, 0.05]], atol=1e-7)
+    # A cube of 0.2 m on it, turned by 45 degrees about z: half of its diagonal is 0.1 sqrt(2).
+    scene.add_part(
+        "cube", virtualrobot.box(0.2, 0.2, 0.2), parent="table", pose=pose(0.6, 0, 0.15, yaw=np.pi / 4), mass=1
+    )
+    bounds = scene.bounds("table")
+    assert bounds is not None
+    np.testing.assert_allclose(bounds[0], [-0.5, -1.0, -0.05], atol=1e-7)
+    np.testing.assert_allclose(bounds[1], [0.6 + 0.1 * np.sqrt(2), 1.0, 0.25], atol=1e-7)
+    scene.node("cube").hide()
+    assert scene.bounds("cube") is None
+    with pytest.raises(virtualrobot.UnknownNameError, match="tabel"):
+        scene.bounds("tabel")
+
+
+def test_twists_are_those_of_joints_and_of_what_carries_them(steps: Client) -> None:
+    """Against the Jacobian, and against central differences of poses, two ticks apart, of motions that are smooth."""
+    arm = steps.load_robot(IIWA, name="arm", base="floating")
+    other = steps.load_robot(IIWA, name="other", base="planar", pose=pose(y=3.0, roll=0.4))
+    steps.scene.add_object("load", virtualrobot.box(0.1, 0.1, 0.1), parent=arm.flange, pose=pose(0.1, 0.2, 0.3, 0.4))
+    fixed = steps.load_robot(IIWA, name="fixed", pose=pose(y=-3.0, yaw=1.0))
+    base, plane = list(arm.coordinates)[:7], list(other.coordinates)[:3]
+    turned = [0.2, 0.1, -0.3, np.sqrt(1 - 0.14)]
+    bent = {name: 1.0 for name in list(arm.coordinates)[7:]}
+    arm.move_joints(dict(zip(base, [0.5, -0.3, 0.2, *turned], strict=True)) | bent, speed_factor=0.2, wait=False)
+    more = {name: -0.8 for name in list(other.coordinates)[3:]}
+    other.move_joints(dict(zip(plane, [0.4, 0.6, 1.2], strict=True)) | more, speed_factor=0.2, wait=False)
+    fixed.move_joints([0.9, 0.4, -0.7, -1.1, 0.3, 0.8, 0.5], speed_factor=0.2, wait=False)
+    names = ["load", arm.flange, other.flange, fixed.flange]
+    seen = []
+    for _ in range(90):
+        steps.clock.step(1)
+        seen.append((steps.scene.twists(*names), steps.scene.poses(names)))
+    moved = 0.0
+    for (_, before), (twists, here), (_, after) in zip(seen[40:], seen[41:], seen[42:], strict=False):
+        for name in names:
+            velocity = (after[name][:3, 3] - before[name][:3, 3]) / 0.008
+            spin = (after[name] - before[name])[:3, :3] @ here[name][:3, :3].T / 0.008
+            turning = np.array([spin[2, 1] - spin[1, 2], spin[0, 2] - spin[2, 0], spin[1, 0] - spin[0, 1]]) / 2.0
+            np.testing.assert_allclose(twists[name], [*velocity, *turning], atol=2e-3)
+            moved = max(moved, float(np.abs(twists[name]).max()))
+    assert moved > 0.3
+    jacobian = fixed.solve_jacobian().tcp @ fixed.state.velocities
+    np.testing.assert_allclose(steps.scene.twists(fixed.flange)[fixed.flange], jacobian, atol=1e-9)
+    assert not steps.scene.twists("world")["world"].any()
+    with pytest.raises(virtualrobot.InvalidArgumentError, match="names is empty"):
+        steps.scene.twists()
+
+
 def test_refusals_carry_reason_and_values(client: Client) -> None:
     client.scene.add_object("table")
     with pytest.raises(virtualrobot.UnknownNameError, match="'table'") as unknown:

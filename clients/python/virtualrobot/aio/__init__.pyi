@@ -1280,6 +1280,10 @@ class Scene(Face):
         """Return `world_t_node`, 4x4: where a node is in the world now."""
     def poses(self, names: Sequence[str] = ...) -> Order[dict[str, Matrix]]:
         """Return `world_t_node`, 4x4, by name, of all nodes or of these, all of the same instant."""
+    def bounds(self, name: str) -> Order[Matrix | None]:
+        """Return the box about a node and all below it, (2, 3): least and greatest x, y, z in its own frame (m)."""
+    def twists(self, *names: str) -> Order[dict[str, Matrix]]:
+        """Return how fast nodes are now, (6,) by name, all of the same instant."""
     @property
     def revision(self) -> Order[int]:
         """The revision of the structure, for `batch(expected_structure_revision=...)`."""

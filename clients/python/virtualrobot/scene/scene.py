@@ -138,6 +138,32 @@ class Scene(Editor[Node]):
         nodes, poses = self._read(names, ("name",))
         return {node.name: world_t_node for node, world_t_node in zip(nodes, poses, strict=True)}
 
+    def bounds(self, name: str) -> Matrix | None:
+        """Return the box about a node and all below it, (2, 3): least and greatest x, y, z in its own frame (m).
+
+        It goes by what is visible of them; None where nothing is.
+
+        Example:
+            >>> least, greatest = client.scene.bounds("table")
+            >>> greatest - least
+            array([1. , 1. , 0.1])
+        """
+        request = scene_pb2.GetNodeBoundsRequest(names=[name])
+        rows = array_of(self._services.scene.GetNodeBounds(request).bounds)
+        return None if np.isnan(rows).any() else rows[0].reshape(2, 3)
+
+    def twists(self, *names: str) -> dict[str, Matrix]:
+        """Return how fast nodes are now, (6,) by name, all of the same instant.
+
+        Velocity of the origin (m/s), then angular velocity (rad/s), along and about the axes of the world.
+
+        Example:
+            >>> client.scene.twists("box")["box"][:3]
+            array([ 0.  ,  0.  , -0.98])
+        """
+        request = scene_pb2.GetNodeTwistsRequest(names=names)
+        return dict(zip(names, array_of(self._services.scene.GetNodeTwists(request).twists), strict=True))
+
     @property
     def revision(self) -> int:
         """The revision of the structure, for `batch(expected_structure_revision=...)`."""

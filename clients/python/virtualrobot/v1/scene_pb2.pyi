@@ -54,6 +54,36 @@ class GetSceneResponse(_message.Message):
     world_t_node: _geometry_pb2.NumericArray
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., nodes: _Optional[_Iterable[_Union[_nodes_pb2.Node, _Mapping]]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
+class GetNodeBoundsRequest(_message.Message):
+    __slots__ = ("names",)
+    NAMES_FIELD_NUMBER: _ClassVar[int]
+    names: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, names: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class GetNodeBoundsResponse(_message.Message):
+    __slots__ = ("stamp", "bounds")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    BOUNDS_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    bounds: _geometry_pb2.NumericArray
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., bounds: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+
+class GetNodeTwistsRequest(_message.Message):
+    __slots__ = ("names",)
+    NAMES_FIELD_NUMBER: _ClassVar[int]
+    names: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, names: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class GetNodeTwistsResponse(_message.Message):
+    __slots__ = ("stamp", "twists", "world_t_node")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    TWISTS_FIELD_NUMBER: _ClassVar[int]
+    WORLD_T_NODE_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    twists: _geometry_pb2.NumericArray
+    world_t_node: _geometry_pb2.NumericArray
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., twists: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., world_t_node: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
+
 class WatchSceneRequest(_message.Message):
     __slots__ = ("names", "read_mask", "max_rate_hertz", "every_tick")
     NAMES_FIELD_NUMBER: _ClassVar[int]

@@ -45,6 +45,16 @@ class SceneServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_scene__pb2.WatchSceneRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_scene__pb2.WatchSceneResponse.FromString,
                 _registered_method=True)
+        self.GetNodeBounds = channel.unary_unary(
+                '/virtualrobot.v1.SceneService/GetNodeBounds',
+                request_serializer=virtualrobot_dot_v1_dot_scene__pb2.GetNodeBoundsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_scene__pb2.GetNodeBoundsResponse.FromString,
+                _registered_method=True)
+        self.GetNodeTwists = channel.unary_unary(
+                '/virtualrobot.v1.SceneService/GetNodeTwists',
+                request_serializer=virtualrobot_dot_v1_dot_scene__pb2.GetNodeTwistsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_scene__pb2.GetNodeTwistsResponse.FromString,
+                _registered_method=True)
         self.Apply = channel.unary_unary(
                 '/virtualrobot.v1.SceneService/Apply',
                 request_serializer=virtualrobot_dot_v1_dot_scene__pb2.ApplyRequest.SerializeToString,
@@ -90,6 +100,20 @@ class SceneServiceServicer(object):
 
     def WatchScene(self, request, context):
         """The whole scene first, then what changes; a slow reader gets the latest state and never a queue.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def GetNodeBounds(self, request, context):
+        """How large nodes are, with all that hangs below them.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def GetNodeTwists(self, request, context):
+        """How fast nodes are.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -150,6 +174,16 @@ def add_SceneServiceServicer_to_server(servicer, server):
                     servicer.WatchScene,
                     request_deserializer=virtualrobot_dot_v1_dot_scene__pb2.WatchSceneRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_scene__pb2.WatchSceneResponse.SerializeToString,
+            ),
+            'GetNodeBounds': grpc.unary_unary_rpc_method_handler(
+                    servicer.GetNodeBounds,
+                    request_deserializer=virtualrobot_dot_v1_dot_scene__pb2.GetNodeBoundsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_scene__pb2.GetNodeBoundsResponse.SerializeToString,
+            ),
+            'GetNodeTwists': grpc.unary_unary_rpc_method_handler(
+                    servicer.GetNodeTwists,
+                    request_deserializer=virtualrobot_dot_v1_dot_scene__pb2.GetNodeTwistsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_scene__pb2.GetNodeTwistsResponse.SerializeToString,
             ),
             'Apply': grpc.unary_unary_rpc_method_handler(
                     servicer.Apply,
@@ -237,6 +271,60 @@ class SceneService(object):
             '/virtualrobot.v1.SceneService/WatchScene',
             virtualrobot_dot_v1_dot_scene__pb2.WatchSceneRequest.SerializeToString,
             virtualrobot_dot_v1_dot_scene__pb2.WatchSceneResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def GetNodeBounds(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.SceneService/GetNodeBounds',
+            virtualrobot_dot_v1_dot_scene__pb2.GetNodeBoundsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_scene__pb2.GetNodeBoundsResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def GetNodeTwists(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.SceneService/GetNodeTwists',
+            virtualrobot_dot_v1_dot_scene__pb2.GetNodeTwistsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_scene__pb2.GetNodeTwistsResponse.FromString,
             options,
             channel_credentials,
             insecure,
