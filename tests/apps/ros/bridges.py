@@ -27,7 +27,7 @@ def bridge(
     choice: Choice | None = None,
     more: Sequence[Transport] = (),
     server: RosbridgeServer | None = None,
-    **options: object,
+    **options: Any,  # noqa: ANN401
 ) -> Iterator[tuple[str, list[str]]]:
     """Give the address of a bridge that runs, and what it says."""
     server = server or RosbridgeServer(port=0)
@@ -63,17 +63,23 @@ def bridge(
 def roslibpy_client(url: str) -> Iterator[roslibpy.Ros]:
     """Give a client of roslibpy that is connected; its reactor goes on for the next one."""
     ros = roslibpy.Ros(url)
-    ros.run(timeout=GUARD)
+    ros.run(timeout=int(GUARD))
     try:
         yield ros
     finally:
         ros.close()
 
 
+def told(value: Any) -> Any:  # noqa: ANN401 whatever a service tells
+    """Return what a call of roslibpy has told, which is None where it has told nothing."""
+    assert value is not None
+    return value
+
+
 class Heard:
     """Messages of a topic that roslibpy has heard, in their order."""
 
-    def __init__(self, ros: roslibpy.Ros, topic: str, type: str, **options: object) -> None:
+    def __init__(self, ros: roslibpy.Ros, topic: str, type: str, **options: Any) -> None:  # noqa: ANN401
         """Subscribe."""
         self._messages: Queue[dict[str, Any]] = Queue()
         self.topic = roslibpy.Topic(ros, topic, type, **options)
@@ -100,10 +106,10 @@ class Heard:
 
 
 @contextmanager
-def socket(url: str, **options: object) -> Iterator[ClientConnection]:
+def socket(url: str, **options: Any) -> Iterator[ClientConnection]:  # noqa: ANN401
     """Give a bare WebSocket."""
     with connect(url, max_size=None, open_timeout=GUARD, **options) as connection:
-        yield connection
+        yield connection  # pyright: ignore[reportReturnType] it is one
 
 
 def say(connection: ClientConnection, **op: object) -> None:

@@ -61,11 +61,15 @@ def _make_raw(made: Any) -> None:  # noqa: ANN401
     def begin(self: IdlStruct, cdr: bytes) -> None:
         self.cdr = cdr  # pyright: ignore[reportAttributeAccessIssue]
 
+    def message(kind: Any, data: bytes, *_: object, **__: object) -> Any:  # noqa: ANN401
+        return kind(bytes(data))
+
+    def end(kind: Any, *_: object, **__: object) -> Any:  # noqa: ANN401
+        return kind(b"")  # the end of a writer tells a key alone, and is no message
+
     made.__init__ = begin
     made.serialize = lambda self, *_, **__: self.cdr
-    made.deserialize = classmethod(lambda kind, data, *_, **__: kind(bytes(data)))
-    # What the end of a writer tells has a key alone, and is no message.
-    made.deserialize_key = classmethod(lambda kind, data, *_, **__: kind(b""))
+    made.deserialize, made.deserialize_key = classmethod(message), classmethod(end)
 
 
 def _member(one: Description) -> Any:  # noqa: ANN401
@@ -240,7 +244,7 @@ def _hashed(name: str) -> Qos:
 class _Matched(Listener):
     """Listener of a writer, called in a thread of Cyclone's with the count of readers."""
 
-    def __init__(self, tell: Callable[[int], None]) -> None:
+    def __init__(self, tell: Callable[[int], object]) -> None:
         super().__init__()
         self._tell = tell
 
@@ -251,7 +255,7 @@ class _Matched(Listener):
 class _Heard(Listener):
     """Listener of a reader, called in a thread of Cyclone's with the bytes of each message."""
 
-    def __init__(self, tell: Callable[[bytes], None]) -> None:
+    def __init__(self, tell: Callable[[bytes], object]) -> None:
         super().__init__()
         self._tell = tell
 

@@ -67,6 +67,7 @@ class Service:
 
 
 Feedback: TypeAlias = Callable[[RosValue], None]
+Run: TypeAlias = Callable[[RosValue, Feedback, asyncio.Event], Awaitable[tuple[int, RosValue]]]
 
 
 @dataclass
@@ -75,7 +76,7 @@ class Action:
 
     name: str
     type: str
-    run: Callable[[RosValue, Feedback, asyncio.Event], Awaitable[tuple[int, RosValue]]]
+    run: Run
     owner: object = None
 
 

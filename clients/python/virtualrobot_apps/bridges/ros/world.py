@@ -15,10 +15,12 @@ from virtualrobot.errors import VirtualRobotError
 from virtualrobot.streams.table import IN, Stream
 from virtualrobot.tables import aligned
 
+from virtualrobot_apps.bridges.ros import actions
+from virtualrobot_apps.bridges.ros.actions import TRAJECTORY
 from virtualrobot_apps.bridges.ros.bridge_file import TWISTS, Choice
 from virtualrobot_apps.bridges.ros.commands import TwistCommands
 from virtualrobot_apps.bridges.ros.feed import Feed
-from virtualrobot_apps.bridges.ros.hub import Hub, HubError, Topic
+from virtualrobot_apps.bridges.ros.hub import Action, Hub, HubError, Run, Topic
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue
 from virtualrobot_apps.bridges.ros.mapping.names import FrameNames, topic_name
 from virtualrobot_apps.bridges.ros.mapping.outputs import Naming, Output, outputs_of
@@ -37,11 +39,13 @@ class Plan:
         outputs: what it tells, by the watch that tells it.
         twists: streams of twists by the names of their topics.
         robots: names of robots by the topics of their descriptions.
+        grippers: robots and their tools that have widths.
     """
 
     outputs: Mapping[str, list[Output]]
     twists: Mapping[str, str]
     robots: Mapping[str, str]
+    grippers: tuple[tuple[str, str], ...] = ()
 
 
 class World:
@@ -64,6 +68,8 @@ class World:
         self._twists: dict[str, TwistCommands] = {}
         self._descriptions: set[str] = set()
         self._said: set[str] = set()
+        self._actions: dict[str, Action] = {}
+        self._trajectories: dict[str, str] = {}
 
     async def update(self) -> None:
         """Look whether robots, sensors or links are others, and then declare what there is now.
@@ -86,6 +92,8 @@ class World:
             (topic, self._choice.type_of(stream, TWISTS[0]), f"to {stream}") for topic, stream in plan.twists.items()
         ]
         found += [(topic, DESCRIPTION, f"of {robot}") for topic, robot in plan.robots.items()]
+        found += [(name, type, f"action of {robot}") for name, (type, robot, _) in self._wanted_actions(plan).items()]
+        found += [(topic_name(one, "joint_trajectory"), TRAJECTORY, f"to {one}") for one in plan.robots.values()]
         return aligned([["topic", "type", "stream"], *map(list, sorted(found))], left=3)
 
     def close(self) -> None:
@@ -114,7 +122,25 @@ class World:
             if one.content == "twist" and (name := self._choice.heard(one, topic_name(one.about, "cmd_vel")))
         }
         described = {topic_name(one, "robot_description"): one for one in robots} if self._choice.auto else {}
-        return Plan(found, twists, described)
+        grippers: list[tuple[str, str]] = []
+        for robot in described.values():
+            tools = self._client.robots[robot].tools
+            grippers += [(robot, tool) for tool in tools if self._client.robot(robot).tool(tool).widths]
+        return Plan(found, twists, described, tuple(grippers))
+
+    def _wanted_actions(self, plan: Plan) -> dict[str, tuple[str, str, Run]]:
+        """Return type, robot and work of each action by its name."""
+        found: dict[str, tuple[str, str, Run]] = {}
+        for robot in plan.robots.values():
+            run = partial(actions.follow_trajectory, self._client, robot)
+            found[topic_name(robot, "follow_joint_trajectory")] = actions.FOLLOW, robot, run
+        for robot, tool in plan.grippers:
+            found[topic_name(tool.removesuffix(".tool"), "gripper_cmd")] = (
+                actions.GRIP,
+                robot,
+                partial(actions.grip, self._client, robot, tool),
+            )
+        return found
 
     def _bases(self, table: list[Stream], frames: FrameNames) -> dict[str, tuple[str, str]]:
         """Return in which frame the base of each robot moves, and which one moves with it."""
@@ -151,6 +177,26 @@ class World:
             self._descriptions.add(topic)
             wanted = partial(self._describe, topic, robot)
             self._declare(Topic(topic, DESCRIPTION, latched=True, wanted=wanted, is_told=True))
+
+        self._apply_actions(plan)
+
+    def _apply_actions(self, plan: Plan) -> None:
+        wanted = self._wanted_actions(plan)
+        for name in [one for one in self._actions if one not in wanted]:
+            self._hub.end(self._actions.pop(name))
+        for name, (type, _, run) in wanted.items():
+            if name not in self._actions:
+                self._actions[name] = Action(name, type, run)
+                self._hub.act(self._actions[name])
+        heard = {topic_name(one, "joint_trajectory"): one for one in plan.robots.values()}
+        for topic in [one for one in self._trajectories if one not in heard]:
+            del self._trajectories[topic]
+            self._hub.withdraw(topic)
+        for topic, robot in heard.items():
+            if topic not in self._trajectories:
+                self._trajectories[topic] = robot
+                take = actions.TrajectoryTopic(self._client, robot, self._tell).take
+                self._declare(Topic(topic, TRAJECTORY, take=take))
 
     def _feed(self, outputs: list[Output]) -> Feed:
         feed = Feed(self._client, outputs, self._publish, self._tell)
