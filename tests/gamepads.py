@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -26,6 +27,8 @@ class VirtualPad:
         """Take a virtual joystick that is open."""
         self._sdl, self._index, self._handle = library(), index, handle
         self._is_there = True
+        self.felt: list[tuple[int, int]] = []
+        """How it was made to shake: the strengths of both motors, 0 to 65535."""
 
     def move(self, **axes: float) -> None:
         """Move axes, by name, to values from -1 to 1."""
@@ -46,14 +49,24 @@ class VirtualPad:
 
 @contextmanager
 def virtual_pad() -> Iterator[VirtualPad]:
-    """Plug in a gamepad; it is gone at the end of the block."""
+    """Plug in a gamepad, which shakes; it is gone at the end of the block."""
     sdl = library()
     assert sdl.SDL_InitSubSystem(sdl.SDL_INIT_GAMECONTROLLER) == 0, sdl.SDL_GetError()
     kind = sdl.SDL_JOYSTICK_TYPE_GAMECONTROLLER
-    index = sdl.SDL_JoystickAttachVirtual(kind, len(AXES), len(BUTTONS), 0)
+    felt: list[tuple[int, int]] = []
+    shakes = dict(sdl.SDL_VirtualJoystickDesc._fields_)["Rumble"]
+
+    def shake(_: Any, low: int, high: int) -> int:  # noqa: ANN401  what SDL keeps for it
+        felt.append((low, high))
+        return 0
+
+    about = sdl.SDL_VirtualJoystickDesc(version=sdl.SDL_VIRTUAL_JOYSTICK_DESC_VERSION, type=kind)
+    about.naxes, about.nbuttons, about.Rumble = len(AXES), len(BUTTONS), shakes(shake)
+    index = sdl.SDL_JoystickAttachVirtualEx(ctypes.byref(about))
     assert index >= 0, sdl.SDL_GetError()
     handle = sdl.SDL_JoystickOpen(index)
     pad = VirtualPad(index, handle)
+    pad.felt = felt
     try:
         yield pad
     finally:

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import virtualrobot
 from prompt_toolkit.input import PipeInput, create_pipe_input
 from prompt_toolkit.output import DummyOutput
 from virtualrobot import Client, Robot
@@ -235,6 +236,37 @@ def test_a_space_mouse_moves_a_tool_and_drives_a_craft(client: Client, ugv: Robo
         with hands(keys, drive), pytest.raises(WrongStateError, match="SpaceMouse Compact has gone"):
             drive_by_pad(ugv, mouse, meant, SPEED, TURN, source=keys, output=DummyOutput())
     assert rests(ugv)
+
+
+def test_a_gamepad_lets_a_hand_feel_what_weighs_on_the_tool(client: Client, tmp_path: Path) -> None:
+    arm = client.load_robot("model://ar_manipulator", name="arm")
+    arm.set_positions([0.0, 0.3, -0.6, 0.2, 0.8, 0.0])
+    client.scene.add_motion_sensor("wrist", virtualrobot.force_torque_sensor(), parent=arm.flange)
+    file = tmp_path / "mapping.yaml"
+    file.write_text("{schema_version: 1, hold: a, tool: {vz: -left_y}, force: {sensor: wrist, full: 19.62}}")
+    with virtual_pad() as hand, Gamepad() as pad, create_pipe_input() as keys:
+
+        def weigh() -> None:
+            hand.press("a")
+            hand.move(left_y=-1.0)
+            begin = float(arm.state.world_t_tcp[2, 3])
+            until(lambda: arm.state.world_t_tcp[2, 3] > begin + 0.01)
+            hand.move(left_y=0.0)
+            until(lambda: rests(arm))
+            client.scene.add_part("load", virtualrobot.box(0.1, 0.1, 0.1), parent=arm.flange, mass=1.0)
+            # A kilogram weighs 9.81 N: half of what is felt with full strength.
+            until(lambda: hand.felt[-1:] == [(32768, 32768)])
+            hand.press("a", down=False)
+            until(lambda: hand.felt[-1:] == [(0, 0)])
+
+        with hands(keys, weigh):
+            drive_by_pad(arm, pad, read_mapping(file), SPEED, TURN, source=keys, output=DummyOutput())
+        with SpaceMouse(FakeHid()) as mouse, pytest.raises(WrongStateError, match="lets nobody feel a force"):
+            file.write_text("{schema_version: 1, hold: left, tool: {vz: -z}, force: {sensor: wrist, full: 10}}")
+            drive_by_pad(arm, mouse, read_mapping(file, SPACE_MOUSE), SPEED, TURN, source=keys, output=DummyOutput())
+        with pytest.raises(UnknownNameError, match="'writs'"):
+            file.write_text("{schema_version: 1, hold: a, tool: {vz: -left_y}, force: {sensor: writs, full: 10}}")
+            drive_by_pad(arm, pad, read_mapping(file), SPEED, TURN, source=keys, output=DummyOutput())
 
 
 def repeated_rest(robot: Robot) -> None:

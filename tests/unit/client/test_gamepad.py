@@ -43,6 +43,28 @@ class Scripted:
         self.state = PadState(axes, frozenset({MAPPING.hold, *buttons}))
 
 
+def test_a_gamepad_shakes_as_strongly_as_it_is_told() -> None:
+    with virtual_pad() as pad, Gamepad() as gamepad:
+        for strength in (0.5, 1.0, 0.0):
+            gamepad.feel(strength)
+        assert pad.felt == [(32768, 32768), (65535, 65535), (0, 0)]
+
+
+@pytest.mark.parametrize(
+    ("force", "said"),
+    [
+        ("{sensor: wrist, full: 0}", "force.full is 0; it must be a number of newtons above 0"),
+        ("{full: 10}", "force.sensor is None; it must be the name of a force and torque sensor"),
+        ("{sensor: wrist, full: 10, axis: z}", "no force.axis; it has sensor, full"),
+    ],
+)
+def test_a_force_that_cannot_be_felt_is_refused(tmp_path: Path, force: str, said: str) -> None:
+    file = tmp_path / "mapping.yaml"
+    file.write_text(f"{{schema_version: 1, hold: a, force: {force}}}")
+    with pytest.raises(MalformedFileError, match=said):
+        read_mapping(file)
+
+
 def held(pad: Scripted, clock: Time, mapping: GamepadMapping = MAPPING) -> HeldPad:
     return HeldPad(pad, mapping, [mapping.drive.get(name) for name in DIRECTIONS], (0.4, 0.4, 0.8), clock)
 

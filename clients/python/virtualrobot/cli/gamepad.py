@@ -5,7 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 from virtualrobot.errors import WrongStateError
 
@@ -17,6 +17,9 @@ BUTTONS = (
     *("dpad_up", "dpad_down", "dpad_left", "dpad_right"),
 )
 """Buttons in SDL's order; a to y are those of an Xbox controller: below, right, left, above."""
+
+FELT_SECONDS = 0.2
+"""Longest time (s) for which a gamepad shakes without being told so again."""
 
 _FULL = 32767.0
 _HINTS = {
@@ -42,6 +45,15 @@ class Pad(Protocol):
 
     def read(self) -> PadState:
         """Return how it is now; raise WrongStateError when it has gone."""
+        ...
+
+
+@runtime_checkable
+class FeelingPad(Pad, Protocol):
+    """A device that lets a hand feel."""
+
+    def feel(self, strength: float) -> None:
+        """Shake, from 0 to 1, until told otherwise, at most FELT_SECONDS; raise WrongStateError without motors."""
         ...
 
 
@@ -74,6 +86,14 @@ class Gamepad:
         }
         down = (name for n, name in enumerate(BUTTONS) if sdl.SDL_GameControllerGetButton(self._handle, n))
         return PadState(axes, frozenset(down))
+
+    def feel(self, strength: float) -> None:
+        """Shake, from 0 to 1, until told otherwise, at most FELT_SECONDS; raise WrongStateError without motors."""
+        level = round(strength * 0xFFFF)
+        if self._sdl.SDL_GameControllerRumble(self._handle, level, level, round(1000 * FELT_SECONDS)):
+            raise WrongStateError(
+                f"the gamepad {self.name} has no motors to feel a force by; leave `force` out of the mapping"
+            )
 
     def close(self) -> None:
         """Let it go."""

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import yaml
 
 from virtualrobot.cli import space_mouse
+from virtualrobot.cli.felt_force import ForceMapping
 from virtualrobot.cli.gamepad import AXES, BUTTONS, PadState
 from virtualrobot.errors import MalformedFileError, MissingFileError
 
@@ -68,7 +69,8 @@ class GamepadMapping:
 
     hold: the dead man's button. dead_zone: part of a stick's way that is none. drive: by part of a twist. jog: by a
     joint's name, or its number from 1 on. tool: by part of a tool's twist, in the axes of `frame`, one of FRAMES or a
-    node's name. slower, faster: buttons that change the speed by a tenth.
+    node's name. force: what is felt meanwhile, None for nothing. slower, faster: buttons that change the speed by a
+    tenth.
     """
 
     hold: str
@@ -77,6 +79,7 @@ class GamepadMapping:
     jog: Mapping[str, Control]
     tool: Mapping[str, Control] = field(default_factory=dict)
     frame: str = "base"
+    force: ForceMapping | None = None
     slower: str = ""
     faster: str = ""
 
@@ -100,7 +103,7 @@ def read_mapping(file: Path = USUAL, device: Device = GAMEPAD) -> GamepadMapping
 
 def _mapping(document: Any, device: Device) -> GamepadMapping:  # noqa: ANN401  whatever a file may hold
     fields = _table(document, "a mapping")
-    known = ("schema_version", "hold", "dead_zone", "drive", "jog", "tool", "frame", "slower", "faster")
+    known = ("schema_version", "hold", "dead_zone", "drive", "jog", "tool", "frame", "force", "slower", "faster")
     if unknown := [name for name in fields if name not in known]:
         raise ValueError(f"there is no {unknown[0]!r}; a mapping has {', '.join(known)}")
     if fields.get("schema_version") != 1:
@@ -124,8 +127,20 @@ def _mapping(document: Any, device: Device) -> GamepadMapping:  # noqa: ANN401  
         jog=jog,
         tool=tool,
         frame=str(fields.get("frame", "base")),
+        force=_force(_table(fields["force"], "force")) if "force" in fields else None,
         **{name: _button(fields[name], name, device) for name in ("slower", "faster") if name in fields},
     )
+
+
+def _force(fields: dict[str, Any]) -> ForceMapping:
+    if unknown := [name for name in fields if name not in ("sensor", "full")]:
+        raise ValueError(f"there is no force.{unknown[0]}; it has sensor, full")
+    sensor, full = fields.get("sensor"), fields.get("full")
+    if not isinstance(sensor, str) or not sensor:
+        raise ValueError(f"force.sensor is {sensor!r}; it must be the name of a force and torque sensor")
+    if isinstance(full, bool) or not isinstance(full, int | float) or not 0.0 < full < math.inf:
+        raise ValueError(f"force.full is {full!r}; it must be a number of newtons above 0")
+    return ForceMapping(sensor, float(full))
 
 
 def _table(said: Any, place: str) -> dict[str, Any]:  # noqa: ANN401  as above

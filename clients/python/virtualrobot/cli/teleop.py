@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 import sys
+from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -135,6 +136,8 @@ def drive_by_pad(
 
     Speeds are at most in m/s and rad/s. Raises WrongStateError when the device has gone; the robot rests then.
     """
+    from virtualrobot.cli.felt_force import FeltForce
+    from virtualrobot.cli.gamepad import FeelingPad
     from virtualrobot.cli.gamepad_mapping import DIRECTIONS, TOOL
     from virtualrobot.cli.held_pad import HeldPad
     from virtualrobot.cli.key_screen import KeyScreen
@@ -158,12 +161,21 @@ def drive_by_pad(
     def wanted() -> Values:
         return within(held.wanted(), speed, turn) if tool else held.wanted()
 
+    felt: FeltForce | None = None
+
     async def follow() -> None:
         while True:
             held.read()
+            if felt is not None and isinstance(pad, FeelingPad):
+                pad.feel(felt.strength if held.is_held else 0.0)
             await asyncio.sleep(PAD_SECONDS)
 
-    with Teleoperation(robot, wanted, preempt, list(joints), tool) as moving:
+    with ExitStack() as stack:
+        if mapping.force is not None:
+            if not isinstance(pad, FeelingPad):
+                raise WrongStateError(f"{pad.name} lets nobody feel a force; leave `force` out of the mapping")
+            felt = stack.enter_context(FeltForce(robot, mapping.force))
+        moving = stack.enter_context(Teleoperation(robot, wanted, preempt, list(joints), tool))
 
         def text() -> str:
             told = ", ".join(f"{value:z.2f}" for value in moving.twist)
@@ -171,7 +183,8 @@ def drive_by_pad(
             names += f"   slower by {by}" if (by := moving.held_by) else ""
             held_on = "" if held.is_held else f"   hold {mapping.hold} to move"
             share = f"{100.0 * held.share:.0f}% of the limits"
-            return f"{pad.name} moves {robot.name}{held_on}\n{told}   {names}   {share}\n{moving.error}   q ends"
+            wrong = moving.error or (felt.error if felt is not None else "")
+            return f"{pad.name} moves {robot.name}{held_on}\n{told}   {names}   {share}\n{wrong}   q ends"
 
         KeyScreen(lambda key: None, text, follow=follow).run(source, output)
     click.echo(f"{robot.name} rests")
