@@ -98,9 +98,9 @@ def test_figures() -> None:
 
 def test_a_trajectory_of_another_shape_is_refused() -> None:
     with pytest.raises(virtualrobot.InvalidArgumentError, match=r"\(3, 2\), not \(3, 1\)"):
-        moves.trajectory(["a", "b"], [0, 1, 2], np.zeros((3, 1)), None)
+        moves.trajectory(["a", "b"], [0, 1, 2], np.zeros((3, 1)), None, {})
     with pytest.raises(virtualrobot.InvalidArgumentError, match="velocities"):
-        moves.trajectory(["a"], [0, 1], np.zeros((2, 1)), np.zeros((3, 1)))
+        moves.trajectory(["a"], [0, 1], np.zeros((2, 1)), np.zeros((3, 1)), {})
 
 
 @pytest.mark.parametrize("name", ["velocity", "acceleration"])
