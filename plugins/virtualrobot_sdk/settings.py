@@ -137,7 +137,7 @@ def _unknown(path: str, name: str, known: Mapping[str, Schema]) -> ArgumentError
     close = difflib.get_close_matches(name, names, n=1)
     # Groups of any names, such as the arguments of a xacro file: what is in them is often given without the group.
     groups = [one for one, part in known.items() if part.get("type") == "object" and "properties" not in part]
-    if not close and len(groups) == 1:
+    if not close and len(groups) == 1 and path == name:
         close = [f"{path.removesuffix(name)}{groups[0]}.{name}"]
     right = f"did you mean {close[0]!r}?" if close else f"there is {', '.join(names)}" if names else "there is none"
     return ArgumentError(f"there is no setting {path!r}; {right}", setting=path, known=", ".join(names))

@@ -13,7 +13,16 @@ from numpy.typing import NDArray
 from virtualrobot_sdk.poses import from_quaternion, inverse
 
 from virtualrobot_kernel.components.running import ComponentHandle
-from virtualrobot_kernel.crafts.fitting import Fitted, Moved, center_of, checked, checked_step, fitted, standing
+from virtualrobot_kernel.crafts.fitting import (
+    Fitted,
+    Moved,
+    center_of,
+    checked,
+    checked_step,
+    fitted,
+    nonsense,
+    standing,
+)
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.crafts import base_joint
 from virtualrobot_kernel.world.state import Snapshot
@@ -30,6 +39,9 @@ STEERING_SECONDS = 0.5
 
 LONG_SECONDS = 1e3
 """Time (s) in which any steering angle comes to anywhere."""
+
+LEVEL = 1e-6
+"""Tolerance of the plane in which a base moves: of its normal, and of a height for each meter."""
 
 APPROACH_SECONDS = 0.1
 """Time constant (s) with which a steering angle comes to its end."""
@@ -244,6 +256,9 @@ class CraftAtWork:
         """Return where the component's base (4, 4) and drives are after a step; raise KernelError for nonsense."""
         answer = self.component.call("step", pose, states, commands, seconds)
         after, reached = checked_step(self.component, answer, "a pose and the states of drives", (4, 4), states.shape)
+        up, gone = pose[:3, 2], after[:3, 3] - pose[:3, 3]
+        if np.abs(after[:3, 2] - up).max() > LEVEL or abs(up @ gone) > LEVEL * (1.0 + np.abs(gone).max()):
+            raise nonsense(self.component, "step tilts or lifts the base; it must stay in the plane on which it stands")
         return after, reached
 
     def _numbers(self, method: str, shape: tuple[int, ...], *arguments: object) -> Floats:

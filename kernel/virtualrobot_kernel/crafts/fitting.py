@@ -12,7 +12,7 @@ from virtualrobot_sdk.arrays import is_finite
 from virtualrobot_sdk.errors import ComponentFault, FaultKind
 
 from virtualrobot_kernel.components.running import ComponentHandle
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.structure import Coordinate, Craft, Node, Structure
 
 Floats = NDArray[np.float64]
@@ -55,10 +55,18 @@ def fitted(
 ) -> dict[str, Fitted]:
     """Return the joint of each drive of a component, and of passive wheels those that the robot has.
 
-    Raises KernelError where the craft names a drive that the component lacks, and for a drive that no joint is.
+    Raises KernelError where the craft names a drive that the component lacks, for a drive that no joint is, and for two
+    of one name.
     """
     own = {one.drive: (one.joint, one.ratio) for one in craft.drives}
     names = (*drives, *passive)
+    if twice := next((name for place, name in enumerate(names) if name in names[:place]), None):
+        raise KernelError(
+            f"the component {craft.kinematics!r} has the drive {twice!r} twice; each needs a name of its own",
+            reason=Reason.PLUGIN_FAILED,
+            robot=node.name,
+            drive=twice,
+        )
     if unknown := [name for name in own if name not in names]:
         raise KernelError(
             f"the component {craft.kinematics!r} has no drive {unknown[0]!r}; its drives are {', '.join(drives)}"

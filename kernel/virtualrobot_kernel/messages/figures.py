@@ -74,6 +74,11 @@ def _check_material(material: Material, what: str) -> None:
         raise KernelError(f"{what}.friction must be 0 or more, not {material.friction:g}", field=what)
     if not 0.0 <= material.restitution <= 1.0:
         raise KernelError(f"{what}.restitution must be 0 to 1, not {material.restitution:g}", field=what)
+    if material.damping and not material.stiffness:
+        raise KernelError(
+            f"{what} has a damping of {material.damping:g} N s/m and no stiffness, beside which it counts; give both",
+            field=what,
+        )
 
 
 def _bytes(*shape: int) -> Pair:

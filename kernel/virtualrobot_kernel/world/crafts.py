@@ -94,9 +94,10 @@ def refuse_base(structure: Structure, joints: Iterable[tuple[int, str]]) -> None
         node = structure.nodes[uid]
         moved = {name for robot, name in joints if robot == uid}.intersection(base_coordinates(structure, node))
         if moved:
-            names = ", ".join(repr(one.joint) for one in (craft_of(node) or Craft()).drives)
+            drives = (craft_of(node) or Craft()).drives
+            names = f" ({', '.join(repr(one.joint) for one in drives)})" if drives else ""
             raise KernelError(
-                f"{min(moved)!r} is moved by the drives of the craft {node.name!r}; move these ({names}), put it "
+                f"{min(moved)!r} is moved by the drives of the craft {node.name!r}; move these{names}, put it "
                 "elsewhere with set_joint_positions, or make it a craft no more with set_craft",
                 reason=Reason.WRONG_STATE,
                 robot=node.name,

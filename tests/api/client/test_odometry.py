@@ -68,7 +68,9 @@ def test_encoders_are_counted_and_what_they_lack_is_named(client: Client, ugv: R
     with pytest.raises(InvalidArgumentError, match="counts_per_turn is 1 or above, not 0"):
         ugv.odometry(counts_per_turn=0)
     with pytest.raises(InvalidArgumentError, match="right_wheel_radius_meters"):
-        ugv.odometry(settings={"right_wheel_radius_meters": -1.0}).update()
+        ugv.odometry(settings={"right_wheel_radius_meters": -1.0})
+    with pytest.raises(InvalidArgumentError, match="there is no setting 'wheel_radius'; did you mean 'wheel_radius_m"):
+        ugv.odometry(settings={"wheel_radius": 0.1})
     arm = client.load_robot("model://puma560", pose=virtualrobot.pose(y=3.0))
     with pytest.raises(WrongStateError, match="is no craft"):
         arm.odometry()

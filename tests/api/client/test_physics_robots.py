@@ -11,6 +11,7 @@ import pytest
 import virtualrobot
 from virtualrobot import Client, JointMotor, Robot
 from virtualrobot.errors import RobotBusyError, UnknownNameError, VirtualRobotError, WrongStateError
+from virtualrobot.motions.state import Phase
 
 from tests.kernels import KernelProcess, Stubs
 
@@ -278,11 +279,28 @@ def test_wheels_that_touch_nothing_are_told(cell: Client, height: float, upside_
     cell.clock.set_realtime()
     with pytest.raises(WrongStateError, match=r"the wheels of 'ugv' turned in the air: none of .*touches anything"):
         ugv.drive(0.2, 0.0, seconds=0.3)
+    with pytest.raises(WrongStateError, match="turned in the air"):
+        ugv.drive_path([[0.05, 0.0, 0.0]])
     cell.clock.set_stepped()
     ugv.set_positions([0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, *[0.0] * 4])
     cell.clock.step(100)
     cell.clock.set_realtime()
     ugv.drive(0.2, 0.0, seconds=0.3)
+
+
+def test_a_guarded_craft_drives_on_a_floor_that_its_wheels_may_touch(cell: Client) -> None:
+    """And its own caster swivels below it."""
+    ugv = cell.load_robot("model://ugv", base="floating")
+    cell.physics.set("mujoco")
+    cell.physics.enable("ugv")
+    cell.clock.step(50)
+    for wheel in ("left_wheel", "right_wheel", "caster_wheel"):
+        cell.collisions.allowed.add("floor", f"ugv.{wheel}")
+    cell.collisions.set("guard")
+    motion = ugv.drive_path([[0.15, 0.0, 0.2]], wait=False)
+    cell.clock.step(800)
+    assert motion.phase is Phase.SUCCEEDED
+    assert cell.scene.pose("ugv.base")[0, 3] == pytest.approx(0.15, abs=0.02)
 
 
 def test_a_twist_that_is_not_renewed_ends(cell: Client) -> None:

@@ -110,7 +110,10 @@ def test_surfaces_that_there_are_not_are_refused(steps: Client) -> None:
         ({"friction": -0.1}, "friction must be 0 or more, not -0.1"),
         ({"rolling_friction": -1.0}, "rolling_friction"),
         ({"stiffness": float("nan")}, "stiffness"),
+        ({"damping": 10.0}, r"a damping of 10 N s/m and no stiffness, beside which it counts; give both"),
     ):
         with pytest.raises((VirtualRobotError, ValueError), match=said):
             floor(steps, **surface)
+    with pytest.raises(VirtualRobotError, match="the mass of 'ball' is 0"):
+        steps.scene.add_part("ball", virtualrobot.sphere(0.05), mass=0.0, dynamic=True)
     assert [node.name for node in steps.scene.nodes()] == ["world"]

@@ -23,6 +23,7 @@ from virtualrobot_kernel.world.commands import (
     CreateNodes,
     RemoveNode,
     SetCollisionSettings,
+    SetCraft,
     SetJointPositions,
     SetSetpoint,
     StartMotion,
@@ -222,6 +223,17 @@ def test_a_robot_without_a_base_that_moves_is_no_craft() -> None:
         pass
 
 
+def test_drives_of_one_name_are_told(course: Yard, monkeypatch: pytest.MonkeyPatch) -> None:
+    called = ComponentHandle.call
+
+    def twice(self: ComponentHandle, name: str, *arguments: object) -> object:
+        return ("left_wheel", "left_wheel") if name == "drive_names" else called(self, name, *arguments)
+
+    monkeypatch.setattr(ComponentHandle, "call", twice)
+    with pytest.raises(KernelError, match="component 'differential' has the drive 'left_wheel' twice"):
+        course.crafts.check([SetCraft("rover", TWO_WHEELS)])
+
+
 @pytest.mark.parametrize(
     ("method", "answer", "said"),
     [
@@ -231,6 +243,7 @@ def test_a_robot_without_a_base_that_moves_is_no_craft() -> None:
             for one in (
                 ("step", 7, "step returned int; it must be a pose"),
                 ("step", (2.0 * np.eye(4), np.zeros(2)), "a pose that is not rigid"),
+                ("step", (shifted(z=0.1), np.zeros(2)), "step tilts or lifts the base"),
                 ("base_twist", RuntimeError("boom"), "boom"),
             )
         ),

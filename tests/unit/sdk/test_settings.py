@@ -19,6 +19,22 @@ class Method(Enum):
 
 
 @dataclass(frozen=True)
+class Inner:
+    """A part with a group of any names."""
+
+    named: dict[str, str] = field(default_factory=dict)
+    size: float = 1.0
+
+
+@dataclass(frozen=True)
+class Grouped:
+    """Settings with a group of any names, and a part that has one, too."""
+
+    named: dict[str, str] = field(default_factory=dict)
+    inner: Inner = field(default_factory=Inner)
+
+
+@dataclass(frozen=True)
 class Joint:
     """One joint."""
 
@@ -151,6 +167,14 @@ def test_what_is_wrong_is_named_with_what_would_be_right(given: dict[str, Any], 
     error = refused(given)
     assert str(error) == said
     assert error.metadata.get("setting") == (said.split("'")[1] if said[0] in "st" and "'" in said else "")
+
+
+def test_a_group_of_any_names_is_meant_by_what_stands_beside_it_alone() -> None:
+    """As the arguments of a xacro file are; in a document, such as a vehicle's, a name too many is no source."""
+    assert str(refused({"colour": "red"}, Grouped)) == "there is no setting 'colour'; did you mean 'named.colour'?"
+    assert str(refused({"inner": {"named": {}, "colour": 1}}, Grouped)) == (
+        "there is no setting 'inner.colour'; there is named, size"
+    )
 
 
 def test_a_long_value_is_not_repeated_whole() -> None:

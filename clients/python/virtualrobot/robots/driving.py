@@ -101,6 +101,13 @@ class Driving(Mover, Solver):
             self._check_wheels()
         return stream.state
 
+    def _driven(self, way: Way, options: StartOptions) -> Motion:
+        """Start a way; raise WrongStateError, once it has ended, where wheels turned in the air."""
+        motion = way.start(**options)
+        if options.get("wait", True):
+            self._check_wheels()
+        return motion
+
     def _check_wheels(self) -> None:
         """Raise WrongStateError where physics move the robot, and find that no link that a drive moves touches."""
         physics = self._services.physics.GetPhysics(physics_pb2.GetPhysicsRequest())
@@ -139,7 +146,7 @@ class Driving(Mover, Solver):
         way = self.way(parts)
         if not len(way.parts):
             raise InvalidArgumentError("a way has a part at least: rows of forward (m), left (m) and turn (rad)")
-        return way.start(**options)
+        return self._driven(way, options)
 
     def drive_to(
         self,
@@ -166,8 +173,7 @@ class Driving(Mover, Solver):
         Example:
             >>> robot.drive_to(1.0, 0.5, heading=0.0)
         """
-        way = self.way_to(x, y, heading, reverse=reverse, turning_radius=turning_radius)
-        return way.start(**options)
+        return self._driven(self.way_to(x, y, heading, reverse=reverse, turning_radius=turning_radius), options)
 
     def way(self, parts: ArrayLike, *, joints: JointPositions | None = None) -> Way:
         """Return a way of a craft along lines and arcs, as `drive_path` drives it; nothing moves.

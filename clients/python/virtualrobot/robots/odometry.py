@@ -77,6 +77,8 @@ class Odometry:
         self._last = self._counted(encoders)
         place = np.array([solved.x_meters, solved.y_meters, solved.heading_radians])
         self._reading = OdometryReading(place, np.zeros((3, 3)))
+        if settings is not None:
+            self._went([])  # what the component refuses of them is told at once
 
     @property
     def reading(self) -> OdometryReading:

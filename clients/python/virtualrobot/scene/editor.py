@@ -117,7 +117,7 @@ class Editor(ABC, Generic[Created]):
         Example:
             >>> scene.add_part("box-1", virtualrobot.box(0.1, 0.1, 0.1, color="red"), pose=virtualrobot.pose(0.5))
         """
-        kilograms = value_or_default(mass, "mass")
+        kilograms = value_or_default(mass, f"the mass of {name!r}")
         part = nodes_pb2.Part(mass_kilograms=kilograms, inertial=_unwrapped(inertial), dynamic=dynamic)
         return self._add(name, parent, pose, figures, part=part)
 
