@@ -8,6 +8,8 @@ import numpy as np
 from virtualrobot_sdk.kinematics import Floats
 from virtualrobot_sdk.rays import Booleans, TrueHits
 
+from virtualrobot_plugins.sensor_models.laser_readings import alone
+
 LEAST_DISTANCE = 1e-6
 """Lower bound of the distance in the power of an echo (m): a surface nearer than this gives no more."""
 _BLACK = 1e-9
@@ -40,11 +42,9 @@ class Echo:
 
 def only_echo(hits: TrueHits) -> Echo:
     """Return the echoes of beams of one ray."""
-    true = hits.distance[:, 0]
-    found = np.isfinite(true)
-    distance = true if found.all() else np.where(found, true, 0.0)
-    cosine = _cosine(hits.incidence[:, 0])
-    return Echo(distance, cosine, hits.reflectance[:, 0] * cosine, found)
+    return Echo(
+        *alone(*(np.ascontiguousarray(values[:, 0]) for values in (hits.distance, hits.incidence, hits.reflectance)))
+    )
 
 
 def chosen_echo(hits: TrueHits, pulse: float, threshold: float | None) -> Echo:

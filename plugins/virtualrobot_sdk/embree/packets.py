@@ -145,8 +145,12 @@ def _trace(
     triangle: Array,
     uv: Array,
     normal: Array,
+    turned: bool,
 ) -> None:
-    """Do what `trace` says, with rays and answers in single or double precision; `uv` may be empty."""
+    """Do what `trace` says, with rays and answers in single or double precision; `uv` may be empty.
+
+    Where `turned`, normals are turned to the rays' origins.
+    """
     packet = _aligned(_ROWS)
     integers = packet.view(np.uint32)
     valid = _aligned(1).view(np.int32)
@@ -198,6 +202,12 @@ def _trace(
             if surfaces[e, 0] != FLAT:
                 triangle[i] = -1
                 _refine(e, i, origins, directions, poses, surfaces, max_range, distance, normal)
+            if turned:
+                slope = normal[i, 0] * directions[i, 0]
+                slope += normal[i, 1] * directions[i, 1] + normal[i, 2] * directions[i, 2]
+                if slope > 0.0:
+                    for axis in range(3):
+                        normal[i, axis] = -normal[i, axis]
 
 
 @compiled(
@@ -241,7 +251,7 @@ def trace(
     """
     _trace(
         *(intersect, scene, arguments, origins, directions, max_range, rotations, poses, surfaces),
-        *(distance, element, triangle, uv, normal),
+        *(distance, element, triangle, uv, normal, False),
     )
 
 
@@ -268,28 +278,21 @@ def trace_hits(
     """Do what `trace` does with rays in double precision, and turn the normals (n, 3) to the rays' origins."""
     _trace(
         *(intersect, scene, arguments, origins, directions, max_range, rotations, poses, surfaces),
-        *(distance, element, triangle, np.empty((0, 2), np.float32), normal),
+        *(distance, element, triangle, np.empty((0, 2), np.float32), normal, True),
     )
-    for i in range(len(directions)):
-        if normal[i, 0] * directions[i, 0] + normal[i, 1] * directions[i, 1] + normal[i, 2] * directions[i, 2] > 0.0:
-            normal[i, 0] = -normal[i, 0]
-            normal[i, 1] = -normal[i, 1]
-            normal[i, 2] = -normal[i, 2]
 
 
 @compiled(array_of(float64, 2), array_of(float64, 2))
 def are_rays(origins: Array, directions: Array) -> bool:
     """Return whether origins and directions (n, 3) are finite, and the directions of unit length."""
+    wrong = 0  # counted, for a loop that is left in its middle does one ray at a time
     for i in range(len(directions)):
-        squared = 0.0
-        total = 0.0
-        for axis in range(3):
-            squared += directions[i, axis] * directions[i, axis]
-            total += origins[i, axis]
+        squared = directions[i, 0] ** 2 + directions[i, 1] ** 2 + directions[i, 2] ** 2
         # The error of the square is twice that of the length; what is not finite compares as false.
-        if not (abs(squared - 1.0) <= 2.0 * UNIT and math.isfinite(total)):
-            return False
-    return True
+        wrong += not (abs(squared - 1.0) <= 2.0 * UNIT)
+    for i in range(len(origins)):
+        wrong += not (abs(origins[i, 0]) + abs(origins[i, 1]) + abs(origins[i, 2]) < np.inf)
+    return wrong == 0
 
 
 @compiled(
