@@ -23,7 +23,7 @@ from virtualrobot_kernel.numeric.brake_choice import (
 )
 from virtualrobot_kernel.numeric.brake_laws import brake_at, brake_phases, phases_with_peak, total, write_brake
 from virtualrobot_kernel.numeric.memory import floats_at, integers_at
-from virtualrobot_kernel.numeric.polynomials import one_of, scalar_state, write_values
+from virtualrobot_kernel.numeric.polynomials import one_of, scalar_state, write_all, write_values
 from virtualrobot_kernel.numeric.ramps import Limited, choose_ramp, ramp_state, time_when
 from virtualrobot_kernel.numeric.rings import BY_ROWS, GOES, MOST_ROWS, ROBOT_JOINTS, WAY, WAY_ROWS, write_tick
 
@@ -191,7 +191,7 @@ def _change(motion: _Motion, state: Floats, brakes: Floats, ends: Floats, chosen
     state[WAITING] = 0.0
     state[GOAL] = motion.wanted
     state[LENGTH] = length
-    state[COEFFICIENTS:] = chosen
+    write_all(chosen, state[COEFFICIENTS:])
     return RAMPS
 
 
@@ -236,11 +236,11 @@ def _way_ahead(
     count = row[JOINTS]
     wanted = motion.wanted
     state = numbers[RESULT:OF_TRACKS]
-    state[:] = numbers[:STATE]
+    write_all(numbers[:STATE], state)
     of_tracks = _tracks_of(numbers, tracks)
     ends, reached, brakes = of_tracks.ends, of_tracks.reached, of_tracks.brakes
-    ends[:] = of_tracks.begun_ends
-    brakes[:] = of_tracks.begun
+    write_all(of_tracks.begun_ends, ends)
+    write_all(of_tracks.begun.reshape(15 * tracks), brakes.reshape(15 * tracks))
     chosen = np.empty(6)
     came = BRAKES if ends[0] >= 0.0 else WAITS
     at_once = row[ASKS] != 0
@@ -276,7 +276,7 @@ def _way_ahead(
         ticks += 1
         if ticks == taus.shape[0]:
             more = np.empty(2 * ticks)
-            more[:ticks] = taus
+            write_all(taus, more)
             taus = more
         taus[ticks] = state[TAU]
     rest = 0
@@ -286,7 +286,7 @@ def _way_ahead(
     needed = begin + length * count
     if needed > ways.shape[0]:
         more = np.empty(needed)
-        more[:begin] = ways[:begin]
+        write_all(ways[:begin], more)
         ways = more
     rows = ways[begin:needed].reshape((length, count))
     first = 0

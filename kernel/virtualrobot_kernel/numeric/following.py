@@ -240,8 +240,7 @@ def step_along(
     chain = _Chain(pre, axis, joint_type, q_index, multiplier, offset, post, weight)
     k = start.shape[0]
     work, weighted = _work(chain, k), np.empty(6)
-    slope, mean, predicted, error, change = np.empty(k), rate.copy(), np.empty(k), np.empty(6), np.empty(k)
-    slope[:] = rate
+    slope, mean, predicted, error, change = rate.copy(), rate.copy(), np.empty(k), np.empty(6), np.empty(k)
     for stage in range(3):
         _write_ahead(start, width if stage == 2 else 0.5 * width, slope, q)
         _write_rate(chain, q, end_twist if stage == 2 else middle_twist, work, weighted, slope)

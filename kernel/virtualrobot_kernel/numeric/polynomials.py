@@ -16,6 +16,13 @@ Integers = np.ndarray[Any, np.dtype[np.int64]]
 
 
 @inlined
+def write_all(values: Floats, found: Floats) -> None:
+    """Write values (n,) to the begin of `found`: numba's own assignment to a slice takes seconds to compile."""
+    for i in range(values.shape[0]):
+        found[i] = values[i]
+
+
+@inlined
 def one_of(breaks: Floats, terms: Floats, shape: Integers) -> tuple[Floats, Floats]:
     """Return breaks and terms of one of many that are kept one after the other in (b,) and (c,).
 

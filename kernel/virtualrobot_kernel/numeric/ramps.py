@@ -8,6 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from virtualrobot_sdk.compiled.cache import inlined
 
+from virtualrobot_kernel.numeric.polynomials import write_all
+
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 
 SLACK = 0.005
@@ -183,10 +185,10 @@ def choose_ramp(
         if excess <= SLACK and _stays_in_range(c):
             excess, _ = _greatest_excess(joints, tau, goal, length, c, _FINE, 0, enough)
             if excess <= SLACK:
-                chosen[:] = c
+                write_all(c, chosen)
                 return length
         if excess < least and not prompt:
             least = excess
             least_length = length
-            chosen[:] = c
+            write_all(c, chosen)
     return least_length if least_length > 0.0 and _stays_in_range(chosen) else 0.0

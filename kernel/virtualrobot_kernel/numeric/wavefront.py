@@ -211,7 +211,8 @@ def read_faces(text: Bytes) -> tuple[bool, Floats, Floats, Floats, Integers, Pla
         uses of materials (k, 3): the first corner, and where the line begins and ends.
     """
     ended = np.zeros(text.shape[0] + 1, np.uint8)  # so that who reads digits need not ask where the text ends
-    ended[:-1] = text
+    for place in range(text.shape[0]):
+        ended[place] = text[place]
     text = ended[:-1]
     counts = np.zeros(5, np.int64)
     at = 0

@@ -33,6 +33,9 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
 """No GIL; division by zero gives inf, as in NumPy; a * b + c may be rounded once, nothing else is reordered."""
+_COMPILED: dict[str, Any] = {"cache": True, "no_cfunc_wrapper": True}
+_INLINED: dict[str, Any] = {**_OPTIONS, "no_cfunc_wrapper": True, "no_cpython_wrapper": True}
+"""Nobody calls compiled functions as C does, and inlined ones as Python does."""
 _PACKAGE = Path(__file__).parent
 _compiled_functions: list[CompiledFunction | CompiledCallback] = []
 _setting = threading.RLock()
@@ -80,7 +83,7 @@ class CompiledFunction:
         self.function = function
         self.directory = cache_directory(Path(function.__code__.co_filename).parent)
         with _kept_in(self.directory):
-            self.dispatcher: Any = njit(cache=True, **options)(function)
+            self.dispatcher: Any = njit(**_COMPILED, **options)(function)
         self.name = function.__name__.lstrip("_")
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
@@ -168,11 +171,23 @@ def compiled(*signature: Type, exact: bool = False) -> Callable[[Callable[..., A
 
 
 def inlined(function: Function) -> Function:
-    """Make a function a part of the compiled functions that call it; it has no cache entry of its own."""
-    from numba import njit
+    """Make a function a part of the compiled functions that call it; it has no cache entry, and Python can't call it.
 
+    numba would compile it once for each number that is written where it is called, and then for all others.
+    """
+    from numba import njit
+    from numba.core.types import unliteral
+
+    dispatcher: Any = njit(**_INLINED)(function)
+    fold = dispatcher._compiler.fold_argument_types
+
+    def folded(arguments: Any, named: Any) -> tuple[Any, tuple[Any, ...]]:  # noqa: ANN401  numba's own types
+        signature, types = fold(arguments, named)
+        return signature, tuple(map(unliteral, types))
+
+    dispatcher._compiler.fold_argument_types = folded
     # To the type checker it stays what it was; numba replaces it by something called the same way.
-    return cast("Function", njit(**_OPTIONS)(function))
+    return cast("Function", dispatcher)
 
 
 def array_of(dtype: Type, dimensions: int) -> Type:
