@@ -19,6 +19,7 @@ from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.tessellation import SEGMENTS
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.numeric.certainty import Cell, certain_places, doubtful_stretches
+from virtualrobot_kernel.numeric.connecting import Room, line_is_certain, trees_meet
 from virtualrobot_kernel.numeric.motion_bounds import joint_travels
 from virtualrobot_kernel.world.figures import Box
 from virtualrobot_kernel.world.state import Snapshot
@@ -85,18 +86,27 @@ class CertainlyFree:
         certain_places(*self._cell, configurations, certain)
         return certain
 
-    def doubts(self, path: PiecewisePolynomial) -> Floats:
+    def doubts(self, path: PiecewisePolynomial) -> tuple[Floats, NDArray[np.int64]]:
         """Return begins and ends (d, 2), in order, of the stretches of a path of the coordinates (k,) in doubt.
 
-        All else of it is certainly free where the path's begin is.
+        With them come the pairs of elements (m, 2) that may meet there. All else of the path is certainly free, and of
+        all other pairs the whole path, where its begin is.
         """
-        lengths, doubts = lengths_of(path), np.empty((DOUBTS, 2))
+        lengths, doubts, unsure = lengths_of(path), np.empty((DOUBTS, 2)), np.zeros(len(self.pairs), np.bool_)
         count = doubtful_stretches(
             *(*self._cell, path.breaks, path.coefficients),
             *(np.array(lengths.breaks), np.ascontiguousarray(lengths.gone), np.ascontiguousarray(lengths.slopes)),
-            doubts,
+            *(doubts, unsure),
         )
-        return doubts[:count]
+        return doubts[:count], self.pairs[unsure]
+
+    def line(self, room: Room, begin: Floats, end: Floats, step: float) -> bool:
+        """Return whether configurations on a line, at most `step` apart, are in the room and certainly free."""
+        return line_is_certain(*self._cell, room, begin, end, step)
+
+    def meet(self, room: Room, samples: Floats, reach: float, step: float, *trees: NDArray[Any]) -> bool:
+        """Return whether two trees meet that grow towards samples (s, k), as `numeric.connecting.trees_meet` does."""
+        return trees_meet(*self._cell, room, samples, reach, step, *trees)
 
     @staticmethod
     def _pairs(
@@ -121,6 +131,11 @@ class CertainlyFree:
                 boxes_first = box[first] and (not box[second] or not moved[first])
                 found.append((second, first) if boxes_first else (first, second))
         return np.array(found, np.int64).reshape(-1, 2)
+
+
+def room_of(*limits: Floats) -> Room:
+    """Return the room in which coordinates are within limits, given as `Room` has them."""
+    return Room(*map(_kept, limits))
 
 
 def _trees(

@@ -15,7 +15,7 @@ from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_
 from virtualrobot_sdk.compiled.rigid import multiply
 
 from virtualrobot_kernel.numeric.balls import tree_and_box, two_trees
-from virtualrobot_kernel.numeric.forest import REVOLUTE, place_rows
+from virtualrobot_kernel.numeric.forest import REVOLUTE, ROOT, place_rows
 from virtualrobot_kernel.numeric.motion_bounds import corners_of, step_up
 from virtualrobot_kernel.numeric.polynomials import piece_at, write_values
 
@@ -69,7 +69,7 @@ class Cell(NamedTuple):
     skip: Integers
 
 
-class _Place(NamedTuple):
+class Place(NamedTuple):
     """Place of all that moves: q (nq,), nodes (n, 4, 4), elements (e, 4, 4), their boxes' middles and halves (e, 3).
 
     Then room: what turns one element into another one's frame (3, 4), and for balls that wait (w, 2).
@@ -86,7 +86,7 @@ class _Place(NamedTuple):
 
 _FLOATS, _POSES, _ROWS, _ONE = array_of(float64, 2), array_of(float64, 3), array_of(int32, 1), array_of(float64, 1)
 _INTEGERS, _FLAGS = array_of(int64, 1), array_of(boolean, 1)
-_CELL = types.NamedTuple(
+CELL = types.NamedTuple(
     (
         *(_ROWS, _ROWS, array_of(int8, 1), _FLOATS, _ROWS, _ONE, _ONE, _POSES, _INTEGERS, _INTEGERS),
         *(_INTEGERS, _POSES, _FLOATS, _FLOATS, _FLOATS, _INTEGERS, array_of(int64, 2), _ONE),
@@ -97,10 +97,10 @@ _CELL = types.NamedTuple(
 
 
 @inlined
-def _placed(cell: Cell, q: Floats, nodes: Floats, elements: Floats) -> _Place:
+def placed(cell: Cell, q: Floats, nodes: Floats, elements: Floats) -> Place:
     """Return where all is: what moves is written there, what stands is bounded now."""
     shape = cell.centre.shape
-    place = _Place(
+    place = Place(
         q.copy(),
         nodes.copy(),
         elements.copy(),
@@ -115,7 +115,7 @@ def _placed(cell: Cell, q: Floats, nodes: Floats, elements: Floats) -> _Place:
 
 
 @inlined
-def _bound(cell: Cell, place: _Place, element: int) -> None:
+def _bound(cell: Cell, place: Place, element: int) -> None:
     for i in range(3):
         middle, extent = place.elements[element, i, 3], 0.0
         for j in range(3):
@@ -125,7 +125,7 @@ def _bound(cell: Cell, place: _Place, element: int) -> None:
 
 
 @inlined
-def _go(cell: Cell, place: _Place, joints: Floats) -> None:
+def go(cell: Cell, place: Place, joints: Floats) -> None:
     """Move all to where the coordinates are `joints` (k,)."""
     for i in range(cell.moves.shape[0]):
         place.q[cell.moves[i]] = joints[i]
@@ -160,7 +160,7 @@ def _in(cell: Cell, element: int, at: Floats) -> bool:
 
 
 @inlined
-def _boxes_apart(place: _Place, one: int, other: int, margin: float) -> bool:
+def _boxes_apart(place: Place, one: int, other: int, margin: float) -> bool:
     square = 0.0
     for axis in range(3):
         gap = abs(place.middle[one, axis] - place.middle[other, axis])
@@ -170,7 +170,7 @@ def _boxes_apart(place: _Place, one: int, other: int, margin: float) -> bool:
 
 
 @inlined
-def _certainly_apart(cell: Cell, place: _Place, pair: int, margin: float) -> bool:
+def _certainly_apart(cell: Cell, place: Place, pair: int, margin: float) -> bool:
     """Return whether a pair's surfaces are certainly farther than `margin` from touching."""
     one: int = cell.pairs[pair, 0]
     other: int = cell.pairs[pair, 1]
@@ -192,7 +192,7 @@ def _certainly_apart(cell: Cell, place: _Place, pair: int, margin: float) -> boo
 
 
 @inlined
-def _outside(cell: Cell, place: _Place, pair: int, at: Floats) -> bool:
+def _outside(cell: Cell, place: Place, pair: int, at: Floats) -> bool:
     """Return whether neither of two whose surfaces are apart is inside the other: any point tells; at (3,): room."""
     for side in range(2):
         inner, outer = cell.pairs[pair, side], cell.pairs[pair, 1 - side]
@@ -209,7 +209,20 @@ def _outside(cell: Cell, place: _Place, pair: int, at: Floats) -> bool:
 
 
 @inlined
-def _travel(cell: Cell, place: _Place, element: int, until: int, joint: Floats, corners: Floats, way: Floats) -> float:
+def pair_in_doubt(cell: Cell, place: Place, first: int) -> int:
+    """Return a pair that may touch where all is, -1 where none does: `first` is asked first, for it often is again."""
+    at = np.empty(3)
+    for turn in range(cell.pairs.shape[0] + 1):
+        pair = first if turn == 0 else turn - 1
+        if pair == cell.pairs.shape[0] or _boxes_apart(place, cell.pairs[pair, 0], cell.pairs[pair, 1], 0.0):
+            continue
+        if not (_certainly_apart(cell, place, pair, 0.0) and _outside(cell, place, pair, at)):
+            return pair
+    return -1
+
+
+@inlined
+def _travel(cell: Cell, place: Place, element: int, until: int, joint: Floats, corners: Floats, way: Floats) -> float:
     """Return how far an element's points go at the most seen from the row `until` above it, -1 for the world."""
     row: int = cell.rows[element]
     corners_of(element, row, place.nodes, place.elements, cell.centre, cell.half, corners, way)
@@ -234,27 +247,24 @@ def _carrier(cell: Cell, depth: Integers, pair: int) -> int:
     return one
 
 
-@compiled(_CELL, _ONE, _POSES, _POSES, _FLOATS, output_of(boolean, 1))
+@compiled(CELL, _ONE, _POSES, _POSES, _FLOATS, output_of(boolean, 1))
 def certain_places(cell: Cell, q: Floats, nodes: Floats, elements: Floats, joints: Floats, certain: Booleans) -> None:
     """Write which configurations (m, k) certainly touch nothing (m,).
 
     q (nq,), nodes (n, 4, 4) and elements (e, 4, 4): where all is to begin with, what stands for good.
     """
-    place, at, last = _placed(cell, q, nodes, elements), np.empty(3), 0
+    place, last = placed(cell, q, nodes, elements), 0
     for row in range(joints.shape[0]):
-        _go(cell, place, joints[row])
-        certain[row] = True
-        for turn in range(cell.pairs.shape[0] + 1):
-            # The pair that was in doubt last is so again most often.
-            pair = last if turn == 0 else turn - 1
-            if pair == cell.pairs.shape[0] or _boxes_apart(place, cell.pairs[pair, 0], cell.pairs[pair, 1], 0.0):
-                continue
-            if not (_certainly_apart(cell, place, pair, 0.0) and _outside(cell, place, pair, at)):
-                certain[row], last = False, pair
-                break
+        go(cell, place, joints[row])
+        pair = pair_in_doubt(cell, place, last)
+        certain[row] = pair < 0
+        last = max(pair, 0)
 
 
-@compiled(_CELL, _ONE, _POSES, _POSES, _ONE, _POSES, _ONE, _FLOATS, _FLOATS, output_of(float64, 2))
+@compiled(
+    *(CELL, _ONE, _POSES, _POSES, _ONE, _POSES, _ONE, _FLOATS, _FLOATS),
+    *(output_of(float64, 2), output_of(boolean, 1)),
+)
 def doubtful_stretches(
     cell: Cell,
     q: Floats,
@@ -266,6 +276,7 @@ def doubtful_stretches(
     gone: Floats,
     slopes: Floats,
     doubts: Floats,
+    unsure: Booleans,
 ) -> int:
     """Write the stretches of a way on which surfaces may meet, and return their number; what is outside stays outside.
 
@@ -281,10 +292,11 @@ def doubtful_stretches(
         slopes: (c, k) how fast it goes on from there at the most.
         doubts: (d, 2) begins and ends of stretches, which follow each other; the last one goes on to the end where
             there is no room for more.
+        unsure: (p,) becomes true of the pairs that may meet on them.
     """
     pairs, k = cell.pairs.shape[0], cell.moves.shape[0]
     place, joint, depth = (
-        _placed(cell, q, nodes, elements),
+        placed(cell, q, nodes, elements),
         np.zeros((nodes.shape[0], 2)),
         np.zeros(nodes.shape[0], np.int64),
     )
@@ -306,7 +318,7 @@ def doubtful_stretches(
         begin, end = ends[left, 0], ends[left, 1]
         middle = 0.5 * (begin + end)
         write_values(breaks, terms, middle, joints, 0)
-        _go(cell, place, joints)
+        go(cell, place, joints)
         for stop in range(3):
             u = (begin, middle, end)[stop]
             piece = piece_at(marks, u)
@@ -318,7 +330,7 @@ def doubtful_stretches(
                 goes = max(done[1, coordinate] - done[0, coordinate], done[2, coordinate] - done[1, coordinate])
                 joint[row, 0 if cell.joint_type[row] == REVOLUTE else 1] = abs(cell.multiplier[row]) * goes
         for i in range(cell.moved.shape[0]):
-            travel[cell.moved[i]] = _travel(cell, place, cell.moved[i], -1, joint, corners, way)
+            travel[cell.moved[i]] = _travel(cell, place, cell.moved[i], ROOT, joint, corners, way)
         kept = 0
         for i in range(counts[left]):
             pair: int = asked[left, i]
@@ -336,6 +348,7 @@ def doubtful_stretches(
             if _certainly_apart(cell, place, pair, both):
                 continue
             if both <= SHORTEST or left + 2 > _DEEP:
+                unsure[pair] = True
                 if found and (begin <= doubts[found - 1, 1] or found == doubts.shape[0]):
                     doubts[found - 1, 1] = max(doubts[found - 1, 1], end)
                 else:

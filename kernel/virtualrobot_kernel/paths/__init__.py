@@ -1,1 +1,1 @@
-"""Free ways from one configuration of an arm to another: search by OMPL, shortened, proven and made a program."""
+"""Free ways of an arm from one configuration to another: searched, shortened, proven and made a program."""

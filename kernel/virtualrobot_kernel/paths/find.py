@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 from typing import Any, Protocol
@@ -31,6 +30,9 @@ Looking is much quicker: where what it found turns out not to be free, it is sea
 
 LOOKS = 0.05
 """Spacing of the checked places on shortcuts, in rad or m."""
+
+CERTAIN_STEPS = 0.1, 0.025
+"""The same where balls alone are asked: all of it is proven in the end, and searched again where it is not free."""
 
 SEARCHES = 3
 """Number of searches of a planner that ends with the first path; the shortest path counts."""
@@ -64,9 +66,9 @@ class Site(Protocol):
 def find_path(site: Site, query: PathQuery) -> dict[str, Any]:
     """Return a free path: the entries of `FoundPath` by name, as plain data.
 
-    The straight way to the first goal is the path when it is free. Otherwise one is searched to any of the goals with
-    checks at steps, proven or searched again with smaller ones, and shortened by proven shortcuts. Then zones are found
-    with which the planned motion is proven free as a whole.
+    The straight way to the first goal is the path when it is free. Otherwise one is searched to any goal, by the
+    default planner first where balls leave no doubt, with checks at steps, proven or searched again with smaller ones,
+    and shortened by proven shortcuts. Then zones are found with which the planned motion is proven free as a whole.
 
     Raises KernelError: COLLISION when the start or all goals touch something, UNREACHABLE when no path was found in
     time, WRONG_STATE where ompl is missing.
@@ -120,48 +122,54 @@ def _searched(
     site: Site, space: PathSpace, query: PathQuery, planner: str, goals: Floats, end: float
 ) -> tuple[Floats, int]:
     """Return free waypoints (n, k) that a search found, and how many configurations all searches had."""
-    states = [0]
-    before = [0]
-
-    def go_on(count: int) -> bool:
-        states[0] = before[0] + count
-        site.told((states[0], space.checks))
-        return not site.given_up()
-
-    best: Floats | None = None
-    rng = np.random.default_rng(query.seed)
-    nearest = np.linalg.norm(goals - space.start, axis=1).min()
-    for _ in range(SEARCHES if planner in FIRST else 1):
-        task = _Task(site, space, query, goals, end, go_on, rng)
+    nearest = float(np.linalg.norm(goals - space.start, axis=1).min())
+    task = _Task(site, space, query, goals, end)
+    best = task.connected(GOOD * nearest) if planner == DEFAULT else None
+    for _ in range(0 if best is not None else SEARCHES if planner in FIRST else 1):
         path = task.path(planner)
-        before[0] = states[0]
         if path is not None and (best is None or length_of(path) < length_of(best)):
             best = path
         if path is None or length_of(path) <= GOOD * nearest:
             break
     if best is not None:
-        return best, states[0]
+        return best, task.states
     raise KernelError(
         f"no path of {query.robot!r} to the goal was found in {query.time_limit:g} s, which does not say that there is "
-        f"none; {planner} has tried {states[0]} configurations; give more time, another seed or another planner",
+        f"none; {planner} has tried {task.states} configurations; give more time, another seed or another planner",
         reason=Reason.UNREACHABLE,
         robot=query.robot,
         time_limit_seconds=query.time_limit,
-        states=states[0],
+        states=task.states,
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class _Task:
-    """Search task with all that it needs; `end` is when its time is over."""
+    """Search task with all that it needs; `end` is when its time is over, `states` how many configurations it had."""
 
-    site: Site
-    space: PathSpace
-    query: PathQuery
-    goals: Floats
-    end: float
-    go_on: Callable[[int], bool]
-    rng: np.random.Generator
+    def __init__(self, site: Site, space: PathSpace, query: PathQuery, goals: Floats, end: float) -> None:
+        self.site, self.space, self.query, self.goals, self.end = site, space, query, goals, end
+        self.rng, self.states, self._before = np.random.default_rng(query.seed), 0, 0
+
+    def connected(self, good: float) -> Floats | None:
+        """Return a proven path (n, k) through what is certainly free at steps, the shortest of some; None without one.
+
+        good: the length that is short enough.
+        """
+        for step in CERTAIN_STEPS:
+            paths: list[Floats] = []
+            while len(paths) < SEARCHES and not (paths and length_of(paths[-1]) <= good):
+                found = self.space.connected(self.goals, step, self.rng, self._in_time_with)
+                self._before = self.states
+                self.site.go_on()
+                if found is None:
+                    break
+                paths.append(self._shortened_by(self.space.is_certain, distinct(found)))
+            for path in sorted(paths, key=length_of):
+                if self._is_proven(path):
+                    return path
+            if not paths:
+                break
+        return None
 
     def path(self, planner: str) -> Floats | None:
         """Return a proven path (n, k) that is shortened; None when the time was over before."""
@@ -188,8 +196,9 @@ class _Task:
             planner=planner,
             seed=seed,
             seconds=seconds,
-            go_on=self.go_on,
+            go_on=self._go_on,
         )
+        self._before = self.states
         self.site.go_on()
         return found
 
@@ -207,6 +216,15 @@ class _Task:
 
     def _is_proven(self, path: Floats) -> bool:
         return all(self.space.meets(*ends) is None for ends in pairwise(path))
+
+    def _go_on(self, count: int) -> bool:
+        """Tell how far it is, with so many configurations in a search's trees; return whether somebody waits."""
+        self.states = self._before + count
+        self.site.told((self.states, self.space.checks))
+        return not self.site.given_up()
+
+    def _in_time_with(self, count: int) -> bool:
+        return self._go_on(count) and self._in_time()
 
     def _in_time(self) -> bool:
         return time.monotonic() < self.end and not self.site.given_up()

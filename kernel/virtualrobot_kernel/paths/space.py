@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair
-from virtualrobot_kernel.collision.certain import CertainlyFree
-from virtualrobot_kernel.collision.joint_path import JointPath, line, of_program
+from virtualrobot_kernel.collision.certain import CertainlyFree, room_of
+from virtualrobot_kernel.collision.joint_path import of_path
 from virtualrobot_kernel.collision.node_pairs import ROUNDING, moves
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import SweptContact, first_contact
+from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.program import Program
@@ -27,9 +28,11 @@ Floats = NDArray[np.float64]
 _ELSEWHERE = 0.1
 """Displacement of each joint times its number (from 1), in rad or m, that shows which nodes the arm moves."""
 
+TREE, BATCH, BATCHES = 4000, 128, 100
+"""Greatest number of configurations of a tree, number of samples between two looks at who waits, and of these looks."""
 
-_TIMES = 2000
-"""Number of times at which a law is asked where it is."""
+REACH = 0.2
+"""Greatest length of a tree's edges, as a share of the diagonal of the room that the joints have; as OMPL has it."""
 
 
 class PathSpace:
@@ -54,6 +57,7 @@ class PathSpace:
         self._robots = {groups[uid] for uid, row in snapshot.structure.rows.items() if rows[row] and groups.get(uid)}
         self._counts = cache(partial(moves, snapshot, moved))
         self._certain = CertainlyFree(scene, snapshot, query.q_index, self._robots, self._counts)
+        self._room = room_of(query.lower, query.upper, query.ratios, query.least, query.most)
 
     def contact(self, q: Floats) -> Pair | None:
         """Return two nodes (uids) that touch at q (k,) and may not, or None."""
@@ -82,6 +86,34 @@ class PathSpace:
         between = begin + (end - begin) * (np.array(order, np.float64) / count)[:, None]
         return self._are_free(np.concatenate([end[None], between]))
 
+    def is_certain(self, begin: Floats, end: Floats, step: float) -> bool:
+        """Return whether `looks_free` is true without a doubt: balls alone are asked."""
+        self.checks += 1
+        return self._certain.line(self._room, begin, end, step)
+
+    def connected(
+        self, goals: Floats, step: float, rng: np.random.Generator, go_on: Callable[[int], bool]
+    ) -> Floats | None:
+        """Return a way (n, k) to one of the goals (m, k), whose lines are all certain at steps; None: none is found.
+
+        Two trees grow towards each other (`numeric.connecting`); `go_on` is told their size, and returns whether to.
+        """
+        query, k, seen = self._query, goals.shape[1], np.zeros(2, np.int64)
+        trees, parents = np.empty((2, TREE, k)), np.full((2, TREE), -1)
+        trees[0, 0], trees[1, : len(goals)] = self.start, goals
+        sizes, ends = np.array([1, len(goals)]), np.zeros(2, np.int64)
+        reach = REACH * float(np.linalg.norm(query.upper - query.lower))
+        for _ in range(BATCHES):
+            samples, before = rng.uniform(query.lower, query.upper, (BATCH, k)), int(seen[1])
+            found = self._certain.meet(self._room, samples, reach, step, trees, parents, sizes, ends, seen)
+            self.checks += int(seen[1]) - before
+            if not go_on(int(sizes.sum())):
+                return None
+            if found:
+                ways = [trees[side, _up(parents[side], ends[side])] for side in range(2)]
+                return np.concatenate([ways[0][::-1], ways[1][1:]])
+        return None
+
     def _are_free(self, configurations: Floats) -> bool:
         """Return whether configurations (m, k) are within limits and touch nothing."""
         if not self.within(configurations):
@@ -100,46 +132,50 @@ class PathSpace:
         Its begin is free: what is not inside of something gets there only through its surface.
         """
         self.checks += 1
-        everything, index = self._snapshot.state.q, self._query.q_index
-        ends = np.stack([everything, everything])
-        ends[0, index], ends[1, index] = begin, end
-        return self._first_of(line(*ends), self._certain.doubts(joint_line(begin, end)))
+        return self._first_on(joint_line(begin, end))
 
     def meets_program(self, program: Program, index: NDArray[np.int32]) -> SweptContact | None:
         """Return the first contact of a program from the start, whose columns are at `index` in q: proven."""
         self.checks += 1
-        path = of_program(self._snapshot.state.q, index, program)
         for begin, stage in zip(program.begins, program.stages, strict=False):
             if stage.plan is None:
                 continue
-            stretches = np.array([[0.0, stage.duration]])
-            if np.array_equal(index[list(stage.columns)], self._query.q_index):
-                (track,) = stage.plan.tracks
-                stretches = _times(track.time_law, self._certain.doubts(track.path))
-            contact = self._first_of(path, begin + stretches)
+            assert np.array_equal(index[list(stage.columns)], self._query.q_index), "it moves the arm's joints alone"
+            (track,) = stage.plan.tracks
+            contact = self._first_on(track.path)
             if contact is not None:
-                return contact
+                return replace(contact, time=begin + nominal_time(track.time_law, contact.time, 0.0))
         return None
 
-    def _first_of(self, path: JointPath, stretches: Floats) -> SweptContact | None:
-        """Return the first contact on stretches (d, 2) of a way of all joints."""
+    def _first_on(self, path: PiecewisePolynomial) -> SweptContact | None:
+        """Return the first contact on a path of the arm's joints, by its parameter; what is certain is not asked."""
+        stretches, pairs = self._certain.doubts(path)
+        if not len(stretches):
+            return None
+        rows = self._scene.bodies.rows[pairs]
+        doubted = {pair for one in rows.tolist() for pair in (tuple(one), tuple(one[::-1]))}
+
+        def asked(nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
+            return np.array([tuple(pair) in doubted for pair in nodes.tolist()], np.bool_)
+
+        way = of_path(self._snapshot.state.q, self._query.q_index, path)
         for begin, end in stretches.tolist():
             contact = first_contact(
                 self._scene,
                 self._snapshot,
-                replace(path, begin=begin, end=end),
+                replace(way, begin=begin, end=end),
                 robots=self._robots,
                 given_up=self._given_up,
+                asked=asked,
             )
             if contact is not None:
                 return contact
         return None
 
 
-def _times(law: PiecewisePolynomial, stretches: Floats) -> Floats:
-    """Return the times of a law, which never runs back, between which it is on stretches (d, 2) of its values."""
-    times = np.linspace(0.0, law.end, _TIMES)
-    values = law.states(times, 0)[0, :, 0]
-    first = np.searchsorted(values, stretches[:, 0], side="left") - 1
-    last = np.searchsorted(values, stretches[:, 1], side="right")
-    return times[np.clip(np.stack([first, last], axis=1), 0, _TIMES - 1)]
+def _up(parents: NDArray[np.int64], row: int) -> list[int]:
+    """Return the rows of a tree from one to where it begins."""
+    rows = [int(row)]
+    while parents[rows[-1]] >= 0:
+        rows.append(int(parents[rows[-1]]))
+    return rows

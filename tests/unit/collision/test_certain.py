@@ -59,11 +59,13 @@ def test_what_is_certain_is_free(kind: str, rng: np.random.Generator, draws: Dra
     proven = 0
     for begin, end in zip(configurations[np.array(free)], configurations[np.array(free)][1:], strict=False):
         end = begin + 0.5 * (end - begin)
-        doubts = balls.doubts(joint_line(begin, end))
+        doubts, pairs = balls.doubts(joint_line(begin, end))
         first, last = (standing_at(snapshot, arm.q_index, q).state.q for q in (begin, end))
         contact = first_contact(scene, snapshot, line(first, last), robots={robot.uid})
         if contact is not None:
             assert any(since <= contact.time <= until for since, until in doubts.tolist())
+            doubted = {tuple(sorted(pair)) for pair in scene.bodies.uids[pairs].tolist()}
+            assert (contact.first, contact.second) in doubted
         proven += not len(doubts)
         assert np.all(np.diff(doubts.ravel()) >= 0.0)
     assert proven

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from itertools import pairwise
+
 import numpy as np
+import pytest
 from virtualrobot_kernel.paths.find import find_path
 from virtualrobot_kernel.paths.space import PathSpace
 from virtualrobot_kernel.planning.robots import standing_at
@@ -12,7 +16,7 @@ from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, K
 
 from tests.tiers import Draws
 from tests.unit.collision.worlds import after, scene_of, with_robots
-from tests.unit.paths.cells import LEFT, HereSite, query
+from tests.unit.paths.cells import LEFT, PANDA_RIGHT, RIGHT, HereSite, query, walled
 from tests.unit.world.builders import link, shifted
 
 
@@ -46,3 +50,37 @@ def test_fingers_that_the_arm_does_not_move_are_no_matter_at_any_posture(
     assert [space.contact(q) for q in (*touching, *apart)] == [None] * (len(touching) + len(apart))
     names = dict(zip(question.joint_names, (apart[0] + 0.01 * np.sign(touching[0] - apart[0])).tolist(), strict=True))
     assert find_path(HereSite(begins), query(begins, "iiwa", names))["straight"]
+
+
+@pytest.mark.parametrize(("kind", "goal"), [("iiwa", RIGHT), ("panda", PANDA_RIGHT)])
+def test_trees_that_meet_have_a_way_whose_lines_are_free_wherever_fcl_looks(
+    kind: str, goal: dict[str, float], rng: np.random.Generator
+) -> None:
+    snapshot = walled(kind)
+    question = query(snapshot, kind, goal)
+    space = PathSpace(scene_of(snapshot), snapshot, question, lambda: False)
+    told: list[int] = []
+    way = space.connected(question.goals, 0.1, rng, lambda count: not told.append(count))
+    assert way is not None and told[-1] >= len(way)
+    np.testing.assert_array_equal(way[[0, -1]], [space.start, question.goals[0]])
+    assert np.abs(np.diff(way, axis=0)).max(axis=1).min() > 0.0
+    for begin, end in pairwise(way):
+        assert space.is_certain(begin, end, 0.1)
+        count = max(1, int(np.ceil(np.abs(end - begin).max() / 0.1)))
+        for share in np.arange(1, count + 1) / count:
+            assert space.contact(begin + (end - begin) * share) is None
+    assert not space.is_certain(space.start, question.goals[0], 0.1)
+    assert space.connected(question.goals, 0.1, rng, lambda count: False) is None
+
+
+def test_lines_that_are_certain_keep_the_limits_of_joints_and_of_actuators() -> None:
+    snapshot = with_robots("iiwa")
+    question = query(snapshot, "iiwa", LEFT)
+    first = np.eye(len(question.lower))[0]
+    coupled = replace(question, ratios=first[None], least=np.array([-0.5]), most=np.array([0.5]))
+    for one, most in ((question, question.upper[0]), (coupled, 0.5)):
+        space = PathSpace(scene_of(snapshot), snapshot, one, lambda: False)
+        for beyond in (-1e-6, 1e-6):
+            assert space.is_certain(space.start, space.start + (most + beyond - space.start[0]) * first, 0.1) == (
+                beyond < 0
+            )
