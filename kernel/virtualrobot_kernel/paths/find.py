@@ -34,6 +34,9 @@ LOOKS = 0.05
 CERTAIN_STEPS = 0.1, 0.025
 """The same where balls alone are asked: all of it is proven in the end, and searched again where it is not free."""
 
+CERTAIN_SEARCHES = 5
+"""Number of such searches, which take a few milliseconds each; the shortest path that is free counts."""
+
 SEARCHES = 3
 """Number of searches of a planner that ends with the first path; the shortest path counts."""
 
@@ -157,7 +160,7 @@ class _Task:
         """
         for step in CERTAIN_STEPS:
             paths: list[Floats] = []
-            while len(paths) < SEARCHES and not (paths and length_of(paths[-1]) <= good):
+            while len(paths) < CERTAIN_SEARCHES and not (paths and length_of(paths[-1]) <= good):
                 found = self.space.connected(self.goals, step, self.rng, self._in_time_with)
                 self._before = self.states
                 self.site.go_on()
