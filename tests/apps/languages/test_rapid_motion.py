@@ -69,6 +69,12 @@ def traced(client: virtualrobot.Client, run: Callable[[], object]) -> np.ndarray
     return np.array(rows)
 
 
+def in_table(way: np.ndarray) -> np.ndarray:
+    """Return the places of a way in the frame of the table, (n, 3) in m, by the poses where robot and table stand."""
+    world_t_table = virtualrobot.pose(0.5, -0.3, 0.2, yaw=0.4) @ virtualrobot.pose(0.35, 0.0, 0.2, yaw=math.pi / 2)
+    return (np.linalg.inv(world_t_table) @ np.c_[way[:, 1:], np.ones(len(way))].T).T[:, :3]
+
+
 def test_joints_and_places_are_those_of_the_program(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
     """The place by hand: the table is at (350, 0, 200) of the base, turned by a quarter; the tool is 100 mm, down."""
     run = Run(
@@ -107,9 +113,7 @@ def test_lines_are_as_fast_as_their_speed_and_arcs_pass_their_point(
         """,
     )
     way = traced(client, run)
-    base_t_table = virtualrobot.pose(0.35, 0.0, 0.2, yaw=math.pi / 2)
-    world_t_table = virtualrobot.pose(0.5, -0.3, 0.2, yaw=0.4) @ base_t_table
-    places = (np.linalg.inv(world_t_table) @ np.c_[way[:, 1:], np.ones(len(way))].T).T[:, :3]
+    places = in_table(way)
     speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(way[:, 0])
     on_line = (np.abs(places[:-1, 1:] - [0, 0.15]).max(axis=1) < 1e-6) & (speeds > 1e-9)
     assert speeds[on_line].max() == pytest.approx(0.1, rel=1e-3)
@@ -446,3 +450,34 @@ def test_an_error_in_a_trap_ends_the_program_at_its_line(client: virtualrobot.Cl
         run()
     with pytest.raises(RapidStopped, match="ERR_UNKINO: there is no interrupt 0; CONNECT it with a trap first"):
         Run(client, "ITimer 1, soon;", "VAR intnum soon;")()
+
+
+def test_accelerations_and_singular_places_are_done_as_far_as_they_can_be_and_told(
+    client: virtualrobot.Client, arm: virtualrobot.Robot
+) -> None:
+    run = Run(
+        client,
+        r"""
+        ConfJ \Off;
+        ConfL \Off;
+        SingArea \Off;
+        AccSet 100, 100;
+        VelSet 50, 5000;
+        MoveJ above, v1000, fine, tool0 \WObj:=table;
+        FOR i FROM 1 TO 2 DO
+          AccSet 20, 100;
+          SingArea \Wrist;
+        ENDFOR
+        MoveL Offs(above, 100, 0, 0), v200, fine, tool0 \WObj:=table;
+        TPWrite GetSysInfo(\RobotType) + GetSysInfo(\SerialNo);
+        """,
+    )
+    way = traced(client, run)
+    assert run.printed == ["armvirtualrobot"]
+    assert [note.partition(": ")[2].partition(" ")[0] for note in run.notes] == ["AccSet", "a"]
+    places = in_table(way)
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(way[:, 0])
+    on_line = (np.abs(places[:-1, 1:] - [0, 0.15]).max(axis=1) < 1e-6) & (speeds > 1e-9)
+    assert speeds[on_line].max() == pytest.approx(0.1, rel=1e-3), "half of v200, by VelSet"
+    changes = np.diff(speeds[on_line]) / np.diff(way[:-1, 0][on_line])
+    assert np.abs(changes).max() == pytest.approx(1.0, rel=0.05), "a fifth of 5 m/s²"

@@ -24,8 +24,10 @@ SignalValue: TypeAlias = bool | int | float | str
 """A value that a signal is given."""
 
 AHEAD = 4
-"""Number of moves that are not done by which a program may be ahead: planning takes its time, and a move that comes when
-the one before has ended begins from rest."""
+"""Number of moves that are not done by which a program may be ahead.
+
+Planning takes its time, and a move that comes when the one before has ended begins from rest.
+"""
 LEAD_SECONDS = 0.3
 """Time (s) before the end of a move with a zone at which a program goes on that has waited for it."""
 STOP_SECONDS = 10.0

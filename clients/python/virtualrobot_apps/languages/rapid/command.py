@@ -58,9 +58,23 @@ def check(target: Target, files: tuple[Path, ...], signals: tuple[str, ...]) -> 
 @_files
 @click.option("--robot", metavar="NAME", help="The arm that it moves [the only robot].")
 @click.option("--routine", default="main", show_default=True, help="The procedure that it begins with.")
+@click.option(
+    "--listen",
+    metavar="[ADDRESS]",
+    is_flag=False,
+    flag_value="127.0.0.1",
+    help="Let its sockets listen, at this address [127.0.0.1]: whoever connects moves the robot.",
+)
 @click.option("--create-signals", is_flag=True, help="Add the signals that it names and the world has not.")
 @target_options
-def run(target: Target, files: tuple[Path, ...], robot: str | None, routine: str, create_signals: bool) -> int:
+def run(
+    target: Target,
+    files: tuple[Path, ...],
+    robot: str | None,
+    routine: str,
+    listen: str | None,
+    create_signals: bool,
+) -> int:
     """Run the program that FILEs make together, and show what it writes on its pendant; Ctrl-C stops it on its path.
 
     It is checked first, and nothing moves where something is wrong.
@@ -85,7 +99,7 @@ def run(target: Target, files: tuple[Path, ...], robot: str | None, routine: str
             click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
         world = World(client, robot, lambda note: click.echo(f"note: {note}", err=True))
         try:
-            RapidTask(program, world, click.echo).run(routine)
+            RapidTask(program, world, click.echo, listen).run(routine)
         except KeyboardInterrupt:
             click.echo("stopped", err=True)
             raise click.exceptions.Exit(130) from None

@@ -22,6 +22,12 @@ _FUNCTIONS = {
 }
 """The functions of operators on types for which Python has no operator of the same meaning."""
 
+_DEFAULTS = {
+    **{"num": "0.0", "dnum": "0.0", "bool": "False", "string": "''"},
+    **{"clock": "task.clock()", "socketdev": "task.socket()"},
+}
+"""First values of atomic types."""
+
 
 class Values:
     """Values, variables and calls as text of Python."""
@@ -189,4 +195,11 @@ class Values:
         parts = self.types.components(name)
         if parts:
             return f"[{', '.join(self._default(self.types.resolved(part) or '') for part, _ in parts)}]"
-        return {"num": "0.0", "dnum": "0.0", "bool": "False", "string": "''", "clock": "task.clock()"}.get(name, "None")
+        return {
+            "num": "0.0",
+            "dnum": "0.0",
+            "bool": "False",
+            "string": "''",
+            "clock": "task.clock()",
+            "socketdev": "task.socket()",
+        }.get(name, "None")

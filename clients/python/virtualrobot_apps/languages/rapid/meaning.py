@@ -238,7 +238,7 @@ class Meaning:
                 if argument.value is not None and argument.condition is None:
                     self.type_of(argument.value)
             return ANY
-        result = Type(target.result) if isinstance(target, Builtin) else target.result
+        result = Type(self.types.resolved(target.result) or "any") if isinstance(target, Builtin) else target.result
         if not result:
             return self.error(node.at, f"{node.name!r} is no function: it has no value")
         if isinstance(target, Builtin) and not target.result:

@@ -48,11 +48,16 @@ ERRORS = (
     ),
     *("ERR_WAIT_MAXTIME", "ERR_ROBLIMIT", "ERR_NORETURN", "ERR_UNKPROC", "ERR_CALLPROC", "ERR_NOTPRES", "ERR_INVDIM"),
     *("ERR_UNKINO", "ERR_INOISSAFE"),
+    *("ERR_SOCK_CLOSED", "ERR_SOCK_TIMEOUT", "ERR_SOCK_ADDR_INUSE", "ERR_SOCK_CONNREF", "ERR_SOCK_NOTCON"),
+    *("ERR_SOCK_ISCON",),
 )
 """Errors that programs can handle; on a controller their numbers are above 1,000 and named alone."""
 
 ERROR_NUMBERS = {name: 1001.0 + number for number, name in enumerate(ERRORS)}
 """The number of each error here; programs compare ERRNO with the names."""
+
+SOCKET_STATES = ("SOCKET_CREATED", "SOCKET_CONNECTED", "SOCKET_BOUND", "SOCKET_LISTENING", "SOCKET_CLOSED")
+"""States of a socket, whose values count from 1 (3HAC050917, socketstatus)."""
 
 
 def _pose(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> list[Any]:
@@ -70,6 +75,7 @@ CONSTANTS: dict[str, tuple[str, Any]] = {
     "high": ("num", 1.0),
     "low": ("num", 0.0),
     "edge": ("num", 2.0),
+    **{name: ("num", 1.0 + number) for number, name in enumerate(SOCKET_STATES)},
     "load0": ("loaddata", [0.001, [0.0, 0.0, 0.001], [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0]),
     **{name: ("num", number) for name, number in ERROR_NUMBERS.items()},
 }

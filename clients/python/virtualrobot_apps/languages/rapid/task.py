@@ -24,7 +24,7 @@ from virtualrobot_apps.languages.rapid.predefined import CONSTANTS, VARIABLES
 from virtualrobot_apps.languages.rapid.support import copied, names_of_support
 from virtualrobot_apps.languages.rapid.symbols import RoutineSymbol, Use
 from virtualrobot_apps.languages.rapid.table import BUILTINS
-from virtualrobot_apps.languages.rapid.values import Clock
+from virtualrobot_apps.languages.rapid.values import Clock, SocketDevice
 from virtualrobot_apps.languages.rapid.world import World
 
 builtin.load()
@@ -68,6 +68,8 @@ class RapidTask(Task):
     Attributes:
         world: the robot and the signals; None where the program has none, and may compute only.
         write: gets each line of the pendant.
+        listen_at: the address at which its sockets may listen; None: they may not.
+        sockets: the sockets that are open.
     """
 
     def __init__(
@@ -75,10 +77,12 @@ class RapidTask(Task):
         program: Loaded,
         world: World | None = None,
         write: Callable[[str], None] = print,
+        listen_at: str | None = None,
     ) -> None:
         """Set up the data; nothing runs yet. Raises WrongStateError for signals that the world has not."""
         super().__init__()
-        self.program, self.write = program, write
+        self.program, self.write, self.listen_at = program, write, listen_at
+        self.sockets: set[SocketDevice] = set()
         self._world = world
         self._interrupts: Interrupts | None = None
         if world is not None:
@@ -151,6 +155,8 @@ class RapidTask(Task):
         finally:
             if self._interrupts is not None:
                 self._interrupts.close()
+            for device in self.sockets:
+                device.close()
 
     def _tell(self, error: BaseException) -> NoReturn:
         """Raise an error as one of the program's, with the lines of RAPID that led to it."""
@@ -221,6 +227,10 @@ class RapidTask(Task):
     def clock(self) -> Clock:
         """Return a clock that stands at 0."""
         return Clock(self.time)
+
+    def socket(self) -> SocketDevice:
+        """Return a socket that is closed."""
+        return SocketDevice()
 
     def time(self) -> float:
         """Return the time (s): that of the simulation, or of the wall where there is no robot."""

@@ -21,7 +21,7 @@ class Type(NamedTuple):
 
 NUM, BOOL, STRING, ANY, SWITCH = Type("num"), Type("bool"), Type("string"), Type("any"), Type("switch")
 
-ATOMIC = ("num", "dnum", "bool", "string", "clock")
+ATOMIC = ("num", "dnum", "bool", "string", "clock", "socketdev")
 """Types whose values are one thing."""
 
 SIGNALS = {

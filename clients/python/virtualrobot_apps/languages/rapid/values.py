@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import socket
 from collections.abc import Callable
 from typing import Any
 
@@ -32,6 +33,21 @@ class Clock:
     def read(self) -> float:
         """Return the time (s) that it has run."""
         return self._passed if self._since is None else self._passed + self._now() - self._since
+
+
+class SocketDevice:
+    """A socket of the program, and its state, one of `SOCKET_STATES`."""
+
+    def __init__(self) -> None:
+        """Be closed."""
+        self.socket: socket.socket | None = None
+        self.state = "SOCKET_CLOSED"
+
+    def close(self) -> None:
+        """Close it, if it is open."""
+        if self.socket is not None:
+            self.socket.close()
+        self.socket, self.state = None, "SOCKET_CLOSED"
 
 
 def number_text(number: float) -> str:

@@ -54,7 +54,7 @@ class World:
         self._velocities = np.array([limits[name].velocity for name in self.joints], dtype=float)
         self._say, self._said = say, set[str]()
         self.configurations, self.linear_configurations = True, True
-        self.speed_share, self.speed_limit = 1.0, math.inf
+        self.speed_share, self.speed_limit, self.acceleration_share = 1.0, math.inf, 1.0
         self._types: dict[str, type] = {}
         self._names: dict[str, str] = {}
         self._tools: dict[str, str] = {}
@@ -237,7 +237,10 @@ class World:
         pose = self.frame(wobj) @ matrix_of(target)
         velocity = self._velocity(pose, speed, None)
         self._add(
-            self.robot.linear(pose, reference=self.robot.name, velocity=velocity, acceleration=ACCELERATION), zone
+            self.robot.linear(
+                pose, reference=self.robot.name, velocity=velocity, acceleration=ACCELERATION * self.acceleration_share
+            ),
+            zone,
         )
         self._arrived(pose, target)
 
@@ -248,7 +251,13 @@ class World:
         pose, point = self.frame(wobj) @ matrix_of(target), (self.frame(wobj) @ matrix_of(via))[:3, 3]
         velocity = self._velocity(pose, speed, point)
         self._add(
-            self.robot.circular(point, pose, reference=self.robot.name, velocity=velocity, acceleration=ACCELERATION),
+            self.robot.circular(
+                point,
+                pose,
+                reference=self.robot.name,
+                velocity=velocity,
+                acceleration=ACCELERATION * self.acceleration_share,
+            ),
             zone,
         )
         self._arrived(pose, target)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib import import_module
 
-ROOMS = ("motion", "signals", "interrupts", "program", "arithmetic", "strings")
+ROOMS = ("motion", "signals", "interrupts", "sockets", "program", "arithmetic", "bits", "strings")
 """Modules with instructions and functions, in the order of the documentation."""
 
 

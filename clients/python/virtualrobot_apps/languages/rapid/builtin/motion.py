@@ -9,6 +9,7 @@ import numpy as np
 from virtualrobot_apps.languages.rapid.faults import RapidFault
 from virtualrobot_apps.languages.rapid.predefined import NO_AXIS
 from virtualrobot_apps.languages.rapid.table import function, instruction
+from virtualrobot_apps.languages.rapid.world import here
 
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.rapid.task import RapidTask
@@ -113,6 +114,21 @@ def _conf_j(task: RapidTask, on: bool | None, off: bool | None) -> None:
 def _conf_l(task: RapidTask, on: bool | None, off: bool | None) -> None:
     """Says whether a line or arc that ends in another configuration than its place has is told (on, the default)."""
     task.world.linear_configurations = not off
+
+
+@instruction("SingArea", r"\switch Wrist | switch LockAxis4 | switch Off")
+def _sing_area(task: RapidTask, wrist: bool | None, lock: bool | None, off: bool | None) -> None:
+    """Says how lines pass singular postures; here they don't, as with Off, which a note tells."""
+    if wrist or lock:
+        task.world.note(f"{here()}: a line through a singular posture is refused, whatever SingArea says")
+
+
+@instruction("AccSet", "num Acc, num Ramp", lacking="FinePointRamp")
+def _acc_set(task: RapidTask, share: float, ramp: float) -> None:
+    """Takes a share of the acceleration on lines and arcs from now on, in percent, 20 at least."""
+    task.world.acceleration_share = min(1.0, max(0.2, share / 100.0))
+    if share < 100.0 or ramp < 100.0:
+        task.world.note(f"{here()}: AccSet works on lines and arcs alone, and not on the jerk")
 
 
 @instruction("VelSet", "num Override, num Max")

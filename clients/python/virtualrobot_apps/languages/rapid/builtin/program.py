@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
 from virtualrobot_apps.languages.rapid.table import function, instruction
@@ -36,6 +37,21 @@ def _err_write(task: RapidTask, warning: bool | None, information: bool | None, 
     task.settle()
     kind = "warning" if warning else "information" if information else "error"
     task.write(f"{kind}: {'; '.join(line for line in lines if line)}")
+
+
+@function(
+    "GetSysInfo",
+    r"\switch SerialNo | switch SWVersion | switch RobotType | switch CtrlId | switch LanIp | switch SystemName",
+    "string",
+    lacking="CtrlLang SWVersionName",
+)
+def _get_sys_info(task: RapidTask, *asked: bool | None) -> str:
+    """Words about the system: the robot's name, the version of VirtualRobot, its address, or `virtualrobot`."""
+    if asked[1]:
+        return f"VirtualRobot {version('virtualrobot')}"
+    if asked[2]:
+        return task.world.robot.name
+    return "127.0.0.1" if asked[4] else "virtualrobot"
 
 
 @instruction("ClkReset", "var clock Clock")
