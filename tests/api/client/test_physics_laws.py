@@ -99,16 +99,18 @@ def test_a_pendulum_keeps_its_energy(steps: Client, engine: str, tmp_path: Path)
 
 
 @pytest.mark.long
-def test_a_ball_without_losses_comes_back_as_high_as_it_was(steps: Client) -> None:
-    """By MuJoCo; Bullet pushes out what has gone into the floor, which adds some per cent an impact."""
+@pytest.mark.parametrize("engine", ["mujoco", "bullet"])
+def test_a_ball_without_losses_comes_back_as_high_as_it_was(steps: Client, engine: str) -> None:
     floor(steps, restitution=1.0, friction=0.0)
     ball = virtualrobot.sphere(0.05).with_surface(restitution=1.0, friction=0.0)
     steps.scene.add_part("ball", ball, pose=virtualrobot.pose(z=0.55), mass=1.0, dynamic=True)
-    steps.physics.set("mujoco")
+    steps.physics.set(engine)
     heights = []
     for _ in range(600):
         steps.clock.step(1)
         heights.append(place(steps, "ball")[2] - 0.05)
     tops = [b for a, b, c in zip(heights, heights[1:], heights[2:], strict=False) if a < b >= c]
     assert len(tops) >= 3, "it falls for 0.32 s, and comes back"
-    assert tops == pytest.approx([0.5] * len(tops), rel=0.01)
+    # Bullet is told a hundredth less, so that it never gains.
+    assert max(tops) <= 0.5 * 1.002
+    assert tops == pytest.approx([0.5] * len(tops), rel=0.01 if engine == "mujoco" else 0.03)
