@@ -163,12 +163,14 @@ def choose_brake(
     """
     u, speed, slope = state
     end = breaks[terms.shape[0]]
-    slack = np.array([1.0 + _ROUNDING, 1.0 + SLACK, 1.0 + SLACK])
-    bounds = limits * slack.reshape((3, 1))
-    along = np.empty(3)
+    along, bounds = np.empty(3), np.empty(limits.shape)
     allowed_along(breaks, terms, limits, u, along)
-    acceleration, jerk = along[1:]
-    along *= slack
+    acceleration, jerk = along[1], along[2]
+    for row in range(3):
+        slack = SLACK if row else _ROUNDING
+        along[row] *= 1.0 + slack
+        for j in range(limits.shape[1]):
+            bounds[row, j] = limits[row, j] * (1.0 + slack)
     # Of brakes with the same share of the jerk less acceleration takes longer: so they are merged, soonest first.
     shares = _SHARES.shape[0]
     nexts = np.zeros(shares, np.int64)
