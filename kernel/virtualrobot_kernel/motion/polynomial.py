@@ -54,10 +54,10 @@ class PiecewisePolynomial:
                 f"a piecewise polynomial needs breaks (K + 1,) and coefficients (K, degree + 1, n), "
                 f"not {breaks.shape} and {coefficients.shape}"
             )
-        if not (np.all(np.isfinite(breaks)) and np.all(np.isfinite(coefficients))):
+        if not (np.isfinite(breaks).all() and np.isfinite(coefficients).all()):
             raise KernelError("a piecewise polynomial needs finite breaks and coefficients")
-        steps = np.diff(breaks)
-        if not (np.all(steps > 0.0) or (len(steps) == 1 and steps[0] == 0.0)):
+        steps = breaks[1:] - breaks[:-1]
+        if not ((steps > 0.0).all() or (len(steps) == 1 and steps[0] == 0.0)):
             raise KernelError(
                 f"breaks of a piecewise polynomial must increase; breaks[{int(np.argmin(steps))}] does not"
             )
@@ -99,9 +99,9 @@ class PiecewisePolynomial:
 
     def states(self, x: Array, order: int) -> Array:
         """Return values and derivatives up to `order` at m parameters, shape (order + 1, m, n)."""
-        inside = (x >= self.breaks[0]) & (x <= self.breaks[-1])
-        piece = np.clip(np.searchsorted(self.breaks, x, side="right") - 1, 0, len(self.coefficients) - 1)
-        local = np.clip(x, self.breaks[0], self.breaks[-1]) - self.breaks[piece]
+        within = np.minimum(np.maximum(x, self.breaks[0]), self.breaks[-1])
+        piece = np.minimum(self.breaks[1:-1].searchsorted(within, side="right"), len(self.coefficients) - 1)
+        local = within - self.breaks[piece]
         found = np.zeros((order + 1, len(x), self.dimension))
         local = local[:, None]
         # Horner's scheme for a polynomial and its derivatives over k!, a term at a time for all parameters.
@@ -110,10 +110,11 @@ class PiecewisePolynomial:
                 found[k] *= local
                 found[k] += found[k - 1]
             found[0] *= local
-            found[0] += terms[piece]
+            found[0] += terms.take(piece, axis=0)
         for k in range(2, order + 1):
             found[k] *= factorial(k)
-        found[1:, ~inside] = 0.0
+        if order:
+            found[1:, within != x] = 0.0
         return found
 
     def scalar_state(self, x: float) -> tuple[float, float, float]:
