@@ -6,7 +6,7 @@ import json
 import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from queue import Empty, Queue
+from queue import Queue
 from typing import Any
 
 import roslibpy
@@ -96,13 +96,9 @@ class Heard:
             found.append(self.next())
         return found
 
-    def is_silent(self) -> bool:
-        """Return whether no message waits."""
-        try:
-            self._messages.get_nowait()
-        except Empty:
-            return True
-        return False
+    def is_there(self) -> bool:
+        """Return whether a message waits."""
+        return not self._messages.empty()
 
 
 @contextmanager

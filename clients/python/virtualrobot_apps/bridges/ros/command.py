@@ -40,6 +40,12 @@ Examples:
 @click.option("--no-client-token", is_flag=True, help="Let everybody in who reaches the host.")
 @click.option("--dds", is_flag=True, help="Be a node of ROS 2, by Cyclone DDS: topics, no services.")
 @click.option("--domain", default=0, show_default=True, type=click.IntRange(0, 232), help="Its domain.")
+@click.option(
+    "--record",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="FILE.mcap",
+    help="Record all that the topics tell, in the form of ROS 2.",
+)
 @click.option("--check", is_flag=True, help="Look at the file and at the streams, and serve nothing.")
 @target_options
 def ros(
@@ -54,6 +60,7 @@ def ros(
     no_client_token: bool,
     dds: bool,
     domain: int,
+    record: Path | None,
     check: bool,
 ) -> None:
     """Tell ROS what a world tells, and hear what it hears, until Ctrl-C.
@@ -76,6 +83,8 @@ def ros(
     transports: list[Transport] = [RosbridgeServer(host, port, token=token, origins=origins)]
     if dds:
         transports.append(_dds_node(domain))
+    if record is not None:
+        transports.append(_recorder(record))
     with target.connect("ros bridge") as client:
         bridge = RosBridge(client, transports, choice, bare=bare_links, say=click.echo)
         if check:
@@ -93,6 +102,14 @@ def _dds_node(domain: int) -> Transport:
     except ModuleNotFoundError as error:
         raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[dds]'") from error
     return DdsNode(domain)
+
+
+def _recorder(file: Path) -> Transport:
+    try:
+        from virtualrobot_apps.bridges.ros.recorder import Recorder
+    except ModuleNotFoundError as error:
+        raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[record]'") from error
+    return Recorder(file)
 
 
 def _token(file: Path) -> str:

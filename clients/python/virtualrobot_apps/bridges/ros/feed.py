@@ -13,6 +13,7 @@ from virtualrobot_apps.bridges.ros.mapping.outputs import REST_NANOSECONDS, Outp
 from virtualrobot_apps.bridges.ros.messages.message import Message
 
 _WAIT_SECONDS = 0.2
+_AGAIN_SECONDS = 1.0
 
 
 class Feed:
@@ -55,23 +56,30 @@ class Feed:
 
     def _run(self, stop: threading.Event) -> None:
         names = list(dict.fromkeys(one.stream for one in self._outputs))
+        said = ""
+        while not stop.is_set():
+            try:
+                self._watch(names, stop)
+            except VirtualRobotError as error:
+                if not stop.is_set() and str(error) != said:
+                    self._say(f"{names[0]} is not told: {error}; it is tried again each {_AGAIN_SECONDS:g} s")
+                said = str(error)
+            stop.wait(_AGAIN_SECONDS)
+
+    def _watch(self, names: list[str], stop: threading.Event) -> None:
         of_stream = {name: [one for one in self._outputs if one.stream == name] for name in names}
         told: dict[str, Sample] = {}
         bad: set[str] = set()
-        try:
-            with self._client.streams.watch(*names) as watch:
-                while not stop.is_set():
-                    if (sample := watch.next(_WAIT_SECONDS)) is None:
-                        continue
-                    for output in of_stream[sample.stream]:
-                        # What is latched is told to the hub for those who come later, while the watch goes on anyway.
-                        wanted = output.latched or output.topic in self._wanted
-                        if wanted and _is_due(output, told.get(output.topic), sample):
-                            told[output.topic] = sample
-                            self._tell(output, sample, bad)
-        except VirtualRobotError as error:
-            if not stop.is_set():
-                self._say(f"{names[0]} is told no more: {error}")
+        with self._client.streams.watch(*names) as watch:
+            while not stop.is_set():
+                if (sample := watch.next(_WAIT_SECONDS)) is None:
+                    continue
+                for output in of_stream[sample.stream]:
+                    # What is latched is told to the hub for those who come later, while the watch goes on anyway.
+                    wanted = output.latched or output.topic in self._wanted
+                    if wanted and _is_due(output, told.get(output.topic), sample):
+                        told[output.topic] = sample
+                        self._tell(output, sample, bad)
 
     def _tell(self, output: Output, sample: Sample, bad: set[str]) -> None:
         """Make a message of a sample; one that can't be made is said once, and the next one is tried again."""

@@ -6,6 +6,7 @@ import asyncio
 import tempfile
 import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -216,14 +217,19 @@ class World:
             self._say(str(error))
 
     def _publish(self, topic: str, message: Message) -> None:
-        self._loop.call_soon_threadsafe(self._publish_here, topic, message)
+        self._soon(self._publish_here, topic, message)
 
     def _publish_here(self, topic: str, message: Message) -> None:
         self._hub.now = max(self._hub.now, message.time)
         self._hub.publish(topic, message)
 
     def _tell(self, words: str) -> None:
-        self._loop.call_soon_threadsafe(self._say, words)
+        self._soon(self._say, words)
+
+    def _soon(self, call: Callable[..., object], *arguments: object) -> None:
+        """Let the hub's loop call something, from any thread; where it has ended meanwhile nobody hears it."""
+        with suppress(RuntimeError):
+            self._loop.call_soon_threadsafe(call, *arguments)
 
     def _describe(self, topic: str, robot: str, wanted: bool) -> None:
         """Publish the description of a robot as it is now, once somebody reads it."""

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import errno
 import hmac
+import os
 from collections.abc import Sequence
 from http import HTTPStatus
 from urllib.parse import parse_qs, urlsplit
@@ -53,7 +55,8 @@ class RosbridgeServer(Transport):
                 compression=None,
             )
         except OSError as error:
-            raise TransportError(f"rosbridge can't serve at {self._host}:{self._port}: {error.strerror}") from error
+            words = os.strerror(error.errno) if error.errno in errno.errorcode else error.strerror
+            raise TransportError(f"rosbridge can't serve at {self._host}:{self._port}: {words}") from error
         host = f"[{self._host}]" if ":" in self._host else self._host
         self.url = f"ws://{host}:{self._server.sockets[0].getsockname()[1]}"
         return f"rosbridge at {self.url}"
