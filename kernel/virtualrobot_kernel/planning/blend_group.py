@@ -186,7 +186,7 @@ def _larger(one: CartesianLimits, other: CartesianLimits) -> CartesianLimits:
 def _position(snapshot: Snapshot, arm: Arm, q_index: NDArray[np.int32]) -> Position:
     """Return the function of a robot's tool centre point by the joints of the columns `q_index`."""
     tip, point = tip_of(snapshot, arm), tip_t_tcp(snapshot, arm)[:, 3]
-    own = [int(np.flatnonzero(arm.q_index == index)[0]) for index in q_index if index in arm.q_index]
+    own = np.array([int(np.flatnonzero(arm.q_index == index)[0]) for index in q_index if index in arm.q_index], np.intp)
     columns = np.flatnonzero(np.isin(q_index, arm.q_index))
     base = snapshot.state.q[arm.q_index]
 

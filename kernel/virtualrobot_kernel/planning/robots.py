@@ -278,9 +278,10 @@ def tip_of(snapshot: Snapshot, arm: Arm) -> Callable[[NDArray[np.float64]], Pose
         _below(np.eye(4)[None], snapshot.state.parent_t_node[rows]),
     )
 
+    begin = np.tile(np.eye(4), (len(rows) + 1, 1, 1))
+
     def tip(q: NDArray[np.float64]) -> Pose:
-        poses = np.empty((len(rows) + 1, 4, 4))
-        poses[0] = np.eye(4)
+        poses = begin.copy()
         forward_forest(*fixed, np.ascontiguousarray(q), poses)
         return poses[-1]
 

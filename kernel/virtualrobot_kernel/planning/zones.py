@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -47,7 +48,7 @@ class Room:
     def holds(self, joints: Floats) -> bool:
         """Return True if every tool centre point is in its part of the zone, with joints (m, n)."""
         return all(
-            max(float(np.linalg.norm(position(q) - corner)) for q in joints) <= radius * (1.0 + 1e-9)
+            max(_length(position(q) - corner) for q in joints) <= radius * (1.0 + 1e-9)
             for position, corner, radius in zip(self.positions, self.corners, self.radii, strict=True)
         )
 
@@ -80,6 +81,11 @@ def room_for(
     return Room(kept, why, (first, second), tuple(positions), corners, (kept,) * len(positions))
 
 
+def _length(way: Floats) -> float:
+    """Return the length of a vector (3,), in a tenth of the time that NumPy's norm takes."""
+    return math.sqrt(way.dot(way))
+
+
 class _Half:
     """Half of a path next to the corner: distances of the tool centre points from the corner, by share."""
 
@@ -96,7 +102,7 @@ class _Half:
     def distance(self, place: int, share: float) -> float:
         """Return the distance of a tool centre point from the corner, in m, at a share of the path from the corner."""
         there = self.positions[place](self.path.evaluate(self._at(share)))
-        return float(np.linalg.norm(there - self.corner[place]))
+        return _length(there - self.corner[place])
 
     def farthest(self, place: int, share: float) -> float:
         """Return the greatest distance of a tool centre point from the corner, in m, up to a share of the path."""
