@@ -55,8 +55,8 @@ def fitted(
 ) -> dict[str, Fitted]:
     """Return the joint of each drive of a component, and of passive wheels those that the robot has.
 
-    Raises KernelError where the craft names a drive that the component lacks, for a drive that no joint is, and for two
-    of one name.
+    Raises KernelError where the craft names a drive that the component lacks, for a drive that no joint is, for two
+    of one name, and for two that move one joint.
     """
     own = {one.drive: (one.joint, one.ratio) for one in craft.drives}
     names = (*drives, *passive)
@@ -83,6 +83,15 @@ def fitted(
             robot=node.name,
             drive=missing[0],
         )
+    movers: dict[str, str] = {}
+    for name, (joint, _) in found.items():
+        if (other := movers.setdefault(joint, name)) != name:
+            raise KernelError(
+                f"the joint {joint!r} of {node.name!r} would be moved by the drives {other!r} and {name!r}; say in "
+                "`drives` which joint each is",
+                robot=node.name,
+                drive=name,
+            )
     return {
         name: Fitted(joint, coordinates[joint], ratio) for name, (joint, ratio) in found.items() if joint in coordinates
     }

@@ -31,21 +31,27 @@ def check_craft(structure: Structure, node: Node) -> None:
     if craft is None:
         return
     base_joint(structure, node)
-    taken: set[str] = set()
+    drives: set[str] = set()
+    moved: set[str] = set()
     for one in craft.drives:
         try:
             joint = single_joint(structure, node, one.joint)[0]
         except KernelError as error:
             error.args = (f"the drive {one.drive!r} of {node.name!r}: {error}",)
             raise
-        again = next((name for name in (one.drive, joint.name) if name in taken), None)
-        if again is not None or not one.ratio:
-            wrong = (
-                "is named twice" if again == one.drive else f"moves {joint.name!r}, which another drive moves already"
-            )
-            wrong = "has the ratio 0" if again is None else wrong
+        wrong = (
+            "is named twice"
+            if one.drive in drives
+            else f"moves {joint.name!r}, which another drive moves already"
+            if joint.name in moved
+            else "has the ratio 0"
+            if not one.ratio
+            else ""
+        )
+        if wrong:
             raise KernelError(f"the drive {one.drive!r} of {node.name!r} {wrong}", robot=node.name, drive=one.drive)
-        taken |= {one.drive} if one.drive == joint.name else {one.drive, joint.name}
+        drives.add(one.drive)
+        moved.add(joint.name)
 
 
 def craft_of(node: Node) -> Craft | None:

@@ -26,7 +26,7 @@ Integrator = Annotated[
     Meta(description="Euler's method, Runge and Kutta's of order 4, or a midpoint step that keeps momentum."),
 ]
 LongestStep = Annotated[
-    float, Meta(gt=0, le=1, description="Longer steps are made in equal parts, none longer than this (s).")
+    float, Meta(ge=1e-5, le=1, description="Longer steps are made in equal parts, none longer than this (s).")
 ]
 METHODS = {"euler": EULER, "rk4": RK4, "lie": LIE}
 

@@ -40,6 +40,7 @@ from virtualrobot_kernel.world.structure import (
     JointLimits,
     JointType,
     Kind,
+    LinkData,
     NodeSpec,
     RobotData,
 )
@@ -208,11 +209,35 @@ def test_passive_wheels_turn_as_they_roll_and_a_steering_angle_follows_its_linka
         (replace(TWO_WHEELS, drives=(DRIVES[0], DRIVES[0])), "is named twice"),
         (replace(TWO_WHEELS, drives=(CraftDrive("left_wheel", "left", 0.0),)), "has the ratio 0"),
         (replace(TWO_WHEELS, base_joint="left"), "planar or floating joint of 'rover'"),
+        (
+            replace(TWO_WHEELS, drives=(DRIVES[0], CraftDrive("right_wheel", "left"))),
+            "the drive 'right_wheel' of 'rover' moves 'left', which another drive moves already",
+        ),
     ],
 )
 def test_what_is_no_craft_is_refused(course: Yard, craft: Craft, said: str) -> None:
     with pytest.raises(KernelError, match=said):
         course.choose(craft)
+
+
+def test_two_drives_have_two_joints_of_any_names() -> None:
+    """Names of drives and of joints are two things; a drive that is not named is the joint of its own name."""
+    wheels = {"left": "left_wheel", "right": "right_wheel"}
+    made = rover(craft=None)
+    specs = tuple(
+        replace(spec, data=replace(spec.data, joint=replace(spec.data.joint, name=wheels[spec.data.joint.name])))
+        if isinstance(spec.data, LinkData) and spec.data.joint and spec.data.joint.name in wheels
+        else spec
+        for spec in made.specs
+    )
+    with yard(replace(made, specs=specs)) as course:
+        swapped = (CraftDrive("left_wheel", "right_wheel"), CraftDrive("right_wheel", "left_wheel"))
+        course.choose(replace(TWO_WHEELS, drives=swapped))
+        course.drive(2.0, 1.0, joints=("left_wheel", "right_wheel"))
+        course.step(100)
+        assert course.base[2] > 0.0  # the left wheel is told as the right one is, so that it turns to the left
+        with pytest.raises(KernelError, match="'right_wheel' of 'rover' would be moved by the drives 'left_wheel' and"):
+            course.crafts.check([SetCraft("rover", replace(TWO_WHEELS, drives=swapped[:1]))])
 
 
 def test_a_robot_without_a_base_that_moves_is_no_craft() -> None:
