@@ -40,7 +40,11 @@ SINGULARITY = "singularity"
 PLACES = 3
 """Number of places on the way of the tool's brake that its speed is chosen by."""
 
-_NEVER = 1e-6
+_EACH = np.arange(PLACES + 1)
+_BEFORE = np.minimum(_EACH, PLACES - 1)
+"""Number of each place, and of the way from it or, of the last one, to it."""
+
+_NEVER, _NOTHING = 1e-6, 1e-12
 """Smallest singular value below which the arm is singular whatever it does next: nothing leads farther into it."""
 
 _FARTHEST = 0.5
@@ -71,7 +75,7 @@ class ToolLead:
     def at(self, q: Array) -> Place:
         """Return the pose of the tool centre point at joints (k,), and what moves it there."""
         pose, jacobian = np.empty((4, 4)), np.empty((6, len(q)))
-        following.place_at(*self._arrays, np.ascontiguousarray(q), pose, jacobian)
+        following.place_at(*self.arrays, np.ascontiguousarray(q), pose, jacobian)
         left, values, right = np.linalg.svd(jacobian, full_matrices=False)
         inverses = np.where(values >= SMALLEST, 1.0 / np.maximum(values, SMALLEST), values / SMALLEST**2)
         inverse = (right.T * inverses) @ left.T
@@ -85,7 +89,7 @@ class ToolLead:
         q = np.empty_like(place.q)
         middle = (6.0 * way / seconds - begin - end) / 4.0  # with which Simpson's rule gives the way
         twists = middle / self.weights, end / self.weights
-        found = following.step_along(*self._arrays, place.q, place.inverse @ begin, seconds, *twists, goal, q)
+        found = following.step_along(*self.arrays, place.q, place.inverse @ begin, seconds, *twists, goal, q)
         return q if found else None
 
     def moved(self, base_t_tcp: Array, way: Array) -> Array:
@@ -103,7 +107,8 @@ class ToolLead:
         return np.concatenate([self.weight * (end[:3, 3] - begin[:3, 3]), turn])
 
     @property
-    def _arrays(self) -> tuple[Any, ...]:
+    def arrays(self) -> tuple[Any, ...]:
+        """Arrays of the chain, and the weight, as `numeric.following` takes them."""
         return (*self.chain[:6], self.chain.post[None], self.weight)
 
 
@@ -153,32 +158,30 @@ def greatest_speed(
     brake = min(brake, _least(lead.limits.acceleration, lead.limits.rotation_acceleration, lead, direction))
     foresight = 2.0 * float((limits.acceleration / limits.jerk).max())
     step = max(_ALONG / size, speed * (foresight + speed / brake) / PLACES)
-    places, ways = [place], [rates]
-    for _ in range(PLACES):
-        places.append(lead.at(places[-1].q + step * ways[-1]))
-        ways.append(places[-1].inverse @ direction)
+    ways, smallest, slopes = np.empty((PLACES + 1, len(rates))), np.empty(PLACES + 1), np.empty(PLACES + 1)
+    following.look_along(*lead.arrays, place.q, direction, step, SMALLEST, ways, smallest, slopes)
     bends = np.diff(ways, axis=0) / step
-    twice = np.abs(np.diff(bends, axis=0)).max(axis=0) / step
-    best = Speed(override * _least(lead.limits.velocity, lead.limits.rotation_velocity, lead, direction), "")
+    twice = np.maximum(np.abs(np.diff(bends, axis=0)).max(axis=0) / step, _NOTHING)
+    pace, bend = np.maximum(np.abs(ways), _NOTHING), np.maximum(np.abs(bends), _NOTHING)[_BEFORE]
+    q = place.q + step * (np.cumsum(ways, axis=0) - ways)
+    room = np.maximum(np.where(ways > 0.0, limits.upper - q, q - limits.lower), 0.0)
     time = np.maximum(APPROACH_SECONDS, 2.0 * limits.acceleration / limits.jerk)
-    for count, (there, way) in enumerate(zip(places, ways, strict=True)):
-        pace, bend = np.maximum(np.abs(way), 1e-12), np.maximum(np.abs(bends[min(count, PLACES - 1)]), 1e-12)
-        room = np.maximum(np.where(way > 0.0, limits.upper - there.q, there.q - limits.lower), 0.0)
-        each = np.minimum(
-            np.minimum(limits.velocity * override, room / time) / pace, np.sqrt(SHARE * limits.acceleration / bend)
-        )
-        each = np.minimum(each, np.cbrt(SHARE * limits.jerk / np.maximum(twice, 1e-12)))
-        slowest = int(np.argmin(each))
-        most = Speed(float(each[slowest]), limits.names[slowest])
-        if there.smallest > _NEVER:
-            other = places[count + 1] if count < PLACES else places[count - 1]
-            change = float(there.left @ (other.jacobian - there.jacobian) @ there.right) / step
-            closing = -change if count < PLACES else change
-            if closing > _NEVER:
-                most = min(most, Speed(max(there.smallest - SMALLEST, 0.0) / (closing * APPROACH_SECONDS), SINGULARITY))
-        slower = SHARE * float((limits.acceleration / pace).min())
-        best = min(best, Speed(math.sqrt(most.value**2 + 2.0 * slower * count * step), most.held_by))
-    return best
+    each = np.minimum(limits.velocity * override, room / time) / pace
+    each = np.minimum(each, np.sqrt(SHARE * limits.acceleration / bend))
+    each = np.minimum(each, np.cbrt(SHARE * limits.jerk / twice))
+    slowest = each.argmin(axis=1)
+    by_joints = each[_EACH, slowest]
+    closing = (smallest > _NEVER) & (slopes < -_NEVER)
+    edge = np.maximum(smallest - SMALLEST, 0.0) / (np.where(closing, -slopes, 1.0) * APPROACH_SECONDS)
+    most = np.minimum(by_joints, np.where(closing, edge, math.inf))
+    slower = SHARE * (limits.acceleration / pace).min(axis=1)
+    speeds = np.sqrt(most**2 + 2.0 * slower * _EACH * step)
+    first = int(speeds.argmin())
+    by_tool = override * _least(lead.limits.velocity, lead.limits.rotation_velocity, lead, direction)
+    if by_tool <= speeds[first]:
+        return Speed(by_tool, "")
+    held_by = limits.names[slowest[first]] if by_joints[first] <= most[first] else SINGULARITY
+    return Speed(float(speeds[first]), held_by)
 
 
 def led_by_twist(

@@ -397,6 +397,71 @@ def place_at(
     jacobian[:] = work.jacobian
 
 
+@compiled(*_CHAIN, _IN, _IN, float64, float64, output_of(float64, 2), _OUT, _OUT)
+def look_along(
+    pre: Floats,
+    axis: Floats,
+    joint_type: Codes,
+    q_index: Integers,
+    multiplier: Floats,
+    offset: Floats,
+    post: Floats,
+    weight: float,
+    q: Floats,
+    direction: Floats,
+    step: float,
+    floor: float,
+    rates: Floats,
+    smallest: Floats,
+    slopes: Floats,
+) -> None:
+    """Write the joints' rates (n, k) at n places on their way from q (k,), each `step` after the one before.
+
+    They are those that move the tool centre point along `direction` (6,), whose linear part has the weight already;
+    singular values below `floor` count less and less. smallest (n,): the smallest one at each place; slopes (n,): its
+    derivative along the way, with the vectors that belong to it there.
+    """
+    chain = _Chain(pre, axis, joint_type, q_index, multiplier, offset, post, weight)
+    count, k = rates.shape
+    work, place = _work(chain, k), q.copy()
+    wide, c = k >= 6, min(6, k)
+    before, left, right = np.zeros((6, k)), np.zeros(6), np.zeros(k)
+    for number in range(count):
+        _place(chain, place, work)
+        _differentiate(chain, work)
+        for last in range(2):
+            # The vectors of the place before; at the last place its own, since nothing comes after it.
+            if number > 0 and (last == 0 or number == count - 1):
+                slope = 0.0
+                for m in range(6):
+                    for j in range(k):
+                        slope += left[m] * (work.jacobian[m, j] - before[m, j]) * right[j]
+                slopes[number - 1 + last] = slope / step
+            if last == 0:
+                _decompose(work)
+                least = 0
+                for i in range(c):
+                    if work.squares[i] < work.squares[least]:
+                        least = i
+                size = math.sqrt(work.squares[least])
+                smallest[number] = size
+                for m in range(6):
+                    left[m] = work.rotation[least, m] if wide else work.vectors[least, m] / max(size, 1e-300)
+                for j in range(k):
+                    right[j] = work.vectors[least, j] / max(size, 1e-300) if wide else work.rotation[least, j]
+        before[:] = work.jacobian
+        rates[number] = 0.0
+        for i in range(c):
+            share = 0.0
+            for m in range(6):
+                share += (work.rotation[i, m] if wide else work.vectors[i, m]) * direction[m]
+            share /= max(work.squares[i], floor * floor)
+            for j in range(k):
+                rates[number, j] += share * (work.vectors[i, j] if wide else work.rotation[i, j])
+        for j in range(k):
+            place[j] += step * rates[number, j]
+
+
 @compiled(float64, *[_IN] * 6, _IN, _IN, _OUT)
 def write_middle(
     width: float,

@@ -88,3 +88,28 @@ def test_the_middle_is_that_of_the_polynomial(rng: np.random.Generator) -> None:
     assert wide
     np.testing.assert_allclose(middle, [one(width / 2.0) for one in polynomial], atol=1e-12)
     assert not following.write_middle(width, *ends, values.min(axis=1) + 1e-3, values.max(axis=1), middle)
+
+
+@pytest.mark.parametrize("joints", [3, 6, 7])
+def test_what_comes_on_the_way_is_what_the_singular_value_decomposition_says(
+    joints: int, rng: np.random.Generator
+) -> None:
+    step, floor = 1e-3, 0.3  # some values are above the floor, some below it
+    for _ in range(20):
+        chain, q = random_chain(rng, joints), rng.uniform(-2.0, 2.0, joints)
+        direction = rng.normal(size=6)
+        rates, smallest, slopes = np.empty((4, joints)), np.empty(4), np.empty(4)
+        following.look_along(*chain[:6], chain.post[None], WEIGHT, q, direction, step, floor, rates, smallest, slopes)
+        jacobians, sides, place = [], [], q
+        for number in range(4):
+            jacobians.append(weighted(chain, place))
+            left, values, right = np.linalg.svd(jacobians[-1], full_matrices=False)
+            inverses = np.where(values >= floor, 1.0 / values, values / floor**2)
+            np.testing.assert_allclose(rates[number], right.T @ (inverses * (left.T @ direction)), atol=1e-9)
+            assert smallest[number] == pytest.approx(values[-1], abs=1e-12)
+            sides.append((left[:, -1], right[-1]))
+            place = place + step * rates[number]
+        for number, (left, right) in enumerate(sides):
+            later = min(number, 2)
+            slope = left @ (jacobians[later + 1] - jacobians[later]) @ right / step
+            assert slopes[number] == pytest.approx(slope, abs=1e-6 / max(smallest[number], 1e-3))
