@@ -104,6 +104,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "messages/message.py": ("cbor2",),
             "mapping/sensors.py": ("PIL",),
             "dds.py": ("cyclonedds",),
+            "foxglove_server.py": ("foxglove",),
             "rosbridge/wire.py": ("cbor2", "PIL"),
             "rosbridge/server.py": ("websockets",),
         }.items()

@@ -40,6 +40,8 @@ Examples:
 @click.option("--no-client-token", is_flag=True, help="Let everybody in who reaches the host.")
 @click.option("--dds", is_flag=True, help="Be a node of ROS 2, by Cyclone DDS: topics, no services.")
 @click.option("--domain", default=0, show_default=True, type=click.IntRange(0, 232), help="Its domain.")
+@click.option("--foxglove", is_flag=True, help="Serve Foxglove and Lichtblick on this machine, too.")
+@click.option("--foxglove-port", default=8765, show_default=True, type=click.IntRange(0, 65535), help="Their port.")
 @click.option(
     "--record",
     type=click.Path(path_type=Path, dir_okay=False),
@@ -60,6 +62,8 @@ def ros(
     no_client_token: bool,
     dds: bool,
     domain: int,
+    foxglove: bool,
+    foxglove_port: int,
     record: Path | None,
     check: bool,
 ) -> None:
@@ -83,6 +87,8 @@ def ros(
     transports: list[Transport] = [RosbridgeServer(host, port, token=token, origins=origins)]
     if dds:
         transports.append(_dds_node(domain))
+    if foxglove:
+        transports.append(_foxglove_server(foxglove_port))
     if record is not None:
         transports.append(_recorder(record))
     with target.connect("ros bridge") as client:
@@ -102,6 +108,14 @@ def _dds_node(domain: int) -> Transport:
     except ModuleNotFoundError as error:
         raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[dds]'") from error
     return DdsNode(domain)
+
+
+def _foxglove_server(port: int) -> Transport:
+    try:
+        from virtualrobot_apps.bridges.ros.foxglove_server import FoxgloveServer
+    except ModuleNotFoundError as error:
+        raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[foxglove]'") from error
+    return FoxgloveServer(port=port)
 
 
 def _recorder(file: Path) -> Transport:
