@@ -34,6 +34,7 @@ from virtualrobot_kernel.messages.values import (
     stamp,
     vector,
 )
+from virtualrobot_kernel.physics.exerted import Exerted
 from virtualrobot_kernel.planning.dynamics import EffortViolation, solve_inverse_dynamics
 from virtualrobot_kernel.planning.free_joints import solve_inverse
 from virtualrobot_kernel.planning.jacobian import Point, solve_jacobian
@@ -75,7 +76,7 @@ class RobotServicer(robot_pb2_grpc.RobotServiceServicer):
     def __init__(self, kernel: KernelServices) -> None:
         """Serve from the kernel."""
         self._kernel = kernel
-        self._book = _Book()
+        self._book = _Book(kernel.forces.exerted)
 
     async def GetRobot(self, request: robot_pb2.GetRobotRequest, context: object) -> robot_pb2.GetRobotResponse:
         """Tell joints, links and tools; and the chain of a group."""
@@ -337,8 +338,9 @@ class _Page:
 class _Book:
     """States of robots in the latest snapshots as messages, made once for all who watch."""
 
-    def __init__(self) -> None:
+    def __init__(self, exerted: Exerted) -> None:
         self._pages: OrderedDict[int, _Page] = OrderedDict()
+        self._exerted = exerted
 
     def _page(self, snapshot: Snapshot) -> _Page:
         page = self._pages.get(snapshot.revision)
@@ -352,7 +354,7 @@ class _Book:
         """Return the states of some robots; not to be changed."""
         messages = self._page(snapshot).messages
         missing = [node for node in robots if node.uid not in messages]
-        for node, message in zip(missing, robot_states(snapshot, missing), strict=True):
+        for node, message in zip(missing, robot_states(snapshot, missing, self._exerted), strict=True):
             messages[node.uid] = message
         return [messages[node.uid] for node in robots]
 

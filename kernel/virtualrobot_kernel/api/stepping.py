@@ -60,7 +60,7 @@ class Stepping:
         ended = [motion for motion in state.ended if motion.end_tick > before]
         return kernel_pb2.StepClockResponse(
             stamp=stamp(snapshot),
-            robots=robot_states(snapshot, robots_named(snapshot, ())),
+            robots=robot_states(snapshot, robots_named(snapshot, ()), self._kernel.forces.exerted),
             signals=[signal_message(snapshot.structure, signal) for signal in state.signals.values()],
             motions=[motion_message(snapshot, motion) for motion in (*ended, *state.motions)],
             readings=[await self._read(name, request, context) for name in request.sensors],

@@ -19,6 +19,7 @@ from virtualrobot_kernel.numeric.forces import are_at
 from virtualrobot_kernel.physics.answers import Answers
 from virtualrobot_kernel.physics.bodies import Scene, is_dynamic, movers, moves_by_forces, scene_of
 from virtualrobot_kernel.physics.engine import Asked, Engine, Question
+from virtualrobot_kernel.physics.exerted import Exerted
 from virtualrobot_kernel.physics.felt import felt_nodes
 from virtualrobot_kernel.physics.layout import layout_of, poses_7
 from virtualrobot_kernel.physics.running import UNTOUCHED, Running, equal
@@ -71,6 +72,8 @@ class Forces:
         """Listen to what the world says of physics from now on; shapes of meshes come of `meshes`."""
         self.fault = ""
         """Reason why nothing moves by forces though an engine is set; empty while it is well."""
+        self.exerted = Exerted()
+        """Efforts of motors in the latest ticks."""
         self._touching: tuple[Scene, TouchingBodies] | None = None
         self._world = world
         self._catalog = catalog
@@ -159,6 +162,7 @@ class Forces:
         if self._engine is not None:
             self._engine.close()
         self._engine = self._made_of = self._asked = self._running = self._touching = None
+        self.exerted.forget()
 
     def _published(self) -> None:
         """Oversee the world while there is an engine, which is at work while there is something that it moves."""
@@ -196,6 +200,8 @@ class Forces:
         self._asked, running = None, asked.running
         answer = running.answers.checked(found)
         self._touching = running.scene, answer.contacts
+        joints = running.layout.joints
+        self.exerted.keep(now.state.tick + 1, joints.names, answer.efforts[joints.slots])
         return running.told(now, answer, asked.same)
 
     def _begun(self, engine: Engine, now: Snapshot, later: Snapshot) -> Asked | None:

@@ -114,6 +114,27 @@ def drive(client: Client, robot: Robot, twist: tuple[float, float, float], ticks
 
 @pytest.mark.long
 @pytest.mark.parametrize("engine", ENGINES)
+def test_a_motor_tells_what_it_exerts(cell: Client, load: Load, engine: str) -> None:
+    """M g l sin(q) holds the rod, which is what the inverse dynamics say, too; the state tells it while all rests."""
+    rod = load(ROD.format(type="revolute", effort="5"), "rod")
+    assert not len(rod.state.efforts)
+    rod.set_positions({"hinge": 0.6})
+    cell.physics.set(engine)
+    cell.physics.enable("rod")
+    cell.clock.step(300)
+    held = MASS * GRAVITY * LEVER * math.sin(float(rod.positions[0]))
+    assert abs(float(rod.state.efforts[0])) == pytest.approx(held, rel=0.01)
+    needed = rod.solve_inverse_dynamics().efforts[0]
+    np.testing.assert_allclose(rod.state.efforts, needed, rtol=0.01)
+    seen = cell.clock.step(50).robots["rod"]
+    np.testing.assert_allclose(seen.efforts, needed, rtol=0.01)
+    told = cell.streams.sample("/robots/rod/joint_states").values["hinge/effort"]
+    assert told == pytest.approx(float(needed[0]), rel=0.01)
+    cell.physics.disable("rod")
+    assert not len(rod.state.efforts)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
 def test_a_pendulum_swings_with_its_period(cell: Client, load: Load, engine: str) -> None:
     rod = load(ROD.format(type="revolute", effort="0"), "rod")
     amplitude = 0.8

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -63,6 +63,7 @@ class RobotState:
             moved by motors.
         tool_widths: how wide each mounted tool is open, in meters; of those that have widths.
         tcp_speed_limit: the greatest speed of its tool centre point (m/s); 0: it has none.
+        efforts: what the motors of a robot under physics exerted, in the order of `velocities` (N m, N); else empty.
     """
 
     name: str
@@ -80,6 +81,7 @@ class RobotState:
     commanded_velocities: NDArray[np.float64]
     tool_widths: dict[str, float]
     tcp_speed_limit: float = 0.0
+    efforts: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
 
     @staticmethod
     def of(message: robot_pb2.RobotState, stamp: geometry_pb2.Stamp) -> RobotState:
@@ -100,6 +102,7 @@ class RobotState:
             np.array(message.commanded_velocities or message.velocities, dtype=float),
             dict(message.tool_widths),
             message.tcp_speed_limit,
+            np.array(message.efforts, dtype=float),
         )
 
 

@@ -82,7 +82,7 @@ def of_stamp(stamp: geometry_pb2.Stamp) -> dict[str, Any]:
 
 
 def of_joints(state: robot_pb2.RobotState, known: list[Coordinate], commanded: bool = False) -> dict[str, float]:
-    """Return positions and velocities by the names of coordinates: `joint_1/position`, `joint_1/velocity`."""
+    """Return positions, velocities and, under physics, efforts by the names of coordinates: `joint_1/position`."""
     positions, velocities = state.positions, state.velocities
     if commanded:
         positions, velocities = state.commanded_positions or positions, state.commanded_velocities or velocities
@@ -91,6 +91,8 @@ def of_joints(state: robot_pb2.RobotState, known: list[Coordinate], commanded: b
         found[f"{one.name}/position"] = positions[place]
         if one.velocity is not None:
             found[f"{one.name}/velocity"] = velocities[one.velocity]
+            if state.efforts and not commanded:
+                found[f"{one.name}/effort"] = state.efforts[one.velocity]
     return found
 
 

@@ -88,7 +88,7 @@ class JointDescription(_message.Message):
     def __init__(self, name: _Optional[str] = ..., type: _Optional[_Union[_nodes_pb2.JointType, str]] = ..., limits: _Optional[_Union[_nodes_pb2.JointLimits, _Mapping]] = ..., coordinate_count: _Optional[int] = ..., velocity_count: _Optional[int] = ..., coordinate_names: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class RobotState(_message.Message):
-    __slots__ = ("name", "positions", "velocities", "world_t_tcp", "tool", "tool_center_point", "tool_states", "speed_factor", "motion_ids", "actuator_positions", "commanded_positions", "commanded_velocities", "tool_widths", "tcp_speed_limit")
+    __slots__ = ("name", "positions", "velocities", "world_t_tcp", "tool", "tool_center_point", "tool_states", "speed_factor", "motion_ids", "actuator_positions", "commanded_positions", "commanded_velocities", "tool_widths", "tcp_speed_limit", "efforts")
     class ToolStatesEntry(_message.Message):
         __slots__ = ("key", "value")
         KEY_FIELD_NUMBER: _ClassVar[int]
@@ -117,6 +117,7 @@ class RobotState(_message.Message):
     COMMANDED_VELOCITIES_FIELD_NUMBER: _ClassVar[int]
     TOOL_WIDTHS_FIELD_NUMBER: _ClassVar[int]
     TCP_SPEED_LIMIT_FIELD_NUMBER: _ClassVar[int]
+    EFFORTS_FIELD_NUMBER: _ClassVar[int]
     name: str
     positions: _containers.RepeatedScalarFieldContainer[float]
     velocities: _containers.RepeatedScalarFieldContainer[float]
@@ -131,7 +132,8 @@ class RobotState(_message.Message):
     commanded_velocities: _containers.RepeatedScalarFieldContainer[float]
     tool_widths: _containers.ScalarMap[str, float]
     tcp_speed_limit: float
-    def __init__(self, name: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., tool_states: _Optional[_Mapping[str, str]] = ..., speed_factor: _Optional[float] = ..., motion_ids: _Optional[_Iterable[str]] = ..., actuator_positions: _Optional[_Iterable[float]] = ..., commanded_positions: _Optional[_Iterable[float]] = ..., commanded_velocities: _Optional[_Iterable[float]] = ..., tool_widths: _Optional[_Mapping[str, float]] = ..., tcp_speed_limit: _Optional[float] = ...) -> None: ...
+    efforts: _containers.RepeatedScalarFieldContainer[float]
+    def __init__(self, name: _Optional[str] = ..., positions: _Optional[_Iterable[float]] = ..., velocities: _Optional[_Iterable[float]] = ..., world_t_tcp: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., tool_states: _Optional[_Mapping[str, str]] = ..., speed_factor: _Optional[float] = ..., motion_ids: _Optional[_Iterable[str]] = ..., actuator_positions: _Optional[_Iterable[float]] = ..., commanded_positions: _Optional[_Iterable[float]] = ..., commanded_velocities: _Optional[_Iterable[float]] = ..., tool_widths: _Optional[_Mapping[str, float]] = ..., tcp_speed_limit: _Optional[float] = ..., efforts: _Optional[_Iterable[float]] = ...) -> None: ...
 
 class GetRobotStatesRequest(_message.Message):
     __slots__ = ("names", "read_mask")

@@ -11,6 +11,7 @@ from virtualrobot_kernel.messages.codecs import EnumTable
 from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import pose_message, vector_message
 from virtualrobot_kernel.motion.running_motion import Phase
+from virtualrobot_kernel.physics.exerted import Exerted
 from virtualrobot_kernel.planning.robots import tcp_frame
 from virtualrobot_kernel.world.actuators import actuator_positions
 from virtualrobot_kernel.world.clock import Clock, Mode, Recorded
@@ -25,12 +26,12 @@ MODES = EnumTable(Mode, kernel_pb2.ClockMode)
 CLOCK = Table(Clock, kernel_pb2.Clock, mode=MODES, recorded=Table(Recorded, kernel_pb2.Recorded))
 
 
-def robot_states(snapshot: Snapshot, nodes: Iterable[Node]) -> list[robot_pb2.RobotState]:
-    """Return the states of some robots."""
-    return [_robot_state(snapshot, node) for node in nodes]
+def robot_states(snapshot: Snapshot, nodes: Iterable[Node], exerted: Exerted) -> list[robot_pb2.RobotState]:
+    """Return the states of some robots, with what their motors exerted."""
+    return [_robot_state(snapshot, node, exerted) for node in nodes]
 
 
-def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
+def _robot_state(snapshot: Snapshot, node: Node, exerted: Exerted) -> robot_pb2.RobotState:
     structure, state = snapshot.structure, snapshot.state
     robot = structure.robots[node.uid]
     selection = state.selections.get(node.uid, Selection())
@@ -43,6 +44,7 @@ def _robot_state(snapshot: Snapshot, node: Node) -> robot_pb2.RobotState:
         name=node.name,
         positions=state.q[robot.q_slice].tolist(),
         velocities=state.v[robot.v_slice].tolist(),
+        efforts=exerted.of(snapshot, node.uid) if node.uid in state.motored else (),
         commanded_positions=commanded.q.tolist() if commanded else (),
         commanded_velocities=commanded.v.tolist() if commanded else (),
         tool=structure.nodes[selection.tool].name if selection.tool else "",

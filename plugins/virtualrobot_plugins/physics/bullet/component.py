@@ -83,6 +83,9 @@ class BulletPhysics:
         q, v = self._read()
         if not (np.isfinite(q).all() and np.isfinite(v).all()):
             raise FloatingPointError("a body is nowhere any more: the state is not finite")
+        for i in np.flatnonzero(np.asarray(motors.mode) == MotorMode.VELOCITY):
+            tree, link = self._where[self._joints[i]]
+            efforts[i] = self._bullet.getJointState(tree.body, link, physicsClientId=self._client)[3]
         return Stepped(q, v, self._contacts(), efforts)
 
     def _build(self, q: Floats, v: Floats) -> None:
@@ -135,7 +138,7 @@ class BulletPhysics:
             )
 
     def _exert(self, motors: Motors, efforts: Floats) -> Floats:
-        """Exert the efforts of a substep that are not Bullet's own, and return all (m,); its own are the last ones."""
+        """Exert the efforts of a substep that are not Bullet's own, and return these (m,); the others as they were."""
         for i, row in enumerate(self._joints):
             tree, link = self._where[row]
             mode, limit = motors.mode[i], float(motors.max_effort[i])
