@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import errno
 import hmac
 import os
 from collections.abc import Sequence
@@ -55,7 +54,8 @@ class RosbridgeServer(Transport):
                 compression=None,
             )
         except OSError as error:
-            words = os.strerror(error.errno) if error.errno in errno.errorcode else error.strerror
+            # asyncio has words of its own about an address; a name that is none has a number below 0.
+            words = os.strerror(error.errno) if error.errno and error.errno > 0 else error.strerror
             raise TransportError(f"rosbridge can't serve at {self._host}:{self._port}: {words}") from error
         host = f"[{self._host}]" if ":" in self._host else self._host
         self.url = f"ws://{host}:{self._server.sockets[0].getsockname()[1]}"
