@@ -34,8 +34,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 _OPTIONS: dict[str, Any] = {"nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
 """No GIL; division by zero gives inf, as in NumPy; a * b + c may be rounded once, nothing else is reordered."""
 _COMPILED: dict[str, Any] = {"cache": True, "no_cfunc_wrapper": True}
-_INLINED: dict[str, Any] = {**_OPTIONS, "no_cfunc_wrapper": True, "no_cpython_wrapper": True}
-"""Nobody calls compiled functions as C does, and inlined ones as Python does."""
+_INLINED: dict[str, Any] = {**_OPTIONS, "no_cfunc_wrapper": True}
+"""Nobody calls them as C does; tests call inlined ones as Python does."""
 _PACKAGE = Path(__file__).parent
 _compiled_functions: list[CompiledFunction | CompiledCallback] = []
 _setting = threading.RLock()
@@ -171,7 +171,7 @@ def compiled(*signature: Type, exact: bool = False) -> Callable[[Callable[..., A
 
 
 def inlined(function: Function) -> Function:
-    """Make a function a part of the compiled functions that call it; it has no cache entry, and Python can't call it.
+    """Make a function a part of the compiled functions that call it; it has no cache entry of its own.
 
     numba would compile it once for each number that is written where it is called, and then for all others.
     """
