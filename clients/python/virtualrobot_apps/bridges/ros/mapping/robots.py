@@ -32,25 +32,23 @@ def clock(sample: Sample) -> RosValue:
 def joint_state(sample: Sample) -> RosValue:
     """Return the joints with one coordinate as `sensor_msgs/JointState`: positions and velocities as they are.
 
-    A base that moves has more coordinates: it is in frames and odometry. Forces are not told: `effort` is empty.
+    A base that moves has more coordinates: it is in frames and odometry. `effort` (N m, N) is empty where the world
+    tells none, as of all robots that no forces move.
     """
-    names, positions, velocities = [], [], []
+    told: dict[str, list[float]] = {"position": [], "velocity": [], "effort": []}
+    names: list[str] = []
     for key, value in sample.values.items():
         name, _, what = key.rpartition("/")
-        if "/" in name:
+        if "/" in name or what not in told:
             continue
+        told[what].append(value)
         if what == "position":
             names.append(name)
-            positions.append(value)
-        else:
-            velocities.append(value)
     return make(
         "sensor_msgs/msg/JointState",
         header=header(sample.nanoseconds, ""),
         name=names,
-        position=np.array(positions),
-        velocity=np.array(velocities),
-        effort=np.empty(0),
+        **{what: np.array(values) for what, values in told.items()},
     )
 
 
