@@ -17,6 +17,9 @@ from virtualrobot_kernel.world.structure import Coordinate, Craft, Node, Structu
 
 Floats = NDArray[np.float64]
 
+FARTHEST = 1e9
+"""Greatest number (m, rad, or per s) that a component may answer."""
+
 RIGID = 1e-6
 """Largest error of a pose that a component returns from a rigid one."""
 
@@ -104,6 +107,8 @@ def checked(component: ComponentHandle, method: str, value: object, shape: tuple
         raise nonsense(component, f"{method} returned {what}; it must be a float64 array {shape}")
     if not is_finite(value):
         raise nonsense(component, f"{method} returned {value.tolist()}; all must be finite")
+    if value.size and np.abs(value).max() > FARTHEST:
+        raise nonsense(component, f"{method} returned {value.tolist()}; all must be within {FARTHEST:g}")
     return value
 
 

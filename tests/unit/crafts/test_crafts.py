@@ -269,6 +269,7 @@ def test_drives_of_one_name_are_told(course: Yard, monkeypatch: pytest.MonkeyPat
                 ("step", 7, "step returned int; it must be a pose"),
                 ("step", (2.0 * np.eye(4), np.zeros(2)), "a pose that is not rigid"),
                 ("step", (shifted(z=0.1), np.zeros(2)), "step tilts or lifts the base"),
+                ("step", (shifted(x=1e77), np.zeros(2)), "all must be within 1e\\+09"),
                 ("base_twist", RuntimeError("boom"), "boom"),
             )
         ),
