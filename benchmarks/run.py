@@ -33,7 +33,7 @@ SUITES = (
         "shell",
     ),
     *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io"),
-    *("driver_ticks", "drivers", "driver_ur", "console"),
+    *("driver_ticks", "drivers", "driver_ur", "console", "rapid"),
 )
 PACKAGES = (
     *("numpy", "numba", "grpcio", "protobuf", "viser", "ruckig", "toppra", "pin", "pytracik"),

@@ -65,10 +65,19 @@ class Generator(Values):
     def _compiled(self, source: Source) -> CodeType:
         parsed = ast.parse("\n".join(self._lines) or "pass")
         places = [*self._places, 1]
-        for node in ast.walk(parsed):
-            if isinstance(node, ast.stmt | ast.expr | ast.excepthandler | ast.arg | ast.keyword):
-                node.lineno = node.end_lineno = places[node.lineno - 1]
-                node.col_offset = node.end_col_offset = 0
+        # As ast.walk does, in a third of the time.
+        waiting: list[ast.AST] = [parsed]
+        while waiting:
+            node = waiting.pop()
+            fields = node.__dict__
+            for value in fields.values():
+                if isinstance(value, ast.AST):
+                    waiting.append(value)
+                elif type(value) is list:
+                    waiting += [one for one in value if isinstance(one, ast.AST)]
+            if "lineno" in fields:
+                fields["lineno"] = fields["end_lineno"] = places[fields["lineno"] - 1]
+                fields["col_offset"] = fields["end_col_offset"] = 0
         return compile(parsed, source.file, "exec")
 
     # Lines.

@@ -1,0 +1,106 @@
+"""RAPID: how fast a program is parsed, checked and translated, and how fast its statements are, without a robot."""
+
+from __future__ import annotations
+
+import ast
+import statistics
+import time
+from collections.abc import Callable
+
+from virtualrobot_apps.languages.core.diagnostics import Diagnostics
+from virtualrobot_apps.languages.core.source import Source
+from virtualrobot_apps.languages.rapid.parser import parse
+from virtualrobot_apps.languages.rapid.task import RapidTask, load
+
+from benchmarks.rows import Row, row
+
+TRIES = 5
+LINES = 10_000
+MEGABYTE = 1e6
+ROUNDS = 300_000
+STATEMENTS = 5 * ROUNDS + 2
+
+MOTION = """MODULE Motion
+PROC main()
+{lines}ENDPROC
+ENDMODULE
+"""
+LINE = "  MoveL Offs(here, {number}, 0, 10.5), v100, z10, tool0 \\WObj:=wobj0; ! line {number}\n"
+LOOP = f"""MODULE Loop
+PROC main()
+  VAR num sum := 0;
+  FOR i FROM 1 TO {ROUNDS} DO
+    sum := sum + i;
+    IF sum > 1000 THEN
+      sum := sum - 1000;
+    ENDIF
+    sum := sum * 0.5;
+    sum := sum + 1;
+  ENDFOR
+ENDPROC
+ENDMODULE
+"""
+
+
+def loop_by_hand(flags: list[str]) -> float:
+    """Return what the loop comes to, as somebody would write it who looks at a flag before each statement."""
+    total, i = 0.0, 1.0
+    while i <= ROUNDS:
+        if flags:
+            raise InterruptedError
+        total = total + i
+        if flags:
+            raise InterruptedError
+        if total > 1000.0:
+            if flags:
+                raise InterruptedError
+            total = total - 1000.0
+        if flags:
+            raise InterruptedError
+        total = total * 0.5
+        if flags:
+            raise InterruptedError
+        total = total + 1.0
+        i += 1.0
+    return total
+
+
+def seconds(work: Callable[[], object]) -> float:
+    """Return the median time of a core of some tries."""
+    times = []
+    for _ in range(TRIES):
+        start = time.process_time()
+        work()
+        times.append(time.process_time() - start)
+    return statistics.median(times)
+
+
+def run() -> list[Row]:
+    """Return the rows; budgets are a megabyte a second, and four million statements a second."""
+    text = MOTION.format(lines="".join(LINE.format(number=number) for number in range(LINES)))
+    text = text.replace("PROC main", "PERS robtarget here := [[0,0,0],[1,0,0,0],[0,0,0,0],[0,0,0,0,0,0]];\nPROC main")
+    python = "def main():\n" + "".join(
+        f"  move_l(offs(here, {number}, 0, 10.5), v100, z10, tool0, wobj=wobj0)  # line {number}\n"
+        for number in range(LINES)
+    )
+    size = len(text) / MEGABYTE
+    parsed = seconds(lambda: parse(Source(text), Diagnostics())) / size
+    loaded = seconds(lambda: load([Source(text)]))
+    by_python = seconds(lambda: ast.parse(python)) / (len(python) / MEGABYTE)
+    by_compiler = seconds(lambda: compile(python, "lines", "exec"))
+    task = RapidTask(load([Source(LOOP)]))
+    spent = seconds(task.run)
+    by_hand = seconds(lambda: loop_by_hand(task.flags))
+    note = f"{STATEMENTS / spent / 1e6:.2g} million statements a second"
+    return [
+        row("a megabyte is parsed", parsed, 1.0, "a megabyte a second", "s", 1.0),
+        row("a megabyte is parsed, beside Python", parsed, by_python, "ast.parse of as much Python", "s", None),
+        row(f"{LINES} lines are checked and translated", loaded, by_compiler, "compile() of Python", "s", None),
+        row("a million statements", spent / STATEMENTS * 1e6, 0.25, "four million a second", "s", 1.0, note),
+        row("the same loop", spent, by_hand, "Python by hand, with a check each", "s", None),
+    ]
+
+
+if __name__ == "__main__":
+    for result in run():
+        print(result)
