@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import dataclass
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics, did_you_mean
 from virtualrobot_apps.languages.core.source import Source
@@ -39,6 +40,27 @@ def predefined() -> dict[str, Symbol]:
     return data
 
 
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """Parameters of a routine, as calls are matched with them.
+
+    Attributes:
+        name: the routine's.
+        parameters: its parameters with their types.
+        by_name: their numbers, by name in small letters.
+        required: the numbers of those that must be given.
+        choices: for each parameter the numbers of those of which one may be given.
+        lacking: arguments that are refused by name, in small letters.
+    """
+
+    name: str
+    parameters: list[tuple[tree.Parameter, Type]]
+    by_name: dict[str, int]
+    required: list[int]
+    choices: list[list[int]]
+    lacking: frozenset[str]
+
+
 class Meaning:
     """Meaning of expressions, in the scopes that are open."""
 
@@ -51,6 +73,7 @@ class Meaning:
         self.source = Source("")
         self.known_signals = {name.lower(): name for name in signals}
         self.uses: dict[str, Use] = {}
+        self._taken: dict[int, Taken] = {}
         self._unresolved: list[tuple[Source, tree.Name, str]] = []
 
     def error(self, at: int, message: str) -> Type:
@@ -269,15 +292,10 @@ class Meaning:
 
     def match(self, node: tree.Call, target: RoutineSymbol | Builtin) -> None:
         """Give the arguments of a call to the parameters of the routine, and tell what doesn't fit."""
-        if isinstance(target, Builtin):
-            parameters = [
-                (one, Type(self.types.resolved(one.type) or "any", one.dimensions)) for one in target.parameters
-            ]
-            name, lacking = target.name, target.lacking
-        else:
-            parameters, name, lacking = target.parameters, target.node.name, frozenset()
-        by_name = {one.name.lower(): number for number, (one, _) in enumerate(parameters)}
-        required = [number for number, (one, _) in enumerate(parameters) if not one.optional]
+        taken = self._taken.get(id(target))
+        if taken is None:
+            taken = self._taken[id(target)] = self._what_is_taken(target)
+        name, parameters, by_name, required = taken.name, taken.parameters, taken.by_name, taken.required
         given: list[tree.Argument | None] = [None] * len(parameters)
         for argument in node.arguments:
             if argument.name is None:
@@ -288,15 +306,14 @@ class Meaning:
             else:
                 number = by_name.get(argument.name.lower())
                 if number is None:
-                    if argument.name.lower() in lacking:
+                    if argument.name.lower() in taken.lacking:
                         self.error(argument.at, f"\\{argument.name} of {name} can't be used here yet")
                     else:
                         near = did_you_mean(argument.name, [one.name for one, _ in parameters])
                         self.error(argument.at, f"{name} has no argument {argument.name!r}{near}; {_told(parameters)}")
                     continue
             parameter, wanted = parameters[number]
-            choice = [one for one, (other, _) in enumerate(parameters) if other.choice == parameter.choice]
-            if any(given[one] is not None for one in choice):
+            if any(given[one] is not None for one in taken.choices[number]):
                 self.error(argument.at, f"{name} gets {parameter.name!r}, or what stands for it, twice")
                 continue
             given[number] = argument
@@ -305,6 +322,25 @@ class Meaning:
         if missing:
             self.error(node.at, f"{name} lacks {', '.join(map(repr, missing))}; {_told(parameters)}")
         node.given = given
+
+    def _what_is_taken(self, target: RoutineSymbol | Builtin) -> Taken:
+        """Return what a routine takes."""
+        if isinstance(target, Builtin):
+            parameters = [
+                (one, Type(self.types.resolved(one.type) or "any", one.dimensions)) for one in target.parameters
+            ]
+            name, lacking = target.name, target.lacking
+        else:
+            parameters, name, lacking = target.parameters, target.node.name, frozenset()
+        numbers = range(len(parameters))
+        return Taken(
+            name,
+            parameters,
+            {one.name.lower(): number for number, (one, _) in enumerate(parameters)},
+            [number for number in numbers if not parameters[number][0].optional],
+            [[two for two in numbers if parameters[one][0].choice == parameters[two][0].choice] for one in numbers],
+            lacking,
+        )
 
     def _argument(self, name: str, argument: tree.Argument, parameter: tree.Parameter, wanted: Type) -> None:
         what = f"{parameter.name} of {name}"
