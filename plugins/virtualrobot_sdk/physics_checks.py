@@ -35,6 +35,8 @@ TRIANGLE_TOLERANCE = 1e-9
 """Part by which a moment may exceed the sum of the other two: room for rounding."""
 LEAST = 1e-14
 """Least mass (kg) and moment of inertia (kg m^2) that engines tell from none; that of a steel ball of 0.5 mm."""
+MOST = 1e12
+"""Greatest mass (kg) that engines hold up; heavier ones sink into what they lie on."""
 _SIZES = {
     ShapeKind.BOX: 3,
     ShapeKind.SPHERE: 1,
@@ -75,11 +77,14 @@ def check_model(model: PhysicsModel) -> None:
 def check_inertia(name: str, mass: float, inertia: Floats) -> None:
     """Raise ArgumentError, by the body's `name`, unless a rigid body can have this mass and inertia (3, 3).
 
-    It can when the mass is above 0, the matrix symmetric and positive definite, and none of its principal moments
-    above the sum of the other two.
+    It can when the mass is from LEAST to MOST, the matrix symmetric and positive definite, and none of its principal
+    moments above the sum of the other two.
     """
-    if not LEAST <= mass < math.inf:
-        raise ArgumentError(f"{name!r} has a mass of {mass} kg; what moves by itself needs {LEAST} at least", body=name)
+    if not LEAST <= mass <= MOST:
+        raise ArgumentError(
+            f"{name!r} has a mass of {mass} kg; what moves by itself needs {LEAST} at least and {MOST:g} at most",
+            body=name,
+        )
     matrix = np.asarray(inertia, float)
     if matrix.shape != (3, 3) or not np.isfinite(matrix).all() or not np.allclose(matrix, matrix.T, rtol=1e-9, atol=0):
         raise ArgumentError(f"{name!r} has the inertia {matrix.tolist()}; it must be symmetric and finite", body=name)

@@ -6,6 +6,7 @@ import os
 import subprocess
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from importlib.metadata import entry_points
 from importlib.util import find_spec
 
@@ -51,7 +52,8 @@ class ConsoleProcess:
         with self._process.stdout as lines:
             for line in lines:
                 if self._say is not None:
-                    self._say(line.rstrip())
+                    with suppress(OSError):  # whoever read what this program prints has gone; the console goes on
+                        self._say(line.rstrip())
 
     def __enter__(self) -> ConsoleProcess:
         """Return itself."""

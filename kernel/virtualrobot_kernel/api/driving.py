@@ -22,7 +22,7 @@ MOST_ROWS = 10_000
 """Greatest number of rows in one call of ReckonDrives."""
 
 FARTHEST = 1e6
-"""Greatest coordinate (m) of a goal."""
+"""Greatest coordinate of a goal, and greatest turning radius (m)."""
 
 
 async def solved_drives(kernel: KernelServices, request: robot_pb2.SolveDrivesRequest) -> robot_pb2.SolveDrivesResponse:
@@ -106,6 +106,9 @@ def _goal(request: robot_pb2.SolveDrivesRequest) -> Goal | None:
             )
     heading = finite(given.heading_radians, "goal.heading_radians") if given.HasField("heading_radians") else None
     radius = not_negative(given.turning_radius_meters, "goal.turning_radius_meters")
+    if radius > FARTHEST:
+        what = "goal.turning_radius_meters"
+        raise KernelError(f"{what} must be {FARTHEST:g} m at most, not {radius:g}", field=what, value=radius)
     return Goal(given.x_meters, given.y_meters, heading, given.may_reverse, radius)
 
 

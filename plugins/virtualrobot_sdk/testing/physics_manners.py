@@ -135,6 +135,7 @@ def _senseless_models(q: Floats, v: Floats) -> Iterator[tuple[str, tuple[object,
         "a restitution above 1": replace(box, surface=Surface(restitution=1.5)),
         "a parent that comes later": replace(box, parent=3),
         "a mass of NaN": replace(box, mass=math.nan),
+        "a mass that no floor carries": replace(box, mass=1e15, inertia=1e15 * np.eye(3)),
     }
     field = BodyShape(ShapeKind.HEIGHTS, (0.1, 0.1), heights=np.zeros((3, 3)))
     wrong |= {

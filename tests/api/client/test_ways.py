@@ -87,6 +87,8 @@ def test_an_impossible_goal_is_refused_with_the_reason(yard: Client) -> None:
         husky.way_to(math.nan, 0.0)
     with pytest.raises(InvalidArgumentError, match=r"goal\.y_meters must be within 1e\+06 m"):
         husky.way_to(0.0, 1e7)
+    with pytest.raises(InvalidArgumentError, match=r"goal\.turning_radius_meters must be 1e\+06 m at most, not 1e\+09"):
+        husky.way_to(1.0, 13.0, turning_radius=1e9)
     car = yard.load_robot("model://racecar", base="planar", pose=virtualrobot.pose(y=5.0))
     with pytest.raises(InvalidArgumentError, match=r"'racecar' turns on circles of .* m or more, not of 0\.1 m"):
         car.way_to(1.0, 1.0, turning_radius=0.1)
