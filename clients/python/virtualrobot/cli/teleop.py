@@ -107,8 +107,8 @@ def drive_by_keys(
     from virtualrobot.cli.key_screen import KeyScreen
     from virtualrobot.cli.teleoperation import HELP, DriveKeys, Teleoperation
 
-    keys = DriveKeys(speed, turn)
-    with Teleoperation(robot, keys.twist, preempt) as driving:
+    keys = DriveKeys((speed, speed, turn))
+    with Teleoperation(robot, keys.wanted, preempt) as driving:
 
         def text() -> str:
             x, y, heading = driving.place

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from virtualrobot.cli.gamepad_mapping import FRAMES
@@ -81,11 +81,16 @@ class Share:
 
 
 class DriveKeys:
-    """Twist that the keys of a terminal mean: that of the one which is held down."""
+    """Values that the keys of a terminal mean: those of the one which is held down."""
 
-    def __init__(self, speed: float, turn: float, clock: Callable[[], float] = time.monotonic) -> None:
-        """Go no faster than `speed` (m/s), and turn no faster than `turn` (rad/s)."""
-        self._limits = speed, speed, turn
+    def __init__(
+        self,
+        limits: Values,
+        meanings: Mapping[str, Values] = KEYS,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        """Take the greatest values, and which parts of them each key means."""
+        self._limits, self._meanings = limits, meanings
         self._held = HeldKey(clock)
         self._share = Share()
 
@@ -98,16 +103,15 @@ class DriveKeys:
         """Take a key; one that means nothing changes nothing."""
         if key in ("[", "]"):
             self._share.change(1 if key == "]" else -1)
-        elif key in KEYS:
+        elif key in self._meanings:
             self._held.press(key)
         elif key in (" ", "k"):
             self._held.release()
 
-    def twist(self) -> Twist:
-        """Return the twist that is wanted now."""
-        parts = KEYS.get(self._held.key, REST)
-        vx, vy, omega = (self.share * most * part for most, part in zip(self._limits, parts, strict=True))
-        return vx, vy, omega
+    def wanted(self) -> Values:
+        """Return the values that are wanted now, in the units of the limits."""
+        parts = self._meanings.get(self._held.key, (0.0,) * len(self._limits))
+        return tuple(self.share * most * part for most, part in zip(self._limits, parts, strict=True))
 
 
 class Teleoperation:
@@ -156,8 +160,8 @@ class Teleoperation:
 
     def _run(self) -> None:
         while not self._ended.wait(1.0 / RATE_HERTZ):
-            self.twist = self._wanted()
             try:
+                self.twist = self._wanted()
                 if self.twist == self._resting:
                     self._rest()
                 elif not self._refused:

@@ -1,10 +1,11 @@
-"""`virtualrobot demo auv`, `boebot`, `hexapod`, `maze`, `quadruped`, `ugv`, `uvms`: a kernel with a led machine."""
+"""`virtualrobot demo auv`, `boebot`, `hexapod`, `maze`, `quadruped`, `rov`, `ugv`, `uvms`: machines in kernels."""
 
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -43,6 +44,44 @@ def auv(target: Target, mission: Path | None, plot: Path | None, headless: bool,
 
     with stepped(target, plot, headless) as client:
         sail.main(client, mission, plot, pace_of(speed, headless))
+
+
+@click.command()
+@click.option("--gamepad", is_flag=True, help="Pilot by a gamepad, while its dead man's button is held.")
+@click.option("--space-mouse", is_flag=True, help="The same by a space mouse.")
+@click.option(
+    "--mapping",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    metavar="FILE",
+    help="What axes and buttons mean.",
+)
+@HEADLESS
+@target_options
+def rov(target: Target, gamepad: bool, space_mouse: bool, mapping: Path | None, headless: bool) -> None:
+    """Pilot a BlueROV2 among piles in a current, by the keys of this terminal, while one is held.
+
+    In real time. Starts a kernel of its own and ends it; with --address the vehicle replaces the world of a kernel that
+    runs already.
+    """
+    from virtualrobot.cli import gamepad_mapping
+    from virtualrobot.cli.gamepad import Gamepad
+    from virtualrobot.cli.space_mouse import SpaceMouse
+
+    from virtualrobot_apps.vehicles import pilot
+
+    if gamepad and space_mouse:
+        raise click.UsageError("say --gamepad or --space-mouse, not both")
+    if mapping is not None and not gamepad and not space_mouse:
+        raise click.UsageError("--mapping is that of a gamepad: say --gamepad, too; or --space-mouse")
+    if sys.stdin is None or not sys.stdin.isatty():
+        raise click.UsageError("a pilot needs a terminal; without one use 'virtualrobot demo auv'")
+    if space_mouse:
+        meant = gamepad_mapping.read_mapping(mapping or gamepad_mapping.USUAL_SPACE_MOUSE, gamepad_mapping.SPACE_MOUSE)
+    else:
+        meant = gamepad_mapping.read_mapping(mapping or pilot.MAPPING)
+    with ExitStack() as stack:
+        pad = stack.enter_context(SpaceMouse() if space_mouse else Gamepad()) if gamepad or space_mouse else None
+        pilot.main(stack.enter_context(in_kernel(target, headless, None)), pad, meant)
 
 
 @click.command()

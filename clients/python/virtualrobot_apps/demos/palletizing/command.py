@@ -10,7 +10,7 @@ from virtualrobot.cli.own_kernel import in_kernel
 
 from virtualrobot_apps.demos.bins.command import bins
 from virtualrobot_apps.demos.twin.command import twin
-from virtualrobot_apps.vehicles.command import auv, boebot, hexapod, maze, quadruped, ugv, uvms
+from virtualrobot_apps.vehicles.command import auv, boebot, hexapod, maze, quadruped, rov, ugv, uvms
 
 
 @click.group(short_help="Watch two robots palletize.", invoke_without_command=True)
@@ -67,4 +67,5 @@ demo.add_command(maze)
 demo.add_command(ugv)
 demo.add_command(hexapod)
 demo.add_command(quadruped)
+demo.add_command(rov)
 demo.add_command(uvms)
