@@ -243,7 +243,7 @@ def test_a_gamepad_lets_a_hand_feel_what_weighs_on_the_tool(client: Client, tmp_
     arm.set_positions([0.0, 0.3, -0.6, 0.2, 0.8, 0.0])
     client.scene.add_motion_sensor("wrist", virtualrobot.force_torque_sensor(), parent=arm.flange)
     file = tmp_path / "mapping.yaml"
-    file.write_text("{schema_version: 1, hold: a, tool: {vz: -left_y}, force: {sensor: wrist, full: 19.62}}")
+    file.write_text("{schema_version: 1, hold: a, tool: {vz: -left_y}, force: {sensor: wrist, full: 39.24}}")
     with virtual_pad() as hand, Gamepad() as pad, create_pipe_input() as keys:
 
         def weigh() -> None:
@@ -254,8 +254,8 @@ def test_a_gamepad_lets_a_hand_feel_what_weighs_on_the_tool(client: Client, tmp_
             hand.move(left_y=0.0)
             until(lambda: rests(arm))
             client.scene.add_part("load", virtualrobot.box(0.1, 0.1, 0.1), parent=arm.flange, mass=1.0)
-            # A kilogram weighs 9.81 N: half of what is felt with full strength.
-            until(lambda: hand.felt[-1:] == [(32768, 32768)])
+            # A kilogram weighs 9.81 N: a quarter of what is felt with full strength, 65535.
+            until(lambda: hand.felt[-1:] == [(16384, 16384)])
             hand.press("a", down=False)
             until(lambda: hand.felt[-1:] == [(0, 0)])
 

@@ -78,7 +78,7 @@ class Pilot:
 
     @property
     def error(self) -> str:
-        """What the kernel refused; empty when nothing."""
+        """Refusal of the kernel in its words; empty without one."""
         return self._driving.error if self._driving is not None else ""
 
     @property
