@@ -61,7 +61,7 @@ def test_types_are_those_of_the_packages_by_their_hash(name: str) -> None:
     assert types.hash_of(name) == f"RIHS01_{HASHES[name]}"
 
 
-@pytest.mark.parametrize("name", [*types.STORE.types])
+@pytest.mark.parametrize("name", sorted(types.STORE.types))
 def test_each_type_goes_through_each_encoding_and_back(name: str) -> None:
     message = Message(name, default(name))
     assert Message.from_cdr(name, message.cdr).json == message.json
