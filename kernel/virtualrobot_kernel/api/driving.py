@@ -28,9 +28,11 @@ FARTHEST = 1e6
 async def solved_drives(kernel: KernelServices, request: robot_pb2.SolveDrivesRequest) -> robot_pb2.SolveDrivesResponse:
     """Return where drives are on a way, found in a worker thread on the snapshot of that moment."""
     snapshot = kernel.world.snapshot
-    craft = kernel.crafts.driven(snapshot.structure.node(request.robot).uid)
+    uid = snapshot.structure.node(request.robot).uid
     goal = _goal(request)
     parts = None if goal else array(request.parts, (None, 3), "parts")
+    # A way of no parts tells where it would begin.
+    craft = kernel.crafts.driven(uid) if parts is not None and not len(parts) else kernel.crafts.to_drive(uid)
     if parts is not None and len(parts) > MOST_PARTS:
         raise KernelError(
             f"a way has {MOST_PARTS} parts at most, not {len(parts)}", reason=Reason.TOO_LARGE, parts=len(parts)

@@ -53,7 +53,7 @@ async def stream_setpoints(
         raise KernelError("the first message of the stream must say in `target` what is moved", field="target")
     snapshot = kernel.world.snapshot
     uid = snapshot.structure.robot(first.target.robot)[0].uid
-    craft = kernel.crafts.driven(uid) if follows_twists(first.target) else None
+    craft = kernel.crafts.to_drive(uid) if follows_twists(first.target) else None
     following = followed(snapshot, first.target, craft)
     command, frame = following.start, following.frame
     values = setpoint(first, following.names) if first.values else None

@@ -109,7 +109,7 @@ class StepSetpoints:
             raise KernelError(f"{field} must say in `target` what is moved", field=f"{field}.target")
         snapshot = self._kernel.world.snapshot
         uid = snapshot.structure.robot(request.target.robot)[0].uid
-        craft = self._kernel.crafts.driven(uid) if follows_twists(request.target) else None
+        craft = self._kernel.crafts.to_drive(uid) if follows_twists(request.target) else None
         following = followed(snapshot, request.target, craft)
         start, names = following.start, following.names
         values = numbers(request.values, names, f"{field}.values") if request.values else None

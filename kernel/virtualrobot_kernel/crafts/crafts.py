@@ -39,7 +39,7 @@ from virtualrobot_kernel.world.commands import (
     UpdateNode,
 )
 from virtualrobot_kernel.world.crafts import crafts
-from virtualrobot_kernel.world.motored import under_physics
+from virtualrobot_kernel.world.motored import COMMANDED, motor_of, under_physics
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Craft, Node, NodeSpec, RobotData, Structure
@@ -126,6 +126,25 @@ class Crafts:
             robot=craft.node.name,
         )
 
+    def to_drive(self, uid: int) -> CraftAtWork:
+        """Return a craft at work that twists and ways drive.
+
+        Raises KernelError as `driven` does, and for one under physics whose passive wheels are held by motors.
+        """
+        craft, now = self.driven(uid), self._world.snapshot
+        if not craft.passive.joints or not any(node.uid == uid for node in under_physics(now.structure, now.state)):
+            return craft
+        node, robot = now.structure.nodes[uid], now.structure.robots[uid]
+        wholes = [robot.joints[robot.coordinates[name].place] for name in craft.passive.joints]
+        if held := [joint.name for joint in wholes if motor_of(node, joint).mode in COMMANDED]:
+            raise KernelError(
+                f"{node.name!r} can't roll: under physics motors hold its passive wheels, {', '.join(held)}; give "
+                "these motors the mode 'free'",
+                reason=Reason.WRONG_STATE,
+                robot=node.name,
+            )
+        return craft
+
     @contextmanager
     def believed(self, uid: int, settings: Mapping[str, object]) -> Iterator[CraftAtWork]:
         """Lend a craft as it would be with other settings of its component (none: its own); any thread may ask.
@@ -173,11 +192,11 @@ class Crafts:
     def follow(self, motion: str, uid: int, twist: Floats) -> tuple[float, ...]:
         """Return the setpoint of a motion of a craft's drives for a twist (3,), and steer on to it from now on.
 
-        A twist that is as old as the motion's timeout is followed no more. Raises as `driven` and `commands` of it do,
-        and for drives beyond their limits; the motion is then steered to none but the twists before.
+        A twist that is as old as the motion's timeout is followed no more. Raises as `to_drive` and `commands` of it
+        do, and for drives beyond their limits; the motion is then steered to none but the twists before.
         """
         now = self._world.snapshot
-        values = tuple(self.driven(uid).commands(twist, now.state.q, now.tick_seconds).tolist())
+        values = tuple(self.to_drive(uid).commands(twist, now.state.q, now.tick_seconds).tolist())
         run = next((one.running for one in now.state.motions if one.id == motion), None)
         if isinstance(run, SetpointMotion):
             run.set(values)  # changes nothing: it raises for what it refuses

@@ -324,6 +324,25 @@ def test_a_guarded_craft_drives_on_a_floor_that_its_wheels_may_touch(cell: Clien
     assert cell.scene.pose("ugv.base")[0, 3] == pytest.approx(0.15, abs=0.02)
 
 
+def test_a_car_whose_passive_wheels_are_held_by_motors_is_refused(cell: Client) -> None:
+    car = cell.load_robot("model://racecar", name="car", base="floating", pose=virtualrobot.pose(z=0.06))
+    held = "motors hold its passive wheels, right_steering_hinge_joint, left_front_wheel_joint, .*'free'"
+    cell.physics.enable("car")
+    assert car.way([[0.1, 0.0, 0.0]]).length == pytest.approx(0.1)  # nothing moves by forces without an engine
+    cell.physics.set("mujoco")
+    with pytest.raises(WrongStateError, match=held):
+        cell.clock.step(1, twists={"car": [0.5, 0.0, 0.3]})
+    with pytest.raises(WrongStateError, match=held):
+        car.drive_path([[0.1, 0.0, 0.0]])
+    car.odometry().update()  # reckons as ever
+    passive = ("right_steering_hinge", "left_front_wheel", "right_front_wheel", "right_rear_wheel")
+    cell.physics.set_motors("car", {f"{name}_joint": JointMotor("free") for name in passive})
+    begin = cell.scene.pose("car.base_link").copy()
+    for _ in range(10):
+        cell.clock.step(50, twists={"car": [0.5, 0.0, 0.0]})
+    assert np.linalg.norm((cell.scene.pose("car.base_link") - begin)[:2, 3]) > 0.5  # of 1 m, as it speeds up and slips
+
+
 def test_a_twist_that_is_not_renewed_ends(cell: Client) -> None:
     ugv = cell.load_robot("model://ugv", base="floating")
     cell.physics.set("mujoco")
