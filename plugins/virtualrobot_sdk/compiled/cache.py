@@ -255,11 +255,9 @@ def files_of_code(*packages: str) -> list[Path]:
 
 
 def _kept(directory: Path, function: Callable[..., Any]) -> list[Path]:
-    """Return the files of the cache that know of a function's code; numba takes none that are older than its source."""
-    changed = os.stat(function.__code__.co_filename).st_mtime
+    """Return the files of the cache that know of a function's code, in a directory of these very sources."""
     module = function.__module__.rpartition(".")[2]
-    files = directory.glob(f"*/{module}.{function.__name__}-*.nbi")
-    return [file for file in files if file.stat().st_mtime >= changed]
+    return [*directory.glob(f"*/{module}.{function.__name__}-*.nbi")]
 
 
 def make_ready() -> None:
