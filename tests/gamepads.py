@@ -28,7 +28,7 @@ class VirtualPad:
         self._sdl, self._index, self._handle = library(), index, handle
         self._is_there = True
         self.felt: list[tuple[int, int]] = []
-        """How it was made to shake: the strengths of both motors, 0 to 65535."""
+        """Strengths of both motors by which it was made to shake, 0 to 65535."""
 
     def move(self, **axes: float) -> None:
         """Move axes, by name, to values from -1 to 1."""

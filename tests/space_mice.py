@@ -15,7 +15,7 @@ INFO: dict[str, Any] = {
     "usage": 8,
     "product_string": "SpaceMouse Compact",
 }
-"""What hidapi tells of a SpaceMouse Compact."""
+"""Entry of a SpaceMouse Compact in the list of hidapi."""
 
 
 def translation(x: int = 0, y: int = 0, z: int = 0) -> bytes:

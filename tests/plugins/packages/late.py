@@ -24,7 +24,7 @@ Floats = np.ndarray
 
 @dataclass(frozen=True)
 class LateSettings:
-    """When it hangs."""
+    """Settings of what hangs."""
 
     while_there: str
     """A file: as long as it is there nothing is answered."""
@@ -54,7 +54,7 @@ class LatePhysics(MujocoPhysics):
 
 @dataclass(frozen=True)
 class WrongSettings:
-    """What is wrong."""
+    """Settings of what is wrong."""
 
     wrong: str = "object"
     """`object` or `nan`."""

@@ -8,6 +8,12 @@ from difflib import get_close_matches
 from virtualrobot.errors import UnknownNameError
 
 
+def did_you_mean(name: str, valid: Iterable[str]) -> str:
+    """Return `; did you mean 'home'?` for the valid name that is nearest, or nothing where none is near."""
+    close = get_close_matches(name, list(valid), n=1)
+    return f"; did you mean {close[0]!r}?" if close else ""
+
+
 def nearest(name: str, valid: Iterable[str]) -> str:
     """Return what `name` may stand for: `did you mean 'home'?`, or some of the valid names."""
     names = sorted(valid)

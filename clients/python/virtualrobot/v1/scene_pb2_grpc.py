@@ -106,14 +106,14 @@ class SceneServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def GetNodeBounds(self, request, context):
-        """How large nodes are, with all that hangs below them.
+        """Sizes of nodes, with all that hangs below them.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
     def GetNodeTwists(self, request, context):
-        """How fast nodes are.
+        """Velocities of nodes.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

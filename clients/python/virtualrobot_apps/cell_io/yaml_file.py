@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 
 import yaml
+from virtualrobot._wire.names import did_you_mean
 from virtualrobot.errors import MalformedFileError, MissingFileError
 
 SCHEMA_VERSION = 1
@@ -18,8 +18,7 @@ Scalar = bool | int | float | str
 
 def nearest(word: str, known: Collection[str]) -> str:
     """Return "; did you mean ...?" for a word that is none of those known, or ";" where none is near."""
-    near = get_close_matches(word, known, 1)
-    return f"; did you mean {near[0]!r}?" if near else ";"
+    return did_you_mean(word, known) or ";"
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import Any, TypeAlias
 
 import yaml
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from virtualrobot._wire.names import did_you_mean
 
 Description: TypeAlias = tuple[Any, Any]
 """Description of a field by rosbags: its kind (1 base, 2 message, 3 array, 4 sequence), and what it is of."""
@@ -42,8 +42,8 @@ def known(name: object) -> str:
     """
     if isinstance(name, str) and full(name) in STORE.types:
         return full(name)
-    near = get_close_matches(full(str(name)[:80]), STORE.types, 1)
-    raise UnknownTypeError(f"the type {str(name)[:80]!r} is not known{f'; did you mean {near[0]!r}?' if near else ''}")
+    hint = did_you_mean(full(str(name)[:80]), STORE.types)
+    raise UnknownTypeError(f"the type {str(name)[:80]!r} is not known{hint}")
 
 
 def of_kind(name: object, kind: str) -> str:
@@ -58,9 +58,7 @@ def of_kind(name: object, kind: str) -> str:
     if isinstance(name, str) and f"{long}_{first}" in STORE.types:
         return long
     ends = [one.removesuffix(f"_{first}") for one in STORE.types if f"/{kind}/" in one and one.endswith(f"_{first}")]
-    near = get_close_matches(long, ends, 1)
-    hint = f"; did you mean {near[0]!r}?" if near else ""
-    raise UnknownTypeError(f"the {kind} type {str(name)[:80]!r} is not known{hint}")
+    raise UnknownTypeError(f"the {kind} type {str(name)[:80]!r} is not known{did_you_mean(long, ends)}")
 
 
 @cache

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -15,15 +15,28 @@ if TYPE_CHECKING:
     from virtualrobot_apps.languages.rapid.task import RapidTask
 
 _ENDS = r"speeddata Speed \num V, zonedata Zone \num Z, pers tooldata Tool \pers wobjdata WObj"
+_Argument: TypeAlias = Any
+"""One of `_ENDS`, as `_ends` takes them."""
+
 _LACKING = "Conc ID T Inpos Corr TLoad"
 
 
-def _data(speed: list[float], v: float | None, zone: list[Any], z: float | None) -> tuple[list[float], list[Any]]:
-    r"""Return speed and zone data with the numbers that \V and \Z give in their place."""
+def _ends(
+    task: RapidTask,
+    speed: list[float],
+    v: float | None,
+    zone: list[Any],
+    z: float | None,
+    tool: list[Any],
+    tool_index: int,
+    wobj: list[Any] | None,
+    wobj_index: int,
+) -> tuple[list[float], list[Any], list[Any] | None]:
+    r"""Use the tool that a move names; return its speed and zone, with the numbers of \V and \Z, and work object."""
+    task.world.use_tool(tool[tool_index])
     speed = speed if v is None else [v, *speed[1:]]
-    if z is None:
-        return speed, zone
-    return speed, [False, z, 1.5 * z, 1.5 * z, 0.15 * z, 1.5 * z, 0.15 * z]
+    zone = zone if z is None else [False, z, 1.5 * z, 1.5 * z, 0.15 * z, 1.5 * z, 0.15 * z]
+    return speed, zone, wobj and wobj[wobj_index]
 
 
 def _degrees(joints: np.ndarray) -> list[Any]:
@@ -31,77 +44,28 @@ def _degrees(joints: np.ndarray) -> list[Any]:
 
 
 @instruction("MoveJ", f"robtarget ToPoint, {_ENDS}", lacking=_LACKING)
-def _move_j(
-    task: RapidTask,
-    target: list[Any],
-    speed: list[float],
-    v: float | None,
-    zone: list[Any],
-    z: float | None,
-    tool: list[Any],
-    tool_index: int,
-    wobj: list[Any] | None,
-    wobj_index: int,
-) -> None:
+def _move_j(task: RapidTask, target: list[Any], *ends: _Argument) -> None:
     """Moves all joints evenly to a place."""
-    task.world.use_tool(tool[tool_index])
-    task.world.move_joints_to(target, *_data(speed, v, zone, z), wobj and wobj[wobj_index])
+    task.world.move_joints_to(target, *_ends(task, *ends))
 
 
 @instruction("MoveL", f"robtarget ToPoint, {_ENDS}", lacking=_LACKING)
-def _move_l(
-    task: RapidTask,
-    target: list[Any],
-    speed: list[float],
-    v: float | None,
-    zone: list[Any],
-    z: float | None,
-    tool: list[Any],
-    tool_index: int,
-    wobj: list[Any] | None,
-    wobj_index: int,
-) -> None:
+def _move_l(task: RapidTask, target: list[Any], *ends: _Argument) -> None:
     """Moves the tool centre point along a line to a place."""
-    task.world.use_tool(tool[tool_index])
-    task.world.move_line(target, *_data(speed, v, zone, z), wobj and wobj[wobj_index])
+    task.world.move_line(target, *_ends(task, *ends))
 
 
 @instruction("MoveC", f"robtarget CirPoint, robtarget ToPoint, {_ENDS}", lacking=_LACKING)
-def _move_c(
-    task: RapidTask,
-    via: list[Any],
-    target: list[Any],
-    speed: list[float],
-    v: float | None,
-    zone: list[Any],
-    z: float | None,
-    tool: list[Any],
-    tool_index: int,
-    wobj: list[Any] | None,
-    wobj_index: int,
-) -> None:
+def _move_c(task: RapidTask, via: list[Any], target: list[Any], *ends: _Argument) -> None:
     """Moves the tool centre point along an arc through one place to another one."""
-    task.world.use_tool(tool[tool_index])
-    task.world.move_arc(via, target, *_data(speed, v, zone, z), wobj and wobj[wobj_index])
+    task.world.move_arc(via, target, *_ends(task, *ends))
 
 
 @instruction("MoveAbsJ", rf"jointtarget ToJointPos \switch NoEOffs, {_ENDS}", lacking=_LACKING)
-def _move_abs_j(
-    task: RapidTask,
-    target: list[Any],
-    no_offsets: bool | None,
-    speed: list[float],
-    v: float | None,
-    zone: list[Any],
-    z: float | None,
-    tool: list[Any],
-    tool_index: int,
-    wobj: list[Any] | None,
-    wobj_index: int,
-) -> None:
+def _move_abs_j(task: RapidTask, target: list[Any], no_offsets: bool | None, *ends: _Argument) -> None:
     """Moves all joints evenly to their positions; the tool counts for the speed alone."""
-    task.world.use_tool(tool[tool_index])
-    task.world.move_joints(np.radians(target[0]), *_data(speed, v, zone, z))
+    speed, zone, _ = _ends(task, *ends)
+    task.world.move_joints(np.radians(target[0]), speed, zone)
 
 
 @instruction("ConfJ", r"\switch On | switch Off")
