@@ -159,11 +159,15 @@ def test_a_signal_lets_the_robot_rest_and_time_go_on(
     drives = "import sys\nfor _ in sys.stdin: print('{\"twist\": [0.3, 0, 0]}', flush=True)"
     command = [sys.executable, "-m", "virtualrobot", "--address", kernel.address, "lockstep", "ugv", "--"]
     process = subprocess.Popen([*command, sys.executable, "-c", drives])
-    while client.robot("ugv").tcp[0, 3] < 0.05:
-        assert process.poll() is None
-    process.send_signal(number)
-    assert process.wait(GUARD) == 130
-    assert client.clock.read().mode == "realtime"
+    try:
+        while client.robot("ugv").tcp[0, 3] < 0.05:
+            assert process.poll() is None
+        process.send_signal(number)
+        assert process.wait(GUARD) == 130
+    finally:
+        process.kill()
+        process.wait()
+    until(lambda: client.clock.read().mode == "realtime")  # the end of its connection says so where its own word can't
     assert not client.robot("ugv").state.velocities.any()
 
 
@@ -174,11 +178,13 @@ def test_time_goes_on_and_the_robot_stops_after_a_kill(client: virtualrobot.Clie
     drives = "import sys\nfor _ in sys.stdin: print('{\"twist\": [0.3, 0, 0]}', flush=True)"
     command = [sys.executable, "-m", "virtualrobot", "--address", kernel.address, "lockstep", "ugv", "--"]
     process = subprocess.Popen([*command, sys.executable, "-c", drives])
-    until(lambda: client.robot("ugv").tcp[0, 3] > 0.05)
-    assert client.clock.read().mode == "stepped"
-    (motion,) = client.motions()
-    process.kill()
-    process.wait()
+    try:
+        until(lambda: client.robot("ugv").tcp[0, 3] > 0.05)
+        assert client.clock.read().mode == "stepped"
+        (motion,) = client.motions()
+    finally:
+        process.kill()
+        process.wait()
     until(lambda: client.clock.read().mode == "realtime" and motion.phase is Phase.ABORTED)
     assert "the client that stepped time is gone" in motion.state.end_reason
     assert not client.robot("ugv").state.velocities.any()

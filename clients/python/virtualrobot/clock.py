@@ -14,6 +14,7 @@ from virtualrobot._wire.messages import Stamp, stamp_of, value_or_default, whole
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown, told
 from virtualrobot._wire.signal_values import GivenValue, SignalValue, value_of
+from virtualrobot._wire.transport import without_hanging
 from virtualrobot.errors import CallTimeoutError, InvalidArgumentError, VirtualRobotError
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.state import MotionState
@@ -98,9 +99,7 @@ class ClockHold:
     def close(self) -> None:
         """Let time go on as before; may be called again."""
         self._over.set()
-        with suppress(VirtualRobotError):  # the kernel has gone
-            for _ in self._call:
-                pass
+        without_hanging(self._wait)
 
     def __enter__(self) -> ClockHold:
         """Return itself."""
@@ -109,6 +108,11 @@ class ClockHold:
     def __exit__(self, *_: object) -> None:
         """Close."""
         self.close()
+
+    def _wait(self) -> None:
+        with suppress(VirtualRobotError):  # the kernel has gone
+            for _ in self._call:
+                pass
 
     def _requests(self) -> Iterator[kernel_pb2.HoldClockRequest]:
         yield kernel_pb2.HoldClockRequest()

@@ -248,14 +248,9 @@ class Channel:
             waiting.end()
 
     def close(self) -> None:
-        """Close the channel; calls under way end.
-
-        grpc waits without end where Ctrl-C struck while it began a call: such a channel is left to the process's end.
-        """
+        """Close the channel; calls under way end."""
         self._closed = True
-        closing = threading.Thread(target=self._channel.close, daemon=True)
-        closing.start()
-        closing.join(_CLOSE_SECONDS)
+        without_hanging(self._channel.close)
 
     def _check_open(self) -> None:
         if self._closed:
@@ -268,6 +263,17 @@ class Channel:
     def __repr__(self) -> str:
         """Return a line for people."""
         return f"<Channel to {self._address}{', closed' * self._closed}>"
+
+
+def without_hanging(end: Callable[[], object]) -> None:
+    """End something of a channel, and wait for it only for a moment.
+
+    Where Ctrl-C struck within a call, a lock of grpc's may be held for ever by the thread that was in it, and whatever
+    else needs it waits without end: so it is left to the end of the process.
+    """
+    ending = threading.Thread(target=end, daemon=True)
+    ending.start()
+    ending.join(_CLOSE_SECONDS)
 
 
 def open_channel(
