@@ -86,15 +86,15 @@ def kept_parts() -> dict[str, str]:
 
 def write(measured: Mapping[str, str]) -> None:
     """Replace the parts of RESULTS.md that were measured; the others keep their date."""
-    parts = {**kept_parts(), **{name: f"\n{datetime.now(UTC).date()}\n\n{text}\n\n" for name, text in measured.items()}}
+    parts = {**kept_parts(), **{name: f"\n{datetime.now(UTC).date()}\n\n{text}" for name, text in measured.items()}}
     introduction = (
         f"# Benchmarks\n\nMeasured by `make bench`: {machine()}.\n\n"
         "Each ratio is ours over the peer's in the same run; smaller is better. Absolute times belong to the machine. "
         "Each part says when it was measured.\n\n"
     )
-    RESULTS.write_text(
-        introduction + "".join(f"## {name}\n{parts[name]}" for name in SUITES if name in parts).rstrip() + "\n"
-    )
+    # What was last in the file ends with one line break, what had something after it with two.
+    texts = [f"## {name}\n{parts[name].rstrip()}\n" for name in SUITES if name in parts]
+    RESULTS.write_text(introduction + "\n".join(texts))
     print(f"written to {RESULTS.name}")
 
 

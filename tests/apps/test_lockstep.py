@@ -10,6 +10,8 @@ import socket
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
@@ -150,23 +152,30 @@ def test_a_step_ends_the_twist_or_the_velocities_of_a_robot_that_follows_both(st
     assert wire.told[-1]["robot"]["positions"][arm] > 0.05
 
 
+@contextmanager
+def lockstep_of_ugv(kernel: KernelProcess) -> Iterator[subprocess.Popen[bytes]]:
+    """Give the command as a process, whose controller drives ahead; it is gone at the end of the block."""
+    drives = "import sys\nfor _ in sys.stdin: print('{\"twist\": [0.3, 0, 0]}', flush=True)"
+    command = [sys.executable, "-m", "virtualrobot", "--address", kernel.address, "lockstep", "ugv", "--"]
+    process = subprocess.Popen([*command, sys.executable, "-c", drives])
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.wait()
+
+
 @pytest.mark.parametrize("number", [signal.SIGTERM, pytest.param(signal.SIGHUP, marks=pytest.mark.long)])
 def test_a_signal_lets_the_robot_rest_and_time_go_on(
     client: virtualrobot.Client, kernel: KernelProcess, number: int
 ) -> None:
     """The command as a process: everybody's time goes on after it, as it did before."""
     client.load_robot("model://ugv", name="ugv", base="planar")
-    drives = "import sys\nfor _ in sys.stdin: print('{\"twist\": [0.3, 0, 0]}', flush=True)"
-    command = [sys.executable, "-m", "virtualrobot", "--address", kernel.address, "lockstep", "ugv", "--"]
-    process = subprocess.Popen([*command, sys.executable, "-c", drives])
-    try:
+    with lockstep_of_ugv(kernel) as process:
         while client.robot("ugv").tcp[0, 3] < 0.05:
             assert process.poll() is None
         process.send_signal(number)
         assert process.wait(GUARD) == 130
-    finally:
-        process.kill()
-        process.wait()
     until(lambda: client.clock.read().mode == "realtime")  # the end of its connection says so where its own word can't
     assert not client.robot("ugv").state.velocities.any()
 
@@ -175,17 +184,13 @@ def test_a_signal_lets_the_robot_rest_and_time_go_on(
 def test_time_goes_on_and_the_robot_stops_after_a_kill(client: virtualrobot.Client, kernel: KernelProcess) -> None:
     """Nobody steps any more: so says the end of the connection, by which the clock was held."""
     client.load_robot("model://ugv", name="ugv", base="planar")
-    drives = "import sys\nfor _ in sys.stdin: print('{\"twist\": [0.3, 0, 0]}', flush=True)"
-    command = [sys.executable, "-m", "virtualrobot", "--address", kernel.address, "lockstep", "ugv", "--"]
-    process = subprocess.Popen([*command, sys.executable, "-c", drives])
-    try:
+    with lockstep_of_ugv(kernel) as process:
         until(lambda: client.robot("ugv").tcp[0, 3] > 0.05)
         assert client.clock.read().mode == "stepped"
         (motion,) = client.motions()
-    finally:
         process.kill()
         process.wait()
-    until(lambda: client.clock.read().mode == "realtime" and motion.phase is Phase.ABORTED)
+        until(lambda: client.clock.read().mode == "realtime" and motion.phase is Phase.ABORTED)
     assert "the client that stepped time is gone" in motion.state.end_reason
     assert not client.robot("ugv").state.velocities.any()
 
