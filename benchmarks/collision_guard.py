@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from virtualrobot_kernel.collision.guard import CollisionGuard, GuardCost
+from virtualrobot_kernel.collision.readiness import make_ready
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.plan import plan_ptp
 from virtualrobot_kernel.motion.program import of_plan
@@ -34,7 +35,9 @@ def guarded(arms: int, meshes: int, ticks: int) -> tuple[GuardCost, int]:
     guard = CollisionGuard(cell.shapes, world)
     world.start()
     try:
-        world.submit([SetCollisionSettings(CollisionMode.GUARD)]).result(WAIT)
+        settings = [SetCollisionSettings(CollisionMode.GUARD)]
+        make_ready(cell.shapes, snapshot, settings)  # as a kernel does before
+        world.submit(settings).result(WAIT)
         warm = GuardCost()
         for tick in range(ticks):
             busy = {uid for motion in world.snapshot.state.motions for uid in motion.robots}

@@ -10,9 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair
-from virtualrobot_kernel.collision.joint_path import JointPath
+from virtualrobot_kernel.collision.joint_path import JointPath, Lengths, of_path
 from virtualrobot_kernel.collision.scene import CollisionScene, Nearest
 from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact, first_contact
+from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.planning.robots import with_state
 from virtualrobot_kernel.world.braking import BrakePath
 from virtualrobot_kernel.world.state import Snapshot
@@ -141,20 +142,13 @@ def _curve(positions: Floats, begin: float, dt: float, jerks: Floats) -> JointPa
     moved = (steps != 0.0).any(axis=0)
     slack = np.maximum(np.where(moved, 2.0 * jerks * dt, 0.0), _jump(steps, bends, dt))
     speeds = np.abs(steps) / dt + (np.maximum(np.abs(bends[1:]), np.abs(bends[:-1])) + slack) * (0.5 * dt)
-    gone = np.concatenate([np.zeros((1, positions.shape[1])), np.cumsum(speeds * dt, axis=0)])
-
-    def piece(time: float) -> tuple[int, float]:
-        row = min(max(int((time - begin) / dt), 0), len(steps) - 1)
-        return row, min(max((time - begin) / dt - row, 0.0), 1.0)
-
-    def at(time: float) -> Floats:
-        row, share = piece(time)
-        bend = bends[row] * (2.0 - share) + bends[row + 1] * (1.0 + share)
-        return positions[row] + share * steps[row] - bend * (share * (1.0 - share) * dt**2 / 6.0)
-
-    def until(time: float) -> Floats:
-        row, share = piece(time)
-        return gone[row] + share * (gone[row + 1] - gone[row])
-
-    end = begin + dt * len(steps)
-    return JointPath(begin, end, at, lambda first, last: until(last) - until(first), slack * (dt**2 / 8.0))
+    columns = np.flatnonzero(speeds.any(axis=0))
+    before, after = bends[:-1], bends[1:]
+    linear = steps / dt - (2.0 * before + after) * (dt / 6.0)
+    terms = positions[:-1], linear, 0.5 * before, (after - before) / (6.0 * dt)
+    path = PiecewisePolynomial(
+        begin + dt * np.arange(len(positions), dtype=np.float64), np.stack(terms, axis=1)[:, :, columns]
+    )
+    gone = np.concatenate([np.zeros((1, len(columns))), np.cumsum(speeds[:, columns] * dt, axis=0)])
+    lengths = Lengths(path.breaks.tolist(), gone, speeds[:, columns])
+    return of_path(positions[0], columns, path, lengths, slack * (dt**2 / 8.0))

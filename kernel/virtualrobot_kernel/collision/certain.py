@@ -1,37 +1,92 @@
-"""Configurations and ways of one arm that certainly touch nothing, asked of trees of balls; what is in doubt FCL says.
+"""Configurations and ways that certainly touch nothing, asked of trees of balls; what is in doubt FCL says.
 
-What is certain here FCL confirms; the reverse is not so, for balls are a few millimetres larger than what they are
-around.
+What is certain here FCL confirms; the reverse is not so: of solids, what is in the box around one may be in it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair, ordered
-from virtualrobot_kernel.collision.geometry import Solid
-from virtualrobot_kernel.collision.joint_path import lengths_of
+from virtualrobot_kernel.collision.joint_path import JointPath, Piece
 from virtualrobot_kernel.collision.scene import CollisionScene
-from virtualrobot_kernel.collision.tessellation import SEGMENTS
-from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
-from virtualrobot_kernel.numeric.certainty import Cell, certain_places, doubtful_stretches
+from virtualrobot_kernel.numeric.certainty import Cell, Way, certain_places, first_doubt
 from virtualrobot_kernel.numeric.connecting import Room, line_is_certain, trees_meet
+from virtualrobot_kernel.numeric.forest import FLOATING
+from virtualrobot_kernel.numeric.memory import read_only
 from virtualrobot_kernel.numeric.motion_bounds import joint_travels
-from virtualrobot_kernel.world.figures import Box
 from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import JointType
 
 Floats = NDArray[np.float64]
-
-SLACK = 1e-6
-"""Distance (m) by which pairs are to be farther apart than they must: more than rounding."""
+Integers = NDArray[np.int64]
 
 
-DOUBTS = 64
-"""Greatest number of stretches that are told."""
+def cell_of(scene: CollisionScene, snapshot: Snapshot, q_index: NDArray[np.integer], pairs: Integers) -> Cell:
+    """Return pairs (p, 2) of a scene's elements as compiled code asks them, while k coordinates of a snapshot move.
+
+    q_index (k,): where in q these are; each is a joint's only one. The scene keeps what this has the addresses of.
+    """
+    bodies, placed, forest = scene.bodies, scene.placed, snapshot.structure.forest
+    joint, moving, found = _moving(snapshot, q_index)
+    own, moved, places = np.flatnonzero(joint.any(axis=1)), moving[bodies.rows], np.full(len(snapshot.state.q), -1)
+    places[q_index] = np.arange(len(q_index))
+    coordinate = np.full(len(moving), -1, np.int64)
+    coordinate[own] = places[forest.q_index[own]]
+    placed.make_trees(np.unique(pairs).tolist())
+    values = (
+        *(found, forest.parent, forest.joint_type, forest.axis, forest.q_index),
+        *(forest.multiplier, forest.offset, snapshot.state.parent_t_node, q_index.astype(np.int64), coordinate),
+        *(bodies.rows, bodies.node_t_element, placed.reach, np.flatnonzero(moved), pairs),
+    )
+    return Cell(*(_kept(value) for value in values), figures=placed.figures)
+
+
+def is_told(snapshot: Snapshot, path: JointPath) -> bool:
+    """Return whether `doubts` tells of a way: it has pieces, and what goes on them are joints of one coordinate."""
+    forest = snapshot.structure.forest
+    first = forest.q_index[np.flatnonzero(forest.joint_type >= FLOATING)]
+    places = (first[:, None] + np.arange(JointType.FLOATING.coordinate_count)).ravel() if len(first) else first
+    return bool(path.pieces) and not any(np.isin(places, one.columns).any() for one in path.pieces)
+
+
+def doubts(
+    cell: Cell,
+    start: Sequence[Floats],
+    piece: Piece,
+    wobble: Floats | None,
+    ends: tuple[float, float],
+    shortest: float,
+) -> Iterator[tuple[float, float]]:
+    """Yield the stretches of a piece of a way, between two times, that are in doubt; all else of it is certainly free.
+
+    Args:
+        cell: the pairs that are asked; the coordinates that move are the piece's.
+        start: q, the poses of nodes and of elements somewhere on the piece: what is outside of a solid there stays so.
+        piece: the piece.
+        wobble: (nq,) how far the true coordinates may be from what it says; None: they are not.
+        ends: the first time, and the last one.
+        shortest: as in `first_doubt`.
+    """
+    lengths, columns = piece.lengths, piece.columns
+    way = (
+        *(piece.path.breaks, piece.path.coefficients, piece.law.breaks, piece.law.coefficients),
+        *(np.array(lengths.breaks), lengths.gone, lengths.slopes),
+        np.zeros(len(columns)) if wobble is None else wobble[columns],
+    )
+    made = Way(*(_kept(value) for value in way))
+    poses = tuple(_kept(value) for value in start)
+    begin, end = max(ends[0], piece.begin), min(ends[1], piece.end)
+    while begin < end:
+        first, last = first_doubt(cell, *poses, made, begin - piece.after, end - piece.after, shortest)
+        if first == np.inf:
+            return
+        first, begin = first + piece.after, min(max(last + piece.after, np.nextafter(begin, np.inf)), end)
+        yield first, begin
 
 
 class CertainlyFree:
@@ -49,36 +104,11 @@ class CertainlyFree:
 
         robots: only pairs with one of these (uids) are asked, and of those the pairs of nodes (uids) that count.
         """
-        bodies, placed, forest = scene.bodies, scene.placed, snapshot.structure.forest
-        travel = np.zeros(len(snapshot.state.q))
-        travel[q_index] = 1.0
-        rows = len(snapshot.world_t_node)
-        joint, moving, found = np.zeros((rows, 2)), np.zeros(rows, np.bool_), np.zeros(rows, np.int32)
-        tree = forest.order, forest.parent, forest.joint_type, forest.q_index, forest.multiplier
-        q = snapshot.state.q
-        count = joint_travels(*tree, travel, q, q, joint, moving, np.zeros(rows, np.int32), found)
-        coordinate = np.full(rows, -1, np.int64)
-        places = {int(place): i for i, place in enumerate(q_index)}
-        for row in np.flatnonzero(joint.any(axis=1)).tolist():
-            coordinate[row] = places[int(forest.q_index[row])]
-        moved = moving[bodies.rows]
-        solids, box = bodies.solids, np.array([isinstance(one.geometry, Box) for one in bodies.figures], np.bool_)
-        pairs = self._pairs(scene, moved, box, robots, counts)
-        first, balls, skip = _trees(solids, pairs, box)
-        thick = np.array([solid.radius + _beyond(solid) for solid in solids]) + placed.padding
-        values = (
-            *(found[:count], forest.parent, forest.joint_type, forest.axis, forest.q_index),
-            *(forest.multiplier, forest.offset, snapshot.state.parent_t_node),
-            *(np.asarray(q_index, np.int64), coordinate),
-            *(bodies.rows, bodies.node_t_element, *placed.core, placed.reach, np.flatnonzero(moved)),
-            *(pairs, thick[pairs].sum(axis=1) + SLACK),
-            *(box, np.array([solid.solid is not None for solid in solids], np.bool_)),
-            *(np.array([_corner(solid) for solid in solids]).reshape(-1, 3), first, balls, skip),
-        )
-        start = q, snapshot.world_t_node, scene.world_t_element
-        self.pairs: NDArray[np.int64] = pairs
+        self.pairs = self._pairs(scene, snapshot, q_index, robots, counts)
         """Pairs of elements (p, 2) that are asked."""
-        self._cell = Cell(*(_kept(value) for value in values)), *(_kept(value) for value in start)
+        self._placed = scene.placed  # keeps the trees that the cell names by addresses
+        start = snapshot.state.q, snapshot.world_t_node, scene.world_t_element
+        self._cell = cell_of(scene, snapshot, q_index, self.pairs), *(_kept(value) for value in start)
 
     def places(self, configurations: Floats) -> NDArray[np.bool_]:
         """Return which configurations (m, k) are certainly free (m,)."""
@@ -86,19 +116,14 @@ class CertainlyFree:
         certain_places(*self._cell, configurations, certain)
         return certain
 
-    def doubts(self, path: PiecewisePolynomial) -> tuple[Floats, NDArray[np.int64]]:
-        """Return begins and ends (d, 2), in order, of the stretches of a path of the coordinates (k,) in doubt.
+    def doubts(self, path: JointPath, shortest: float) -> Iterator[tuple[float, float]]:
+        """Yield the stretches of a way on which the arm's coordinates go, and nothing else does, that are in doubt.
 
-        With them come the pairs of elements (m, 2) that may meet there. All else of the path is certainly free, and of
-        all other pairs the whole path, where its begin is.
+        All else of it is certainly free where its begin is; `shortest` is as in `first_doubt`.
         """
-        lengths, doubts, unsure = lengths_of(path), np.empty((DOUBTS, 2)), np.zeros(len(self.pairs), np.bool_)
-        count = doubtful_stretches(
-            *(*self._cell, path.breaks, path.coefficients),
-            *(np.array(lengths.breaks), np.ascontiguousarray(lengths.gone), np.ascontiguousarray(lengths.slopes)),
-            *(doubts, unsure),
-        )
-        return doubts[:count], self.pairs[unsure]
+        cell, *start = self._cell
+        for piece in path.pieces:
+            yield from doubts(cell, start, piece, path.wobble, (path.begin, path.end), shortest)
 
     def line(self, room: Room, begin: Floats, end: Floats, step: float) -> bool:
         """Return whether configurations on a line, at most `step` apart, are in the room and certainly free."""
@@ -111,25 +136,21 @@ class CertainlyFree:
     @staticmethod
     def _pairs(
         scene: CollisionScene,
-        moved: NDArray[np.bool_],
-        box: NDArray[np.bool_],
+        snapshot: Snapshot,
+        q_index: NDArray[np.integer],
         robots: Collection[int],
         counts: Callable[[Pair], bool],
-    ) -> NDArray[np.int64]:
-        """Return the pairs of elements (p, 2) that are asked, the one that is asked as a box second."""
+    ) -> Integers:
         bodies, ours = scene.bodies, np.isin(scene.bodies.robots, list(robots))
+        moved = _moving(snapshot, q_index)[1][bodies.rows]
+        there = np.array([len(solid.pieces) > 0 for solid in bodies.solids], np.bool_)
         found = []
         for _, own, asked in bodies.groups:
-            for one, other in zip(*np.nonzero(asked), strict=True):
-                first, second = int(own[one]), int(other)
-                if not (moved[first] or moved[second]) or not (ours[first] or ours[second]):
-                    continue
-                if not (bodies.solids[first].pieces and bodies.solids[second].pieces):
-                    continue
-                if not counts(ordered(int(bodies.uids[first]), int(bodies.uids[second]))):
-                    continue
-                boxes_first = box[first] and (not box[second] or not moved[first])
-                found.append((second, first) if boxes_first else (first, second))
+            which = asked & (moved[own][:, None] | moved) & (ours[own][:, None] | ours) & there[own][:, None] & there
+            for one, second in zip(*np.nonzero(which), strict=True):
+                first = int(own[one])
+                if counts(ordered(int(bodies.uids[first]), int(bodies.uids[second]))):
+                    found.append((first, int(second)))
         return np.array(found, np.int64).reshape(-1, 2)
 
 
@@ -138,33 +159,17 @@ def room_of(*limits: Floats) -> Room:
     return Room(*map(_kept, limits))
 
 
-def _trees(
-    solids: tuple[Solid, ...], pairs: NDArray[np.int64], box: NDArray[np.bool_]
-) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64]]:
-    """Return where the tree of each element begins (e,), and the balls and skips of all trees; equal ones are one."""
-    needed = {*pairs[:, 0].tolist(), *(int(other) for other in pairs[:, 1] if not box[other])}
-    first, begins, trees, end = np.full(len(solids), -1, np.int64), {}, [(np.zeros((0, 4)), np.zeros(0, np.int64))], 0
-    for element in sorted(needed):
-        solid = solids[element]
-        if solid not in begins:
-            begins[solid] = end
-            trees.append(solid.balls)
-            end += len(solid.balls[0])
-        first[element] = begins[solid]
-    return first, np.concatenate([one for one, _ in trees]), np.concatenate([one for _, one in trees])
-
-
-def _beyond(solid: Solid) -> float:
-    """Return by how much a round solid stands out of the triangles of its core, in m."""
-    return 0.0 if solid.circles is None else max(solid.circles[1:]) * (1.0 - float(np.cos(np.pi / SEGMENTS)))
-
-
-def _corner(solid: Solid) -> Floats:
-    return solid.pieces[0].triangles[0, 0] if solid.pieces else np.zeros(3)
+def _moving(snapshot: Snapshot, q_index: NDArray[np.integer]) -> tuple[Floats, NDArray[np.bool_], NDArray[np.int32]]:
+    """Return by how much joints (n, 2) move where coordinates do by 1, which rows do (n,), and these (m,) in order."""
+    forest, q, rows = snapshot.structure.forest, snapshot.state.q, len(snapshot.world_t_node)
+    travel = np.zeros(len(q))
+    travel[q_index] = 1.0
+    joint, moving, found = np.zeros((rows, 2)), np.zeros(rows, np.bool_), np.zeros(rows, np.int32)
+    tree = forest.order, forest.parent, forest.joint_type, forest.q_index, forest.multiplier
+    count = joint_travels(*tree, travel, q, q, joint, moving, np.zeros(rows, np.int32), found)
+    return joint, moving, found[:count]
 
 
 def _kept(value: NDArray[Any]) -> NDArray[Any]:
     """Return a copy that nobody writes to, as compiled code takes it."""
-    kept = np.array(value, order="C")
-    kept.setflags(write=False)
-    return kept
+    return read_only(np.array(value, order="C"))

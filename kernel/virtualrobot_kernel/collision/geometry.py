@@ -35,8 +35,8 @@ SLIVER = 1e-9
 
 STEP = 1 << 16
 
-BALL, BALLS = 0.004, 50.0
-"""Radius of the smallest balls around triangles in m; of large figures this part of half their length."""
+BALL, BALLS = 0.008, 25.0
+"""Radius in m of the balls that triangles are cut for; of large figures half their length divided by the second."""
 
 NOTHING = -1e30
 """Half the extent of what has no triangles, in meters: it is near to nothing."""
@@ -78,6 +78,7 @@ class Solid:
         nearest: finds the nearest point of the core; None for a mesh.
         piece_centre: (k, 3) and `piece_half` (k, 3): the box around each piece in the figure's frame.
         centre: (3,) and `half` (3,): the box around the core; a half far below 0 where there are no triangles.
+        is_box: whether it is a box about its frame's origin, all of it.
         circles: of cylinders and cones half the length, the radius below and above; None of others.
         margin: by how much it counts as thicker, in meters: so far a mesh reaches out of the hull that it collides as.
         mesh: what is to be told of a mesh; None for others.
@@ -94,6 +95,7 @@ class Solid:
     circles: tuple[float, float, float] | None = None
     margin: float = 0.0
     mesh: MadeOfMesh | None = None
+    is_box: bool = False
 
     @cached_property
     def outline(self) -> Outline:
@@ -106,10 +108,15 @@ class Solid:
         return outline_of(triangles)
 
     @cached_property
-    def balls(self) -> tuple[Floats, Integers]:
-        """The tree of balls around the core (`numeric.balls`), made when first asked for: a mesh's takes its time."""
-        triangles = np.concatenate([piece.triangles for piece in self.pieces])
-        return ball_tree(triangles, max(BALL, float(self.half.max()) / BALLS))
+    def tree(self) -> tuple[Floats, Floats]:
+        """The tree of balls around the core's triangles (`numeric.balls`), and these (n, 3, 3); empty without any.
+
+        Made when first asked for: a mesh's takes its time.
+        """
+        triangles = np.concatenate([np.zeros((0, 3, 3)), *(piece.triangles for piece in self.pieces)])
+        if not len(triangles):
+            return np.zeros((0, 11)), triangles
+        return ball_tree(triangles, max(BALL, float(self.half.max()) / BALLS)), triangles
 
     @property
     def blocks(self) -> tuple[Floats, Floats]:
@@ -129,7 +136,7 @@ class CollisionShapes(FigureLibrary[Geometry, Solid | None]):
     def _made(self, key: Geometry) -> Solid | None:
         match key:
             case Box(size):
-                return _solid(fcl.Box(*size), box_triangles(size), 0.0, nearest.of_box(size))
+                return replace(_solid(fcl.Box(*size), box_triangles(size), 0.0, nearest.of_box(size)), is_box=True)
             case Sphere(radius):
                 return _solid(fcl.Sphere(radius), _segment(0.0), radius, nearest.of_segment(0.0))
             case Capsule(radius, length):

@@ -4,20 +4,58 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.program import Program
 
-Indices = NDArray[np.int32]
+Indices = NDArray[np.integer]
 
 PARTS, CELLS = 4, 96
 """Into how many parts a piece of a path is cut at least, and the whole path, each with a bound of its slope."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Lengths:
+    """Lengths that a path's components have gone at the most until each of its breaks, and their slopes after it."""
+
+    breaks: list[float]
+    gone: Array
+    slopes: Array
+
+    def until(self, u: float) -> Array:
+        """Return how far each component has gone at a parameter at the most."""
+        row = min(max(bisect_right(self.breaks, u) - 1, 0), len(self.slopes) - 1)
+        inside = min(max(u, self.breaks[row]), self.breaks[row + 1])
+        return self.gone[row] + (inside - self.breaks[row]) * self.slopes[row]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Piece:
+    """Piece of a way on which coordinates go along one polynomial path, as compiled code takes it.
+
+    Attributes:
+        begin: the first time, and `end` the last one.
+        columns: (k,) the coordinates that go; all others stand.
+        path: where they are by its parameter.
+        lengths: how far they go at the most.
+        law: the parameter by the time since `after`.
+        after: the time at which the law's is 0.
+    """
+
+    begin: float
+    end: float
+    columns: Indices
+    path: PiecewisePolynomial
+    lengths: Lengths
+    law: PiecewisePolynomial
+    after: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -30,6 +68,7 @@ class JointPath:
         travel: gives at least how far each coordinate (nq,) goes between two times, the earlier first: the length of
             its way forth and back, not the difference.
         wobble: how far the true coordinates may be from `at` (nq,); None where it tells them exactly.
+        pieces: the same way for compiled code, one after the other; empty where it is of another kind.
     """
 
     begin: float
@@ -37,6 +76,7 @@ class JointPath:
     at: Callable[[float], Array]
     travel: Callable[[float, float], Array]
     wobble: Array | None = None
+    pieces: tuple[Piece, ...] = ()
 
 
 def line(q_from: Array, q_to: Array, begin: float = 0.0, end: float = 1.0) -> JointPath:
@@ -47,11 +87,17 @@ def line(q_from: Array, q_to: Array, begin: float = 0.0, end: float = 1.0) -> Jo
     def share(time: float) -> float:
         return min(max((time - begin) / duration, 0.0), 1.0)
 
+    columns = np.flatnonzero(way)
+    lengths = Lengths([0.0, 1.0], np.stack([np.zeros(len(columns)), distance[columns]]), distance[None, columns])
+    law = PiecewisePolynomial(np.array([begin, begin + duration]), np.array([[[0.0], [1.0 / duration]]]))
+    goes = begin < end and len(columns)
+    path = joint_line(q_from[columns], q_to[columns]) if goes else None
     return JointPath(
         begin,
         end,
         lambda time: q_from + share(time) * way,
         lambda first, last: (share(last) - share(first)) * distance,
+        pieces=() if path is None else (Piece(begin, end, columns, path, lengths, law),),
     )
 
 
@@ -89,9 +135,14 @@ def of_plan(q: Array, q_index: Indices, plan: Plan) -> JointPath:
     return of_laws(q, q_index, plan, tuple(track.time_law for track in plan.tracks), 0.0, plan.duration)
 
 
-def of_path(q: Array, q_index: Indices, path: PiecewisePolynomial) -> JointPath:
-    """Return a path by its own parameter: coordinates `q_index` (n,) move, all others stand at q (nq,)."""
-    table, everywhere = lengths_of(path), np.array(q, np.float64)
+def of_path(
+    q: Array, q_index: Indices, path: PiecewisePolynomial, lengths: Lengths | None = None, wobble: Array | None = None
+) -> JointPath:
+    """Return a path by its own parameter: coordinates `q_index` (n,) move, all others stand at q (nq,).
+
+    `lengths` says how far they go, where that is known; `wobble` (nq,) as in `JointPath`.
+    """
+    table, everywhere = lengths or lengths_of(path), np.array(q, np.float64)
 
     def at(u: float) -> Array:
         found = everywhere.copy()
@@ -103,7 +154,9 @@ def of_path(q: Array, q_index: Indices, path: PiecewisePolynomial) -> JointPath:
         found[q_index] = table.until(last) - table.until(first)
         return found
 
-    return JointPath(path.start, path.end, at, travel)
+    law = PiecewisePolynomial(path.breaks[[0, -1]], np.array([[[path.start], [1.0]]]))
+    pieces = (Piece(path.start, path.end, q_index, path, table, law),) if path.start < path.end else ()
+    return JointPath(path.start, path.end, at, travel, wobble, pieces)
 
 
 def of_laws(
@@ -141,7 +194,10 @@ def of_laws(
         found[q_index] = np.concatenate(parts)
         return found
 
-    return JointPath(begin, end, at, travel)
+    pieces = ()
+    if len(paths) == 1 and begin < end and paths[0].start < paths[0].end:
+        pieces = (Piece(begin, end, q_index, paths[0], tables[0], laws[0]),)
+    return JointPath(begin, end, at, travel, pieces=pieces)
 
 
 def of_program(q: Array, q_index: Indices, program: Program) -> JointPath:
@@ -150,6 +206,7 @@ def of_program(q: Array, q_index: Indices, program: Program) -> JointPath:
     Coordinates `q_index` (n,) move, which are the program's columns, and all others stand at q (nq,).
     """
     starts, stages, gone = [], [], [np.zeros(len(q))]
+    pieces: list[Piece] = []
     stands = np.array(q, np.float64)
     stands[q_index] = program.start
     for begin, stage in zip(program.begins, program.stages, strict=False):
@@ -159,6 +216,7 @@ def of_program(q: Array, q_index: Indices, program: Program) -> JointPath:
             path = of_plan(stands, columns, stage.plan)
             stands = stands.copy()
             stands[columns] = stage.plan.goal
+        pieces += [replace(one, begin=begin, end=begin + path.end, after=begin) for one in path.pieces]
         starts.append(begin)
         stages.append(path)
         gone.append(gone[-1] + path.travel(path.begin, path.end))
@@ -175,6 +233,7 @@ def of_program(q: Array, q_index: Indices, program: Program) -> JointPath:
         program.duration,
         lambda time: stages[stage_at(time)].at(time - starts[stage_at(time)]),
         lambda first, last: np.maximum(until(last) - until(first), 0.0),
+        pieces=tuple(pieces) if all(one.pieces or not one.travel(one.begin, one.end).any() for one in stages) else (),
     )
 
 
@@ -198,21 +257,6 @@ def together(paths: Sequence[JointPath]) -> JointPath:
         lambda first, last: np.sum([path.travel(first, last) for path in paths], axis=0),
         wobble if wobble.any() else None,
     )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Lengths:
-    """Lengths that a path's components have gone at the most until each of its breaks, and their slopes after it."""
-
-    breaks: list[float]
-    gone: Array
-    slopes: Array
-
-    def until(self, u: float) -> Array:
-        """Return how far each component has gone at a parameter at the most."""
-        row = min(max(bisect_right(self.breaks, u) - 1, 0), len(self.slopes) - 1)
-        inside = min(max(u, self.breaks[row]), self.breaks[row + 1])
-        return self.gone[row] + (inside - self.breaks[row]) * self.slopes[row]
 
 
 @lru_cache(maxsize=128)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import fcl
@@ -11,7 +11,10 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.geometry import Solid
 from virtualrobot_kernel.collision.nearest import Floats
+from virtualrobot_kernel.collision.tessellation import SEGMENTS
 from virtualrobot_kernel.numeric.boxes import follow_nodes, overlapping_boxes
+from virtualrobot_kernel.numeric.certainty import Figures
+from virtualrobot_kernel.numeric.memory import address_of, read_only
 
 
 class Placed:
@@ -29,6 +32,7 @@ class Placed:
             included; a half far below 0 for an element without pieces.
         core: centre and half (e, 3) of the box around each core in its element's frame, and `reach` (e, 3) the half
             with radius and padding.
+        figures: the same elements as compiled code asks whether they are certainly apart.
         blocks: first block of each element (e + 1,), and centre and half (b, 3) of each in its element's frame.
     """
 
@@ -64,6 +68,16 @@ class Placed:
         self.blocks = first_block, centre, half
         self._piece_of_block = (self.first_piece - first_block).tolist()
         self.reach = self.core[1] + self._thickness
+        self._trees = np.zeros((len(self.solids), 4), np.int64)
+        figures = (
+            *self.core,
+            self._thickness[:, 0] + np.array([_beyond(solid) for solid in self.solids]),
+            np.array([solid.is_box for solid in self.solids], np.bool_),
+            np.array([solid.solid is not None for solid in self.solids], np.bool_),
+            np.array([_corner(solid) for solid in self.solids]).reshape(-1, 3),
+            self._trees,
+        )
+        self.figures = Figures(*(read_only(array) for array in figures))
         self._moved = np.empty(len(self.solids), np.int64)
         self._overlaps = np.empty((256, 4), np.int64)
         self._boxes: dict[int, tuple[Floats, Floats]] = {}
@@ -117,6 +131,13 @@ class Placed:
             centre = solid.piece_centre @ turn.T + self.world_t_element[element, :3, 3]
             found = self._boxes[element] = centre, solid.piece_half @ np.abs(turn).T + solid.radius
         return found
+
+    def make_trees(self, elements: Iterable[int]) -> None:
+        """Make the trees of some elements, as far as nobody has."""
+        for element in elements:
+            if not self._trees[element, 0]:
+                tree = self.solids[element].tree
+                self._trees[element] = [number for array in tree for number in (address_of(array), len(array))]
 
     def piece(self, row: int) -> Any:  # noqa: ANN401 FCL has no types
         """Return FCL's object of a piece of a core."""
@@ -197,6 +218,15 @@ class _Objects:
             self._at[place] = self._time
             found.setTransform(self._place)
         return found
+
+
+def _beyond(solid: Solid) -> float:
+    """Return by how much a round solid stands out of the triangles of its core, in m."""
+    return 0.0 if solid.circles is None else max(solid.circles[1:]) * (1.0 - float(np.cos(np.pi / SEGMENTS)))
+
+
+def _corner(solid: Solid) -> Floats:
+    return solid.pieces[0].triangles[0, 0] if solid.pieces else np.zeros(3)
 
 
 def piece_distance(first: Placed, second: Placed, row: int, to: int) -> tuple[float, Floats]:

@@ -40,8 +40,8 @@ def _modes(command: Command) -> Iterator[CollisionMode | None]:
 def make_ready(shapes: CollisionShapes, snapshot: Snapshot, commands: Sequence[Command]) -> None:
     """Make what figures of a world and of commands collide as, so that the world thread finds it made."""
     for figure in _figures(snapshot, commands):
-        if figure.collision:
-            shapes.get(figure.geometry)
+        if figure.collision and (solid := shapes.get(figure.geometry)):
+            _ = solid.tree
 
 
 def _figures(snapshot: Snapshot, commands: Sequence[Command]) -> Iterator[Figure]:

@@ -1,21 +1,23 @@
 """Swept check of joint paths: free of collisions on all of it and not only at places on it, or where it first is not.
 
-By adaptive bisection (F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and multiple
-articulated robots in complex environments, IEEE Transactions on Robotics 21, 2005): a pair cannot meet on a stretch
-where points of both go less far together, seen from what carries both, than the sum of the pair's distances at the
-stretch's ends. Each pair is dropped from all of a stretch where that is so; what is left is looked at in halves.
-Distances are bounded by turned boxes and by what was measured before; FCL measures where that is not enough.
+What trees of balls say is certainly free (`certain.py`) is not looked at here. The rest is, by adaptive bisection (F.
+Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and multiple articulated robots in
+complex environments, IEEE Transactions on Robotics 21, 2005): a pair cannot meet on a stretch where points of both go
+less far together, seen from what carries both, than the sum of the pair's distances at the stretch's ends. Each pair is
+dropped from all of a stretch where that is so; what is left is looked at in halves. Distances are bounded by turned
+boxes and by what was measured before; FCL measures where that is not enough.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair, ordered
+from virtualrobot_kernel.collision.certain import cell_of, doubts, is_told
 from virtualrobot_kernel.collision.joint_path import JointPath
 from virtualrobot_kernel.collision.pairs import least_distance, pair_of
 from virtualrobot_kernel.collision.scene import CollisionScene
@@ -49,8 +51,7 @@ class SweptContact:
     """The first contact on a way.
 
     Attributes:
-        time: up to it no pair that is asked touches, and there, or by the resolution farther on, this pair does. Where
-            any contact was asked for, only the latter.
+        time: up to it no pair that is asked touches, and there, or by the resolution farther on, this pair does.
         first: a node (uid), and `second` another one, with a greater uid.
         distance: in m at that time; 0 where they touch.
         points: (2, 3) the nearest points of both at that time, in the world's frame.
@@ -73,7 +74,6 @@ def first_contact(
     robots: Collection[int] | None = None,
     tolerated: Collection[Pair] = (),
     resolution: float = RESOLUTION,
-    any_contact: bool = False,
     given_up: Callable[[], bool] | None = None,
     asked: Callable[[Integers], Booleans] | None = None,
 ) -> SweptContact | None:
@@ -90,14 +90,33 @@ def first_contact(
         tolerated: pairs of nodes (uids, the smaller first) that are not asked, such as those that touch already.
         resolution: what comes nearer than this (m), and than four times as far as the way's wobble carries it, may be
             told as a contact.
-        any_contact: the contact that is found soonest is told, at a time where it is; there may be others before it.
         given_up: whether nobody waits for it any more; KernelError (WRONG_STATE) is raised then.
         asked: tells which pairs of nodes (k, 2), given by their rows, are asked at all; None means all.
     """
     scene.place(snapshot)
-    sweep = _Sweep(scene, snapshot, path, resolution, any_contact, given_up)
+    sweep = _Sweep(scene, snapshot, path, resolution, given_up)
     try:
         return sweep.first(robots, frozenset(tolerated), asked)
+    finally:
+        sweep.put_back()
+
+
+def free_until(
+    scene: CollisionScene,
+    snapshot: Snapshot,
+    path: JointPath,
+    robots: Collection[int],
+    tolerated: Collection[Pair],
+    asked: Callable[[Integers], Booleans],
+) -> float:
+    """Return up to when a way is certainly free: its end, or a time from which on `first_contact` may tell a contact.
+
+    It is asked as that is, and is quicker where something is near.
+    """
+    scene.place(snapshot)
+    sweep = _Sweep(scene, snapshot, path, RESOLUTION, None)
+    try:
+        return sweep.free(robots, frozenset(tolerated), asked)
     finally:
         sweep.put_back()
 
@@ -130,12 +149,11 @@ class _Sweep:
         snapshot: Snapshot,
         path: JointPath,
         resolution: float,
-        any_contact: bool,
         given_up: Callable[[], bool] | None,
     ) -> None:
         self._scene, self._placed, self._bodies = scene, scene.placed, scene.bodies
         self._snapshot, self._path, self._given_up = snapshot, path, given_up
-        self._resolution, self._any_contact = resolution, any_contact
+        self._resolution = resolution
         rows = len(snapshot.world_t_node)
         self._joint, self._moving = np.zeros((rows, 2)), np.zeros(rows, np.bool_)
         self._depth, self._moved_rows = np.zeros(rows, np.int32), np.zeros(rows, np.int32)
@@ -154,14 +172,40 @@ class _Sweep:
         asked: Callable[[Integers], Booleans] | None,
     ) -> SweptContact | None:
         """Return the first contact."""
-        path = self._path
+        pairs = self._near(robots, tolerated, asked)
+        for begin, end in self._doubts(pairs) if len(pairs) else ():
+            contact = self._first_between(begin, end, pairs)
+            if contact is not None:
+                return contact
+        return None
+
+    def free(
+        self, robots: Collection[int], tolerated: Collection[Pair], asked: Callable[[Integers], Booleans]
+    ) -> float:
+        """Return up to when nothing touches for certain."""
+        pairs = self._near(robots, tolerated, asked)
+        for begin, end in self._doubts(pairs) if len(pairs) else ():
+            if not is_told(self._snapshot, self._path):
+                contact = self._first_between(begin, end, pairs)
+                return end if contact is None else contact.time
+            return begin
+        return self._path.end
+
+    def _near(
+        self,
+        robots: Collection[int] | None,
+        tolerated: Collection[Pair],
+        asked: Callable[[Integers], Booleans] | None,
+    ) -> Integers:
+        """Return which pairs (k,) of those that are asked may meet, by how far they are apart midway."""
+        path, none = self._path, np.zeros(0, np.int64)
         middle = self._instant(0.5 * (path.begin + path.end))
         half_way = np.maximum(path.travel(path.begin, middle.time), path.travel(middle.time, path.end))
         if not self._go(middle, middle, half_way + self._wobble):
-            return None
+            return none
         pairs = self._asked(middle, robots, tolerated, asked)
         if not len(pairs):
-            return None
+            return none
         self._pairs, self._slots = pairs, self._scene.remembered.slots(pairs)
         middle.begin(len(pairs))
         self._unsure = np.zeros(len(pairs))
@@ -171,13 +215,39 @@ class _Sweep:
             self._unsure[wobbling] = 2.0 * travel
             self._go(middle, middle, half_way + self._wobble)
         # From the middle each end is on its own: twice its distance stands for the sum.
-        every, _ = self._in_reach(middle, middle, np.arange(len(pairs)), 2.0)
-        if not len(every):
-            return None
-        begin, end = self._instant(path.begin), self._instant(path.end)
-        begin.begin(len(pairs))
-        end.begin(len(pairs))
-        waiting = [(middle, end, every), (begin, middle, every)]
+        return self._in_reach(middle, middle, np.arange(len(pairs)), 2.0)[0]
+
+    def _doubts(self, pairs: Integers) -> Iterator[tuple[float, float]]:
+        """Yield the stretches of the way on which pairs (k,) may meet: all of it, where balls do not tell of it."""
+        path = self._path
+        begin, chosen = self._instant(path.begin), self._pairs[pairs]
+        if not is_told(self._snapshot, path) or self._inside(begin, chosen):
+            yield path.begin, path.end
+            return
+        for piece in path.pieces:
+            ends = max(path.begin, piece.begin), min(path.end, piece.end)
+            if ends[0] < ends[1]:
+                start = self._instant(ends[0])
+                cell = cell_of(self._scene, self._snapshot, piece.columns, chosen)
+                poses = start.q, start.world_t_node, start.world_t_element
+                yield from doubts(cell, poses, piece, path.wobble, ends, 0.5 * self._resolution)
+
+    def _inside(self, instant: _Instant, pairs: Integers) -> bool:
+        """Return whether any two elements (k, 2) touch, one of which is solid and so may be around the other."""
+        (one, other), solid = pairs.T, self._placed.figures.solid
+        apart = np.abs(instant.centre[one] - instant.centre[other]) > instant.half[one] + instant.half[other]
+        for first, second in pairs[(solid[one] | solid[other]) & ~apart.any(axis=1)].tolist():
+            self._put(instant, first, second)
+            if least_distance(self._placed, first, second, 0.0) == 0.0:
+                return True
+        return False
+
+    def _first_between(self, first: float, last: float, pairs: Integers) -> SweptContact | None:
+        """Return the first contact of pairs (k,) between two times."""
+        begin, end = self._instant(first), self._instant(last)
+        begin.begin(len(self._pairs))
+        end.begin(len(self._pairs))
+        waiting = [(begin, end, pairs)]
         while waiting:
             begin, end, pairs = waiting.pop()
             if self._given_up is not None and self._given_up():
@@ -261,8 +331,6 @@ class _Sweep:
                     continue
                 if small or begin.bounds[pair] <= 0.5 * resolution:
                     return pairs, self._contact(begin, pair)
-                if self._any_contact and end.bounds[pair] <= 0.5 * resolution:
-                    return pairs, self._contact(end, pair)
             left.append(pair)
         return np.array(left, np.int64), None
 

@@ -20,7 +20,7 @@ from virtualrobot_kernel.collision.group_boxes import GroupBoxes
 from virtualrobot_kernel.collision.joint_path import JointPath, of_path
 from virtualrobot_kernel.collision.kinematic_groups import KinematicGroups, kinematic_groups_of
 from virtualrobot_kernel.collision.scene import CollisionScene
-from virtualrobot_kernel.collision.swept import first_contact
+from virtualrobot_kernel.collision.swept import free_until
 from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.planned import Track
 from virtualrobot_kernel.motion.program import Program
@@ -269,9 +269,8 @@ class VerifiedPaths:
             pair for pair in tolerated if any(groups.rows[now.structure.rows[uid]] == group for uid in pair)
         )
         path = replace(part.path, begin=begin, end=end)
-        contact = first_contact(self._scene, now, path, robots=robots, tolerated=ours, asked=alone)
-        until = end if contact is None else contact.time
-        return replace(part, until=until, left_out=part.left_out | ours, blocked=contact is not None)
+        until = free_until(self._scene, now, path, robots, ours, alone)
+        return replace(part, until=until, left_out=part.left_out | ours, blocked=until < end)
 
 
 def _reached(run: RunningMotion, place: int, track: Track) -> float:

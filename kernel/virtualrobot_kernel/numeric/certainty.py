@@ -1,4 +1,4 @@
-"""Configurations and ways of an arm that certainly touch nothing, by trees of balls; compiled. The rest is in doubt.
+"""Configurations and ways that certainly touch nothing, by trees of balls; compiled. The rest is in doubt.
 
 A stretch of a way is certainly free where all pairs are, in its middle, farther apart than their points go against each
 other on either half of it (F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
@@ -16,8 +16,9 @@ from virtualrobot_sdk.compiled.rigid import multiply
 
 from virtualrobot_kernel.numeric.balls import tree_and_box, two_trees
 from virtualrobot_kernel.numeric.forest import REVOLUTE, ROOT, place_rows
+from virtualrobot_kernel.numeric.memory import floats_at
 from virtualrobot_kernel.numeric.motion_bounds import corners_of, step_up
-from virtualrobot_kernel.numeric.polynomials import piece_at, write_values
+from virtualrobot_kernel.numeric.polynomials import piece_at, scalar_state, write_values
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Integers = np.ndarray[Any, np.dtype[np.int64]]
@@ -25,10 +26,34 @@ Rows = np.ndarray[Any, np.dtype[np.int32]]
 Codes = np.ndarray[Any, np.dtype[np.int8]]
 Booleans = np.ndarray[Any, np.dtype[np.bool_]]
 
-SHORTEST = 2e-3
-"""Stretches on which a pair goes no farther than this (m) are in doubt, rather than halved: balls are larger."""
-
 _WAITING, _DEEP = 512, 64
+
+EFFORT, TINY = 0.7, 1e-6
+"""By how much (m) trees are to be apart for one ball of each to be compared; so much nearer, so many more are. Where
+points go far, halving the stretch mostly tells sooner: the boxes are apart then."""
+
+SLACK = 1e-6
+"""Distance (m) by which pairs are to be farther apart than they must: more than rounding."""
+
+_MOST = 32
+"""So many stretches in doubt that follow each other are told as one; then the next one is another."""
+
+
+class Figures(NamedTuple):
+    """Figures of e elements.
+
+    centre and half (e, 3): the box around each core; thick (e,): how far what is round about it goes beyond, in m.
+    box, solid (e,): whether a core is just its box, and whether it is solid; point (e, 3): any point of its surface.
+    tree (e, 4): address and rows of its tree of balls, address and number of its triangles; 0 where it is not needed.
+    """
+
+    centre: Floats
+    half: Floats
+    thick: Floats
+    box: Booleans
+    solid: Booleans
+    point: Floats
+    tree: Integers
 
 
 class Cell(NamedTuple):
@@ -36,11 +61,8 @@ class Cell(NamedTuple):
 
     order (m,): rows that move, parents before children. The next seven are as `forward_forest` has them. moves (k,):
     where the coordinates are in q (nq,), and coordinate (n,) which of them moves a row's joint, or -1.
-    rows (e,), node_t_element (e, 4, 4), centre and half (e, 3): each element's node, place and box around its core;
-    reach (e, 3): half of that with all that is round about it. moved (c,): the elements that move.
-    pairs (p, 2), apart (p,): elements that are asked, and how near (m) their cores may come.
-    box, solid (e,): whether a core is just its box, and whether it is solid; point (e, 3): any point of its surface.
-    tree (e,): its first ball among balls (b, 4) with skip (b,); -1 where there is none.
+    rows (e,), node_t_element (e, 4, 4): each element's node and place; reach (e, 3): half the box around it, with all
+    that is round about its core. moved (c,): the elements that move. pairs (p, 2): elements that are asked.
     """
 
     order: Rows
@@ -55,24 +77,48 @@ class Cell(NamedTuple):
     coordinate: Integers
     rows: Integers
     node_t_element: Floats
-    centre: Floats
-    half: Floats
     reach: Floats
     moved: Integers
     pairs: Integers
-    apart: Floats
-    box: Booleans
-    solid: Booleans
+    figures: Figures
+
+
+class Way(NamedTuple):
+    """Way of k coordinates over time: their path by its parameter, and a law that says the parameter at a time.
+
+    breaks (p + 1,), terms (p, t, k): the path; law_breaks (l + 1,), law_terms (l, t, 1): the law, which never goes
+    back. marks (c + 1,), gone (c + 1, k), slopes (c, k): places on the path, how far each coordinate has gone there,
+    forth and back, and how fast it goes on from there at the most. wobble (k,): how far the true ones may be from this.
+    """
+
+    breaks: Floats
+    terms: Floats
+    law_breaks: Floats
+    law_terms: Floats
+    marks: Floats
+    gone: Floats
+    slopes: Floats
+    wobble: Floats
+
+
+class _Room(NamedTuple):
+    """Room for a pair that is asked.
+
+    What turns one element into the other one's frame (3, 4), a point (3,), balls that wait (w, 2), two triangles
+    (2, 3, 3), and what these are asked with (2, 3).
+    """
+
+    turn: Floats
     point: Floats
-    tree: Integers
-    balls: Floats
-    skip: Integers
+    waiting: Integers
+    both: Floats
+    work: Floats
 
 
 class Place(NamedTuple):
     """Place of all that moves: q (nq,), nodes (n, 4, 4), elements (e, 4, 4), their boxes' middles and halves (e, 3).
 
-    Then room: what turns one element into another one's frame (3, 4), and for balls that wait (w, 2).
+    last (p, 2): balls of each pair's trees that were near when it was asked last.
     """
 
     q: Floats
@@ -80,34 +126,42 @@ class Place(NamedTuple):
     elements: Floats
     middle: Floats
     extent: Floats
-    other_t_one: Floats
-    waiting: Integers
+    last: Integers
+    room: _Room
 
 
 _FLOATS, _POSES, _ROWS, _ONE = array_of(float64, 2), array_of(float64, 3), array_of(int32, 1), array_of(float64, 1)
 _INTEGERS, _FLAGS = array_of(int64, 1), array_of(boolean, 1)
+_FIGURES = types.NamedTuple((_FLOATS, _FLOATS, _ONE, _FLAGS, _FLAGS, _FLOATS, array_of(int64, 2)), Figures)
 CELL = types.NamedTuple(
     (
         *(_ROWS, _ROWS, array_of(int8, 1), _FLOATS, _ROWS, _ONE, _ONE, _POSES, _INTEGERS, _INTEGERS),
-        *(_INTEGERS, _POSES, _FLOATS, _FLOATS, _FLOATS, _INTEGERS, array_of(int64, 2), _ONE),
-        *(_FLAGS, _FLAGS, _FLOATS, _INTEGERS, _FLOATS, _INTEGERS),
+        *(_INTEGERS, _POSES, _FLOATS, _INTEGERS, array_of(int64, 2), _FIGURES),
     ),
     Cell,
 )
+_WAY = types.NamedTuple((_ONE, _POSES, _ONE, _POSES, _ONE, _FLOATS, _FLOATS, _ONE), Way)
+
+
+@inlined
+def _room() -> _Room:
+    return _Room(
+        np.empty((3, 4)), np.empty(3), np.empty((_WAITING, 2), np.int64), np.empty((2, 3, 3)), np.empty((2, 3))
+    )
 
 
 @inlined
 def placed(cell: Cell, q: Floats, nodes: Floats, elements: Floats) -> Place:
     """Return where all is: what moves is written there, what stands is bounded now."""
-    shape = cell.centre.shape
+    shape = cell.reach.shape
     place = Place(
         q.copy(),
         nodes.copy(),
         elements.copy(),
         np.empty(shape),
         np.empty(shape),
-        np.empty((3, 4)),
-        np.empty((_WAITING, 2), np.int64),
+        np.full(cell.pairs.shape, -1, np.int64),
+        _room(),
     )
     for element in range(shape[0]):
         _bound(cell, place, element)
@@ -119,7 +173,7 @@ def _bound(cell: Cell, place: Place, element: int) -> None:
     for i in range(3):
         middle, extent = place.elements[element, i, 3], 0.0
         for j in range(3):
-            middle += place.elements[element, i, j] * cell.centre[element, j]
+            middle += place.elements[element, i, j] * cell.figures.centre[element, j]
             extent += abs(place.elements[element, i, j]) * cell.reach[element, j]
         place.middle[element, i], place.extent[element, i] = middle, extent
 
@@ -149,12 +203,12 @@ def go(cell: Cell, place: Place, joints: Floats) -> None:
 
 
 @inlined
-def _in(cell: Cell, element: int, at: Floats) -> bool:
+def _in(figures: Figures, element: int, at: Floats) -> bool:
     """Return whether a point is in the box of a solid core, and so perhaps in the solid."""
-    if not cell.solid[element]:
+    if not figures.solid[element]:
         return False
     for axis in range(3):
-        if abs(at[axis] - cell.centre[element, axis]) > cell.half[element, axis]:
+        if abs(at[axis] - figures.centre[element, axis]) > figures.half[element, axis]:
             return False
     return True
 
@@ -170,11 +224,26 @@ def _boxes_apart(place: Place, one: int, other: int, margin: float) -> bool:
 
 
 @inlined
-def _certainly_apart(cell: Cell, place: Place, pair: int, margin: float) -> bool:
-    """Return whether a pair's surfaces are certainly farther than `margin` from touching."""
-    one: int = cell.pairs[pair, 0]
-    other: int = cell.pairs[pair, 1]
-    turn, poses = place.other_t_one, place.elements
+def _tree(figures: Figures, element: int) -> tuple[Floats, Floats]:
+    """Return the balls (m, 11) and triangles (n, 3, 3) of an element."""
+    rows, count = figures.tree[element, 1], figures.tree[element, 3]
+    balls = floats_at(figures.tree[element, 0], 11 * rows).reshape((rows, 11))
+    return balls, floats_at(figures.tree[element, 2], 9 * count).reshape((count, 3, 3))
+
+
+@inlined
+def _certainly_apart(
+    figures: Figures, poses: Floats, first: int, second: int, margin: float, last: Integers, room: _Room
+) -> bool:
+    """Return whether two elements' surfaces are certainly farther than `margin` from touching.
+
+    poses (e, 4, 4): where the elements are; last (2,): as in `two_trees`, of the second element and the first where the
+    first is a box and the second is not.
+    """
+    # A box is asked as such, as the other one.
+    one: int = second if figures.box[first] and not figures.box[second] else first
+    other: int = first + second - one
+    turn = room.turn
     for i in range(3):
         for j in range(4):
             value = 0.0
@@ -182,28 +251,29 @@ def _certainly_apart(cell: Cell, place: Place, pair: int, margin: float) -> bool
                 shift = poses[other, m, 3] if j == 3 else 0.0
                 value += poses[other, m, i] * (poses[one, m, j] - shift)
             turn[i, j] = value
-    far: float = margin + cell.apart[pair]
-    first: int = cell.tree[one]
-    if cell.box[other]:
-        end: int = first + cell.skip[first]
-        return tree_and_box(cell.balls, cell.skip, first, end, turn, cell.half, other, far)
-    second: int = cell.tree[other]
-    return two_trees(cell.balls, cell.skip, first, second, turn, far, place.waiting)
+    far: float = margin + figures.thick[one] + figures.thick[other] + SLACK
+    balls, triangles = _tree(figures, one)
+    if figures.box[other]:
+        return tree_and_box(balls, triangles, turn, figures.half, other, far, room.both[0])
+    others, faces = _tree(figures, other)
+    most = EFFORT / max(margin, TINY)
+    return two_trees(balls, triangles, others, faces, turn, far, most, last, room.waiting, room.both, room.work)
 
 
 @inlined
-def _outside(cell: Cell, place: Place, pair: int, at: Floats) -> bool:
-    """Return whether neither of two whose surfaces are apart is inside the other: any point tells; at (3,): room."""
+def _outside(figures: Figures, poses: Floats, one: int, other: int, room: _Room) -> bool:
+    """Return whether neither of two elements whose surfaces are apart is inside the other: any point tells."""
+    at = room.point
     for side in range(2):
-        inner, outer = cell.pairs[pair, side], cell.pairs[pair, 1 - side]
+        inner, outer = (one, other) if side else (other, one)
         for i in range(3):
             at[i] = 0.0
             for m in range(3):
-                world = place.elements[inner, m, 3] - place.elements[outer, m, 3]
+                world = poses[inner, m, 3] - poses[outer, m, 3]
                 for j in range(3):
-                    world += place.elements[inner, m, j] * cell.point[inner, j]
-                at[i] += place.elements[outer, m, i] * world
-        if _in(cell, outer, at):
+                    world += poses[inner, m, j] * figures.point[inner, j]
+                at[i] += poses[outer, m, i] * world
+        if _in(figures, outer, at):
             return False
     return True
 
@@ -211,12 +281,17 @@ def _outside(cell: Cell, place: Place, pair: int, at: Floats) -> bool:
 @inlined
 def pair_in_doubt(cell: Cell, place: Place, first: int) -> int:
     """Return a pair that may touch where all is, -1 where none does: `first` is asked first, for it often is again."""
-    at = np.empty(3)
     for turn in range(cell.pairs.shape[0] + 1):
         pair = first if turn == 0 else turn - 1
-        if pair == cell.pairs.shape[0] or _boxes_apart(place, cell.pairs[pair, 0], cell.pairs[pair, 1], 0.0):
+        if pair == cell.pairs.shape[0]:
             continue
-        if not (_certainly_apart(cell, place, pair, 0.0) and _outside(cell, place, pair, at)):
+        one, other = cell.pairs[pair, 0], cell.pairs[pair, 1]
+        if _boxes_apart(place, one, other, 0.0):
+            continue
+        if not (
+            _certainly_apart(cell.figures, place.elements, one, other, 0.0, place.last[pair], place.room)
+            and _outside(cell.figures, place.elements, one, other, place.room)
+        ):
             return pair
     return -1
 
@@ -225,7 +300,7 @@ def pair_in_doubt(cell: Cell, place: Place, first: int) -> int:
 def _travel(cell: Cell, place: Place, element: int, until: int, joint: Floats, corners: Floats, way: Floats) -> float:
     """Return how far an element's points go at the most seen from the row `until` above it, -1 for the world."""
     row: int = cell.rows[element]
-    corners_of(element, row, place.nodes, place.elements, cell.centre, cell.half, corners, way)
+    corners_of(element, row, place.nodes, place.elements, cell.figures.centre, cell.figures.half, corners, way)
     while row != until:
         step_up(row, place.nodes, cell.parent, cell.joint_type, cell.axis, joint, corners, way)
         row = cell.parent[row]
@@ -261,77 +336,71 @@ def certain_places(cell: Cell, q: Floats, nodes: Floats, elements: Floats, joint
         last = max(pair, 0)
 
 
-@compiled(
-    *(CELL, _ONE, _POSES, _POSES, _ONE, _POSES, _ONE, _FLOATS, _FLOATS),
-    *(output_of(float64, 2), output_of(boolean, 1)),
-)
-def doubtful_stretches(
-    cell: Cell,
-    q: Floats,
-    nodes: Floats,
-    elements: Floats,
-    breaks: Floats,
-    terms: Floats,
-    marks: Floats,
-    gone: Floats,
-    slopes: Floats,
-    doubts: Floats,
-    unsure: Booleans,
-) -> int:
-    """Write the stretches of a way on which surfaces may meet, and return their number; what is outside stays outside.
+@inlined
+def _goes(cell: Cell, way: Floats, joint: Floats) -> None:
+    """Write how far each row's own joint turns and shifts (n, 2), where coordinates go a way (k,)."""
+    for i in range(cell.order.shape[0]):
+        row: int = cell.order[i]
+        coordinate: int = cell.coordinate[row]
+        if coordinate >= 0:
+            joint[row, 0 if cell.joint_type[row] == REVOLUTE else 1] = abs(cell.multiplier[row]) * way[coordinate]
+
+
+@compiled(CELL, _ONE, _POSES, _POSES, _WAY, float64, float64, float64)
+def first_doubt(
+    cell: Cell, q: Floats, nodes: Floats, elements: Floats, way: Way, begin: float, end: float, shortest: float
+) -> tuple[float, float]:
+    """Return the first stretch of a way on which surfaces may meet, (inf, inf) for none; what is outside stays outside.
 
     Args:
         cell: the cell.
         q: as `nodes` and `elements` in `certain_places`.
         nodes: (n, 4, 4).
         elements: (e, 4, 4).
-        breaks: (b + 1,) and `terms` (b, t, k): the way of the coordinates, piecewise polynomials.
-        terms: as told.
-        marks: (c + 1,) places on the way, and `gone` (c + 1, k) how far each coordinate has gone there, forth and back.
-        gone: as told.
-        slopes: (c, k) how fast it goes on from there at the most.
-        doubts: (d, 2) begins and ends of stretches, which follow each other; the last one goes on to the end where
-            there is no room for more.
-        unsure: (p,) becomes true of the pairs that may meet on them.
+        way: where the coordinates go.
+        begin: the time from which on it is looked at.
+        end: the time up to which it is.
+        shortest: stretches on either half of which a pair goes no farther than this (m), and than twice as far as the
+            way wobbles, are in doubt rather than halved.
     """
-    pairs, k = cell.pairs.shape[0], cell.moves.shape[0]
-    place, joint, depth = (
-        placed(cell, q, nodes, elements),
-        np.zeros((nodes.shape[0], 2)),
-        np.zeros(nodes.shape[0], np.int64),
-    )
+    pairs, k, rows = cell.pairs.shape[0], cell.moves.shape[0], nodes.shape[0]
+    place, joint, wobbling = placed(cell, q, nodes, elements), np.zeros((rows, 2)), np.zeros((rows, 2))
+    depth = np.zeros(rows, np.int64)
     for i in range(cell.order.shape[0]):
         parent = cell.parent[cell.order[i]]
         depth[cell.order[i]] = depth[parent] + 1 if parent >= 0 else 1
-    carrier, corners, way = np.empty(pairs, np.int64), np.empty((8, 3)), np.empty(2)
+    carrier, corners, reach = np.empty(pairs, np.int64), np.empty((8, 3)), np.empty(2)
     for pair in range(pairs):
         carrier[pair] = _carrier(cell, depth, pair)
+    _goes(cell, way.wobble, wobbling)
     asked = np.empty((_DEEP, pairs), np.int64)
     ends, counts = np.empty((_DEEP, 2)), np.empty(_DEEP, np.int64)
-    ends[0, 0], ends[0, 1], counts[0] = breaks[0], breaks[breaks.shape[0] - 1], pairs
+    ends[0, 0], ends[0, 1], counts[0] = begin, end, pairs
     for pair in range(pairs):
         asked[0, pair] = pair
-    joints, done, travel = np.empty(k), np.empty((3, k)), np.zeros(elements.shape[0])
-    left, found = 1, 0
+    joints, done, farthest, travel = np.empty(k), np.empty((3, k)), np.empty(k), np.zeros(elements.shape[0])
+    left, found, since, until = 1, 0, np.inf, np.inf
     while left:
         left -= 1
-        begin, end = ends[left, 0], ends[left, 1]
-        middle = 0.5 * (begin + end)
-        write_values(breaks, terms, middle, joints, 0)
-        go(cell, place, joints)
+        first, last = ends[left, 0], ends[left, 1]
+        if found and (first > until or found == _MOST):
+            break
+        middle = 0.5 * (first + last)
         for stop in range(3):
-            u = (begin, middle, end)[stop]
-            piece = piece_at(marks, u)
+            place_on: float = scalar_state(way.law_breaks, way.law_terms, (first, middle, last)[stop])[0]
+            u: float = min(max(place_on, way.breaks[0]), float(way.breaks[way.breaks.shape[0] - 1]))
+            if stop == 1:
+                write_values(way.breaks, way.terms, u, joints, 0)
+            piece = piece_at(way.marks, u)
             for i in range(k):
-                done[stop, i] = gone[piece, i] + (u - marks[piece]) * slopes[piece, i]
-        for i in range(cell.order.shape[0]):
-            row, coordinate = cell.order[i], cell.coordinate[cell.order[i]]
-            if coordinate >= 0:
-                goes = max(done[1, coordinate] - done[0, coordinate], done[2, coordinate] - done[1, coordinate])
-                joint[row, 0 if cell.joint_type[row] == REVOLUTE else 1] = abs(cell.multiplier[row]) * goes
+                done[stop, i] = way.gone[piece, i] + (u - way.marks[piece]) * way.slopes[piece, i]
+        for i in range(k):
+            farthest[i] = max(done[1, i] - done[0, i], done[2, i] - done[1, i]) + way.wobble[i]
+        go(cell, place, joints)
+        _goes(cell, farthest, joint)
         for i in range(cell.moved.shape[0]):
-            travel[cell.moved[i]] = _travel(cell, place, cell.moved[i], ROOT, joint, corners, way)
-        kept = 0
+            travel[cell.moved[i]] = _travel(cell, place, cell.moved[i], ROOT, joint, corners, reach)
+        kept, doubtful = 0, False
         for i in range(counts[left]):
             pair: int = asked[left, i]
             one: int = cell.pairs[pair, 0]
@@ -339,28 +408,29 @@ def doubtful_stretches(
             both: float = travel[one] + travel[other]
             if _boxes_apart(place, one, other, both):
                 continue
+            above: int = ROOT
             if travel[one] > 0.0 and travel[other] > 0.0:
-                above: int = carrier[pair]
-                both = _travel(cell, place, one, above, joint, corners, way)
-                both += _travel(cell, place, other, above, joint, corners, way)
+                above = carrier[pair]
+                both = _travel(cell, place, one, above, joint, corners, reach)
+                both += _travel(cell, place, other, above, joint, corners, reach)
                 if both == 0.0 or _boxes_apart(place, one, other, both):
                     continue
-            if _certainly_apart(cell, place, pair, both):
+            if _certainly_apart(cell.figures, place.elements, one, other, both, place.last[pair], place.room):
                 continue
-            if both <= SHORTEST or left + 2 > _DEEP:
-                unsure[pair] = True
-                if found and (begin <= doubts[found - 1, 1] or found == doubts.shape[0]):
-                    doubts[found - 1, 1] = max(doubts[found - 1, 1], end)
-                else:
-                    doubts[found, 0], doubts[found, 1] = begin, end
-                    found += 1
-                continue
+            astray: float = _travel(cell, place, one, above, wobbling, corners, reach)
+            astray += _travel(cell, place, other, above, wobbling, corners, reach)
+            if both <= shortest + 2.0 * astray or left + 2 > _DEEP or not first < middle < last:
+                doubtful = True
+                break
             asked[left, kept] = pair
             kept += 1
-        if kept:
+        if doubtful:
+            since, until = min(since, first), last
+            found += 1
+        elif kept:
             for i in range(kept):
                 asked[left + 1, i] = asked[left, i]
-            ends[left, 0], ends[left, 1], counts[left] = middle, end, kept
-            ends[left + 1, 0], ends[left + 1, 1], counts[left + 1] = begin, middle, kept
+            ends[left, 0], ends[left, 1], counts[left] = middle, last, kept
+            ends[left + 1, 0], ends[left + 1, 1], counts[left + 1] = first, middle, kept
             left += 2
-    return found
+    return since, until

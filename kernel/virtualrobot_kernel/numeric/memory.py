@@ -66,3 +66,10 @@ def address_of(array: Floats | Integers) -> int:
     if not array.flags.c_contiguous:
         raise ValueError("only of a contiguous array one address tells where all numbers are")
     return array.__array_interface__["data"][0]
+
+
+def read_only(array: Any) -> Any:  # noqa: ANN401  an array of any type
+    """Return an array as one that nobody writes by: compiled code takes such ones in tuples."""
+    view = array.view()
+    view.setflags(write=False)
+    return view

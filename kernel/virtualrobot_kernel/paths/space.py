@@ -14,7 +14,7 @@ from virtualrobot_kernel.collision.certain import CertainlyFree, room_of
 from virtualrobot_kernel.collision.joint_path import of_path
 from virtualrobot_kernel.collision.node_pairs import ROUNDING, moves
 from virtualrobot_kernel.collision.scene import CollisionScene
-from virtualrobot_kernel.collision.swept import SweptContact, first_contact
+from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact, first_contact
 from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
@@ -149,24 +149,14 @@ class PathSpace:
 
     def _first_on(self, path: PiecewisePolynomial) -> SweptContact | None:
         """Return the first contact on a path of the arm's joints, by its parameter; what is certain is not asked."""
-        stretches, pairs = self._certain.doubts(path)
-        if not len(stretches):
-            return None
-        rows = self._scene.bodies.rows[pairs]
-        doubted = {pair for one in rows.tolist() for pair in (tuple(one), tuple(one[::-1]))}
-
-        def asked(nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
-            return np.array([tuple(pair) in doubted for pair in nodes.tolist()], np.bool_)
-
         way = of_path(self._snapshot.state.q, self._query.q_index, path)
-        for begin, end in stretches.tolist():
+        for begin, end in self._certain.doubts(way, 0.5 * RESOLUTION):
             contact = first_contact(
                 self._scene,
                 self._snapshot,
-                replace(way, begin=begin, end=end),
+                replace(way, begin=begin, end=end, pieces=()),
                 robots=self._robots,
                 given_up=self._given_up,
-                asked=asked,
             )
             if contact is not None:
                 return contact

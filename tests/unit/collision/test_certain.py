@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 import pytest
 from virtualrobot_kernel.collision.certain import CertainlyFree
-from virtualrobot_kernel.collision.joint_path import line
+from virtualrobot_kernel.collision.joint_path import of_path
 from virtualrobot_kernel.collision.node_pairs import moves
-from virtualrobot_kernel.collision.swept import first_contact
+from virtualrobot_kernel.collision.swept import RESOLUTION, first_contact
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.planning.robots import arm_of, standing_at
 from virtualrobot_kernel.world.commands import CreateNodes
@@ -20,6 +21,9 @@ from virtualrobot_kernel.world.structure import Kind, NodeSpec
 from tests.tiers import Draws
 from tests.unit.collision.worlds import after, scene_of, with_robots
 from tests.unit.world.builders import shifted
+
+NEAR = 2e-3
+"""So near are two places of a way of about a metre, of length 1, where things that graze each other begin to touch."""
 
 
 def crowded(kind: str, rng: np.random.Generator) -> Snapshot:
@@ -59,13 +63,18 @@ def test_what_is_certain_is_free(kind: str, rng: np.random.Generator, draws: Dra
     proven = 0
     for begin, end in zip(configurations[np.array(free)], configurations[np.array(free)][1:], strict=False):
         end = begin + 0.5 * (end - begin)
-        doubts, pairs = balls.doubts(joint_line(begin, end))
-        first, last = (standing_at(snapshot, arm.q_index, q).state.q for q in (begin, end))
-        contact = first_contact(scene, snapshot, line(first, last), robots={robot.uid})
+        path = of_path(snapshot.state.q, arm.q_index, joint_line(begin, end))
+        doubtful = list(balls.doubts(path, 0.5 * RESOLUTION))
+        # A way that balls don't know of is halved until FCL has measured all that is near.
+        contact = first_contact(scene, snapshot, replace(path, pieces=()), robots={robot.uid})
         if contact is not None:
-            assert any(since <= contact.time <= until for since, until in doubts.tolist())
-            doubted = {tuple(sorted(pair)) for pair in scene.bodies.uids[pairs].tolist()}
-            assert (contact.first, contact.second) in doubted
-        proven += not len(doubts)
-        assert np.all(np.diff(doubts.ravel()) >= 0.0)
+            # Either tells a contact by the resolution before it.
+            assert any(since - NEAR <= contact.time <= until + NEAR for since, until in doubtful)
+        proven += not doubtful
+        assert np.all(np.diff(np.ravel(doubtful)) >= 0.0)
+        known = first_contact(scene, snapshot, path, robots={robot.uid})
+        assert (known is None) == (contact is None)
+        if contact is not None and known is not None:
+            assert (known.first, known.second) == (contact.first, contact.second)
+            assert abs(known.time - contact.time) <= NEAR
     assert proven

@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.collision import swept
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.joint_path import JointPath, line, through, together
 from virtualrobot_kernel.collision.pairs import least_distance, pair_of
@@ -270,24 +269,3 @@ def test_paddings_count() -> None:
         found = contact(now, 1.0)
         assert found is not None
         assert found.time == pytest.approx(expected, abs=RESOLUTION)
-
-
-def test_any_contact_is_one_and_found_sooner(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What is told touches at its time; where the first is free, so is any; less is measured than for the first."""
-    ball = mover(JointType.PRISMATIC, X, Figure(Sphere(0.1)))
-    other = body("other", Sphere(0.1), shifted(0.7, 0.12, 0.12))  # it is met at 0.7 - sqrt(0.2^2 - 2 * 0.12^2)
-    snapshot = world(CreateNodes((*ball, other)))
-    measured: list[float] = []
-    monkeypatch.setattr(swept, "least_distance", lambda *args: measured.append(least_distance(*args)) or measured[-1])
-    counts = []
-    for every in (False, True):
-        measured.clear()
-        path = line(snapshot.state.q, np.ones(1))
-        found = first_contact(scene_of(snapshot), snapshot, path, any_contact=every)
-        assert found is not None
-        assert found.time >= 0.7 - np.sqrt(0.2**2 - 2.0 * 0.12**2) - 2.0 * RESOLUTION
-        assert found.distance <= RESOLUTION
-        counts.append(len(measured))
-    assert counts[1] < counts[0]
-    free = line(snapshot.state.q, np.full(1, 0.59))
-    assert first_contact(scene_of(snapshot), snapshot, free, any_contact=True) is None
