@@ -184,5 +184,10 @@ def test_a_gripper_opens_as_wide_as_it_is_told(world: Client, ros: roslibpy.Ros)
         assert (told["status"], told["values"]["reached_goal"]) == (SUCCEEDED, True)
         assert told["values"]["position"] == pytest.approx(0.04, abs=1e-6)
         assert world.robot("arm").tool().width == pytest.approx(0.04, abs=1e-6)
+        goal = {"command": {"name": ["hand"], "position": [0.02]}}
+        told = Goal(ros, "/hand/parallel_gripper_cmd", "control_msgs/action/ParallelGripperCommand", goal).result()
+        assert (told["status"], told["values"]["reached_goal"]) == (SUCCEEDED, True), told
+        assert told["values"]["state"]["name"] == ["hand.tool"]
+        assert told["values"]["state"]["position"] == [pytest.approx(0.02, abs=1e-6)]
     wide = Goal(ros, "/hand/gripper_cmd", "control_msgs/action/GripperCommand", {"command": {"position": 5.0}})
     assert "5" in str(wide.result())

@@ -53,6 +53,25 @@ HASHES = {
     "control_msgs/action/FollowJointTrajectory_GetResult_Response": (
         "08eefbaa146ce02ba45898d5e99160afd6c4c54a30d159aee0f2ca6035b1580f"
     ),
+    # simulation_interfaces 2.0 and moveit_msgs, in the sources that are generated of them.
+    "moveit_msgs/msg/CollisionObject": "74b0acd6d56be032bf4f764b2c2633f50588b5fb2bd71e97206c59052747cf7e",
+    "simulation_interfaces/msg/EntityFilters": "8e7b12e8ea062f14c55de4877221fe1b7cd9749665a7ad8a4ab855fc4b148303",
+    "simulation_interfaces/msg/EntityState": "2e0464a85eb80a939025075d6c20761eca6a4cb9d6baf2c0ba373467c8b598d0",
+    "simulation_interfaces/srv/SpawnEntity_Request": (
+        "9bc04fe30d4844466c57b7b090fd7e9aa426995f3eb6ff9a726826ab7223e1fd"
+    ),
+    "simulation_interfaces/srv/SpawnEntity_Response": (
+        "be8c9fc03b6faaf95570949c80195c8ca75dd99f7efc23262309d497b2923982"
+    ),
+    "simulation_interfaces/srv/GetSimulationState_Response": (
+        "dc80ce852a5ab04c2b23cdd47910cee1bcc46e0f1931cac85825e6916b15517f"
+    ),
+    "simulation_interfaces/srv/GetAvailableWorlds_Request": (
+        "6335180e35038ba62eb2bae3d1c1bacd4b7791209137eacbddfee12629bf6c3a"
+    ),
+    "simulation_interfaces/srv/LoadWorld_Response": (
+        "7bab3265c2461d98a44dd04830c5dc997b3d8605c50861824066246c96a7716e"
+    ),
 }
 
 

@@ -30,7 +30,7 @@ from virtualrobot_apps.bridges.ros.messages.types import make
 from virtualrobot_apps.bridges.ros.messages.values import default
 
 FOLLOW = "control_msgs/action/FollowJointTrajectory"
-GRIP = "control_msgs/action/GripperCommand"
+GRIP, GRIP_PARALLEL = "control_msgs/action/GripperCommand", "control_msgs/action/ParallelGripperCommand"
 TRAJECTORY = "trajectory_msgs/msg/JointTrajectory"
 
 LOOK_SECONDS = 0.05
@@ -141,19 +141,53 @@ async def grip(
     client: Client, robot: str, tool: str, goal: RosValue, feedback: Feedback, cancel: asyncio.Event
 ) -> tuple[int, RosValue]:
     """Run a goal of GripperCommand: `position` is how wide the tool shall be open (m); forces are not told."""
+
+    def result(part: str, width: float, reached: bool) -> RosValue:
+        return make(f"{GRIP}_{part}", position=width, effort=0.0, stalled=False, reached_goal=reached)
+
+    return await _gripped(client, robot, tool, goal.command.position, result, feedback, cancel)
+
+
+async def grip_parallel(
+    client: Client, robot: str, tool: str, goal: RosValue, feedback: Feedback, cancel: asyncio.Event
+) -> tuple[int, RosValue]:
+    """Run a goal of ParallelGripperCommand: the one position is how wide the tool shall be open (m)."""
+
+    def result(part: str, width: float, reached: bool) -> RosValue:
+        state = make(
+            "sensor_msgs/msg/JointState",
+            **{"header": header(_now(client), ""), "name": [tool], "position": np.array([width])},
+            **{"velocity": np.empty(0), "effort": np.empty(0)},
+        )
+        ended = {"stalled": False, "reached_goal": reached} if part == "Result" else {}
+        return make(f"{GRIP_PARALLEL}_{part}", state=state, **ended)
+
+    if len(goal.command.position) != 1:
+        raise HubError("'command' has one position: how wide the gripper shall be open, in meters")
+    return await _gripped(client, robot, tool, float(goal.command.position[0]), result, feedback, cancel)
+
+
+async def _gripped(
+    client: Client,
+    robot: str,
+    tool: str,
+    width: float,
+    result: Callable[[str, float, bool], RosValue],
+    feedback: Feedback,
+    cancel: asyncio.Event,
+) -> tuple[int, RosValue]:
+    """Open a tool to a width (m); `result` makes Feedback and Result of the width that it has, and whether it is it."""
     found = await asyncio.to_thread(lambda: client.robot(robot).tool(tool))
-    width = goal.command.position
-
-    def result(part: str, state: MotionState) -> RosValue:
-        is_width = found.width
-        reached = state.phase is Phase.SUCCEEDED and abs(is_width - width) < _REACHED_METERS
-        return make(f"{GRIP}_{part}", position=is_width, effort=0.0, stalled=False, reached_goal=reached)
-
     if not np.isfinite(width):
         raise HubError("'position' is how wide the gripper shall be open, in meters")
+
+    def told(part: str, state: MotionState) -> RosValue:
+        is_width = found.width
+        return result(part, is_width, state.phase is Phase.SUCCEEDED and abs(is_width - width) < _REACHED_METERS)
+
     motion = await asyncio.to_thread(lambda: found.move_to_width(width, wait=False))
-    state = await _ended(motion, partial(result, "Feedback"), feedback, cancel)
-    return _status(state, cancel), await asyncio.to_thread(result, "Result", state)
+    state = await _ended(motion, partial(told, "Feedback"), feedback, cancel)
+    return _status(state, cancel), await asyncio.to_thread(told, "Result", state)
 
 
 async def _ended(

@@ -6,10 +6,12 @@ import asyncio
 from collections.abc import Callable, Sequence
 
 from virtualrobot import Client
+from virtualrobot.errors import VirtualRobotError
 
 from virtualrobot_apps.bridges.ros.bridge_file import Choice
 from virtualrobot_apps.bridges.ros.hub import Hub
 from virtualrobot_apps.bridges.ros.rosbridge.rosapi import serve_rosapi
+from virtualrobot_apps.bridges.ros.simulation.services import Simulation
 from virtualrobot_apps.bridges.ros.transport import Transport
 from virtualrobot_apps.bridges.ros.world import World
 
@@ -59,6 +61,9 @@ class RosBridge:
         serve_rosapi(hub)
         world = World(self._client, hub, self._choice, bare=self._bare, say=self._say)
         await world.update()
+        simulation = Simulation(self._client, hub, bare=self._bare)
+        if serves := await self._kept(simulation):
+            simulation.serve()
         opened: list[Transport] = []
         try:
             for one in self._transports:
@@ -71,6 +76,7 @@ class RosBridge:
                     await world.update()
                     if gone:
                         self._say("the kernel is back")
+                        serves = serves and await self._kept(simulation)
                     gone = False
                 except ConnectionError as error:
                     if not gone:
@@ -81,3 +87,13 @@ class RosBridge:
             world.close()
             for one in opened:
                 await one.close()
+            await simulation.close()
+
+    async def _kept(self, simulation: Simulation) -> bool:
+        """Return whether the world could be kept as it is, to which a reset goes back; else it is said why not."""
+        try:
+            await simulation.keep()
+        except VirtualRobotError as error:
+            self._say(f"services of simulation_interfaces are left out: {error}")
+            return False
+        return True

@@ -28,6 +28,7 @@ from virtualrobot_apps.bridges.ros.mapping.outputs import Naming, Output, output
 from virtualrobot_apps.bridges.ros.mapping.robots import commanded_twist
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.messages.types import make
+from virtualrobot_apps.bridges.ros.planning_scene import COLLISION_OBJECT, OBJECTS, PlanningScene
 
 DESCRIPTION = "std_msgs/msg/String"
 
@@ -71,6 +72,9 @@ class World:
         self._said: set[str] = set()
         self._actions: dict[str, Action] = {}
         self._trajectories: dict[str, str] = {}
+        if choice.auto:
+            take = PlanningScene(client, self._tell, bare=bare).take
+            self._declare(Topic(OBJECTS, COLLISION_OBJECT, take=take))
 
     async def update(self) -> None:
         """Look whether robots, sensors or links are others, and then declare what there is now.
@@ -95,6 +99,7 @@ class World:
         found += [(topic, DESCRIPTION, f"of {robot}") for topic, robot in plan.robots.items()]
         found += [(name, type, f"action of {robot}") for name, (type, robot, _) in self._wanted_actions(plan).items()]
         found += [(topic_name(one, "joint_trajectory"), TRAJECTORY, f"to {one}") for one in plan.robots.values()]
+        found += [(OBJECTS, COLLISION_OBJECT, "to the scene")] if self._choice.auto else []
         return aligned([["topic", "type", "stream"], *map(list, sorted(found))], left=3)
 
     def close(self) -> None:
@@ -136,11 +141,12 @@ class World:
             run = partial(actions.follow_trajectory, self._client, robot)
             found[topic_name(robot, "follow_joint_trajectory")] = actions.FOLLOW, robot, run
         for robot, tool in plan.grippers:
-            found[topic_name(tool.removesuffix(".tool"), "gripper_cmd")] = (
-                actions.GRIP,
-                robot,
-                partial(actions.grip, self._client, robot, tool),
+            name = tool.removesuffix(".tool")
+            grip, grip_parallel = (
+                partial(one, self._client, robot, tool) for one in (actions.grip, actions.grip_parallel)
             )
+            found[topic_name(name, "gripper_cmd")] = actions.GRIP, robot, grip
+            found[topic_name(name, "parallel_gripper_cmd")] = actions.GRIP_PARALLEL, robot, grip_parallel
         return found
 
     def _bases(self, table: list[Stream], frames: FrameNames) -> dict[str, tuple[str, str]]:

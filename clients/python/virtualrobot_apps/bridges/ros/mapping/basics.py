@@ -6,12 +6,16 @@ from collections.abc import Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
+from virtualrobot.geometry import pose_from_quaternion, quaternion_of
 from virtualrobot.v1 import geometry_pb2
 
 from virtualrobot_apps.bridges.ros.messages.types import make
 
 RosValue: TypeAlias = Any
 """A message of ROS; each type is a class of its own."""
+
+_LENGTH_TOLERANCE = 1e-3
 
 
 def time_of(nanoseconds: int) -> RosValue:
@@ -49,6 +53,25 @@ def pose(row: Sequence[float]) -> RosValue:
     """Return a pose from x, y, z (m) and the quaternion x, y, z, w."""
     place = make("geometry_msgs/msg/Point", x=row[0], y=row[1], z=row[2])
     return make("geometry_msgs/msg/Pose", position=place, orientation=quaternion(*row[3:7]))
+
+
+def pose_of(matrix: NDArray[np.float64]) -> RosValue:
+    """Return a pose from a 4x4 matrix."""
+    return pose([*matrix[:3, 3], *quaternion_of(matrix)])
+
+
+def matrix_of(value: RosValue) -> NDArray[np.float64] | None:
+    """Return the 4x4 matrix of a pose; None where it is none: not finite, or a quaternion that is not of length 1.
+
+    A quaternion of zeros, as clients leave it that write JSON, turns nothing.
+    """
+    place, turn = value.position, value.orientation
+    xyz, xyzw = np.array([place.x, place.y, place.z]), np.array([turn.x, turn.y, turn.z, turn.w])
+    if not xyzw.any():
+        xyzw[3] = 1.0
+    if not np.isfinite(xyz).all() or not abs(float(np.linalg.norm(xyzw)) - 1.0) < _LENGTH_TOLERANCE:
+        return None
+    return pose_from_quaternion(xyz.tolist(), xyzw.tolist())
 
 
 def twist(linear: Sequence[float], angular: Sequence[float]) -> RosValue:
