@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue
 from virtualrobot_apps.bridges.ros.messages.message import Message
+from virtualrobot_apps.bridges.ros.parameters import Parameters
 
 Reader: TypeAlias = Callable[[Message], None]
 
@@ -85,6 +86,7 @@ class Hub:
 
     Attributes:
         topics, services, actions: by name.
+        parameters: of all clients.
         changed: are called with a topic, a service or an action that is new or has gone, and whether it is there.
     """
 
@@ -93,6 +95,7 @@ class Hub:
         self.topics: dict[str, Topic] = {}
         self.services: dict[str, Service] = {}
         self.actions: dict[str, Action] = {}
+        self.parameters = Parameters()
         self.changed: list[Callable[[Topic | Service | Action, bool], None]] = []
         self.now = 0
         """Simulation time that was told last (ns)."""

@@ -23,9 +23,12 @@ from virtualrobot_apps.bridges.ros.messages.types import (
     text_of,
 )
 from virtualrobot_apps.bridges.ros.messages.values import default, to_plain
+from virtualrobot_apps.bridges.ros.parameters import answers as serve_parameters
 
 NODE = "/virtualrobot"
 """Name of the bridge, the one node that clients of rosbridge see."""
+
+_PARTS = ("goal", "result", "feedback")
 
 
 def serve_rosapi(hub: Hub) -> None:
@@ -56,6 +59,8 @@ def serve_rosapi(hub: Hub) -> None:
             "ServiceResponseDetails",
             lambda asked: {"typedefs": details(f"{of_kind(asked.type, 'srv')}_Response")},
         ),
+        **{f"action_{part}_details": (f"Action{part.capitalize()}Details", _part_of_action(part)) for part in _PARTS},
+        **serve_parameters(hub.parameters),
     }
     for name, (base, answer) in answers.items():
         type = f"rosapi_msgs/srv/{base}"
@@ -67,6 +72,10 @@ def _answered(type: str, answer: Callable[[RosValue], dict[str, object]], reques
         return make(f"{type}_Response", **answer(request))
 
     return made()
+
+
+def _part_of_action(part: str) -> Callable[[RosValue], dict[str, object]]:
+    return lambda asked: {"typedefs": details(f"{of_kind(asked.type, 'action')}_{part.capitalize()}")}
 
 
 def details(name: str) -> list[RosValue]:

@@ -44,6 +44,7 @@ class RosbridgeServer(Transport):
         self._hub = hub
         try:
             # Messages are small, and what is large is packed as the client asks: deflating them costs too much.
+            # Pings find out who has gone, but a client such as MATLAB answers them only while a program of it waits.
             self._server = await serve(
                 self._handle,
                 self._host,
@@ -51,6 +52,7 @@ class RosbridgeServer(Transport):
                 process_request=self._check,
                 max_size=MOST_BYTES,
                 max_queue=64,
+                ping_timeout=None,
                 compression=None,
             )
         except OSError as error:
