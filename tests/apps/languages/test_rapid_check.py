@@ -44,7 +44,7 @@ from tests.apps.languages.rapid import fault_of, faults, loaded, main_prints
         ("RETRY;", "RETRY stands in error handlers alone"),
         ("RAISE;", "RAISE needs the number of an error here"),
         ("RETURN 3;", "RETURN of a PROC takes no value"),
-        ("SearchL reg1;", "SearchL can't be used here yet; see the table of what works"),
+        ("SearchC reg1;", "SearchC can't be used here yet; see the table of what works"),
         ("PERS num p := 1;", "the persistent 'p' must be declared in the module"),
         ("VAR num reg{1,2,3,4};", "an array has at most 3 dimensions, and 'reg' has 4"),
         ("main := 3;", "'main' is a routine; a function is called with parentheses"),
@@ -78,7 +78,6 @@ def test_declarations_are_looked_at_in_all_modules() -> None:
           ENDFUNC
           PROC p()
             f;
-          UNDO
           ENDPROC
         ENDMODULE
         """
@@ -90,7 +89,6 @@ def test_declarations_are_looked_at_in_all_modules() -> None:
         "13: 'D' is declared twice",
         "14: two parameters of 'twice' are called 'X'",
         "17: RETURN of the function 'f' needs a value",
-        "19: the UNDO part of 'p' can't be used here yet",
         "20: 'f' is a function, whose value is lost; only a procedure is called so",
     ]
 

@@ -162,7 +162,7 @@ def test_an_error_without_a_handler_ends_the_program_with_its_line_and_the_way_t
         ("VAR num a{3}; a{4} := 1;", "ERR_OUTOFBND: the index 4 is outside 1 to 3"),
         ("VAR num a{3}; reg1 := a{0};", "ERR_OUTOFBND: the index 0 is outside 1 to 3"),
         ("VAR num a{1000001};", "ERR_INVDIM: an array has 1 to 1,000,000 elements along a dimension, not 1000001"),
-        ("RAISE 91;", "ERR_ILLRAISE: RAISE takes a number from 1 to 90, not 91"),
+        ("RAISE 91;", "ERR_ILLRAISE: RAISE takes a number from 1 to 90, or one of BookErrNo, not 91"),
         ('%"nowhere"%;', "ERR_REFUNKPRC: there is no procedure 'nowhere'"),
         ("reg1 := Sqrt(-1);", "ERR_ARGVALERR: -1 is outside its domain"),
         ("FOR i FROM 1 TO 2 STEP 0 DO ENDFOR", "ERR_ARGVALERR: the step of FOR is 0"),

@@ -169,6 +169,7 @@ def test_a_client_in_rapid_sends_and_receives_bytes() -> None:
             peer, _ = server.accept()
             with peer:
                 peer.sendall(bytes(reversed(peer.recv(3))))
+                peer.sendall(bytes(reversed(peer.recv(2))))
 
         thread = threading.Thread(target=serve)
         thread.start()
@@ -177,11 +178,17 @@ def test_a_client_in_rapid_sends_and_receives_bytes() -> None:
             VAR socketdev s;
             VAR num data{{5}} := [1, 2, 255, 0, 0];
             VAR num count;
+            VAR rawbytes raw;
             SocketCreate s;
             SocketConnect s, "127.0.0.1", {port} \Time:=10;
             SocketSend s \Data:=data \NoOfBytes:=3;
             SocketReceive s \Data:=data \ReadNoOfBytes:=3 \NoRecBytes:=count;
             TPWrite ValToStr(data) \Num:=count;
+            PackRawBytes 258, raw \Network, 1 \IntX:=UINT;
+            SocketSend s \RawData:=raw;
+            SocketReceive s \RawData:=raw \ReadNoOfBytes:=2;
+            UnpackRawBytes raw, 1, count \IntX:=UINT;
+            TPWrite "" \Num:=count + RawBytesLen(raw);
             SocketReceive s \Data:=data \Time:=10;
             ERROR
               TPWrite "closed " \Bool:=ERRNO = ERR_SOCK_CLOSED;
@@ -189,7 +196,7 @@ def test_a_client_in_rapid_sends_and_receives_bytes() -> None:
               TPWrite "closed " \Bool:=SocketGetStatus(s) = SOCKET_CLOSED;
               RETURN;
             """
-        ) == ["[255,2,1,0,0]3", "closed TRUE", "closed TRUE"]
+        ) == ["[255,2,1,0,0]3", "260", "closed TRUE", "closed TRUE"]
         thread.join(60)
 
 

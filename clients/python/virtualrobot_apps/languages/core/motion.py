@@ -6,17 +6,22 @@ a zone until it stands, after one with a zone until shortly before its end, so t
 
 from __future__ import annotations
 
+import operator
+import threading
+import time
 from collections import deque
-from collections.abc import Callable
-from contextlib import suppress
-from typing import TypeAlias
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from functools import partial
+from typing import Any, TypeAlias
 
 from virtualrobot.connection import Client
-from virtualrobot.errors import CallTimeoutError, MotionAbortedError, MotionEndedError
+from virtualrobot.errors import CallTimeoutError, MotionAbortedError, MotionEndedError, VirtualRobotError
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.moves import Move
 from virtualrobot.motions.program import Program
-from virtualrobot.motions.state import MotionState, Phase, PlanNote
+from virtualrobot.motions.state import MotionState, Phase, PlanNote, Search
 
 from virtualrobot_apps.languages.core.task import Task
 
@@ -34,58 +39,99 @@ STOP_SECONDS = 10.0
 """Time (s of the wall clock) that a robot has to come to rest; in stepped time nobody may let it."""
 POLL_SECONDS = 0.01
 """Time (s of the wall clock) from one look at a motion to the next while a program waits for it."""
+COMPARE: dict[str, Callable[[Any, Any], bool]] = {
+    **{"==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
+}
+ASIDE = "the program puts its path aside"
 
 
 class SignalTimeout(Exception):
     """A signal did not have its value in time."""
 
 
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A step on its way to the kernel.
+
+    Attributes:
+        add: adds it to a program.
+        moves: whether it is a move.
+        again: makes the step that does what is left of it from where the robot stands; None: itself.
+    """
+
+    add: Callable[[Program], Program]
+    moves: bool = False
+    again: Callable[[], Step] | None = None
+
+
+@dataclass(slots=True)
+class Stored:
+    """Path that was put aside: its steps that are not done, whether it was stopped, and whether its end has a zone."""
+
+    steps: list[Step]
+    stopped: bool
+    zone: bool
+
+
 class MotionQueue:
-    """Moves, signals and dwells of one program, on their way to the kernel."""
+    """Moves, signals and dwells of one program, on their way to the kernel.
+
+    Attributes:
+        concurrent: whether the last move lets the program go on at once, and so touch the world while it is made.
+        stopped: whether moves wait until somebody starts them.
+    """
 
     def __init__(self, client: Client, task: Task) -> None:
         """Begin without a motion."""
         self._client, self._task = client, task
         self._motion: Motion | None = None
-        self._held: Program | None = None
+        self._held: list[Step] = []
         self._count = 0
-        self._moves: deque[int] = deque()
+        self._sent: deque[tuple[int, Step]] = deque()
         self._zone = False
+        self._stored: list[Stored] = []
+        self._waiting: list[Step] = []
+        self._batch: list[Step] | None = None
+        self._calls: list[tuple[int, Callable[[], None]]] = []
+        self.concurrent = self.stopped = False
         self.notes: list[PlanNote] = []
 
-    def move(self, move: Move, zone: float = 0.0) -> None:
+    def move(
+        self, move: Move, zone: float = 0.0, *, concurrent: bool = False, again: Callable[[], Step] | None = None
+    ) -> None:
         """Append a move; `zone` is the radius (m) of its corner with the next move, 0: none.
 
         Raises the error of the planner, and then the robot goes on as if the move had not been given.
         """
-        self._room()
-        self._send(self._taken().move(move, zone=zone or None))
-        self._moves.append(self._count - 1)
-        self._zone = zone > 0.0
+        if self._batch is None:
+            self._room()
+        self._send([*self._held, Step(lambda program: program.move(move, zone=zone or None), True, again)])
+        self._held = []
+        self._zone, self.concurrent = zone > 0.0, concurrent
 
     def set(self, signal: str, value: SignalValue) -> None:
         """Set a signal: in the zone after the last move, or else when all before it is done."""
-        if self._motion is None:
+        if (self._motion is None and not self._batch) or self.free:
             self._client.signals[signal] = value
         elif self._zone:
-            self._held = (self._held or self._client.program()).set(signal, value)
+            self._held.append(Step(lambda program: program.set(signal, value)))
         else:
-            self._send(self._client.program().set(signal, value))
+            self._send([Step(lambda program: program.set(signal, value))])
 
     def dwell(self, seconds: float) -> None:
         """Stand still for so many seconds of simulation time when all before it is done."""
         self.flush()
-        self._send(self._client.program().dwell(seconds))
-        self._zone = False
+        self._send([Step(lambda program: program.dwell(seconds))])
+        self._zone = self.concurrent = False
 
-    def wait_signal(self, signal: str, value: SignalValue, timeout: float | None) -> None:
-        """Stand still until a signal has a value; with a timeout (s of simulation time) until that is so.
+    def wait_signal(self, signal: str, value: SignalValue, timeout: float | None, comparison: str = "==") -> None:
+        """Stand still until a signal compares so with a value; with a timeout (s of simulation time) until that is so.
 
         Raises SignalTimeout when it has not.
         """
         self.flush()
-        self._send(self._client.program().wait(signal, value, timeout))
-        self._zone = False
+        self._send([Step(lambda program: program.wait(signal, value, timeout, comparison))])
+        self._zone = self.concurrent = False
         if timeout is None:
             return
         try:
@@ -96,14 +142,38 @@ class MotionQueue:
             self._forget()
             raise SignalTimeout(error.message) from error
 
+    def look(self, signal: str, value: SignalValue, timeout: float | None, comparison: str = "==") -> None:
+        """Wait until a signal compares so with a value, while the robot moves; otherwise as `wait_signal`."""
+        compare = COMPARE[comparison]
+        begin = self._client.clock.simulation_time
+        while not compare(self._client.signals[signal], value):
+            if timeout is not None and self._client.clock.simulation_time - begin >= timeout:
+                raise SignalTimeout(f"the signal {signal!r} did not compare so within {timeout:g} s")
+            self._task.pause(POLL_SECONDS)
+
+    def search(self, program: Program) -> Search | None:
+        """Make a program of its own, whose last step searches, and return what it has found."""
+        self.close()
+        while self.stopped:
+            self._task.pause(POLL_SECONDS)
+        self._motion = program.start(wait=False)
+        self._count = len(program)
+        self._wait(lambda state: state.phase is Phase.SUCCEEDED)
+        found = self._motion.search
+        self._forget()
+        return found
+
     def flush(self) -> None:
         """Send signals that wait for the next move: they are set at rest."""
-        if self._held is not None:
-            self._send(self._taken())
+        if self._held:
+            held, self._held = self._held, []
+            self._send(held)
             self._zone = False
 
     def settle(self) -> None:
         """Wait until the world may be looked at: at rest, or shortly before the end of a move with a zone."""
+        if self.free:
+            return
         self.flush()
         if self._zone:
             self._wait(lambda state: (1.0 - state.progress) * state.planned_duration <= LEAD_SECONDS)
@@ -114,8 +184,8 @@ class MotionQueue:
         """Wait until all is done and the robot stands."""
         self.flush()
         self._wait(lambda _: False)
-        self._moves.clear()
-        self._zone = False
+        self._sent.clear()
+        self._zone = self.concurrent = False
 
     def close(self) -> None:
         """Wait for all, and end the kernel's program."""
@@ -127,6 +197,125 @@ class MotionQueue:
 
     def cancel(self, why: str) -> None:
         """Stop the robot on its path, wait until it stands, and forget what was not done."""
+        self._stored.clear()
+        self._waiting, self.stopped = [], False
+        self._end(why)
+
+    # Paths that are stopped and put aside.
+
+    @property
+    def free(self) -> bool:
+        """True where the program may touch the world without waiting for its moves."""
+        return self.concurrent or self.stopped
+
+    @contextmanager
+    def aside(self) -> Iterator[None]:
+        """Let the program touch the world for the length of a block, while the moves before it are made."""
+        before, self.concurrent = self.concurrent, True
+        try:
+            yield
+        finally:
+            self.concurrent = before
+
+    def stop(self) -> None:
+        """Brake on the path, and wait until the robot stands; moves that come now wait for `start`."""
+        self.stopped = True
+        if self._motion is None:
+            return
+        self._motion.pause()
+        while self._motion.state.phase is Phase.PAUSING:
+            self._task.pause(POLL_SECONDS)
+
+    def start(self) -> None:
+        """Go on after `stop`."""
+        self.stopped = False
+        waiting, self._waiting = self._waiting, []
+        if waiting:
+            self._send([step.again() if step.again is not None else step for step in waiting])
+        elif self._motion is not None and self._motion.state.phase in (Phase.PAUSING, Phase.PAUSED):
+            self._motion.resume()
+
+    def store(self) -> None:
+        """Put the path aside so that others can be made: after the move that is made now, or where it was stopped."""
+        stored = Stored([], self.stopped, self._zone)
+        steps, held, self._held = self._pending(), self._held, []
+        if not self.stopped and steps:
+            first = next((number for number, step in enumerate(steps, 1) if step.moves), len(steps))
+            steps, rest = steps[:first], steps[first:]
+            if rest:
+                self._end(ASIDE)
+                self._send([step.again() if step.again is not None else step for step in steps])
+            self.finish()
+            steps = rest
+        self._end(ASIDE)
+        stored.steps = [*steps, *self._waiting, *held]
+        self._stored.append(stored)
+        self._waiting, self.stopped = [], False
+
+    def restore(self) -> None:
+        """Wait until all is done, and go on with the path that was put aside last: at once, or by `start`."""
+        self.close()
+        stored = self._stored.pop()
+        if stored.stopped:
+            self.stopped, self._waiting = True, stored.steps
+        elif stored.steps:
+            self._send(stored.steps)
+        self._zone = stored.zone
+
+    @property
+    def level(self) -> int:
+        """Number of paths that are put aside."""
+        return len(self._stored)
+
+    def call_at(self, what: Callable[[], None]) -> None:
+        """Call something from a thread of its own when the place is passed where the last move ends, or its zone is."""
+        number = len(self._batch or ()) + len(self._held)
+        if self._batch is not None:
+            self._calls.append((number, what))
+        elif self._motion is None:
+            what()
+        else:
+            self._call(self._motion, self._count + number, what)
+
+    def _call(self, motion: Motion, number: int, what: Callable[[], None]) -> None:
+        passed = partial(self._call_when_passed, motion, number, what)
+        threading.Thread(target=passed, name="path mark", daemon=True).start()
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Send the steps of a block as one, so that the robot can't come to the end of one before the next is there."""
+        self._room()
+        self._batch = []
+        try:
+            yield
+            steps, self._batch = self._batch, None
+            self._send(steps)
+        finally:
+            self._batch, self._calls = None, []
+
+    def _call_when_passed(self, motion: Motion, number: int, what: Callable[[], None]) -> None:
+        with suppress(VirtualRobotError):  # the kernel is gone, which the program notices itself
+            while (state := motion.state).step < number and state.phase is not Phase.STARVED and not state.phase.ended:
+                time.sleep(POLL_SECONDS)
+            if state.phase not in (Phase.CANCELLED, Phase.ABORTED):
+                what()
+
+    def forget_path(self) -> None:
+        """Leave out the moves that are not done; the robot must stand (`stop`)."""
+        self._waiting = []
+        self._end("the program leaves its path out")
+
+    def _pending(self) -> list[Step]:
+        """Return the steps that are not done."""
+        if self._motion is None:
+            return []
+        state = self._motion.state
+        state.raise_early_end()
+        if state.phase is Phase.STARVED:
+            return []
+        return [step for number, step in self._sent if number >= state.step]
+
+    def _end(self, why: str) -> None:
         if self._motion is not None and not self._motion.phase.ended:
             self._motion.cancel(why)
             with suppress(MotionEndedError, CallTimeoutError):
@@ -134,42 +323,54 @@ class MotionQueue:
         self._forget()
 
     def _forget(self) -> None:
-        self._motion, self._held, self._zone, self._count = None, None, False, 0
-        self._moves.clear()
+        self._motion, self._held, self._zone, self._count = None, [], False, 0
+        self.concurrent = False
+        self._sent.clear()
 
-    def _taken(self) -> Program:
-        held, self._held = self._held, None
-        return held if held is not None else self._client.program()
-
-    def _send(self, steps: Program) -> None:
+    def _send(self, steps: Sequence[Step]) -> None:
+        if self._batch is not None:
+            self._batch += steps
+            return
+        while self.stopped:
+            self._task.pause(POLL_SECONDS)
+        program = self._client.program()
+        for step in steps:
+            program = step.add(program)
         if self._motion is None:
-            self._motion = steps.start(open=True)
+            self._motion = program.start(open=True)
             notes = self._motion.notes
         else:
             self._motion.state.raise_early_end()
-            notes = self._motion.append(steps)
+            notes = self._motion.append(program)
         self.notes += notes
+        for number, what in self._calls:
+            self._call(self._motion, self._count + number, what)
+        self._sent += enumerate(steps, self._count)
         self._count += len(steps)
 
     def _room(self) -> None:
         """Wait until another move may be appended."""
 
-        def fewer(state: MotionState) -> bool:
-            while self._moves and self._moves[0] < state.step:
-                self._moves.popleft()
-            return len(self._moves) < AHEAD
+        def moves() -> int:
+            return sum(step.moves for _, step in self._sent)
 
-        if len(self._moves) >= AHEAD:
+        def fewer(state: MotionState) -> bool:
+            while self._sent and self._sent[0][0] < state.step:
+                self._sent.popleft()
+            return moves() < AHEAD
+
+        if moves() >= AHEAD:
             self._wait(fewer)
 
     def _wait(self, enough: Callable[[MotionState], bool]) -> None:
         """Wait until a state of the motion is enough, or it has done all its steps."""
-        while self._motion is not None:
-            state = self._motion.state
-            state.raise_early_end()
-            if state.phase is Phase.STARVED:
-                self._moves.clear()
-                return
-            if enough(state):
-                return
+        while self._motion is not None or self._waiting:
+            if self._motion is not None:
+                state = self._motion.state
+                state.raise_early_end()
+                if state.phase is Phase.STARVED:
+                    self._sent.clear()
+                    return
+                if enough(state):
+                    return
             self._task.pause(POLL_SECONDS)

@@ -35,7 +35,7 @@ class Check(Meaning):
         """Check all modules."""
         scopes = [ModuleScope(module) for module in modules]
         self._routine: RoutineSymbol | None = None
-        self._in_handler = False
+        self._in_handler = self._in_undo = False
         self._counter = 0
         self._labels: list[set[str]] = []
         self._order: list[Datum] = []
@@ -156,8 +156,6 @@ class Check(Meaning):
         scope.routines.append(symbol)
         if node.handled:
             self.error(node.handled[0].at, "an error handler for numbers of its own (long jump) can't be used here yet")
-        if node.undo is not None:
-            self.error(node.at, f"the UNDO part of {node.name!r} can't be used here yet")
         return symbol
 
     def _data_value(self, node: tree.Data, kind: Type) -> None:
@@ -191,7 +189,8 @@ class Check(Meaning):
         names: dict[str, Symbol] = {datum.name.lower(): datum for datum in routine.data}
         self.scopes = [scope.names, names]
         node = routine.node
-        for self._in_handler, part in ((False, node.body), (True, node.handler), (False, node.backward)):
+        for part in (node.body, node.handler, node.undo, node.backward):
+            self._in_handler, self._in_undo = part is node.handler, part is node.undo
             if part is not None:
                 self._block(part)
         self._routine, self.scopes = None, []
@@ -299,8 +298,10 @@ class Check(Meaning):
         routine = self._routine
         assert routine is not None
         kind = routine.node.kind
+        if node.word == "raise" and self._in_undo and node.value is None:
+            return  # public programs have it there: it ends the part
         if node.word == "return":
-            if routine.result is not None and node.value is None:
+            if routine.result is not None and node.value is None and not self._in_undo:
                 self.error(node.at, f"RETURN of the function {routine.node.name!r} needs a value")
             elif routine.result is not None and node.value is not None:
                 self.expect(node.value, routine.result, f"the value of {routine.node.name!r}")

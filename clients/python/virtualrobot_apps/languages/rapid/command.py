@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 import click
@@ -13,6 +14,7 @@ Examples:
   virtualrobot rapid check palletize.mod
   virtualrobot rapid check main.mod tools.sys --signal doGripper --signal diPart
   virtualrobot rapid run palletize.mod --robot arm --create-signals
+  virtualrobot rapid run log.mod --files log --answer yes
 """
 
 _files = click.argument("files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path))
@@ -65,6 +67,20 @@ def check(target: Target, files: tuple[Path, ...], signals: tuple[str, ...]) -> 
     flag_value="127.0.0.1",
     help="Let its sockets listen, at this address [127.0.0.1]: whoever connects moves the robot.",
 )
+@click.option(
+    "--files",
+    "folder",
+    metavar="FOLDER",
+    type=click.Path(path_type=Path, exists=True, file_okay=False),
+    help="Let it use files, below this folder, whatever disk it names.",
+)
+@click.option(
+    "--answer",
+    "answers",
+    metavar="TEXT",
+    multiple=True,
+    help="What is answered on the pendant, one after the other [lines of the standard input].",
+)
 @click.option("--create-signals", is_flag=True, help="Add the signals that it names and the world has not.")
 @target_options
 def run(
@@ -73,6 +89,8 @@ def run(
     robot: str | None,
     routine: str,
     listen: str | None,
+    folder: Path | None,
+    answers: tuple[str, ...],
     create_signals: bool,
 ) -> int:
     """Run the program that FILEs make together, and show what it writes on its pendant; Ctrl-C stops it on its path.
@@ -99,7 +117,8 @@ def run(
             click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
         world = World(client, robot, lambda note: click.echo(f"note: {note}", err=True))
         try:
-            RapidTask(program, world, click.echo, listen).run(routine)
+            answered = answers or sys.stdin
+            RapidTask(program, world, click.echo, listen, files=folder, answers=answered).run(routine)
         except KeyboardInterrupt:
             click.echo("stopped", err=True)
             raise click.exceptions.Exit(130) from None

@@ -46,7 +46,7 @@ class Generator(Values):
         self._lines: list[str] = []
         self._places: list[int] = []
         self._depth, self._line, self._number = 0, 1, 0
-        self._guarded = False
+        self._guarded = self._in_undo = False
 
     def module(self) -> CodeType:
         """Return the code that defines the routines of the module."""
@@ -95,7 +95,7 @@ class Generator(Values):
     def _routine(self, routine: RoutineSymbol) -> None:
         node = routine.node
         self._line = self.source.line(node.at)
-        shared = node.handler is not None
+        shared = node.handler is not None or node.undo is not None
         self.boxed = {
             id(one)
             for one in routine.data
@@ -113,9 +113,23 @@ class Generator(Values):
                 self._put(f"{datum.python} = [{datum.python}]")
         if node.handler is not None:
             self._handler(node)
+        if node.undo is not None:
+            self._put("def undo():")
+            self._depth += 1
+            self._in_undo = True
+            self._block(node.undo)
+            self._in_undo = False
+            self._depth -= 1
+            self._put("try:")
+            self._depth += 1
         self._guarded = node.handler is not None
         self._block(node.body)
         self._guarded = False
+        if node.undo is not None:
+            self._depth -= 1
+            self._put("except BaseException:")
+            self._put("    task.left(undo)")
+            self._put("    raise")
         if node.kind == "func":
             self._put(f"no_value({node.name!r})")
         self._depth -= 1
@@ -217,7 +231,7 @@ class Generator(Values):
         self._depth -= 1
         self._put("except CAUGHT as error:")
         self._depth += 1
-        self._put("then = handler(as_fault(error))")
+        self._put("then = task.answered(handler(as_fault(error)))")
         self._put("if then is RETRY: continue")
         self._put("if then is not TRYNEXT: return then[0]")
         if skipped:
@@ -321,6 +335,8 @@ class Generator(Values):
     def _jump(self, node: tree.Jump) -> None:
         value = "None" if node.value is None else self.value(node.value)
         match node.word:
+            case "raise" if self._in_undo and node.value is None:
+                self._put("return")
             case "return":
                 self._simple(f"return ({value},)" if self.in_handler else f"return {value}")
             case "raise":

@@ -24,7 +24,8 @@ _FUNCTIONS = {
 
 _DEFAULTS = {
     **{"num": "0.0", "dnum": "0.0", "bool": "False", "string": "''"},
-    **{"clock": "task.clock()", "socketdev": "task.socket()"},
+    **{"clock": "task.clock()", "socketdev": "task.socket()", "iodev": "task.file()", "dir": "task.folder()"},
+    "rawbytes": "b''",
 }
 """First values of atomic types."""
 
@@ -195,11 +196,4 @@ class Values:
         parts = self.types.components(name)
         if parts:
             return f"[{', '.join(self._default(self.types.resolved(part) or '') for part, _ in parts)}]"
-        return {
-            "num": "0.0",
-            "dnum": "0.0",
-            "bool": "False",
-            "string": "''",
-            "clock": "task.clock()",
-            "socketdev": "task.socket()",
-        }.get(name, "None")
+        return _DEFAULTS.get(name, "None")

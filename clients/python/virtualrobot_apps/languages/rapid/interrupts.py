@@ -104,8 +104,8 @@ class Interrupts:
         if enabled and self._pending:
             self._ask()
 
-    def serve(self, begin: Callable[[float], None]) -> None:
-        """Call the traps that wait, one after the other; `begin` is told the number of each."""
+    def serve(self, run: Callable[[Interrupt], None]) -> None:
+        """Have the traps called that wait, one after the other, by `run`."""
         if self._serving or not self._enabled:
             return
         self._serving = True
@@ -113,13 +113,19 @@ class Interrupts:
             while self._enabled and self._pending:
                 with self._lock:
                     one = self._pending.popleft()
-                begin(one.number)
                 try:
-                    one.trap()
+                    run(one)
                 except CAUGHT as error:
                     raise RapidStopped(f"{as_fault(error)}, in a trap, whose errors nothing handles") from error
         finally:
             self._serving = False
+
+    def order(self, number: float) -> None:
+        """Have the trap of an interrupt called soon; any thread may call it."""
+        with self._lock:
+            found = self._all.get(number)
+            if found is not None:
+                self._raise(found)
 
     def close(self) -> None:
         """End the threads."""

@@ -158,9 +158,10 @@ class Meaning:
         if isinstance(found, Datum):
             node.symbol = found
             return found.type
-        if isinstance(found, RoutineSymbol) or node.name.lower() in BUILTINS:
+        known = node.name.lower() in self.known_signals or node.name.lower() in self.uses
+        if isinstance(found, RoutineSymbol) or (node.name.lower() in BUILTINS and not known):
             return self.error(node.at, f"{node.name!r} is a routine; a function is called with parentheses")
-        if node.name.lower() in self.known_signals:
+        if known:
             self.signal(node, "signaldi")
         else:
             self._unresolved.append((self.source, node, did_you_mean(node.name, self._names_here())))

@@ -49,7 +49,9 @@ ERRORS = (
     *("ERR_WAIT_MAXTIME", "ERR_ROBLIMIT", "ERR_NORETURN", "ERR_UNKPROC", "ERR_CALLPROC", "ERR_NOTPRES", "ERR_INVDIM"),
     *("ERR_UNKINO", "ERR_INOISSAFE"),
     *("ERR_SOCK_CLOSED", "ERR_SOCK_TIMEOUT", "ERR_SOCK_ADDR_INUSE", "ERR_SOCK_CONNREF", "ERR_SOCK_NOTCON"),
-    *("ERR_SOCK_ISCON",),
+    *("ERR_SOCK_ISCON", "ERR_FILEACC", "ERR_FILEEXIST", "ERR_FILEOPEN", "ERR_FILNOTFND", "ERR_RCVDATA"),
+    *("ERR_WHLSEARCH", "ERR_SIGSUPSEARCH", "ERR_FRAME"),
+    *("ERR_TP_MAXTIME", "ERR_UI_NOACTION", "ERR_UI_MAXMIN", "ERR_UI_INITVALUE", "ERR_RANYBIN_EOF"),
 )
 """Errors that programs can handle; on a controller their numbers are above 1,000 and named alone."""
 
@@ -58,6 +60,20 @@ ERROR_NUMBERS = {name: 1001.0 + number for number, name in enumerate(ERRORS)}
 
 SOCKET_STATES = ("SOCKET_CREATED", "SOCKET_CONNECTED", "SOCKET_BOUND", "SOCKET_LISTENING", "SOCKET_CLOSED")
 """States of a socket, whose values count from 1 (3HAC050917, socketstatus)."""
+
+
+LETTERS = "ÀÁÂÃÄÅÆÇÈÉÊËÌÍÎÏÐÑÒÓÔÕÖØÙÚÛÜÝÞ"
+"""Large letters of ISO 8859-1 beside A to Z, in the order of STR_UPPER."""
+
+NUMBERS = {
+    **{"btnNone": -1, "btnOK": 0, "btnAbrtRtryIgn": 1, "btnOKCancel": 2, "btnRetryCancel": 3, "btnYesNo": 4},
+    **{"btnYesNoCancel": 5, "resUnkwn": 0, "resOK": 1, "resAbort": 2, "resRetry": 3, "resIgnore": 4, "resCancel": 5},
+    **{"resYes": 6, "resNo": 7, "iconNone": 0, "iconInfo": 1, "iconWarning": 2, "iconError": 3},
+    **{"USINT": 1, "UINT": 2, "UDINT": 4, "ULINT": 8, "SINT": -1, "INT": -2, "DINT": -4, "LINT": -8},
+    **{"LT": 1, "LTEQ": 2, "EQ": 3, "NOTEQ": 4, "GTEQ": 5, "GT": 6},
+    **{"OP_UNDEF": 0, "OP_AUTO": 1, "OP_MAN_PROG": 2, "OP_MAN_TEST": 3},
+}
+"""Predefined numbers: buttons, their results, icons, types of integers, comparisons, operating modes (3HAC050917)."""
 
 
 def _pose(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> list[Any]:
@@ -71,20 +87,30 @@ CONSTANTS: dict[str, tuple[str, Any]] = {
     **{f"z{radius}": ("zonedata", [False, *sizes]) for radius, sizes in ZONES.items()},
     "pi": ("num", math.pi),
     "WAIT_MAX": ("num", 9e9),
-    "EOF": ("num", -1.0),
+    "EOF": ("string", "EOF"),
+    "stEmpty": ("string", ""),
+    "EOF_BIN": ("num", -1.0),
+    "EOF_NUM": ("num", 9.998e36),
+    "STR_DIGIT": ("string", "0123456789"),
+    "STR_UPPER": ("string", f"ABCDEFGHIJKLMNOPQRSTUVWXYZ{LETTERS}"),
+    "STR_LOWER": ("string", f"abcdefghijklmnopqrstuvwxyz{LETTERS.lower()}"),
+    "STR_WHITE": ("string", " \t\n\v\f\r"),
+    **{name: ("num", float(number)) for name, number in NUMBERS.items()},
     "high": ("num", 1.0),
     "low": ("num", 0.0),
     "edge": ("num", 2.0),
     **{name: ("num", 1.0 + number) for number, name in enumerate(SOCKET_STATES)},
-    "load0": ("loaddata", [0.001, [0.0, 0.0, 0.001], [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0]),
     **{name: ("num", number) for name, number in ERROR_NUMBERS.items()},
 }
 """Type and value of each constant."""
 
+_LOAD = [0.001, [0.0, 0.0, 0.001], [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0]
+
 VARIABLES: dict[str, tuple[str, str, Any]] = {
     "ERRNO": ("var", "num", 0.0),
     "INTNO": ("var", "num", 0.0),
-    "tool0": ("pers", "tooldata", [True, _pose(), CONSTANTS["load0"][1]]),
+    "tool0": ("pers", "tooldata", [True, _pose(), _LOAD]),
+    "load0": ("pers", "loaddata", _LOAD),
     "wobj0": ("pers", "wobjdata", [False, True, "", _pose(), _pose()]),
     **{f"reg{number}": ("var", "num", 0.0) for number in range(1, 6)},
     "clock1": ("var", "clock", None),

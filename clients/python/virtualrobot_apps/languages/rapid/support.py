@@ -10,6 +10,7 @@ import math
 from typing import Any, NoReturn
 
 from virtualrobot_apps.languages.rapid.faults import CAUGHT, Jump, ProgramEnded, RapidFault, RapidStopped, as_fault
+from virtualrobot_apps.languages.rapid.predefined import ERROR_NUMBERS
 
 RETRY, TRYNEXT = "retry", "trynext"
 
@@ -105,9 +106,9 @@ def linked(left: list[float], right: list[float]) -> list[float]:
 
 
 def raised(number: float) -> NoReturn:
-    """Raise the error of RAISE; its number is 1 to 90 (ABB, RAPID Reference Manual, 8-RAISE-1)."""
-    if not 1 <= number <= 90:
-        raise RapidFault("ERR_ILLRAISE", f"RAISE takes a number from 1 to 90, not {number:g}")
+    """Raise the error of RAISE; its number is 1 to 90 (ABB, RAPID Reference Manual, 8-RAISE-1), or booked."""
+    if not 1 <= number <= 90 and not number > max(ERROR_NUMBERS.values()):
+        raise RapidFault("ERR_ILLRAISE", f"RAISE takes a number from 1 to 90, or one of BookErrNo, not {number:g}")
     raise RapidFault(float(number), "raised by the program")
 
 

@@ -91,8 +91,8 @@ MoveL MoveLAO MoveLDO MoveLGO MoveLSync MToolRotCalib MToolTCPCalib NumToDnum Op
 PackRawBytes ParIdPosValid ParIdRobValid PathAccLim PathLevel PathRecMoveBwd PathRecMoveFwd PathRecStart PathRecStop
 PathResol PDispOff PDispOn PDispSet PFL PFRestart ProcCall ProcerrRecovery ProgMemFree PrxActivRec PulseDO RaiseToUser
 RawBytesLen ReadAnyBin ReadBin ReadBlock ReadCfgData ReadDir ReadErrData ReadMotor ReadNum ReadRawBytes ReadStr
-ReadStrBin ReadVar ReadVarArr ReadWaitTime RelRob RemoveAllCyclicBool RemoveDir RemoveFile RenameFile Reset
-ResetPPMoved ResetRetryCount RestoPath Rewind RMQFindSlot RMQGetMessage RMQSendMessage RobName RobOS RunMode Save
+ReadStrBin ReadVar ReadVarArr ReadWaitTime RelRob RemainingRetries RemoveAllCyclicBool RemoveDir RemoveFile RenameFile
+Reset ResetPPMoved ResetRetryCount RestoPath Rewind RMQFindSlot RMQGetMessage RMQSendMessage RobName RobOS RunMode Save
 SaveCfgData SCWrite SearchC SearchExtJ SearchL SenDevice Set SetAllDataVal SetAO SetDataSearch SetDataVal SetDO SetGO
 SetSysData SetupCyclicBool SiConnect SiGetCyclic SimLoad SingArea SkipWarn SocketAccept SocketBind SocketClose
 SocketConnect SocketCreate SocketGetStatus SocketListen SocketPeek SocketReceive SocketReceiveFrom SocketSend

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 import traceback
 from collections.abc import Callable, Iterable
@@ -12,19 +13,20 @@ from typing import Any, NoReturn
 from virtualrobot.errors import VirtualRobotError, WrongStateError
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics, ProgramError, did_you_mean
+from virtualrobot_apps.languages.core.pendant import Pendant
 from virtualrobot_apps.languages.core.source import Source, read_source
 from virtualrobot_apps.languages.core.task import Task
 from virtualrobot_apps.languages.rapid import builtin
 from virtualrobot_apps.languages.rapid.check import Checked, check
 from virtualrobot_apps.languages.rapid.faults import CAUGHT, ProgramEnded, RapidFault, RapidStopped, as_fault
 from virtualrobot_apps.languages.rapid.generate import generate
-from virtualrobot_apps.languages.rapid.interrupts import Interrupts
+from virtualrobot_apps.languages.rapid.interrupts import Interrupt, Interrupts
 from virtualrobot_apps.languages.rapid.parser import parse
 from virtualrobot_apps.languages.rapid.predefined import CONSTANTS, VARIABLES
 from virtualrobot_apps.languages.rapid.support import copied, names_of_support
 from virtualrobot_apps.languages.rapid.symbols import RoutineSymbol, Use
 from virtualrobot_apps.languages.rapid.table import BUILTINS
-from virtualrobot_apps.languages.rapid.values import Clock, SocketDevice
+from virtualrobot_apps.languages.rapid.values import Clock, FileDevice, FolderDevice, SocketDevice
 from virtualrobot_apps.languages.rapid.world import World
 
 builtin.load()
@@ -67,9 +69,11 @@ class RapidTask(Task):
 
     Attributes:
         world: the robot and the signals; None where the program has none, and may compute only.
-        write: gets each line of the pendant.
+        pendant: what it writes, and what it is answered.
         listen_at: the address at which its sockets may listen; None: they may not.
+        files: the folder below which its files are; None: it may use none.
         sockets: the sockets that are open.
+        open_files: the files that are open.
     """
 
     def __init__(
@@ -78,11 +82,24 @@ class RapidTask(Task):
         world: World | None = None,
         write: Callable[[str], None] = print,
         listen_at: str | None = None,
+        *,
+        files: Path | None = None,
+        answers: Iterable[str] = (),
     ) -> None:
-        """Set up the data; nothing runs yet. Raises WrongStateError for signals that the world has not."""
+        """Set up the data; nothing runs yet.
+
+        `write` gets each line of the pendant, and `answers` what the program asks there, one after the other. Raises
+        WrongStateError for signals that the world has not.
+        """
         super().__init__()
-        self.program, self.write, self.listen_at = program, write, listen_at
+        self.program, self.listen_at, self.files = program, listen_at, files
+        self.pendant = Pendant(write, answers)
+        self.write = self.pendant.write
         self.sockets: set[SocketDevice] = set()
+        self.open_files: set[FileDevice] = set()
+        self.booked = 0
+        self.shared_lock = threading.Lock()
+        self._left: list[Callable[[], None]] = []
         self._world = world
         self._interrupts: Interrupts | None = None
         if world is not None:
@@ -121,8 +138,10 @@ class RapidTask(Task):
         if self._interrupts is not None:
             self._interrupts.serve(self._trapped)
 
-    def _trapped(self, number: float) -> None:
-        self._names["s_intno"][0] = number
+    def _trapped(self, interrupt: Interrupt) -> None:
+        self._names["s_intno"][0] = interrupt.number
+        with self.world.queue.aside():
+            interrupt.trap()
 
     def run(self, name: str = "main") -> None:
         """Run a procedure to its end, and wait until the robot stands.
@@ -148,15 +167,37 @@ class RapidTask(Task):
         except ProgramEnded:
             if self._world is not None:
                 self._world.close()
+            self._undo()
         except BaseException as error:
             if self._world is not None:
                 self._world.cancel("the program ended early")
+            self._undo()
             self._tell(error)
         finally:
             if self._interrupts is not None:
                 self._interrupts.close()
-            for device in self.sockets:
+            for device in (*self.sockets, *self.open_files):
                 device.close()
+
+    def left(self, undo: Callable[[], None]) -> None:
+        """Remember the UNDO part of a routine that is left early: it counts unless a handler lets the program go on."""
+        self._left.append(undo)
+
+    def answered(self, then: Any) -> Any:  # noqa: ANN401 what a handler says
+        """Return what an error handler says, which is that the program goes on."""
+        self._left.clear()
+        return then
+
+    def _undo(self) -> None:
+        """Do the UNDO parts of the routines that the program was in, the innermost first; a stop is over then."""
+        self.flags.clear()
+        self._why = ""
+        while self._left:
+            try:
+                self._left.pop(0)()
+            except (*CAUGHT, VirtualRobotError, RecursionError) as error:
+                told = as_fault(error) if isinstance(error, CAUGHT) else error
+                self.write(f"error: in UNDO: {told}")
 
     def _tell(self, error: BaseException) -> NoReturn:
         """Raise an error as one of the program's, with the lines of RAPID that led to it."""
@@ -228,6 +269,14 @@ class RapidTask(Task):
         """Return a clock that stands at 0."""
         return Clock(self.time)
 
+    def file(self) -> FileDevice:
+        """Return a file that is closed."""
+        return FileDevice()
+
+    def folder(self) -> FolderDevice:
+        """Return a folder that is closed."""
+        return FolderDevice()
+
     def socket(self) -> SocketDevice:
         """Return a socket that is closed."""
         return SocketDevice()
@@ -244,3 +293,8 @@ class RapidTask(Task):
         """Wait until the world may be looked at or told something."""
         if self._world is not None:
             self._world.settle()
+
+    def finish(self) -> None:
+        """Wait until the robot stands."""
+        if self._world is not None:
+            self._world.queue.finish()

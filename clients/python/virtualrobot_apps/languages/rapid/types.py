@@ -21,7 +21,7 @@ class Type(NamedTuple):
 
 NUM, BOOL, STRING, ANY, SWITCH = Type("num"), Type("bool"), Type("string"), Type("any"), Type("switch")
 
-ATOMIC = ("num", "dnum", "bool", "string", "clock", "socketdev")
+ATOMIC = ("num", "dnum", "bool", "string", "clock", "socketdev", "iodev", "dir", "rawbytes", "triggdata")
 """Types whose values are one thing."""
 
 SIGNALS = {
@@ -50,11 +50,18 @@ RECORDS: dict[str, list[tuple[str, str]]] = {
         "loaddata": "mass:num cog:pos aom:orient ix:num iy:num iz:num",
         "tooldata": "robhold:bool tframe:pose tload:loaddata",
         "wobjdata": "robhold:bool ufprog:bool ufmec:string uframe:pose oframe:pose",
+        "progdisp": "pdisp:pose eoffs:extjoint",
+        "listitem": "image:string text:string",
     }.items()
 }
 """Components (type, name) of the records that come with the language."""
 
-ALIASES = {"byte": "num", "errnum": "num", "intnum": "num", "dionum": "num", "socketstatus": "num", "stoppoint": "num"}
+ALIASES = {
+    **dict.fromkeys(("byte", "errnum", "intnum", "dionum", "socketstatus", "stoppoint"), "num"),
+    **dict.fromkeys(("btnres", "buttondata", "icondata", "inttypes", "opnum", "symnum"), "num"),
+    **dict.fromkeys(("identno", "tpnum"), "num"),
+    "errstr": "string",
+}
 """Other names of types that come with the language."""
 
 

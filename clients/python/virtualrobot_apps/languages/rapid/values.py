@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import socket
 from collections.abc import Callable
-from typing import Any
+from typing import Any, BinaryIO
 
 
 class Clock:
@@ -48,6 +48,29 @@ class SocketDevice:
         if self.socket is not None:
             self.socket.close()
         self.socket, self.state = None, "SOCKET_CLOSED"
+
+
+class FileDevice:
+    """A file of the program; None while it is closed. A text file is read and written in ISO 8859-1, as bytes."""
+
+    def __init__(self) -> None:
+        """Be closed."""
+        self.file: BinaryIO | None = None
+        self.binary = False
+
+    def close(self) -> None:
+        """Close it, if it is open."""
+        if self.file is not None:
+            self.file.close()
+        self.file = None
+
+
+class FolderDevice:
+    """A folder of the program, with the names in it that were not read yet; None while it is closed."""
+
+    def __init__(self) -> None:
+        """Be closed."""
+        self.names: list[str] | None = None
 
 
 def number_text(number: float) -> str:

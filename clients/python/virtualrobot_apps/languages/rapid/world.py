@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from copy import deepcopy
 from itertools import pairwise
 from typing import Any
 
@@ -23,22 +25,23 @@ from virtualrobot.errors import (
 from virtualrobot.geometry import Matrix
 from virtualrobot.motions.moves import Move
 
-from virtualrobot_apps.languages.core.motion import MotionQueue, SignalTimeout
-from virtualrobot_apps.languages.core.task import Task
+from virtualrobot_apps.languages.core.motion import Step
+from virtualrobot_apps.languages.rapid.arcs import Arc
 from virtualrobot_apps.languages.rapid.configuration import confdata
 from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
 from virtualrobot_apps.languages.rapid.frames import matrix_of, pose_of
-from virtualrobot_apps.languages.rapid.predefined import NO_AXIS
-from virtualrobot_apps.languages.rapid.symbols import Use
+from virtualrobot_apps.languages.rapid.predefined import NO_AXIS, VARIABLES
+from virtualrobot_apps.languages.rapid.signals import Signals
 
 ACCELERATION = 5.0
 """Greatest acceleration (m/s²) of the tool centre point on lines and arcs; the joints' limits count besides."""
 PLACES = 8
 """Number of pieces in which the way of a joint move is looked at for its speed."""
+TOOL, WOBJ = VARIABLES["tool0"][2], VARIABLES["wobj0"][2]
 _CAN_NOT = (UnreachableError, LimitError, SingularityError)
 
 
-class World:
+class World(Signals):
     """One robot and the signals of a kernel, for one program."""
 
     def __init__(self, client: Client, robot: str, say: Callable[[str], None] = lambda _: None) -> None:
@@ -46,7 +49,8 @@ class World:
 
         Raises WrongStateError for a robot that has not six turning joints.
         """
-        self.client, self.robot = client, client.robot(robot)
+        super().__init__(client)
+        self.robot = client.robot(robot)
         self.joints = self.robot.joint_names
         limits = self.robot.limits
         if len(self.joints) != 6:
@@ -55,8 +59,9 @@ class World:
         self._say, self._said = say, set[str]()
         self.configurations, self.linear_configurations = True, True
         self.speed_share, self.speed_limit, self.acceleration_share = 1.0, math.inf, 1.0
-        self._types: dict[str, type] = {}
-        self._names: dict[str, str] = {}
+        self.tool, self.wobj = deepcopy(TOOL), deepcopy(WOBJ)
+        self.displacement = np.eye(4)
+        self.concurrent = False
         self._tools: dict[str, str] = {}
         state = self.robot.state
         self._before = (state.tool or None, state.tool_center_point or None)
@@ -64,37 +69,16 @@ class World:
         self._flange_t_tcp = np.eye(4)
         self._target: np.ndarray | None = None
         self._place: Matrix | None = None
-        self._queue: MotionQueue | None = None
+        self._levels: list[tuple[np.ndarray | None, Matrix | None, list[Any]]] = []
 
-    @property
-    def queue(self) -> MotionQueue:
-        """The motions of the program."""
-        if self._queue is None:
-            raise RapidStopped("no program works with this robot yet")
-        return self._queue
-
-    def begin(self, task: Task) -> None:
-        """Belong to a task."""
-        self._queue = MotionQueue(self.client, task)
-
-    def find_signals(self, uses: Iterable[Use]) -> None:
-        """Look up the signals of a program; raises WrongStateError, with first places, for those that are not there."""
-        found = {one.name.lower(): one for one in self.client.signals.read()}
-        lacking = []
-        for use in uses:
-            signal = found.get(use.name.lower())
-            if signal is None:
-                lacking.append(f"{use.name} ({use.source.file}:{use.source.line(use.at)})")
-            elif isinstance(signal.value, str | tuple):
-                raise WrongStateError(f"the signal {signal.name!r} is a text or a group, which RAPID has not here")
-            else:
-                self._names[use.name.lower()] = signal.name
-                self._types[signal.name] = type(signal.value)
-        if lacking:
-            raise WrongStateError(
-                f"the world has no signal {', '.join(lacking)}; create it by 'virtualrobot signal NAME --create', or "
-                "all by --create-signals"
-            )
+    @contextmanager
+    def alongside(self, concurrent: bool | None) -> Iterator[None]:
+        """Let the program go on at once after the moves of a block, if it shall."""
+        self.concurrent = bool(concurrent)
+        try:
+            yield
+        finally:
+            self.concurrent = False
 
     def note(self, message: str) -> None:
         """Tell something that a controller would have done otherwise, once for a line of the program."""
@@ -102,61 +86,25 @@ class World:
             self._said.add(message)
             self._say(message)
 
-    # Time and signals.
-
-    def settle(self) -> None:
-        """Wait until the world may be looked at or told something."""
-        self.queue.settle()
-
-    def time(self) -> float:
-        """Return the time of the simulation (s)."""
-        return self.client.clock.simulation_time
-
-    def signal_name(self, name: str) -> str:
-        """Return a signal's name as the world has it."""
-        return self._names.get(name.lower(), name)
-
-    def signal_value(self, name: str) -> float:
-        """Return the value of a signal as a number, when the program has come so far."""
-        self.settle()
-        return float(self.client.signals[self.signal_name(name)])  # pyright: ignore[reportArgumentType] looked up
-
-    def typed(self, name: str, value: float) -> bool | int | float:
-        """Return a number as a value of a signal's type."""
-        kind = self._types.get(self.signal_name(name), bool)
-        if kind is bool and value not in (0.0, 1.0):
-            raise RapidFault("ERR_ARGVALERR", f"the signal {name!r} is 0 or 1, not {value:g}")
-        return kind(value)
-
-    def set_signal(self, name: str, value: float) -> None:
-        """Set a signal, in the zone of the last move, or when that is done."""
-        self.queue.set(self.signal_name(name), self.typed(name, value))
-
-    def wait_signal(self, name: str, value: float, timeout: float | None) -> None:
-        """Stand until a signal has a value; raises the fault ERR_WAIT_MAXTIME after `timeout` (s)."""
-        try:
-            self.queue.wait_signal(self.signal_name(name), self.typed(name, value), timeout)
-        except SignalTimeout as error:
-            raise RapidFault("ERR_WAIT_MAXTIME", str(error)) from error
-
     # Frames.
 
     def frame(self, wobj: list[Any] | None) -> Matrix:
-        """Return where a work object's frame is in that of the robot's base, 4x4."""
+        """Return where places of a work object are in the frame of the robot's base, with the displacement, 4x4."""
         if wobj is None:
-            return np.eye(4)
+            return self.displacement
         if wobj[0]:
             raise RapidFault("ERR_ARGVALERR", "a work object that the robot holds (robhold) can't be used here yet")
         if not wobj[1]:
             raise RapidFault(
                 "ERR_ARGVALERR", "a work object on a mechanical unit (ufprog FALSE) can't be used here yet"
             )
-        return matrix_of(wobj[3]) @ matrix_of(wobj[4])
+        return matrix_of(wobj[3]) @ matrix_of(wobj[4]) @ self.displacement
 
     def use_tool(self, tool: list[Any]) -> None:
         """Work with a tool from now on; the robot stands when it changes to another one."""
         if not tool[0]:
             raise RapidFault("ERR_ARGVALERR", "a stationary tool (robhold FALSE) can't be used here yet")
+        self.tool = deepcopy(tool)
         if tool[1] == self._tool:
             return
         self.queue.close()
@@ -181,17 +129,17 @@ class World:
         """Pose of the robot's base in the world, 4x4."""
         return self.client.scene.pose(self.robot.name)
 
-    def _joints_now(self) -> np.ndarray:
+    def joints_planned(self) -> np.ndarray:
         """Return the joints (rad) where the program has sent the robot."""
         if self._target is None:
             self.queue.finish()
             self._target = np.array(self.robot.state.positions)
         return self._target
 
-    def _place_now(self) -> Matrix:
+    def place_now(self) -> Matrix:
         """Return where the program has sent the tool centre point, in the frame of the base."""
         if self._place is None:
-            tcp = self.robot.solve_forward(dict(zip(self.joints, self._joints_now(), strict=True))).world_t_tcp
+            tcp = self.robot.solve_forward(dict(zip(self.joints, self.joints_planned(), strict=True))).world_t_tcp
             self._place = np.linalg.inv(self.base) @ tcp
         return self._place
 
@@ -201,7 +149,7 @@ class World:
         Of several it is the one with that configuration, else the nearest. Raises the fault ERR_ROBLIMIT where there is
         none.
         """
-        solution = self.robot.solve_inverse(self.base @ base_t_tcp, seed=list(self._joints_now()))
+        solution = self.robot.solve_inverse(self.base @ base_t_tcp, seed=list(self.joints_planned()))
         if not len(solution.solutions):
             raise RapidFault("ERR_ROBLIMIT", solution.explanation)
         names = solution.configurations or ("",) * len(solution.solutions)
@@ -214,14 +162,21 @@ class World:
 
     def move_joints(self, goal: np.ndarray, speed: list[float], zone: list[Any]) -> None:
         """Move all joints to positions (rad), the tool centre point nowhere faster than the speed data say."""
-        start = self._joints_now()
-        factor = self._joint_factor(start, goal, speed)
+        factor = self.joint_factor(self.joints_planned(), goal, speed)
+        self.add_joints(goal, factor, zone[1] / 1000.0 * (not zone[0]))
+        self.went(goal, None)
+
+    def add_joints(self, goal: np.ndarray, factor: float, zone: float) -> None:
+        """Append a joint move to positions (rad), with a share of the joints' speeds and a zone (m)."""
         named = dict(zip(self.joints, goal.tolist(), strict=True))
         self._add(self.robot.ptp(named, speed_factor=factor), zone)
-        self._target, self._place = goal, None
 
-    def move_joints_to(self, target: list[Any], speed: list[float], zone: list[Any], wobj: list[Any] | None) -> None:
-        """Move all joints to a place, with its configuration where ConfJ is on."""
+    def went(self, joints: np.ndarray, place: Matrix | None) -> None:
+        """Remember where a joint move ends: joints (rad), and the pose in the frame of the base where it is known."""
+        self._target, self._place = joints, place
+
+    def goal_of(self, target: list[Any], wobj: list[Any] | None) -> np.ndarray:
+        """Return the joints (rad) of a place, with its configuration where ConfJ is on."""
         pose = self.frame(wobj) @ matrix_of(target)
         goal, found, fits = self.solved(pose, target[2] if self.configurations else None)
         if not fits:
@@ -229,40 +184,58 @@ class World:
                 f"{here()}: no posture within limits has the configuration {_told(target[2])}; the nearest one is "
                 f"taken, {_told(found)}. A controller would stop here"
             )
-        self.move_joints(goal, speed, zone)
-        self._place = pose
+        return goal
+
+    def move_joints_to(self, target: list[Any], speed: list[float], zone: list[Any], wobj: list[Any] | None) -> None:
+        """Move all joints to a place, with its configuration where ConfJ is on."""
+        self.move_joints(self.goal_of(target, wobj), speed, zone)
+        self._place = self.frame(wobj) @ matrix_of(target)
+
+    def place_at(self, joints: np.ndarray) -> np.ndarray:
+        """Return where joints (rad) bring the tool centre point, (3,) in m in the world."""
+        return self.robot.solve_forward(dict(zip(self.joints, joints.tolist(), strict=True))).world_t_tcp[:3, 3]
 
     def move_line(self, target: list[Any], speed: list[float], zone: list[Any], wobj: list[Any] | None) -> None:
         """Move the tool centre point along a line."""
         pose = self.frame(wobj) @ matrix_of(target)
-        velocity = self._velocity(pose, speed, None)
-        self._add(
-            self.robot.linear(
-                pose, reference=self.robot.name, velocity=velocity, acceleration=ACCELERATION * self.acceleration_share
-            ),
-            zone,
-        )
-        self._arrived(pose, target)
+        self.add_line(pose, self.velocity(pose, speed, None), zone[1] / 1000.0 * (not zone[0]))
+        self.arrived(pose, target)
 
     def move_arc(
         self, via: list[Any], target: list[Any], speed: list[float], zone: list[Any], wobj: list[Any] | None
     ) -> None:
         """Move the tool centre point along an arc through a place."""
         pose, point = self.frame(wobj) @ matrix_of(target), (self.frame(wobj) @ matrix_of(via))[:3, 3]
-        velocity = self._velocity(pose, speed, point)
-        self._add(
-            self.robot.circular(
-                point,
-                pose,
-                reference=self.robot.name,
-                velocity=velocity,
-                acceleration=ACCELERATION * self.acceleration_share,
-            ),
-            zone,
-        )
-        self._arrived(pose, target)
+        self.add_arc(self.place_now(), point, pose, self.velocity(pose, speed, point), zone[1] / 1000.0 * (not zone[0]))
+        self.arrived(pose, target)
 
-    def _arrived(self, pose: Matrix, target: list[Any]) -> None:
+    def add_line(self, pose: Matrix, velocity: float, zone: float) -> None:
+        """Append a line to a pose in the frame of the base, at a speed (m/s), with a zone (m)."""
+        acceleration = ACCELERATION * self.acceleration_share
+        line = self.robot.linear(pose, reference=self.robot.name, velocity=velocity, acceleration=acceleration)
+        self._add(line, zone)
+
+    def add_arc(self, start: Matrix, via: np.ndarray, pose: Matrix, velocity: float, zone: float) -> None:
+        """Append an arc from a pose through a point to another one, as `add_line` does."""
+        acceleration = ACCELERATION * self.acceleration_share
+
+        def arc(through: np.ndarray) -> Move:
+            return self.robot.circular(
+                through, pose, reference=self.robot.name, velocity=velocity, acceleration=acceleration
+            )
+
+        def rest() -> Step:
+            whole, here = Arc(start[:3, 3], via, pose[:3, 3]), self._robot_now()[:3, 3]
+            through = whole.point((whole.share(here) + 1.0) / 2.0)
+            return Step(lambda program: program.move(arc(through), zone=zone or None), True, rest)
+
+        self._add(arc(via), zone, rest)
+
+    def _robot_now(self) -> Matrix:
+        """Return where the tool centre point is, in the frame of the base."""
+        return np.linalg.inv(self.base) @ self.robot.state.world_t_tcp
+
+    def arrived(self, pose: Matrix, target: list[Any]) -> None:
         """Remember where a line or arc ends; it keeps the branch that it began in."""
         joints, found, _ = self.solved(pose, None)
         if self.linear_configurations and found != [float(one) for one in target[2]]:
@@ -272,9 +245,9 @@ class World:
             )
         self._target, self._place = joints, pose
 
-    def _add(self, move: Move, zone: list[Any]) -> None:
+    def _add(self, move: Move, zone: float, again: Callable[[], Step] | None = None) -> None:
         try:
-            self.queue.move(move, 0.0 if zone[0] else zone[1] / 1000.0)
+            self.queue.move(move, zone, concurrent=self.concurrent, again=again)
         except _CAN_NOT as error:
             raise RapidFault("ERR_ROBLIMIT", error.message) from error
 
@@ -285,9 +258,9 @@ class World:
             raise RapidFault("ERR_ARGVALERR", f"the speed {speed[0]:g} mm/s is not above 0")
         return wanted
 
-    def _velocity(self, pose: Matrix, speed: list[float], via: np.ndarray | None) -> float:
+    def velocity(self, pose: Matrix, speed: list[float], via: np.ndarray | None) -> float:
         """Return the speed (m/s) along a way, so low that the tool turns no faster than v_ori."""
-        start = self._place_now()
+        start = self.place_now()
         if via is None:
             length = float(np.linalg.norm(pose[:3, 3] - start[:3, 3]))
         else:
@@ -296,7 +269,7 @@ class World:
         slowest = math.radians(max(speed[1], 1e-3))
         return velocity if angle * velocity <= slowest * length or length < 1e-6 else slowest * length / angle
 
-    def _joint_factor(self, start: np.ndarray, goal: np.ndarray, speed: list[float]) -> float:
+    def joint_factor(self, start: np.ndarray, goal: np.ndarray, speed: list[float]) -> float:
         """Return the share of the joints' speeds with which the tool centre point keeps its own and v_ori."""
         wanted, turning = self._speed(speed), math.radians(max(speed[1], 1e-3))
         seconds = float(np.max(np.abs(goal - start) / self._velocities))
@@ -311,6 +284,78 @@ class World:
         fastest = max(np.linalg.norm(b[:3, 3] - a[:3, 3]) for a, b in pairwise(ways)) / each
         turns = max(_angle(a, b) for a, b in pairwise(ways)) / each
         return float(min(1.0, max(1e-3, min(wanted / max(fastest, 1e-9), turning / max(turns, 1e-9)))))
+
+    @contextmanager
+    def together(self) -> Iterator[None]:
+        """Append the moves of a block as one."""
+        try:
+            with self.queue.together():
+                yield
+        except _CAN_NOT as error:
+            raise RapidFault("ERR_ROBLIMIT", error.message) from error
+
+    # Paths that are put aside, and searches.
+
+    def store_path(self) -> None:
+        """Put the path aside."""
+        self.queue.store()
+        self._levels.append((self._target, self._place, self.tool))
+        self._target = self._place = None
+
+    def restore_path(self) -> None:
+        """Go on with the path that was put aside last, with its tool."""
+        if not self._levels:
+            raise RapidStopped("RestoPath needs a StorePath before it")
+        target, place, tool = self._levels.pop()
+        self.queue.finish()
+        self.use_tool(tool)
+        try:
+            self.queue.restore()
+        except _CAN_NOT as error:
+            raise RapidFault("ERR_ROBLIMIT", error.message) from error
+        self._target, self._place = target, place
+
+    def start(self) -> None:
+        """Go on after a stop."""
+        try:
+            self.queue.start()
+        except _CAN_NOT as error:
+            raise RapidFault("ERR_ROBLIMIT", error.message) from error
+
+    def clear_path(self) -> None:
+        """Leave the moves out that are not done."""
+        self.queue.forget_path()
+        self._target = self._place = None
+
+    def search_line(
+        self, target: list[Any], signal: str, value: float, speed: list[float], wobj: list[Any] | None, go_on: bool
+    ) -> list[Any] | None:
+        """Move along a line until a signal has a value; return the place where it had, None where it never did.
+
+        The robot brakes there, and goes to the end of the line then where it shall `go_on`.
+        """
+        pose = self.frame(wobj) @ matrix_of(target)
+        self.queue.close()
+        velocity = self.velocity(pose, speed, None)
+        until = (self.signal_name(signal), self.typed(signal, value))
+        acceleration = ACCELERATION * self.acceleration_share
+        options = {"reference": self.robot.name, "velocity": velocity, "acceleration": acceleration}
+        try:
+            move = self.robot.linear(pose, until=until, **options)
+            found = self.queue.search(self.client.program().move(move))
+        except _CAN_NOT as error:
+            raise RapidFault("ERR_ROBLIMIT", error.message) from error
+        self._target = self._place = None
+        if found is None or not found.found:
+            self.arrived(pose, target)
+            return None
+        joints = np.array([found.joint_positions[name] for name in self.joints])
+        place = self.target_at(joints, self.tool, wobj)
+        if go_on:
+            self.add_line(pose, velocity, 0.0)
+            self.arrived(pose, target)
+            self.queue.finish()
+        return place
 
     # The robot as it is.
 

@@ -4,7 +4,23 @@ from __future__ import annotations
 
 from importlib import import_module
 
-ROOMS = ("motion", "signals", "interrupts", "sockets", "program", "arithmetic", "bits", "strings")
+ROOMS = (
+    *(
+        "motion",
+        "paths",
+        "frames",
+        "signals",
+        "interrupts",
+        "sockets",
+        "files",
+        "rawbytes",
+        "pendant",
+        "program",
+        "system",
+        "arithmetic",
+    ),
+    *("bits", "strings"),
+)
 """Modules with instructions and functions, in the order of the documentation."""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from copy import deepcopy
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -9,19 +10,19 @@ import numpy as np
 from virtualrobot_apps.languages.rapid.faults import RapidFault
 from virtualrobot_apps.languages.rapid.predefined import NO_AXIS
 from virtualrobot_apps.languages.rapid.table import function, instruction
-from virtualrobot_apps.languages.rapid.world import here
+from virtualrobot_apps.languages.rapid.world import WOBJ, here
 
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.rapid.task import RapidTask
 
 _ENDS = r"speeddata Speed \num V, zonedata Zone \num Z, pers tooldata Tool \pers wobjdata WObj"
 _Argument: TypeAlias = Any
-"""One of `_ENDS`, as `_ends` takes them."""
+"""One of `_ENDS`, as `move_ends` takes them."""
 
-_LACKING = "Conc ID T Inpos Corr TLoad"
+_LACKING = "ID T Inpos Corr TLoad"
 
 
-def _ends(
+def move_ends(
     task: RapidTask,
     speed: list[float],
     v: float | None,
@@ -34,6 +35,7 @@ def _ends(
 ) -> tuple[list[float], list[Any], list[Any] | None]:
     r"""Use the tool that a move names; return its speed and zone, with the numbers of \V and \Z, and work object."""
     task.world.use_tool(tool[tool_index])
+    task.world.wobj = WOBJ if wobj is None else deepcopy(wobj[wobj_index])
     speed = speed if v is None else [v, *speed[1:]]
     zone = zone if z is None else [False, z, 1.5 * z, 1.5 * z, 0.15 * z, 1.5 * z, 0.15 * z]
     return speed, zone, wobj and wobj[wobj_index]
@@ -43,29 +45,62 @@ def _degrees(joints: np.ndarray) -> list[Any]:
     return [np.degrees(joints).tolist(), [NO_AXIS] * 6]
 
 
-@instruction("MoveJ", f"robtarget ToPoint, {_ENDS}", lacking=_LACKING)
-def _move_j(task: RapidTask, target: list[Any], *ends: _Argument) -> None:
-    """Moves all joints evenly to a place."""
-    task.world.move_joints_to(target, *_ends(task, *ends))
+@instruction("MoveJ", rf"\switch Conc, robtarget ToPoint, {_ENDS}", lacking=_LACKING)
+def _move_j(task: RapidTask, concurrent: bool | None, target: list[Any], *ends: _Argument) -> None:
+    """Moves all joints evenly to a place; with Conc the program goes on at once."""
+    with task.world.alongside(concurrent):
+        task.world.move_joints_to(target, *move_ends(task, *ends))
 
 
-@instruction("MoveL", f"robtarget ToPoint, {_ENDS}", lacking=_LACKING)
-def _move_l(task: RapidTask, target: list[Any], *ends: _Argument) -> None:
+@instruction("MoveL", rf"\switch Conc, robtarget ToPoint, {_ENDS}", lacking=_LACKING)
+def _move_l(task: RapidTask, concurrent: bool | None, target: list[Any], *ends: _Argument) -> None:
     """Moves the tool centre point along a line to a place."""
-    task.world.move_line(target, *_ends(task, *ends))
+    with task.world.alongside(concurrent):
+        task.world.move_line(target, *move_ends(task, *ends))
 
 
-@instruction("MoveC", f"robtarget CirPoint, robtarget ToPoint, {_ENDS}", lacking=_LACKING)
-def _move_c(task: RapidTask, via: list[Any], target: list[Any], *ends: _Argument) -> None:
+@instruction("MoveC", rf"\switch Conc, robtarget CirPoint, robtarget ToPoint, {_ENDS}", lacking=_LACKING)
+def _move_c(task: RapidTask, concurrent: bool | None, via: list[Any], target: list[Any], *ends: _Argument) -> None:
     """Moves the tool centre point along an arc through one place to another one."""
-    task.world.move_arc(via, target, *_ends(task, *ends))
+    with task.world.alongside(concurrent):
+        task.world.move_arc(via, target, *move_ends(task, *ends))
 
 
-@instruction("MoveAbsJ", rf"jointtarget ToJointPos \switch NoEOffs, {_ENDS}", lacking=_LACKING)
-def _move_abs_j(task: RapidTask, target: list[Any], no_offsets: bool | None, *ends: _Argument) -> None:
+@instruction("MoveAbsJ", rf"\switch Conc, jointtarget ToJointPos \switch NoEOffs, {_ENDS}", lacking=_LACKING)
+def _move_abs_j(
+    task: RapidTask, concurrent: bool | None, target: list[Any], no_offsets: bool | None, *ends: _Argument
+) -> None:
     """Moves all joints evenly to their positions; the tool counts for the speed alone."""
-    speed, zone, _ = _ends(task, *ends)
-    task.world.move_joints(np.radians(target[0]), speed, zone)
+    speed, zone, _ = move_ends(task, *ends)
+    with task.world.alongside(concurrent):
+        task.world.move_joints(np.radians(target[0]), speed, zone)
+
+
+_SIGNAL = "signaldo Signal, num Value"
+
+
+@instruction("MoveJDO", f"robtarget ToPoint, {_ENDS}, {_SIGNAL}", lacking=_LACKING)
+def _move_j_do(task: RapidTask, target: list[Any], *ends: _Argument) -> None:
+    """Moves as MoveJ does, and sets a digital output in the zone, or when the robot is there."""
+    *rest, signal, value = ends
+    _move_j(task, None, target, *rest)
+    task.world.set_signal(signal, value)
+
+
+@instruction("MoveLDO", f"robtarget ToPoint, {_ENDS}, {_SIGNAL}", lacking=_LACKING)
+def _move_l_do(task: RapidTask, target: list[Any], *ends: _Argument) -> None:
+    """Moves as MoveL does, and sets a digital output as MoveJDO does."""
+    *rest, signal, value = ends
+    _move_l(task, None, target, *rest)
+    task.world.set_signal(signal, value)
+
+
+@instruction("MoveCDO", f"robtarget CirPoint, robtarget ToPoint, {_ENDS}, {_SIGNAL}", lacking=_LACKING)
+def _move_c_do(task: RapidTask, via: list[Any], target: list[Any], *ends: _Argument) -> None:
+    """Moves as MoveC does, and sets a digital output as MoveJDO does."""
+    *rest, signal, value = ends
+    _move_c(task, None, via, target, *rest)
+    task.world.set_signal(signal, value)
 
 
 @instruction("ConfJ", r"\switch On | switch Off")

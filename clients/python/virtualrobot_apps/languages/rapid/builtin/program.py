@@ -1,12 +1,14 @@
-"""Program and pendant: what is told, optional arguments and clocks."""
+"""Program: its course, its errors, optional arguments and clocks."""
 
 from __future__ import annotations
 
-from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
+from virtualrobot_apps.languages.core.pendant import NobodyAnswers
+from virtualrobot_apps.languages.rapid.faults import ProgramEnded, RapidStopped
+from virtualrobot_apps.languages.rapid.predefined import ERROR_NUMBERS
 from virtualrobot_apps.languages.rapid.table import function, instruction
-from virtualrobot_apps.languages.rapid.values import Clock, value_text
+from virtualrobot_apps.languages.rapid.values import Clock
 
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.rapid.task import RapidTask
@@ -18,40 +20,72 @@ def _present(task: object, value: Any) -> bool:  # noqa: ANN401 any value of RAP
     return value is not None
 
 
-@instruction("TPWrite", r"string String \num Num | bool Bool | pos Pos | orient Orient | dnum Dnum")
-def _tp_write(task: RapidTask, text: str, *more: Any) -> None:  # noqa: ANN401 values of several types
-    """Writes a line on the pendant, with a value behind it."""
-    task.settle()
-    task.write(text + "".join(value_text(one) for one in more if one is not None))
+@instruction("Stop", r"\switch NoRegain \switch AllMoveTasks")
+def _stop(task: RapidTask, no_regain: bool | None, all_tasks: bool | None) -> None:
+    """Stops the program when the robot stands, until an answer lets it go on; without one it ends there."""
+    task.finish()
+    task.write("stopped: an answer lets the program go on")
+    try:
+        task.pendant.ask(task)
+    except NobodyAnswers:
+        raise RapidStopped("Stop, and no answer lets the program go on") from None
 
 
-@instruction("TPErase")
-def _tp_erase(task: RapidTask) -> None:
-    """Clears the pendant; here what was written stays."""
-    task.settle()
+@instruction("Break")
+def _break(task: RapidTask) -> None:
+    """Stops the program as Stop does."""
+    _stop(task, None, None)
 
 
-@instruction("ErrWrite", r"\switch W | switch I, string Header, string Reason \string RL2 \string RL3 \string RL4")
-def _err_write(task: RapidTask, warning: bool | None, information: bool | None, *lines: str | None) -> None:
-    """Writes a message of several lines into the log and on the pendant."""
+@instruction("ExitCycle")
+def _exit_cycle(task: RapidTask) -> None:
+    """Ends the round of main; it is the only one here."""
+    raise ProgramEnded
+
+
+@instruction("CallByVar", "string Name, num Number")
+def _call_by_var(task: RapidTask, name: str, number: float) -> None:
+    """Calls the procedure whose name is a word and a number."""
+    task.call_late(f"{name}{int(number)}", [])
+
+
+@instruction("BookErrNo", "inout errnum ErrorName")
+def _book_err_no(task: RapidTask, holder: list[float], index: int) -> None:
+    """Gives a variable the number of an error that nothing else has, for RAISE."""
+    task.booked += 1
+    holder[index] = max(ERROR_NUMBERS.values()) + task.booked
+
+
+@instruction(
+    "ErrLog",
+    r"num ErrorID \switch W | switch I, errstr Argument1, errstr Argument2, errstr Argument3, errstr Argument4, "
+    "errstr Argument5",
+)
+def _err_log(task: RapidTask, number: float, warning: bool | None, information: bool | None, *lines: str) -> None:
+    """Writes a message of its number and five words into the log."""
     task.settle()
     kind = "warning" if warning else "information" if information else "error"
-    task.write(f"{kind}: {'; '.join(line for line in lines if line)}")
+    task.write(f"{kind} {number:g}: {'; '.join(line for line in lines if line)}")
 
 
-@function(
-    "GetSysInfo",
-    r"\switch SerialNo | switch SWVersion | switch RobotType | switch CtrlId | switch LanIp | switch SystemName",
-    "string",
-    lacking="CtrlLang SWVersionName",
-)
-def _get_sys_info(task: RapidTask, *asked: bool | None) -> str:
-    """Words about the system: the robot's name, the version of VirtualRobot, its address, or `virtualrobot`."""
-    if asked[1]:
-        return f"VirtualRobot {version('virtualrobot')}"
-    if asked[2]:
-        return task.world.robot.name
-    return "127.0.0.1" if asked[4] else "virtualrobot"
+@instruction("ResetRetryCount")
+def _reset_retry_count(task: RapidTask) -> None:
+    """Counts the repetitions of an error handler anew; here there may be any number of them."""
+
+
+@function("TestAndSet", "inout bool Object", "bool")
+def _test_and_set(task: RapidTask, holder: list[bool], index: int) -> bool:
+    """TRUE where a variable was FALSE; it is TRUE then, and no other task comes between."""
+    with task.shared_lock:
+        was, holder[index] = holder[index], True
+    return not was
+
+
+@instruction("WaitTestAndSet", "inout bool Object")
+def _wait_test_and_set(task: RapidTask, holder: list[bool], index: int) -> None:
+    """Waits until a variable is FALSE, and makes it TRUE."""
+    while not _test_and_set(task, holder, index):
+        task.pause(0.01)
 
 
 @instruction("ClkReset", "var clock Clock")

@@ -7,6 +7,7 @@ import socket
 from typing import TYPE_CHECKING, Any
 
 from virtualrobot_apps.languages.core import sockets
+from virtualrobot_apps.languages.rapid.builtin.rawbytes import MOST
 from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
 from virtualrobot_apps.languages.rapid.predefined import SOCKET_STATES
 from virtualrobot_apps.languages.rapid.table import function, instruction
@@ -124,19 +125,21 @@ def _socket_connect(
     device.state = "SOCKET_CONNECTED"
 
 
-@instruction("SocketSend", r"var socketdev Socket \string Str | num Data{*} \num NoOfBytes", lacking="RawData")
+@instruction("SocketSend", r"var socketdev Socket \string Str | rawbytes RawData | num Data{*} \num NoOfBytes")
 def _socket_send(
     task: RapidTask,
     holder: list[SocketDevice],
     index: int,
     text: str | None,
+    raw: bytes | None,
     data: list[float] | None,
     count: float | None,
 ) -> None:
     """Sends a string or bytes."""
     task.settle()
     try:
-        sent = (text or "").encode("latin-1") if data is None else bytes(int(one) for one in data)
+        given = raw if raw is not None else (text or "").encode("latin-1")
+        sent = given if data is None else bytes(int(one) for one in data)
     except (UnicodeEncodeError, ValueError) as error:
         raise RapidFault("ERR_ARGVALERR", "a byte is 0 to 255, and a character one of ISO 8859-1") from error
     try:
@@ -147,8 +150,8 @@ def _socket_send(
 
 @instruction(
     "SocketReceive",
-    r"var socketdev Socket \inout string Str | inout num Data{*} \num ReadNoOfBytes \inout num NoRecBytes \num Time",
-    lacking="RawData",
+    r"var socketdev Socket \inout string Str | inout rawbytes RawData | inout num Data{*} \num ReadNoOfBytes "
+    r"\inout num NoRecBytes \num Time",
 )
 def _socket_receive(
     task: RapidTask,
@@ -156,6 +159,8 @@ def _socket_receive(
     index: int,
     text: list[str] | None,
     text_index: int,
+    raw: list[bytes] | None,
+    raw_index: int,
     data: list[Any] | None,
     data_index: int,
     count: float | None,
@@ -165,9 +170,9 @@ def _socket_receive(
 ) -> None:
     """Waits for a string of 80 characters at most, or for bytes, Time seconds or 60; what is more comes next time."""
     task.settle()
-    if text is None and data is None:
-        raise RapidFault("ERR_ARGVALERR", r"SocketReceive needs \Str or \Data")
-    most = LONGEST_TEXT if data is None else len(data[data_index])
+    if text is None and raw is None and data is None:
+        raise RapidFault("ERR_ARGVALERR", r"SocketReceive needs \Str, \RawData or \Data")
+    most = len(data[data_index]) if data is not None else LONGEST_TEXT if raw is None else MOST
     try:
         connected = _connected(holder[index])
         got = sockets.receive(task, connected, min(most, int(count)) if count else most, _seconds(time))
@@ -179,6 +184,8 @@ def _socket_receive(
         raise RapidFault("ERR_SOCK_CLOSED", str(error)) from error
     if text is not None:
         text[text_index] = got.decode("latin-1")
+    elif raw is not None:
+        raw[raw_index] = got
     elif data is not None:
         data[data_index][: len(got)] = map(float, got)
     if received is not None:

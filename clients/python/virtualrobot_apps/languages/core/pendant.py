@@ -1,0 +1,62 @@
+"""Pendant of programs: lines that they write, and answers to what they ask, from a list or from a terminal."""
+
+from __future__ import annotations
+
+import queue
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
+
+from virtualrobot_apps.languages.core.task import Task
+
+LOOK_SECONDS = 0.05
+"""Time (s of the wall clock) from one look for an answer to the next."""
+
+
+class NobodyAnswers(Exception):
+    """There is no answer, and none will come."""
+
+
+class Pendant:
+    """Lines that a program writes, and answers in the order in which it asks.
+
+    Answers are taken from an iterable, by a thread of their own: reading a terminal can't be given up otherwise.
+    """
+
+    def __init__(self, write: Callable[[str], None] = print, answers: Iterable[str] = ()) -> None:
+        """Write by a function; `answers` are read when the program asks first."""
+        self.write = write
+        self._source: Iterator[str] = iter(answers)
+        self._come: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        self._wanted = threading.Semaphore(0)
+        self._reader: threading.Thread | None = None
+        self._asked = False
+
+    def ask(self, task: Task, seconds: float | None = None) -> str | None:
+        """Return the next answer, without its line end; None where none came within `seconds` of the wall clock.
+
+        Raises NobodyAnswers at the end of the answers.
+        """
+        if self._reader is None:
+            self._reader = threading.Thread(target=self._read, name="pendant", daemon=True)
+            self._reader.start()
+        if not self._asked:
+            self._wanted.release()
+            self._asked = True  # an answer that comes too late is that of the next question
+        end = None if seconds is None else time.monotonic() + seconds
+        while self._come.empty():
+            left = LOOK_SECONDS if end is None else min(LOOK_SECONDS, end - time.monotonic())
+            if left <= 0.0:
+                return None
+            task.pause(left)
+        self._asked = False
+        answer = self._come.get()
+        if answer is None:
+            raise NobodyAnswers
+        return answer
+
+    def _read(self) -> None:
+        while True:
+            self._wanted.acquire()
+            answer = next(self._source, None)
+            self._come.put(None if answer is None else answer.rstrip("\r\n"))

@@ -1,0 +1,177 @@
+"""Moves on whose way something is done: made in pieces, whose joints have zones so small that the tool doesn't slow.
+
+What is done at a place is done in the middle of such a zone, which the kernel passes at the tick.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from virtualrobot.geometry import Matrix
+
+from virtualrobot_apps.languages.rapid.arcs import Arc, between
+from virtualrobot_apps.languages.rapid.faults import RapidFault
+from virtualrobot_apps.languages.rapid.frames import matrix_of
+
+if TYPE_CHECKING:
+    from virtualrobot_apps.languages.rapid.task import RapidTask
+
+ZONE = 1e-3
+"""Radius (m) of the zone between two pieces, where these are long enough."""
+SAME = 1e-4
+"""Distance (m) of places that are one."""
+PLACES = 16
+"""Number of pieces in which the way of a joint move is measured."""
+
+
+@dataclass(frozen=True, slots=True)
+class Trigger:
+    """Something that is done on a way.
+
+    Attributes:
+        distance: where, before the end of the way or behind its start (mm).
+        from_start: whether it counts from the start.
+        lag: how much earlier (s) at the programmed speed.
+        delay: how much later (s) by the clock.
+        signal: the signal that is set; None: an interrupt comes.
+        value: the value that it gets, or the number of the interrupt.
+    """
+
+    distance: float
+    from_start: bool
+    lag: float
+    delay: float
+    signal: str | None
+    value: float
+
+
+def _places(triggers: list[Trigger], length: float, speed: float) -> list[tuple[float, list[Trigger]]]:
+    """Return the places (m from the start) of a way of a length, in their order, with what is done there."""
+    found: list[tuple[float, list[Trigger]]] = []
+    for one in triggers:
+        place = one.distance / 1000.0 if one.from_start else length - one.distance / 1000.0
+        place = min(length, max(0.0, place - one.lag * speed))
+        near = next((others for other, others in found if abs(other - place) < SAME), None)
+        if near is None:
+            found.append((place, [one]))
+        else:
+            near.append(one)
+    return sorted(found, key=lambda one: one[0])
+
+
+def _do(task: RapidTask, triggers: list[Trigger]) -> None:
+    world = task.world
+    for one in triggers:
+        if one.signal is None:
+            world.queue.call_at(partial(task.interrupts.order, one.value))
+        elif one.delay > 0.0:
+            world.queue.call_at(partial(world.start_later, [(one.delay, one.signal, one.value)]))
+        else:
+            world.set_signal(one.signal, one.value)
+
+
+def _go(
+    task: RapidTask, triggers: list[Trigger], length: float, speed: float, last: float, piece: Callable[..., None]
+) -> None:
+    """Make a way in pieces: `piece` gets the shares at which one begins and ends and the radius of its zone (m)."""
+    at = 0.0
+    places = _places(triggers, length, speed)
+    inner = [(place, what) for place, what in places if SAME < place < length - SAME]
+    _do(task, [one for place, what in places if place <= SAME for one in what])
+    ends = [place for place, _ in inner]
+    room = min((b - a for a, b in pairwise([0.0, *ends, length])), default=length)
+    with task.world.together():
+        for place, what in inner:
+            piece(at / length, place / length, min(ZONE, room / 3.0))
+            _do(task, what)
+            at = place
+        piece(at / length if length > 0.0 else 0.0, 1.0, last)
+    _do(task, [one for place, what in places if place > SAME and place >= length - SAME for one in what])
+
+
+def _radius(zone: list[Any]) -> float:
+    return 0.0 if zone[0] else zone[1] / 1000.0
+
+
+def line(
+    task: RapidTask,
+    target: list[Any],
+    speed: list[float],
+    triggers: list[Trigger],
+    zone: list[Any],
+    wobj: list[Any] | None,
+) -> None:
+    """Move along a line."""
+    world = task.world
+    start, end = world.place_now(), world.frame(wobj) @ matrix_of(target)
+    velocity = world.velocity(end, speed, None)
+    length = float(np.linalg.norm(end[:3, 3] - start[:3, 3]))
+
+    def piece(_: float, share: float, radius: float) -> None:
+        world.add_line(end if share >= 1.0 else between(start, end, share), velocity, radius)
+
+    _go(task, triggers, length, velocity, _radius(zone), piece)
+    world.arrived(end, target)
+
+
+def arc(
+    task: RapidTask,
+    via: list[Any],
+    target: list[Any],
+    speed: list[float],
+    triggers: list[Trigger],
+    zone: list[Any],
+    wobj: list[Any] | None,
+) -> None:
+    """Move along an arc."""
+    world = task.world
+    start, end = world.place_now(), world.frame(wobj) @ matrix_of(target)
+    point = (world.frame(wobj) @ matrix_of(via))[:3, 3]
+    velocity = world.velocity(end, speed, point)
+    try:
+        way = Arc(start[:3, 3], point, end[:3, 3])
+    except ValueError as error:
+        raise RapidFault("ERR_ROBLIMIT", str(error)) from error
+
+    def pose(share: float) -> Matrix:
+        if share >= 1.0:
+            return end
+        found = between(start, end, share)
+        found[:3, 3] = way.point(share)
+        return found
+
+    def piece(begin: float, share: float, radius: float) -> None:
+        world.add_arc(pose(begin), way.point((begin + share) / 2.0), pose(share), velocity, radius)
+
+    _go(task, triggers, way.length, velocity, _radius(zone), piece)
+    world.arrived(end, target)
+
+
+def joints(
+    task: RapidTask,
+    target: list[Any],
+    speed: list[float],
+    triggers: list[Trigger],
+    zone: list[Any],
+    wobj: list[Any] | None,
+) -> None:
+    """Move all joints evenly; places are those of the tool centre point on its way, measured in pieces."""
+    world = task.world
+    start, goal = world.joints_planned(), world.goal_of(target, wobj)
+    factor = world.joint_factor(start, goal, speed)
+    shares = np.linspace(0.0, 1.0, PLACES + 1)
+    places = [world.place_at(start + share * (goal - start)) for share in shares]
+    ways = np.concatenate(([0.0], np.cumsum([np.linalg.norm(b - a) for a, b in pairwise(places)])))
+    length = float(ways[-1])
+
+    def piece(_: float, share: float, radius: float) -> None:
+        part = 1.0 if share >= 1.0 else float(np.interp(share * length, ways, shares))
+        world.add_joints(start + part * (goal - start), factor, radius)
+
+    _go(task, triggers, length, speed[0] / 1000.0, _radius(zone), piece)
+    world.went(goal, world.frame(wobj) @ matrix_of(target))
