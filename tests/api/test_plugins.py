@@ -376,6 +376,7 @@ def test_edited_code_is_taken_up(client: Client, arm: Robot, site: Path) -> None
     arm.set_kinematics("good")
 
 
+@pytest.mark.long
 def test_strict_plugins_refuses_to_start(strict_kernel: subprocess.Popen[str]) -> None:
     printed, said = strict_kernel.communicate(timeout=100)
     assert strict_kernel.returncode == 1

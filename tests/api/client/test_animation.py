@@ -160,6 +160,7 @@ def test_what_comes_goes_and_changes_is_there_as_long_as_it_was(cell: Client, tm
     assert played.is_shown(first, at(5)) and played.is_shown(second, at(25))
 
 
+@pytest.mark.long
 @NEEDS_VALIDATOR
 def test_files_are_valid(cell: Client, tmp_path: Path) -> None:
     """By the Khronos Group's own validator."""
@@ -207,6 +208,7 @@ def test_what_is_asked_wrongly_is_refused_before_a_file_is_there(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.long
 def test_a_run_that_is_over_is_exported(start_kernel: StartKernel, tmp_path: Path, run: Run) -> None:
     folder = tmp_path / "cell"
     own = start_kernel("--stepped", "--data", str(folder))

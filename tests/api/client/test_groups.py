@@ -154,6 +154,7 @@ def test_each_group_has_its_component(client: Client, pandas: Robot) -> None:
         left.set_kinematics("chian")
 
 
+@pytest.mark.long
 def test_a_guarded_arm_stops_before_its_twin_which_goes_on(client: Client, pandas: Robot) -> None:
     left, right = pandas.group("left"), pandas.group("right")
     across = [-1.5, 1.2, 0.0, -0.6, 0.0, 1.5, 0.6]  # stretched out over the table, to the other arm

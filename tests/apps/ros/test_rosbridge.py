@@ -425,6 +425,7 @@ def test_the_program_of_the_tutorial_runs(client: Client, tmp_path: Path) -> Non
         assert done.stdout.splitlines()[1] == f"{arm.joint_names} {arm.positions.tolist()}"
 
 
+@pytest.mark.long
 def test_a_bridge_waits_for_a_kernel_that_has_gone(start_kernel: StartKernel) -> None:
     kernel = start_kernel()
     port = kernel.address.rpartition(":")[2]
