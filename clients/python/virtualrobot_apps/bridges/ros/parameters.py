@@ -13,7 +13,7 @@ Value: TypeAlias = Any
 
 MOST = 10_000
 MOST_LETTERS = 1 << 20
-"""How many parameters there may be, and how long a value may be, as text."""
+"""Numbers of parameters, and of letters of a value as text, that are kept at most."""
 
 
 class ParameterError(ValueError):
