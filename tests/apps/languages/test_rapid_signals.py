@@ -1,14 +1,23 @@
-"""Signals of programs in RAPID that change by themselves or are compared: pulses, delays, groups, analog ones."""
+"""Signals of programs in RAPID that change by themselves or are compared: pulses, delays, groups, analog ones.
+
+And the command that runs a program with files and answers.
+"""
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 import virtualrobot
+from click.testing import CliRunner
+from virtualrobot_apps.languages.rapid.command import rapid
 from virtualrobot_apps.languages.rapid.faults import RapidStopped
 from virtualrobot_apps.languages.rapid.task import RapidTask
 from virtualrobot_apps.languages.rapid.world import World
 
 from tests.apps.languages.rapid import loaded
+
+pytestmark = pytest.mark.long
 
 
 @pytest.fixture
@@ -87,3 +96,36 @@ def test_groups_and_analog_signals_are_compared(world: World) -> None:
 def test_a_pulse_has_bounds(world: World) -> None:
     with pytest.raises(RapidStopped, match=r"a pulse has 0\.001 to 2000 s, not 0"):
         prints(world, r"PulseDO \PLength:=0, out;")
+
+
+def test_the_command_runs_a_program_with_files_and_answers(world: World, tmp_path: Path) -> None:
+    program, folder = tmp_path / "log.mod", tmp_path / "logs"
+    folder.mkdir()
+    program.write_text(
+        r"""
+MODULE Log
+  PROC main()
+    VAR iodev file;
+    VAR num many;
+    TPReadNum many, "how many?";
+    Open "HOME:/day.txt", file \Write;
+    Write file, UIAlphaEntry(\Message:="who?") \Num:=many;
+    Close file;
+    SetDO doReady, 1;
+  ENDPROC
+ENDMODULE
+"""
+    )
+    options = ["run", str(program), "--address", world.client.address, "--create-signals"]
+    given = ["--files", str(folder), "--answer", "3", "--answer", "me:"]
+    runner = CliRunner()
+    run = runner.invoke(rapid, [*options, *given], standalone_mode=False)
+    assert (run.return_value, run.exception) == (0, None)
+    assert run.output.splitlines() == ["how many?", "who?"]
+    assert (folder / "day.txt").read_text() == "me:3\n"
+    assert world.client.signals["doReady"] is True
+    # Without a folder it ends at its line; answers come from the standard input then.
+    run = runner.invoke(rapid, options, input="3\nme\n", standalone_mode=False)
+    assert isinstance(run.exception, RapidStopped)
+    assert str(program) + ":7: " in str(run.exception)
+    assert "--files FOLDER" in str(run.exception)
