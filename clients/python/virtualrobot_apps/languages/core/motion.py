@@ -17,7 +17,13 @@ from functools import partial
 from typing import Any, TypeAlias
 
 from virtualrobot.connection import Client
-from virtualrobot.errors import CallTimeoutError, MotionAbortedError, MotionEndedError, VirtualRobotError
+from virtualrobot.errors import (
+    CallTimeoutError,
+    MotionAbortedError,
+    MotionEndedError,
+    VirtualRobotError,
+    WrongStateError,
+)
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.moves import Move
 from virtualrobot.motions.program import Program
@@ -341,7 +347,11 @@ class MotionQueue:
             notes = self._motion.notes
         else:
             self._motion.state.raise_early_end()
-            notes = self._motion.append(program)
+            try:
+                notes = self._motion.append(program)
+            except WrongStateError:
+                self._motion.state.raise_early_end()  # somebody has just ended it
+                raise
         self.notes += notes
         for number, what in self._calls:
             self._call(self._motion, self._count + number, what)

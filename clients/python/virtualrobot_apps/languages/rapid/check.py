@@ -23,16 +23,25 @@ class Checked:
     globals: dict[str, Symbol]
 
 
-def check(modules: list[tree.Module], diagnostics: Diagnostics, signals: Iterable[str] = ()) -> Checked:
-    """Return what modules mean together; all faults go to `diagnostics`. `signals` are names that the world has."""
-    return Check(diagnostics, signals).program(modules)
+def check(
+    modules: list[tree.Module],
+    diagnostics: Diagnostics,
+    signals: Iterable[str] = (),
+    common: frozenset[str] = frozenset(),
+) -> Checked:
+    """Return what modules mean together; all faults go to `diagnostics`.
+
+    `signals` are names that the world has, `common` those of persistents that other tasks have, too, in small letters.
+    """
+    return Check(diagnostics, signals).program(modules, common)
 
 
 class Check(Meaning):
     """Check of a program, module by module."""
 
-    def program(self, modules: list[tree.Module]) -> Checked:
-        """Check all modules."""
+    def program(self, modules: list[tree.Module], common: frozenset[str] = frozenset()) -> Checked:
+        """Check all modules; `common` are names of persistents that other tasks have, too."""
+        self._common = common
         scopes = [ModuleScope(module) for module in modules]
         self._routine: RoutineSymbol | None = None
         self._in_handler = self._in_undo = False
@@ -120,6 +129,7 @@ class Check(Meaning):
                 python = f"m{self._count()}_{one.name.lower()}"
                 kind = self.type_named(one.type, one.at, len(one.sizes))
                 symbol: Symbol = Datum(one.name, kind, one.storage, python, True, node=one, source=self.source)
+                symbol.common = is_common(one) and one.name.lower() in self._common
                 one.symbol = symbol
             elif isinstance(one, tree.Routine) and one.name:
                 symbol = self._routine_symbol(scope, one)
@@ -345,6 +355,11 @@ class Check(Meaning):
             self.error(node.at, f"{node.name!r} is declared twice")
         self.scopes[-1][node.name.lower()] = node.symbol
         routine.data.append(node.symbol)
+
+
+def is_common(node: tree.Data) -> bool:
+    """Return whether a datum of a module is one with those of the same name in other tasks: PERS, not LOCAL or TASK."""
+    return node.storage == "pers" and not node.scope
 
 
 def _names_in(expressions: Iterable[tree.Expression]) -> Iterable[tree.Name]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -15,6 +17,7 @@ Examples:
   virtualrobot rapid check main.mod tools.sys --signal doGripper --signal diPart
   virtualrobot rapid run palletize.mod --robot arm --create-signals
   virtualrobot rapid run log.mod --files log --answer yes
+  virtualrobot rapid run --task T_ROB_L@left=left.mod --task T_ROB_R@right=right.mod --static T_WATCH=watch.mod
 """
 
 _files = click.argument("files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path))
@@ -57,7 +60,7 @@ def check(target: Target, files: tuple[Path, ...], signals: tuple[str, ...]) -> 
 
 
 @rapid.command()
-@_files
+@click.argument("files", nargs=-1, metavar="[FILE]...", type=click.Path(path_type=Path))
 @click.option("--robot", metavar="NAME", help="The arm that it moves [the only robot].")
 @click.option("--routine", default="main", show_default=True, help="The procedure that it begins with.")
 @click.option(
@@ -81,6 +84,19 @@ def check(target: Target, files: tuple[Path, ...], signals: tuple[str, ...]) -> 
     multiple=True,
     help="What is answered on the pendant, one after the other [lines of the standard input].",
 )
+@click.option(
+    "--task",
+    "tasks",
+    metavar="NAME[@ROBOT]=FILE[,FILE...]",
+    multiple=True,
+    help="Another task that runs beside, and moves another arm or none; FILEs are the task T_ROB1.",
+)
+@click.option(
+    "--static",
+    metavar="NAME=FILE[,FILE...]",
+    multiple=True,
+    help="A task without a robot that begins its procedure again and again until the others have ended.",
+)
 @click.option("--create-signals", is_flag=True, help="Add the signals that it names and the world has not.")
 @target_options
 def run(
@@ -91,35 +107,77 @@ def run(
     listen: str | None,
     folder: Path | None,
     answers: tuple[str, ...],
+    tasks: tuple[str, ...],
+    static: tuple[str, ...],
     create_signals: bool,
 ) -> int:
     """Run the program that FILEs make together, and show what it writes on its pendant; Ctrl-C stops it on its path.
 
-    It is checked first, and nothing moves where something is wrong.
+    It is checked first, and nothing moves where something is wrong. Several tasks run side by side, share persistents
+    and meet by WaitSyncTask; the error of one stops all.
     """
+    from virtualrobot_apps.languages.core.source import read_source
+    from virtualrobot_apps.languages.rapid.cell import Cell
+    from virtualrobot_apps.languages.rapid.signals import Signals
     from virtualrobot_apps.languages.rapid.symbols import first_value
-    from virtualrobot_apps.languages.rapid.task import RapidTask, load_files
+    from virtualrobot_apps.languages.rapid.task import RapidTask, load_tasks
     from virtualrobot_apps.languages.rapid.world import World
 
+    parts = [_part(text) for text in tasks]
+    parts += [("T_ROB1", robot, files)] if files else []
+    if not parts:
+        raise click.UsageError("name the program's files, or give each task by --task NAME[@ROBOT]=FILE")
+    if robot is not None and not files:
+        raise click.UsageError("--robot is that of the task T_ROB1, which has no files; write --task NAME@ROBOT=FILE")
+    steady = [_part(text) for text in static]
+    for name, arm, _ in steady:
+        if arm is not None:
+            raise click.UsageError(f"the static task {name} moves no robot: leave @{arm} out")
+    names, arms = [name for name, _, _ in parts + steady], [arm for _, arm, _ in parts if arm is not None]
+    for twice, what in ((names, "two tasks are called {}"), (arms, "two tasks move the robot {}")):
+        found = next((one for number, one in enumerate(twice) if one in twice[:number]), None)
+        if found is not None:
+            raise click.UsageError(what.format(found))
     with target.connect() as client:
-        if robot is None:
-            names = [one.name for one in client.robots()]
-            if len(names) != 1:
-                raise click.UsageError(f"name the arm by --robot; there are {', '.join(names) or 'none'}")
-            robot = names[0]
+        if files and robot is None:
+            robots = [one.name for one in client.robots() if one.name not in arms]
+            if len(robots) != 1:
+                raise click.UsageError(f"name the arm by --robot; there are {', '.join(robots) or 'none'}")
+            parts[-1] = ("T_ROB1", robots[0], files)
         known = {name.lower() for name in client.signals}
-        program = load_files(files, list(client.signals))
+        programs = load_tasks({name: map(read_source, of) for name, _, of in parts + steady}, list(client.signals))
         if create_signals:
-            for lower, use in program.signals.items():
-                if lower not in known:
-                    client.signals.create(use.name, first_value(use))
+            for program in programs.values():
+                for lower, use in program.signals.items():
+                    if lower not in known:
+                        known.add(lower)
+                        client.signals.create(use.name, first_value(use))
         if client.clock.mode == "stepped":
             click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
-        world = World(client, robot, lambda note: click.echo(f"note: {note}", err=True))
+        cell, answered = Cell(), iter(answers or sys.stdin)
+        for name, arm, _ in parts + steady:
+            where = f"{name}: " if len(programs) > 1 else ""
+            note = _teller(f"note: {where}", err=True)
+            world = Signals(client) if arm is None else World(client, arm, note)
+            write = _teller(where)
+            program = programs[name]
+            RapidTask(program, world, write, listen, files=folder, answers=answered, name=name, cell=cell)
         try:
-            answered = answers or sys.stdin
-            RapidTask(program, world, click.echo, listen, files=folder, answers=answered).run(routine)
+            cell.run(routine, static=[cell.tasks[name.lower()] for name, _, _ in steady])
         except KeyboardInterrupt:
             click.echo("stopped", err=True)
             raise click.exceptions.Exit(130) from None
     return 0
+
+
+def _teller(before: str, err: bool = False) -> Callable[[str], None]:
+    """Return what shows a line on the terminal, with words before it."""
+    return lambda line: click.echo(before + line, err=err)
+
+
+def _part(text: str) -> tuple[str, str | None, tuple[Path, ...]]:
+    """Return name, robot and files of a task that is given as NAME[@ROBOT]=FILE[,FILE...]."""
+    match = re.fullmatch(r"(?P<name>\w+)(@(?P<robot>[^=]+))?=(?P<files>.+)", text)
+    if match is None:
+        raise click.UsageError(f"a task is given as NAME[@ROBOT]=FILE[,FILE...], not {text!r}")
+    return match["name"], match["robot"], tuple(Path(one) for one in match["files"].split(","))

@@ -22,6 +22,10 @@ class ProgramEnded(BaseException):
     """The program is over: by EXIT, or since somebody stopped it."""
 
 
+class CycleEnded(ProgramEnded):
+    """The round of main is over, by ExitCycle; the next one begins in a task that makes several."""
+
+
 class Jump(BaseException):
     """GOTO on its way to its label."""
 

@@ -25,9 +25,12 @@ _FUNCTIONS = {
 _DEFAULTS = {
     **{"num": "0.0", "dnum": "0.0", "bool": "False", "string": "''"},
     **{"clock": "task.clock()", "socketdev": "task.socket()", "iodev": "task.file()", "dir": "task.folder()"},
-    "rawbytes": "b''",
+    **{"rawbytes": "b''", "syncident": "''"},
 }
 """First values of atomic types."""
+
+_OF_MOVES = ("tooldata", "wobjdata", "loaddata", "speeddata", "zonedata", "robtarget", "jointtarget")
+"""Types of data that moves take, for which the program waits in no case."""
 
 
 class Values:
@@ -79,7 +82,7 @@ class Values:
     def _raw(self, datum: Datum) -> str:
         """Return the value as it is, None of an optional parameter that was left out."""
         if datum.shared:
-            return f"{datum.python}[0]"
+            return f"{self._holder(datum)}[0]"
         if datum.storage in ("inout", "pers"):
             return (
                 f"(c_{datum.python} and c_{datum.python}[i_{datum.python}])"
@@ -88,11 +91,17 @@ class Values:
             )
         return f"{datum.python}[0]" if id(datum) in self.boxed else datum.python
 
+    def _holder(self, datum: Datum) -> str:
+        """Return the list that holds a datum of a module; one that other tasks see is looked at in time."""
+        return f"seen({datum.python})" if datum.common and datum.type.name not in _OF_MOVES else datum.python
+
     def variable(self, node: tree.Expression) -> tuple[str, str]:
         """Return the list that holds a variable and the index there; of a value a list of its own."""
         match node:
             case tree.Name(symbol=Datum() as datum) if datum.storage not in ("signal",):
-                if datum.shared or id(datum) in self.boxed:
+                if datum.shared:
+                    return self._holder(datum), "0"
+                if id(datum) in self.boxed:
                     return datum.python, "0"
                 if datum.storage in ("inout", "pers"):
                     return f"c_{datum.python}", f"i_{datum.python}"
@@ -189,6 +198,8 @@ class Values:
         """Return the value that a declaration gives, or else 0, FALSE, the empty string, or these in brackets."""
         if node.value is not None:
             return f"copied({self.value(node.value)})"
+        if kind.name == "syncident":
+            return f"sync_names({node.name!r}, [{', '.join(map(self.value, node.sizes))}])"
         one = self._default(kind.name)
         return f"array([{', '.join(map(self.value, node.sizes))}], {one})" if node.sizes else one
 

@@ -52,6 +52,7 @@ ERRORS = (
     *("ERR_SOCK_ISCON", "ERR_FILEACC", "ERR_FILEEXIST", "ERR_FILEOPEN", "ERR_FILNOTFND", "ERR_RCVDATA"),
     *("ERR_WHLSEARCH", "ERR_SIGSUPSEARCH", "ERR_FRAME"),
     *("ERR_TP_MAXTIME", "ERR_UI_NOACTION", "ERR_UI_MAXMIN", "ERR_UI_INITVALUE", "ERR_RANYBIN_EOF"),
+    "ERR_WAITSYNCTASK",
 )
 """Errors that programs can handle; on a controller their numbers are above 1,000 and named alone."""
 

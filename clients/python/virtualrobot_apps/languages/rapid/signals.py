@@ -53,6 +53,14 @@ class Signals:
                 "all by --create-signals"
             )
 
+    def close(self) -> None:
+        """Wait until all is done."""
+        self.queue.close()
+
+    def cancel(self, why: str) -> None:
+        """Stop what is being done."""
+        self.queue.cancel(why)
+
     def settle(self) -> None:
         """Wait until the world may be looked at or told something."""
         self.queue.settle()

@@ -52,6 +52,14 @@ def array(sizes: list[float], one: Any) -> Any:  # noqa: ANN401 any value of RAP
     return [array(sizes[1:], one) for _ in range(count)]
 
 
+def sync_names(name: str, sizes: list[float]) -> Any:  # noqa: ANN401 a string, or an array of them
+    """Return the value of a syncident: its name, and of an array the name of each element."""
+    if not sizes:
+        return name.lower()
+    names = array(sizes, "")
+    return [sync_names(f"{name}{{{number}}}", sizes[1:]) for number in range(1, len(names) + 1)]
+
+
 def joined(left: str, right: str) -> str:
     """Return two strings as one, which has 80 characters at most."""
     text = left + right
@@ -130,6 +138,6 @@ def exited() -> NoReturn:
 def names_of_support() -> dict[str, Any]:
     """Return what generated code calls, by the names that it uses."""
     own = (copied, place, given, array, joined, divided, remainder, vector_sum, vector_difference, scaled)
-    more = (vector_product, linked, raised, no_value, unhandled, exited, as_fault)
+    more = (vector_product, linked, raised, sync_names, no_value, unhandled, exited, as_fault)
     names = {one.__name__: one for one in (*own, *more)}
     return {**names, "CAUGHT": CAUGHT, "Jump": Jump, "RETRY": RETRY, "TRYNEXT": TRYNEXT, "SKIPPED": SKIPPED}

@@ -19,6 +19,7 @@ class Datum:
         storage: var, pers, const, loop, in, inout or signal.
         python: the name that it has in the generated code.
         shared: whether it belongs to a module, and so outlives its routine.
+        common: whether several tasks have it, as a global persistent of the same name.
         optional: whether it is a parameter that may be left out.
         referenced: whether somebody gets it as a variable.
         node: the declaration in a module that gives it its first value.
@@ -30,6 +31,7 @@ class Datum:
     storage: str
     python: str
     shared: bool = False
+    common: bool = False
     optional: bool = False
     referenced: bool = False
     node: tree.Data | None = None

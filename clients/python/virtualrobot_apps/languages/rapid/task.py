@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-import threading
 import time
 import traceback
-from collections.abc import Callable, Iterable
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from pathlib import Path
 from types import CodeType
 from typing import Any, NoReturn
@@ -17,19 +18,32 @@ from virtualrobot_apps.languages.core.pendant import Pendant
 from virtualrobot_apps.languages.core.source import Source, read_source
 from virtualrobot_apps.languages.core.task import Task
 from virtualrobot_apps.languages.rapid import builtin
-from virtualrobot_apps.languages.rapid.check import Checked, check
-from virtualrobot_apps.languages.rapid.faults import CAUGHT, ProgramEnded, RapidFault, RapidStopped, as_fault
+from virtualrobot_apps.languages.rapid.cell import Cell
+from virtualrobot_apps.languages.rapid.check import Checked, check, is_common
+from virtualrobot_apps.languages.rapid.faults import (
+    CAUGHT,
+    CycleEnded,
+    ProgramEnded,
+    RapidFault,
+    RapidStopped,
+    as_fault,
+)
 from virtualrobot_apps.languages.rapid.generate import generate
 from virtualrobot_apps.languages.rapid.interrupts import Interrupt, Interrupts
 from virtualrobot_apps.languages.rapid.parser import parse
 from virtualrobot_apps.languages.rapid.predefined import CONSTANTS, VARIABLES
+from virtualrobot_apps.languages.rapid.signals import Signals
 from virtualrobot_apps.languages.rapid.support import copied, names_of_support
-from virtualrobot_apps.languages.rapid.symbols import RoutineSymbol, Use
+from virtualrobot_apps.languages.rapid.symbols import Datum, RoutineSymbol, Use
 from virtualrobot_apps.languages.rapid.table import BUILTINS
+from virtualrobot_apps.languages.rapid.tree import Data, Module
 from virtualrobot_apps.languages.rapid.values import Clock, FileDevice, FolderDevice, SocketDevice
 from virtualrobot_apps.languages.rapid.world import World
 
 builtin.load()
+
+ROUND_SECONDS = 0.01
+"""Time (s of the wall clock) from the end of a static task's round to the next one."""
 
 
 class Loaded:
@@ -50,13 +64,42 @@ def load(sources: Iterable[Source], signals: Iterable[str] = ()) -> Loaded:
 
     Raises ProgramError with all that is wrong in them.
     """
-    diagnostics = Diagnostics()
-    sources = list(sources)
-    modules = [module for source in sources for module in parse(source, diagnostics)]
-    checked = check(modules, diagnostics, signals)
+    return load_tasks({"": sources}, signals)[""]
+
+
+def load_tasks(tasks: Mapping[str, Iterable[Source]], signals: Iterable[str] = ()) -> dict[str, Loaded]:
+    """Return the programs of several tasks, by the tasks' names; a persistent that several have is one for them all.
+
+    Raises ProgramError with all that is wrong in them.
+    """
+    diagnostics, signals = Diagnostics(), list(signals)
+    sources = {task: list(given) for task, given in tasks.items()}
+    modules = {task: [one for source in given for one in parse(source, diagnostics)] for task, given in sources.items()}
+    counted = Counter(name for given in modules.values() for name in _persistents(given))
+    common = frozenset(name for name, count in counted.items() if count > 1)
+    checked = {task: check(given, diagnostics, signals, common) for task, given in modules.items()}
+    first: dict[str, tuple[str, Datum]] = {}
+    for task, one in checked.items():
+        for datum in one.data:
+            if not datum.common or datum.node is None or datum.source is None:
+                continue
+            other, same = first.setdefault(datum.name.lower(), (task, datum))
+            if same.type != datum.type:
+                said = (
+                    f"{datum.name!r} is a {same.type} in the task {other}, and a persistent of both tasks has one type"
+                )
+                diagnostics.add(datum.source, datum.node.at, said)
     if len(diagnostics):
         raise ProgramError(diagnostics.sorted())
-    return Loaded(checked, generate(checked), [source.file for source in sources])
+    return {
+        task: Loaded(one, generate(one), [source.file for source in sources[task]]) for task, one in checked.items()
+    }
+
+
+def _persistents(modules: Iterable[Module]) -> set[str]:
+    """Return the names, in small letters, of the data that other tasks may have, too."""
+    data = [one for module in modules for one in module.declarations if isinstance(one, Data)]
+    return {one.name.lower() for one in data if is_common(one)}
 
 
 def load_files(files: Iterable[Path], signals: Iterable[str] = ()) -> Loaded:
@@ -74,31 +117,40 @@ class RapidTask(Task):
         files: the folder below which its files are; None: it may use none.
         sockets: the sockets that are open.
         open_files: the files that are open.
+        name: the task's, and `cell` the tasks that it runs beside.
     """
 
     def __init__(
         self,
         program: Loaded,
-        world: World | None = None,
+        world: Signals | None = None,
         write: Callable[[str], None] = print,
         listen_at: str | None = None,
         *,
         files: Path | None = None,
         answers: Iterable[str] = (),
+        name: str = "T_ROB1",
+        cell: Cell | None = None,
     ) -> None:
         """Set up the data; nothing runs yet.
+
+        A world without a robot (`Signals`) has signals and time alone. Tasks that share a cell need names of their own.
 
         `write` gets each line of the pendant, and `answers` what the program asks there, one after the other. Raises
         WrongStateError for signals that the world has not.
         """
         super().__init__()
         self.program, self.listen_at, self.files = program, listen_at, files
+        self.name, self.cell = name, cell or Cell()
+        if name.lower() in self.cell.tasks:
+            raise WrongStateError(f"there is a task {name!r} already; give each task a name of its own")
+        self.cell.tasks[name.lower()] = self
+        self._prepared = False
         self.pendant = Pendant(write, answers)
         self.write = self.pendant.write
         self.sockets: set[SocketDevice] = set()
         self.open_files: set[FileDevice] = set()
         self.booked = 0
-        self.shared_lock = threading.Lock()
         self._left: list[Callable[[], None]] = []
         self._world = world
         self._interrupts: Interrupts | None = None
@@ -107,13 +159,13 @@ class RapidTask(Task):
             world.begin(self)
         names = names_of_support()
         names |= {f"b_{one.name.lower()}": one.run for one in BUILTINS.values()}
-        names |= {"task": self, "flags": self.flags, "poll": self.poll}
+        names |= {"task": self, "flags": self.flags, "poll": self.poll, "seen": self.seen}
         for name, (_, value) in CONSTANTS.items():
             names[f"s_{name.lower()}"] = [copied(value)]
         for name, (_, kind, value) in VARIABLES.items():
             names[f"s_{name.lower()}"] = [Clock(self.time) if kind == "clock" else copied(value)]
         for datum in program.checked.data:
-            names[datum.python] = [None]
+            names[datum.python] = self.cell.holder(datum)
         self._names: dict[str, Any] = names
         self._routines = {
             routine.node.name.lower(): routine for scope in program.checked.modules for routine in scope.routines
@@ -121,7 +173,19 @@ class RapidTask(Task):
 
     @property
     def world(self) -> World:
-        """Robot and signals; raises a fault where there are none."""
+        """Robot and signals; raises a fault where there is no robot."""
+        if not isinstance(self._world, World):
+            raise RapidStopped("this program was started without a robot, and can't do that")
+        return self._world
+
+    @property
+    def has_robot(self) -> bool:
+        """True where the task moves a robot."""
+        return isinstance(self._world, World)
+
+    @property
+    def signals(self) -> Signals:
+        """Signals and time; raises a fault where there are none."""
         if self._world is None:
             raise RapidStopped("this program was started without a robot, and can't do that")
         return self._world
@@ -130,7 +194,7 @@ class RapidTask(Task):
     def interrupts(self) -> Interrupts:
         """Interrupts of the program; raises a fault where there is no robot, and so nothing that orders them."""
         if self._interrupts is None:
-            self._interrupts = Interrupts(self.world.client, lambda: self.ask("interrupt"), self.time)
+            self._interrupts = Interrupts(self.signals.client, lambda: self.ask("interrupt"), self.time)
         return self._interrupts
 
     def serve(self) -> None:
@@ -140,11 +204,21 @@ class RapidTask(Task):
 
     def _trapped(self, interrupt: Interrupt) -> None:
         self._names["s_intno"][0] = interrupt.number
-        with self.world.queue.aside():
+        with self.signals.queue.aside():
             interrupt.trap()
 
-    def run(self, name: str = "main") -> None:
-        """Run a procedure to its end, and wait until the robot stands.
+    def prepare(self) -> None:
+        """Give all data their first values; `run` does so where nobody has."""
+
+        def set_all() -> None:
+            for code in self.program.code:
+                exec(code, self._names)
+
+        self.cell.set_first_values(self.program.checked.data, set_all)
+        self._prepared = True
+
+    def run(self, name: str = "main", forever: bool = False) -> None:
+        """Run a procedure to its end, or again and again, and wait until the robot stands.
 
         Raises:
             RapidStopped: for an error that nothing handled, with file, line and the routines on the way there.
@@ -159,9 +233,14 @@ class RapidTask(Task):
         if any(not parameter.optional for parameter, _ in routine.parameters):
             raise WrongStateError(f"the procedure {name!r} takes arguments; run one that takes none")
         try:
-            for code in self.program.code:
-                exec(code, self._names)
-            self._called(routine, [])
+            if not self._prepared:
+                self.prepare()
+            self._prepared = False
+            if self._world is not None and not self.has_robot:
+                with self._world.queue.aside():
+                    self._rounds(routine, forever)
+            else:
+                self._rounds(routine, forever)
             if self._world is not None:
                 self._world.close()
         except ProgramEnded:
@@ -178,6 +257,14 @@ class RapidTask(Task):
                 self._interrupts.close()
             for device in (*self.sockets, *self.open_files):
                 device.close()
+
+    def _rounds(self, routine: RoutineSymbol, forever: bool) -> None:
+        """Call a procedure once, or for ever; ExitCycle ends a round then."""
+        while forever:
+            with suppress(CycleEnded):
+                self._called(routine, [])
+            self.pause(ROUND_SECONDS)
+        self._called(routine, [])
 
     def left(self, undo: Callable[[], None]) -> None:
         """Remember the UNDO part of a routine that is left early: it counts unless a handler lets the program go on."""
@@ -221,6 +308,11 @@ class RapidTask(Task):
         raise RapidStopped(f"{place}: {message}{way}", metadata=metadata) from error
 
     # What generated code asks for.
+
+    def seen(self, holder: list[Any]) -> list[Any]:
+        """Return what holds a datum that other tasks see, when the robot is so far."""
+        self.settle()
+        return holder
 
     def caught(self, fault: RapidFault) -> None:
         """Tell the program the number of an error that its handler has caught."""

@@ -21,7 +21,7 @@ class Type(NamedTuple):
 
 NUM, BOOL, STRING, ANY, SWITCH = Type("num"), Type("bool"), Type("string"), Type("any"), Type("switch")
 
-ATOMIC = ("num", "dnum", "bool", "string", "clock", "socketdev", "iodev", "dir", "rawbytes", "triggdata")
+ATOMIC = ("num", "dnum", "bool", "string", "clock", "socketdev", "iodev", "dir", "rawbytes", "triggdata", "syncident")
 """Types whose values are one thing."""
 
 SIGNALS = {
@@ -52,6 +52,7 @@ RECORDS: dict[str, list[tuple[str, str]]] = {
         "wobjdata": "robhold:bool ufprog:bool ufmec:string uframe:pose oframe:pose",
         "progdisp": "pdisp:pose eoffs:extjoint",
         "listitem": "image:string text:string",
+        "tasks": "taskname:string",
     }.items()
 }
 """Components (type, name) of the records that come with the language."""

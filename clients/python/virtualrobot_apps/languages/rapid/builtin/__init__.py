@@ -16,6 +16,7 @@ ROOMS = (
         "rawbytes",
         "pendant",
         "program",
+        "tasks",
         "system",
         "arithmetic",
     ),

@@ -16,7 +16,7 @@ def _on_signal(task: RapidTask, single: bool | None, signal: str, value: float, 
     if value not in (0.0, 1.0, EDGE):
         raise RapidFault("ERR_ARGVALERR", f"an interrupt is ordered at 0, 1 or edge (2), not {value:g}")
     task.settle()
-    task.interrupts.on_signal(number, task.world.signal_name(signal), value, bool(single))
+    task.interrupts.on_signal(number, task.signals.signal_name(signal), value, bool(single))
 
 
 @instruction(

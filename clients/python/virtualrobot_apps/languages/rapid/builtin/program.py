@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from virtualrobot_apps.languages.core.pendant import NobodyAnswers
-from virtualrobot_apps.languages.rapid.faults import ProgramEnded, RapidStopped
+from virtualrobot_apps.languages.rapid.faults import CycleEnded, RapidStopped
 from virtualrobot_apps.languages.rapid.predefined import ERROR_NUMBERS
 from virtualrobot_apps.languages.rapid.table import function, instruction
 from virtualrobot_apps.languages.rapid.values import Clock
@@ -39,8 +39,8 @@ def _break(task: RapidTask) -> None:
 
 @instruction("ExitCycle")
 def _exit_cycle(task: RapidTask) -> None:
-    """Ends the round of main; it is the only one here."""
-    raise ProgramEnded
+    """Ends the round of main: of a static task the next one begins, another one ends."""
+    raise CycleEnded
 
 
 @instruction("CallByVar", "string Name, num Number")
@@ -76,7 +76,7 @@ def _reset_retry_count(task: RapidTask) -> None:
 @function("TestAndSet", "inout bool Object", "bool")
 def _test_and_set(task: RapidTask, holder: list[bool], index: int) -> bool:
     """TRUE where a variable was FALSE; it is TRUE then, and no other task comes between."""
-    with task.shared_lock:
+    with task.cell.lock:
         was, holder[index] = holder[index], True
     return not was
 

@@ -19,9 +19,9 @@ POLL_SECONDS = 0.02
 def _set_do(task: RapidTask, delay: float | None, signal: str, value: float) -> None:
     """Sets a digital output to 0 or 1, SDelay seconds later while the program goes on."""
     if delay:
-        task.world.signal_later([(delay, signal, value)])
+        task.signals.signal_later([(delay, signal, value)])
     else:
-        task.world.set_signal(signal, value)
+        task.signals.set_signal(signal, value)
 
 
 @instruction("PulseDO", r"\switch High \num PLength, signaldo Signal")
@@ -31,37 +31,37 @@ def _pulse_do(task: RapidTask, high: bool | None, length: float | None, signal: 
     if not 0.001 <= seconds <= 2000.0:
         raise RapidFault("ERR_ARGVALERR", f"a pulse has 0.001 to 2000 s, not {seconds:g}")
     before = 0.0 if high else task.signal_value(signal)
-    task.world.signal_later([(0.0, signal, 1.0 - before), (seconds, signal, before)])
+    task.signals.signal_later([(0.0, signal, 1.0 - before), (seconds, signal, before)])
 
 
 @instruction("Set", "signaldo Signal")
 def _set(task: RapidTask, signal: str) -> None:
     """Sets a digital output to 1."""
-    task.world.set_signal(signal, 1.0)
+    task.signals.set_signal(signal, 1.0)
 
 
 @instruction("Reset", "signaldo Signal")
 def _reset(task: RapidTask, signal: str) -> None:
     """Sets a digital output to 0."""
-    task.world.set_signal(signal, 0.0)
+    task.signals.set_signal(signal, 0.0)
 
 
 @instruction("InvertDO", "signaldo Signal")
 def _invert_do(task: RapidTask, signal: str) -> None:
     """Sets a digital output to what it is not."""
-    task.world.set_signal(signal, 1.0 - task.signal_value(signal))
+    task.signals.set_signal(signal, 1.0 - task.signal_value(signal))
 
 
 @instruction("SetGO", "signalgo Signal, num Value", lacking="SDelay Dvalue")
 def _set_go(task: RapidTask, signal: str, value: float) -> None:
     """Sets a group of outputs, a signal of whole numbers."""
-    task.world.set_signal(signal, value)
+    task.signals.set_signal(signal, value)
 
 
 @instruction("SetAO", "signalao Signal, num Value")
 def _set_ao(task: RapidTask, signal: str, value: float) -> None:
     """Sets an analog output."""
-    task.world.set_signal(signal, value)
+    task.signals.set_signal(signal, value)
 
 
 @function("DOutput", "signaldo Signal", "num")
@@ -111,7 +111,7 @@ def _wait_time(task: RapidTask, in_position: bool | None, seconds: float) -> Non
     """Waits for some seconds of the simulation, the robot standing."""
     if seconds < 0.0:
         raise RapidFault("ERR_ARGVALERR", f"WaitTime takes 0 s or more, not {seconds:g}")
-    queue = task.world.queue
+    queue = task.signals.queue
     if queue.free and not in_position:
         end = task.time() + seconds
         while task.time() < end:
@@ -126,7 +126,7 @@ def _wait_time(task: RapidTask, in_position: bool | None, seconds: float) -> Non
 @instruction("WaitRob", r"\switch InPos | switch ZeroSpeed")
 def _wait_rob(task: RapidTask, in_position: bool | None, at_rest: bool | None) -> None:
     """Waits until the robot stands."""
-    task.world.queue.finish()
+    task.signals.queue.finish()
 
 
 def _wait_signal(
@@ -139,7 +139,7 @@ def _wait_signal(
     comparison: str = "==",
 ) -> None:
     try:
-        task.world.wait_signal(signal, value, longest, comparison)
+        task.signals.wait_signal(signal, value, longest, comparison)
     except RapidFault as fault:
         if flag is None or fault.name != "ERR_WAIT_MAXTIME":
             raise
@@ -247,7 +247,7 @@ def _wait_until(
 ) -> None:
     """Waits until a condition is TRUE, as WaitDI does; it is looked at every 20 ms, whatever PollRate says."""
     if in_position:
-        task.world.queue.finish()
+        task.signals.queue.finish()
     task.settle()
     end = None if longest is None else task.time() + longest
     while not condition():

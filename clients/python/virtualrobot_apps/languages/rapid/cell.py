@@ -1,0 +1,155 @@
+"""Cells of several tasks: programs that run side by side, share persistents, and meet at points of synchronization."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from virtualrobot_apps.languages.core.diagnostics import did_you_mean
+from virtualrobot_apps.languages.core.task import TaskStopped
+from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
+from virtualrobot_apps.languages.rapid.symbols import Datum
+
+if TYPE_CHECKING:
+    from virtualrobot_apps.languages.rapid.task import RapidTask
+
+LOOK_SECONDS = 0.01
+"""Time (s of the wall clock) from one look for the other tasks to the next."""
+
+
+@dataclass(slots=True)
+class Meeting:
+    """A point at which tasks meet: those that shall, those that are there, and whether all were."""
+
+    wanted: frozenset[str]
+    there: set[str] = field(default_factory=set)
+    over: bool = False
+
+
+class Cell:
+    """Tasks that run side by side, and what they share.
+
+    Attributes:
+        tasks: the tasks, by name in small letters.
+        lock: held while one task tests and sets a variable.
+    """
+
+    def __init__(self) -> None:
+        """Begin without a task; each one enters itself."""
+        self.tasks: dict[str, RapidTask] = {}
+        self.lock = threading.Lock()
+        self._holders: dict[str, list[Any]] = {}
+        self._given: set[str] = set()
+        self._meetings: dict[str, Meeting] = {}
+        self._ended: set[str] = set()
+
+    # Persistents.
+
+    def holder(self, datum: Datum) -> list[Any]:
+        """Return the list that holds a datum: one for all tasks of a common one."""
+        return self._holders.setdefault(datum.name.lower(), [None]) if datum.common else [None]
+
+    def set_first_values(self, data: Iterable[Datum], set_all: Callable[[], None]) -> None:
+        """Have a task set its first values; of a common datum that of the first task that gives one stays."""
+        common = [datum for datum in data if datum.common]
+        before = {datum.name.lower(): self._holders[datum.name.lower()][0] for datum in common}
+        set_all()
+        for datum in common:
+            name, gives = datum.name.lower(), datum.node is not None and datum.node.value is not None
+            if name in self._given or (before[name] is not None and not gives):
+                self._holders[name][0] = before[name]
+            if gives:
+                self._given.add(name)
+
+    # Points of synchronization.
+
+    def meet(self, task: RapidTask, point: str, names: Sequence[str], longest: float | None = None) -> None:
+        """Wait until all tasks of these names wait at a point; ERR_WAITSYNCTASK after `longest` (s of the simulation).
+
+        Raises RapidStopped where the tasks can't meet: the list has not this task or has another one than theirs,
+        or one of them is not there, or has ended.
+        """
+        own, wanted = task.name.lower(), frozenset(name.lower() for name in names)
+        for name in names:
+            if name.lower() not in self.tasks:
+                known = [one.name for one in self.tasks.values()]
+                raise RapidStopped(
+                    f"there is no task {name!r}{did_you_mean(name, known)}; there are: {', '.join(known)}"
+                )
+        if own not in wanted:
+            raise RapidStopped(f"the task {task.name} waits for others, and is not in its own list: {', '.join(names)}")
+        with self.lock:
+            meeting = self._meetings.setdefault(point, Meeting(wanted))
+            if meeting.wanted != wanted:
+                others = ", ".join(sorted(meeting.wanted))
+                raise RapidStopped(f"tasks that meet at {point} have the same list, and others have {others}")
+            meeting.there.add(own)
+            if meeting.there == wanted:
+                meeting.over = True
+                del self._meetings[point]
+        end = None if longest is None else task.time() + longest
+        try:
+            while not meeting.over:
+                gone = (meeting.wanted - meeting.there) & self._ended
+                if gone and not meeting.over:
+                    told = ", ".join(self.tasks[name].name for name in sorted(gone))
+                    raise RapidStopped(f"at {point} the task {told} is waited for, and has ended")
+                if end is not None and task.time() >= end:
+                    lacking = ", ".join(self.tasks[name].name for name in sorted(wanted - meeting.there))
+                    raise RapidFault("ERR_WAITSYNCTASK", f"{lacking} did not come to {point} within {longest:g} s")
+                task.pause(LOOK_SECONDS)
+        except BaseException:
+            with self.lock:
+                if not meeting.over:
+                    meeting.there.discard(own)
+                    if not meeting.there:
+                        self._meetings.pop(point, None)
+            raise
+
+    # The run.
+
+    def run(self, routine: str = "main", static: Sequence[RapidTask] = ()) -> None:
+        """Run all tasks side by side until they have ended; `static` ones make round after round, and are stopped then.
+
+        The error of one stops all others, and is raised when all have ended; so does Ctrl-C.
+        """
+        self._ended.clear()
+        for task in self.tasks.values():
+            task.prepare()
+        errors: list[tuple[RapidTask, BaseException]] = []
+
+        def run(task: RapidTask) -> None:
+            try:
+                task.run(routine, forever=task in static)
+            except BaseException as error:
+                errors.append((task, error))
+            finally:
+                self._ended.add(task.name.lower())
+
+        threads = {
+            task.name: threading.Thread(target=run, args=(task,), name=f"rapid {task.name}", daemon=True)
+            for task in self.tasks.values()
+        }
+        for thread in threads.values():
+            thread.start()
+        why, stopped = "", False
+        try:
+            while not stopped and any(threads[one.name].is_alive() for one in self.tasks.values() if one not in static):
+                stopped = bool(errors)
+                time.sleep(LOOK_SECONDS)
+            why = f"the task {errors[0][0].name} ended by an error" if errors else "the other tasks have ended"
+        except KeyboardInterrupt:
+            why = "stopped"
+            raise
+        finally:
+            for task in self.tasks.values():
+                if threads[task.name].is_alive():
+                    task.stop(why)
+            for thread in threads.values():
+                thread.join()
+        for task, error in errors:
+            if task not in static or not isinstance(error, TaskStopped):
+                raise error

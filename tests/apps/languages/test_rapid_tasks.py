@@ -1,0 +1,237 @@
+"""Several tasks in RAPID side by side: shared persistents, points at which they meet, static tasks, and their ends."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import virtualrobot
+from click.testing import CliRunner
+from virtualrobot.errors import WrongStateError
+from virtualrobot_apps.languages.core.diagnostics import ProgramError
+from virtualrobot_apps.languages.core.source import Source
+from virtualrobot_apps.languages.rapid.cell import Cell
+from virtualrobot_apps.languages.rapid.command import rapid
+from virtualrobot_apps.languages.rapid.faults import RapidStopped
+from virtualrobot_apps.languages.rapid.task import RapidTask, load_tasks
+
+pytestmark = pytest.mark.long
+
+LIST = 'PERS tasks all{2} := [["A"], ["B"]];\nVAR syncident meet;\nVAR syncident more{2};\n'
+
+
+def ran(static: Iterable[str] = (), **modules: str) -> list[str]:
+    """Return what tasks print, each by the text within its module, in the order in which they did."""
+    lines: list[str] = []
+    texts = {name: [Source(f"MODULE M\n{text}\nENDMODULE\n", f"{name}.mod")] for name, text in modules.items()}
+    cell = Cell()
+    for name, program in load_tasks(texts).items():
+        RapidTask(program, write=lambda line, name=name: lines.append(f"{name} {line}"), name=name, cell=cell)
+    cell.run(static=[cell.tasks[name.lower()] for name in static])
+    return lines
+
+
+def test_tasks_meet_and_share_global_persistents_alone() -> None:
+    """The rules are those of ABB, *RAPID Instructions, Functions and Data types* (3HAC050917), WaitSyncTask.
+
+    Persistents: *RAPID overview* (3HAC050947): global PERS of one name in several tasks are one datum, and TASK PERS
+    is not.
+    """
+    data = "PERS num turn := {};\nTASK PERS num own := {};\n"
+    first = r"""
+    PROC main()
+      TPWrite "turn " \Num:=turn;
+      FOR i FROM 1 TO 3 DO
+        WaitSyncTask meet, all;
+        turn := turn + 1;
+        WaitSyncTask \InPos, more{2}, all \TimeOut:=60;
+      ENDFOR
+      own := own + 1;
+      WaitSyncTask more{1}, all;
+    ENDPROC
+    """
+    second = r"""
+    PROC main()
+      FOR i FROM 1 TO 3 DO
+        WaitSyncTask meet, all;
+        WaitSyncTask more{2}, all;
+        TPWrite "turn " \Num:=turn;
+      ENDFOR
+      WaitSyncTask more{1}, all;
+      TPWrite GetTaskName() + " own " \Num:=own;
+    ENDPROC
+    """
+    lines = ran(A=data.format(5, 1) + LIST + first, B=data.format(99, 7) + LIST + second)
+    assert lines == ["A turn 5", "B turn 6", "B turn 7", "B turn 8", "B B own 7"]
+
+
+def test_the_first_value_is_that_of_the_first_task_that_gives_one() -> None:
+    main = 'PROC main()\nWaitSyncTask meet, all;\nTPWrite ""\\Num:=x;\nENDPROC\n'
+    lines = ran(A="PERS num x;\n" + LIST + main, B="PERS num x := 4;\n" + LIST + main)
+    assert sorted(lines) == ["A 4", "B 4"]
+
+
+def test_a_point_that_is_not_reached_in_time_is_an_error_of_the_program() -> None:
+    waiting = r"""
+    PROC main()
+      WaitSyncTask meet, all \TimeOut:=0.05;
+    ERROR
+      IF ERRNO = ERR_WAITSYNCTASK THEN
+        TPWrite "late";
+        over := TRUE;
+        TRYNEXT;
+      ENDIF
+    ENDPROC
+    """
+    other = "PROC main()\nWaitUntil over;\nENDPROC\n"
+    assert ran(A="PERS bool over := FALSE;\n" + LIST + waiting, B="PERS bool over := FALSE;\n" + other) == ["A late"]
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "error"),
+    [
+        ("WaitSyncTask meet, all;", "", "at meet the task B is waited for, and has ended"),
+        ("WaitSyncTask meet, all;", "WaitSyncTask meet, alone;", r"the same list, and others have|is not in its own"),
+        ("WaitSyncTask meet, alone;", "", "the task A waits for others, and is not in its own list: B"),
+        ("WaitSyncTask meet, strange;", "", "there is no task 'T_ROB1'; there are: A, B"),
+        ("WaitTime -1;", "WHILE TRUE DO\nENDWHILE", "A.mod:8: "),
+    ],
+)
+def test_tasks_that_can_not_meet_or_fail_stop_all(first: str, second: str, error: str) -> None:
+    more = 'TASK PERS tasks alone{1} := [["B"]];\nTASK PERS tasks strange{2} := [["A"], ["T_ROB1"]];\n'
+    texts = {
+        name: LIST + more + f"PROC main()\n{statement}\nENDPROC" for name, statement in (("A", first), ("B", second))
+    }
+    with pytest.raises(RapidStopped, match=error):
+        ran(**texts)
+
+
+def test_a_persistent_of_two_tasks_has_one_type_and_a_task_its_name() -> None:
+    with pytest.raises(ProgramError) as caught:
+        ran(A="PERS num x := 1;\nPROC main()\nENDPROC", B='PERS string x := "";\nPROC main()\nENDPROC')
+    said = "B.mod:2:1: 'x' is a num in the task A, and a persistent of both tasks has one type"
+    assert [str(one) for one in caught.value.diagnostics] == [said]
+    cell = Cell()
+    program = load_tasks({"A": [Source("MODULE M\nPROC main()\nENDPROC\nENDMODULE\n", "a.mod")]})["A"]
+    RapidTask(program, name="A", cell=cell)
+    with pytest.raises(WrongStateError, match="there is a task 'a' already"):
+        RapidTask(program, name="a", cell=cell)
+
+
+def test_a_static_task_makes_rounds_until_the_others_have_ended() -> None:
+    watch = r"""
+    PERS num count := 0;
+    VAR num own := 0;
+    PROC main()
+      own := own + 1;
+      count := own;
+      IF own = 2 ExitCycle;
+    ENDPROC
+    """
+    main = 'PERS num count := 0;\nPROC main()\nWaitUntil count >= 4;\nTPWrite "enough";\nENDPROC\n'
+    assert ran(["W"], A=main, W=watch) == ["A enough"]
+
+
+@pytest.fixture
+def arms(client: virtualrobot.Client) -> tuple[virtualrobot.Robot, virtualrobot.Robot]:
+    """Return two arms that stand beside each other in a world whose time goes five times as fast."""
+    client.clock.speed_factor = 5.0
+    left = client.load_robot("model://irb120", name="left", pose=virtualrobot.pose(0.0, 0.8, 0.0))
+    return left, client.load_robot("model://irb120", name="right", pose=virtualrobot.pose(0.0, -0.8, 0.0))
+
+
+ARM = """
+MODULE Arm
+  PERS tasks both{2} := [["T_ROB1"], ["T_ROB_R"]];
+  PERS bool ready := FALSE;
+  VAR syncident start;
+"""
+
+
+def test_two_arms_and_a_watching_task_run_by_the_command(
+    arms: tuple[virtualrobot.Robot, virtualrobot.Robot], client: virtualrobot.Client, tmp_path: Path
+) -> None:
+    """A persistent that is set after a move to a fine point is seen by others when the robot is there."""
+    joints = "[[{}, 0, 0, 0, 30, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]]"
+    texts = {
+        "left": f"""{ARM}
+          PROC main()
+            WaitSyncTask start, both;
+            MoveAbsJ {joints.format(50)}, v500, fine, tool0;
+            ready := TRUE;
+          ENDPROC
+        ENDMODULE""",
+        "right": f"""{ARM}
+          PERS bool seen := FALSE;
+          PROC main()
+            MoveAbsJ {joints.format(20)}, v500, fine, tool0;
+            WaitSyncTask \\InPos, start, both;
+            WaitUntil ready;
+            WaitUntil seen;
+            SetDO doDone, 1;
+            MoveAbsJ {joints.format(-40)}, v500, fine, tool0;
+            TPWrite "there";
+          ENDPROC
+        ENDMODULE""",
+        "watch": r"""
+        MODULE Watch
+          PERS bool ready := FALSE;
+          PERS bool seen := FALSE;
+          PROC main()
+            IF ready AND NOT seen THEN
+              SetDO doSeen, 1;
+              WaitTime 0.05;
+              IF NOT TaskRunRob() TPWrite "seen";
+              seen := TRUE;
+            ENDIF
+            WaitTime 0.01;
+          ENDPROC
+        ENDMODULE""",
+    }
+    files = {name: tmp_path / f"{name}.mod" for name in texts}
+    for name, text in texts.items():
+        files[name].write_text(text.strip() + "\n")
+    left, right = arms
+    options = ["run", str(files["left"]), "--robot", "left", "--task", f"T_ROB_R@right={files['right']}"]
+    more = ["--static", f"T_WATCH={files['watch']}", "--create-signals", "--address", client.address]
+    run = CliRunner().invoke(rapid, [*options, *more], standalone_mode=False)
+    assert (run.return_value, run.exception) == (0, None)
+    assert run.output.splitlines() == ["T_WATCH: seen", "T_ROB_R: there"]
+    assert (client.signals["doSeen"], client.signals["doDone"]) == (True, True)
+    np.testing.assert_allclose(np.degrees(left.state.positions), [50, 0, 0, 0, 30, 0], atol=1e-6)
+    np.testing.assert_allclose(np.degrees(right.state.positions), [-40, 0, 0, 0, 30, 0], atol=1e-6)
+
+
+def test_an_error_of_one_arm_stops_the_other_on_its_way(
+    arms: tuple[virtualrobot.Robot, virtualrobot.Robot], client: virtualrobot.Client, tmp_path: Path
+) -> None:
+    left, right = tmp_path / "left.mod", tmp_path / "right.mod"
+    far = "[[160, 0, 0, 0, 30, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]]"
+    left.write_text(f"{ARM}PROC main()\nMoveAbsJ {far}, v10, fine, tool0;\nENDPROC\nENDMODULE\n".strip() + "\n")
+    right.write_text("MODULE R\nPROC main()\nWaitTime 0.2;\nRAISE 5;\nENDPROC\nENDMODULE\n")
+    tasks = ["--task", f"L@left={left}", "--task", f"R@right={right}", "--address", client.address]
+    run = CliRunner().invoke(rapid, ["run", *tasks], standalone_mode=False)
+    assert isinstance(run.exception, RapidStopped)
+    assert str(run.exception).startswith(f"{right}:4: error 5")
+    state = arms[0].state
+    assert np.degrees(state.positions[0]) < 100.0
+    assert np.abs(state.velocities).max() == 0.0
+
+
+@pytest.mark.parametrize(
+    ("options", "error"),
+    [
+        ([], "name the program's files, or give each task by --task"),
+        (["--task", "A"], r"a task is given as NAME\[@ROBOT\]=FILE"),
+        (["--task", "A=a.mod", "--robot", "left"], "--robot is that of the task T_ROB1, which has no files"),
+        (["a.mod", "--task", "T_ROB1=a.mod"], "two tasks are called T_ROB1"),
+        (["--task", "A@left=a.mod", "--task", "B@left=a.mod"], "two tasks move the robot left"),
+        (["a.mod", "--static", "B@left=a.mod"], "the static task B moves no robot: leave @left out"),
+    ],
+)
+def test_tasks_that_are_given_wrongly_are_told(options: list[str], error: str) -> None:
+    run = CliRunner().invoke(rapid, ["run", *options], standalone_mode=False)
+    with pytest.raises(Exception, match=error):
+        raise run.exception or AssertionError("no error")
