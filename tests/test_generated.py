@@ -54,11 +54,12 @@ def test_table_of_functions_is_fresh(tmp_path: Path) -> None:
     assert file.read_text("utf-8") == committed, "run `python tools/generate_functions.py` and commit"
 
 
-def test_table_of_rapid_is_fresh(tmp_path: Path) -> None:
-    file = tmp_path / "rapid-instructions.md"
-    subprocess.run([sys.executable, ROOT / "tools" / "generate_rapid.py", file], check=True)
-    committed = (ROOT / "docs" / "rapid-instructions.md").read_text("utf-8")
-    assert file.read_text("utf-8") == committed, "run `python tools/generate_rapid.py` and commit"
+@pytest.mark.parametrize(("tool", "page"), [("rapid", "rapid-instructions.md"), ("rapl", "rapl-commands.md")])
+def test_tables_of_languages_are_fresh(tool: str, page: str, tmp_path: Path) -> None:
+    file = tmp_path / page
+    subprocess.run([sys.executable, ROOT / "tools" / f"generate_{tool}.py", file], check=True)
+    committed = (ROOT / "docs" / page).read_text("utf-8")
+    assert file.read_text("utf-8") == committed, f"run `python tools/generate_{tool}.py` and commit"
 
 
 def test_every_proto_file_has_its_stubs(fresh: dict[str, str]) -> None:

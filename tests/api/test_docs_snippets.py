@@ -67,6 +67,8 @@ LONG = {
     "tutorial-first-cell.md",
     "tutorial-plugin.md",
     "tutorial-rapid.md",
+    "rapl.md",
+    "tutorial-rapl.md",
     "tutorial-ros.md",
     "tutorial-teacher.md",
     "walkers.md",

@@ -24,7 +24,7 @@ from tests.unit.world.builders import after, empty
 
 OURS = [name for name, model in MODELS.items() if model.scene and model.kind not in ("gripper", "legged")]
 
-MEASURED_TO_THE_FLANGE = {"crx10ia", "tx2_60", "tx2_60l", "tx2_90", "rx160", "m0609", "m1013"}
+MEASURED_TO_THE_FLANGE = {"crx10ia", "tx2_60", "tx2_60l", "tx2_90", "rx160", "m0609", "m1013", "a465"}
 """Arms whose makers tell the reach of the flange; the others tell that of the wrist centre."""
 
 NOT_STRETCHED = {"iiwa7", "xarm7", "gen3", "panda_arm"}
@@ -43,7 +43,7 @@ UNIVERSAL_ROBOTS = {
     "ur30": (0.2363, -0.6370, -0.5037, 0.2010, 0.1593, 0.1543),
 }
 
-STRETCHED = [name for name in OURS if name not in {*UNIVERSAL_ROBOTS, *NOT_STRETCHED, "cobra600"}]
+STRETCHED = [name for name in OURS if name not in {*UNIVERSAL_ROBOTS, *NOT_STRETCHED, "cobra600", "a255"}]
 
 
 def chain_of(name: str) -> SerialChain:
@@ -98,6 +98,12 @@ def test_the_reach_is_that_of_the_data_sheet(name: str) -> None:
     bounds = list(zip(lower, upper, strict=True))
     reach = -min(minimize(shortness, start, method="L-BFGS-B", bounds=bounds).fun for start in best)
     assert reach == pytest.approx(MODELS[name].reach_meters, abs=0.006)
+
+
+def test_the_arm_of_five_joints_reaches_22_inches_when_it_is_stretched_out() -> None:
+    """A255, as commonly told: a reach of 22 in from axis 1 to the flange, links of 10, 10, 2 in, the shoulder at 10."""
+    flange = ChainKinematics(chain_of("a255")).forward(np.zeros(5))[-1]
+    np.testing.assert_allclose(flange[:3, 3], [22 * 0.0254, 0.0, 10 * 0.0254], atol=1e-12)
 
 
 def test_iiwa_7_is_the_iiwa_14_with_shorter_links(rng: np.random.Generator) -> None:

@@ -17,13 +17,7 @@ from functools import partial
 from typing import Any, TypeAlias
 
 from virtualrobot.connection import Client
-from virtualrobot.errors import (
-    CallTimeoutError,
-    MotionAbortedError,
-    MotionEndedError,
-    VirtualRobotError,
-    WrongStateError,
-)
+from virtualrobot.errors import MotionAbortedError, VirtualRobotError, WrongStateError
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.moves import Move
 from virtualrobot.motions.program import Program
@@ -85,6 +79,7 @@ class MotionQueue:
     Attributes:
         concurrent: whether the last move lets the program go on at once, and so touch the world while it is made.
         stopped: whether moves wait until somebody starts them.
+        notes: what the planner had to tell of all moves.
     """
 
     def __init__(self, client: Client, task: Task) -> None:
@@ -126,18 +121,14 @@ class MotionQueue:
 
     def dwell(self, seconds: float) -> None:
         """Stand still for so many seconds of simulation time when all before it is done."""
-        self.flush()
-        self._send([Step(lambda program: program.dwell(seconds))])
-        self._zone = self.concurrent = False
+        self.add(lambda program: program.dwell(seconds))
 
     def wait_signal(self, signal: str, value: SignalValue, timeout: float | None, comparison: str = "==") -> None:
         """Stand still until a signal compares so with a value; with a timeout (s of simulation time) until that is so.
 
         Raises SignalTimeout when it has not.
         """
-        self.flush()
-        self._send([Step(lambda program: program.wait(signal, value, timeout, comparison))])
-        self._zone = self.concurrent = False
+        self.add(lambda program: program.wait(signal, value, timeout, comparison))
         if timeout is None:
             return
         try:
@@ -169,6 +160,22 @@ class MotionQueue:
         self._forget()
         return found
 
+    def add(self, add: Callable[[Program], Program]) -> None:
+        """Append another step, which begins when the robot stands; `add` adds it to a program."""
+        self.flush()
+        self._send([Step(add)])
+        self._zone = self.concurrent = False
+
+    @property
+    def rests(self) -> bool:
+        """True where all that was given is done."""
+        return self._motion is None or self._motion.state.phase is Phase.STARVED
+
+    def begun(self) -> None:
+        """Wait until the robot has begun the last move."""
+        last = max((number for number, step in self._sent if step.moves), default=-1)
+        self._wait(lambda state: state.step >= last)
+
     def flush(self) -> None:
         """Send signals that wait for the next move: they are set at rest."""
         if self._held:
@@ -198,7 +205,9 @@ class MotionQueue:
         self.finish()
         if self._motion is not None:
             self._motion.append(last=True)
-            self._motion.wait(timeout=600.0)
+            while not (state := self._motion.state).phase.ended:
+                self._task.pause(POLL_SECONDS)
+            state.raise_early_end()
             self._forget()
 
     def cancel(self, why: str) -> None:
@@ -324,8 +333,9 @@ class MotionQueue:
     def _end(self, why: str) -> None:
         if self._motion is not None and not self._motion.phase.ended:
             self._motion.cancel(why)
-            with suppress(MotionEndedError, CallTimeoutError):
-                self._motion.wait(timeout=STOP_SECONDS)
+            end = time.monotonic() + STOP_SECONDS
+            while not self._motion.phase.ended and time.monotonic() < end:
+                self._task.rest(POLL_SECONDS)
         self._forget()
 
     def _forget(self) -> None:

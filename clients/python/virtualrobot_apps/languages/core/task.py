@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
+from collections.abc import Callable
 
 
 class TaskStopped(BaseException):
@@ -11,11 +12,18 @@ class TaskStopped(BaseException):
 
 
 class Task:
-    """A program at work. Its code looks at `flags` before each statement, and calls `poll` where there are any."""
+    """A program at work. Its code looks at `flags` before each statement, and calls `poll` where there are any.
+
+    Attributes:
+        flags: what the program is asked for.
+        passing: has so many seconds of simulation time pass, in a world whose time goes on for this program alone;
+            None: time passes by itself.
+    """
 
     def __init__(self) -> None:
         """Begin without a flag."""
         self.flags: list[str] = []
+        self.passing: Callable[[float], None] | None = None
         self._why = ""
         self._changed = threading.Condition()
 
@@ -41,8 +49,17 @@ class Task:
     def serve(self) -> None:
         """Do what was asked for besides a stop; a language has its own."""
 
+    def place(self) -> str:
+        """Return file and line of the statement that is being done, as `file:line`; a language knows it."""
+        return ""
+
     def pause(self, seconds: float) -> None:
         """Wait for so long by the wall clock, and do meanwhile what the flags ask for."""
+        if self.passing is not None:
+            self.rest(seconds)
+            if self.flags:
+                self.poll()
+            return
         end = time.monotonic() + seconds
         while True:
             with self._changed:
@@ -51,3 +68,10 @@ class Task:
             if not self.flags:
                 return
             self.poll()
+
+    def rest(self, seconds: float) -> None:
+        """Wait for so long by the wall clock, whatever the flags ask for."""
+        if self.passing is not None:
+            self.passing(seconds)
+        else:
+            time.sleep(seconds)

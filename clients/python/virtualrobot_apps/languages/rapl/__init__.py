@@ -1,0 +1,1 @@
+"""RAPL-II, the language of CRS controllers: its text, its commands, and what runs it."""

@@ -1,0 +1,120 @@
+"""`virtualrobot rapl`: checks and runs programs in RAPL-II."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+from virtualrobot.cli.options import GO_ON, Target, target_options
+
+_EXAMPLES = """
+\b
+Examples:
+  virtualrobot rapl check pallet.rpl --locations pallet.loc
+  virtualrobot rapl run pallet.rpl place.rpl --locations pallet.loc --robot arm --create-signals
+"""
+
+_files = click.argument("files", nargs=-1, required=True, metavar="FILE...", type=click.Path(path_type=Path))
+_locations = click.option(
+    "--locations", metavar="FILE", type=click.Path(path_type=Path), help="The locations, as POINT types them."
+)
+_names = [
+    click.option("--inputs", default="input_{}", show_default=True, metavar="NAME", help="The signal of input {}."),
+    click.option("--outputs", default="output_{}", show_default=True, metavar="NAME", help="The signal of output {}."),
+]
+
+
+@click.group(epilog=_EXAMPLES, short_help="Check and run programs in RAPL-II, the language of CRS controllers.")
+@target_options
+@click.pass_context
+def rapl(ctx: click.Context, target: Target) -> None:
+    """Programs in RAPL-II, the language of CRS controllers: numbered lines, a program a file, called as the file is."""
+    ctx.obj = target
+
+
+@rapl.command()
+@_files
+@_locations
+@target_options
+def check(target: Target, files: tuple[Path, ...], locations: Path | None) -> int:
+    """Tell what is wrong in the programs of FILEs, with exit code 0 or 1; needs no kernel.
+
+    Looked at are lines, commands and their arguments, and whether the lines, programs, locations and variables are
+    there.
+    """
+    from virtualrobot_apps.languages.core.diagnostics import ProgramError
+    from virtualrobot_apps.languages.rapl.program import load_files
+
+    try:
+        program = load_files(files, locations)
+    except ProgramError as error:
+        for one in error.diagnostics:
+            click.echo(str(one))
+        click.echo(f"{len(error.diagnostics)} fault{'s' * (len(error.diagnostics) != 1)}")
+        return 1
+    lines = sum(len(one.statements) for one in program.programs.values())
+    count = len(program.programs)
+    click.echo(f"no fault in {lines} lines of {count} program{'s' * (count != 1)}: {', '.join(program.programs)}")
+    return 0
+
+
+@rapl.command()
+@_files
+@_locations
+@click.option("--robot", metavar="NAME", help="The arm that it moves [the only robot].")
+@click.option("--program", default="", metavar="NAME", help="The program that it begins with [the first].")
+@_names[0]
+@_names[1]
+@click.option("--pulses", metavar="P1,P2,...", help="Pulses per degree of each joint [of the A255 or A465].")
+@click.option("--create-signals", is_flag=True, help="Add the inputs and outputs that the world has not.")
+@target_options
+def run(
+    target: Target,
+    files: tuple[Path, ...],
+    locations: Path | None,
+    robot: str | None,
+    program: str,
+    inputs: str,
+    outputs: str,
+    pulses: str | None,
+    create_signals: bool,
+) -> int:
+    """Run the programs of FILEs, and show what they show; Ctrl-C stops the arm on its path.
+
+    They are checked first, and nothing moves where something is wrong.
+    """
+    from virtualrobot_apps.languages.rapl.program import load_files
+    from virtualrobot_apps.languages.rapl.task import RaplTask, signals_of
+    from virtualrobot_apps.languages.rapl.world import World
+
+    try:
+        each = [float(one) for one in pulses.split(",")] if pulses else []
+    except ValueError:
+        raise click.UsageError(f"--pulses takes numbers, as 200,200,200,44.44,22.22, not {pulses}") from None
+    for name in (inputs, outputs):
+        if name.count("{}") != 1:
+            raise click.UsageError(f"the name of inputs and outputs has {{}} where their number stands, not {name!r}")
+    with target.connect() as client:
+        if robot is None:
+            names = [one.name for one in client.robots()]
+            if len(names) != 1:
+                raise click.UsageError(f"name the arm by --robot; there are {', '.join(names) or 'none'}")
+            robot = names[0]
+        loaded = load_files(files, locations)
+        if create_signals:
+            for name in signals_of(loaded, inputs, outputs):
+                if name not in client.signals:
+                    client.signals.create(name)
+        if client.clock.mode == "stepped":
+            click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
+        world = World(client, robot, lambda note: click.echo(f"note: {note}", err=True), each)
+        try:
+            RaplTask(loaded, world, click.echo, _asked, (inputs, outputs)).run(program)
+        except KeyboardInterrupt:
+            click.echo("stopped", err=True)
+            raise click.exceptions.Exit(130) from None
+    return 0
+
+
+def _asked(question: str) -> str:
+    return click.prompt(question, default="", show_default=False, prompt_suffix=" ")
