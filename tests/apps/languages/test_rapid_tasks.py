@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 import virtualrobot
-from click.testing import CliRunner
+from click.testing import CliRunner, Result
 from virtualrobot.errors import WrongStateError
+from virtualrobot.streams.watch import StreamWatch
 from virtualrobot_apps.languages.core.diagnostics import ProgramError
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.rapid.cell import Cell
@@ -235,3 +238,130 @@ def test_tasks_that_are_given_wrongly_are_told(options: list[str], error: str) -
     run = CliRunner().invoke(rapid, ["run", *options], standalone_mode=False)
     with pytest.raises(Exception, match=error):
         raise run.exception or AssertionError("no error")
+
+
+SYNC = """
+MODULE Arm
+  PERS tasks both{2} := [["L"], ["R"]];
+  VAR syncident on;
+  VAR syncident off;
+  TASK PERS tooldata grip := [TRUE, [[0, 0, 100], [1, 0, 0, 0]], [1, [0, 0, 50], [1, 0, 0, 0], 0, 0, 0]];
+"""
+AXES = "[9E9, 9E9, 9E9, 9E9, 9E9, 9E9]"
+
+
+def together(tmp_path: Path, client: virtualrobot.Client, left: str, right: str) -> Result:
+    """Return what becomes of statements of two tasks with an arm each."""
+    tasks = []
+    for name, arm, statements in (("L", "left", left), ("R", "right", right)):
+        file = tmp_path / f"{arm}.mod"
+        file.write_text(f"{SYNC}PROC main()\n{statements}\nENDPROC\nENDMODULE\n".strip() + "\n")
+        tasks += ["--task", f"{name}@{arm}={file}"]
+    options = [*tasks, "--create-signals", "--address", client.address]
+    return CliRunner().invoke(rapid, ["run", *options], standalone_mode=False)
+
+
+def test_synchronized_moves_start_and_end_together(
+    arms: tuple[virtualrobot.Robot, virtualrobot.Robot], client: virtualrobot.Client, tmp_path: Path
+) -> None:
+    """Both arms move in the same ticks, though one has a sixth of the other's way.
+
+    Rules of ABB, *Application manual MultiMove* (3HAC050961): simultaneous moves have one ID, start and end together.
+    """
+    joints = f"[[{{}}, 0, 0, 0, 30, 0], {AXES}]"
+    statements = [
+        rf"""
+        SyncMoveOn on, both;
+        MoveAbsJ {joints.format(way)} \ID:=10, v500, {zone}, tool0;
+        {set_signal}
+        MoveAbsJ {joints.format(way / 2)} \ID:=20, v1000, fine, tool0;
+        IF IsSyncMoveOn() TPWrite "together";
+        MoveL RelTool(CRobT(\Tool:=tool0), 0, 0, 40) \ID:=30, v100, fine, tool0;
+        SyncMoveOff off;
+        IF NOT IsSyncMoveOn() TPWrite "alone";
+        """
+        for way, zone, set_signal in ((60, "z50", "SetDO doThere, 1;"), (-10, "z20", ""))
+    ]
+    for arm in arms:
+        arm.move_joints({arm.joint_names[4]: np.radians(30)})
+    with client.streams.watch("/robots/left/tcp") as left, client.streams.watch("/robots/right/tcp") as right:
+        run = together(tmp_path, client, *statements)
+        assert (run.return_value, run.exception) == (0, None)
+        end = client.clock.simulation_time
+        ways = [way_until(end, watch) for watch in (left, right)]
+    assert sorted(run.output.splitlines()) == ["L: alone", "L: together", "R: alone", "R: together"]
+    assert client.signals["doThere"] is True
+    times = sorted(ways[0].keys() & ways[1].keys())
+    moving = [
+        [float(np.abs(way[after] - way[before]).max()) > 1e-10 for before, after in pairwise(times)] for way in ways
+    ]
+    assert sum(moving[0]) > 100
+    assert moving[0] == moving[1]
+    # Two stretches, as the corner is passed without standing; three where the second move came late on a busy machine.
+    assert sum(not before and after for before, after in pairwise([False, *moving[0]])) in (2, 3)
+    np.testing.assert_allclose(np.degrees(arms[0].state.positions[0]), 30, atol=0.5)
+
+
+def way_until(end: float, watch: StreamWatch) -> dict[float, np.ndarray]:
+    """Return the places (m) of a tool centre point by time (s), until a time."""
+    way = {}
+    while (sample := watch.next(1.0)) is not None and sample.time < end:
+        assert sample.lost == 0
+        way[sample.time] = np.array([sample.values[axis] for axis in "xyz"])
+    return way
+
+
+@pytest.mark.parametrize(
+    ("left", "right", "error"),
+    [
+        (
+            "SyncMoveOn on, both;\nMoveAbsJ {} \\ID:=1, v500, fine, tool0;",
+            "MoveAbsJ {} \\ID:=2, v500, fine, tool0;",
+            "not 1|not 2",
+        ),
+        ("SyncMoveOn on, both;\nMoveAbsJ {}, v500, fine, tool0;", "", r"between SyncMoveOn and SyncMoveOff needs \\ID"),
+        (
+            "SyncMoveOn on, both;\nMoveAbsJ {} \\ID:=1, v500, fine, tool0;",
+            "EXIT;",
+            "r has ended, and this move would go",
+        ),
+        ("SyncMoveOn on, both;\nStorePath;", "", "a path that is put aside can't be used yet while moves go together"),
+        ("MoveAbsJ {} \\ID:=1, v500, fine, tool0;", "", r"\\ID is for moves between SyncMoveOn and SyncMoveOff"),
+        ("SyncMoveOff off;", "", "SyncMoveOff needs a SyncMoveOn before it"),
+    ],
+)
+def test_moves_that_can_not_go_together_end_both_tasks(
+    arms: tuple[virtualrobot.Robot, virtualrobot.Robot],
+    client: virtualrobot.Client,
+    tmp_path: Path,
+    left: str,
+    right: str,
+    error: str,
+) -> None:
+    place = f"[[10, 0, 0, 0, 30, 0], {AXES}]"
+    first = "SyncMoveOn on, both;\n" if left.startswith("SyncMoveOn") else ""
+    run = together(tmp_path, client, left.format(place), first + right.format(place))
+    assert isinstance(run.exception, RapidStopped)
+    assert re.search(error, str(run.exception))
+
+
+def test_a_move_out_of_reach_is_an_error_of_all_that_go_together(
+    arms: tuple[virtualrobot.Robot, virtualrobot.Robot], client: virtualrobot.Client, tmp_path: Path
+) -> None:
+    statements = [
+        rf"""
+        SyncMoveOn on, both;
+        MoveAbsJ [[{axis}, 0, 0, 0, 30, 0], {AXES}] \ID:=1, v500, fine, tool0;
+        MoveAbsJ [[5, 0, 0, 0, 30, 0], {AXES}] \ID:=2, v500, fine, grip;
+        SyncMoveOff off;
+        ERROR
+          IF ERRNO = ERR_ROBLIMIT TPWrite "far";
+          TRYNEXT;
+        """
+        for axis in (10, 400)
+    ]
+    run = together(tmp_path, client, *statements)
+    assert (run.return_value, run.exception) == (0, None)
+    assert sorted(run.output.splitlines()) == ["L: far", "R: far"]
+    for arm in arms:
+        np.testing.assert_allclose(np.degrees(arm.state.positions[0]), 5, atol=1e-6)

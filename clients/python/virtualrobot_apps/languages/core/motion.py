@@ -388,7 +388,7 @@ class MotionQueue:
             if self._motion is not None:
                 state = self._motion.state
                 state.raise_early_end()
-                if state.phase is Phase.STARVED:
+                if state.phase in (Phase.STARVED, Phase.SUCCEEDED):
                     self._sent.clear()
                     return
                 if enough(state):

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from virtualrobot_apps.languages.core.diagnostics import did_you_mean
 from virtualrobot_apps.languages.core.task import TaskStopped
+from virtualrobot_apps.languages.core.together import Group
 from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
 from virtualrobot_apps.languages.rapid.symbols import Datum
 
@@ -22,11 +23,12 @@ LOOK_SECONDS = 0.01
 
 @dataclass(slots=True)
 class Meeting:
-    """A point at which tasks meet: those that shall, those that are there, and whether all were."""
+    """A point at which tasks meet: those that shall, those that are there, whether all were, and what they become."""
 
     wanted: frozenset[str]
     there: set[str] = field(default_factory=set)
     over: bool = False
+    group: Group | None = None
 
 
 class Cell:
@@ -66,7 +68,7 @@ class Cell:
 
     # Points of synchronization.
 
-    def meet(self, task: RapidTask, point: str, names: Sequence[str], longest: float | None = None) -> None:
+    def meet(self, task: RapidTask, point: str, names: Sequence[str], longest: float | None = None) -> Meeting:
         """Wait until all tasks of these names wait at a point; ERR_WAITSYNCTASK after `longest` (s of the simulation).
 
         Raises RapidStopped where the tasks can't meet: the list has not this task or has another one than theirs,
@@ -108,6 +110,15 @@ class Cell:
                     if not meeting.there:
                         self._meetings.pop(point, None)
             raise
+        return meeting
+
+    def synchronize(self, task: RapidTask, point: str, names: Sequence[str], longest: float | None) -> Group:
+        """Return the group whose robots move together, after all its tasks have met at a point."""
+        meeting = self.meet(task, point, names, longest)
+        with self.lock:
+            if meeting.group is None:
+                meeting.group = Group(task.world.client, meeting.wanted, lambda: self._ended)
+            return meeting.group
 
     # The run.
 

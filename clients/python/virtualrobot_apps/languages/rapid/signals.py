@@ -9,6 +9,7 @@ from virtualrobot.errors import WrongStateError
 
 from virtualrobot_apps.languages.core.motion import MotionQueue, SignalTimeout
 from virtualrobot_apps.languages.core.task import Task
+from virtualrobot_apps.languages.core.together import Group, GroupQueue
 from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
 from virtualrobot_apps.languages.rapid.symbols import Use
 
@@ -33,6 +34,21 @@ class Signals:
     def begin(self, task: Task) -> None:
         """Belong to a task."""
         self._queue = MotionQueue(self.client, task)
+
+    def join(self, task: Task, group: Group, name: str) -> None:
+        """Move together with others from now on, as a member of this name; the robot must stand."""
+        self.queue.close()
+        self._queue = GroupQueue(self.client, task, group, name)
+
+    def leave(self, task: Task) -> None:
+        """Move alone again, when the robot stands."""
+        self.queue.close()
+        self.begin(task)
+
+    @property
+    def group(self) -> Group | None:
+        """The robots with which this one moves together; None: it moves alone."""
+        return self._queue.group if isinstance(self._queue, GroupQueue) else None
 
     def find_signals(self, uses: Iterable[Use]) -> None:
         """Look up the signals of a program; raises WrongStateError, with first places, for those that are not there."""

@@ -26,6 +26,7 @@ from virtualrobot.geometry import Matrix
 from virtualrobot.motions.moves import Move
 
 from virtualrobot_apps.languages.core.motion import Step
+from virtualrobot_apps.languages.core.together import GroupQueue
 from virtualrobot_apps.languages.rapid.arcs import Arc
 from virtualrobot_apps.languages.rapid.configuration import confdata
 from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
@@ -72,11 +73,26 @@ class World(Signals):
         self._levels: list[tuple[np.ndarray | None, Matrix | None, list[Any]]] = []
 
     @contextmanager
-    def alongside(self, concurrent: bool | None) -> Iterator[None]:
-        """Let the program go on at once after the moves of a block, if it shall."""
+    def move_with(self, concurrent: bool | None, number: float | None) -> Iterator[None]:
+        r"""Let the program go on at once after the moves of a block, if it shall; `number` is their \ID.
+
+        Moves have a number while they go together with those of other robots, and then alone.
+        """
+        queue = self.queue
+        if isinstance(queue, GroupQueue):
+            if number is None:
+                raise RapidStopped(r"a move between SyncMoveOn and SyncMoveOff needs \ID")
+            queue.number = round(number)
+        elif number is not None:
+            raise RapidStopped(r"\ID is for moves between SyncMoveOn and SyncMoveOff")
         self.concurrent = bool(concurrent)
+        count = queue.count if isinstance(queue, GroupQueue) else 0
         try:
             yield
+        except RapidFault as fault:
+            if isinstance(queue, GroupQueue) and queue.count == count:
+                queue.fail(fault)
+            raise
         finally:
             self.concurrent = False
 
@@ -162,7 +178,10 @@ class World(Signals):
 
     def move_joints(self, goal: np.ndarray, speed: list[float], zone: list[Any]) -> None:
         """Move all joints to positions (rad), the tool centre point nowhere faster than the speed data say."""
-        factor = self.joint_factor(self.joints_planned(), goal, speed)
+        try:
+            factor = self.joint_factor(self.joints_planned(), goal, speed)
+        except _CAN_NOT as error:
+            raise RapidFault("ERR_ROBLIMIT", error.message) from error
         self.add_joints(goal, factor, zone[1] / 1000.0 * (not zone[0]))
         self.went(goal, None)
 

@@ -19,7 +19,7 @@ _ENDS = r"speeddata Speed \num V, zonedata Zone \num Z, pers tooldata Tool \pers
 _Argument: TypeAlias = Any
 """One of `_ENDS`, as `move_ends` takes them."""
 
-_LACKING = "ID T Inpos Corr TLoad"
+_LACKING = "T Inpos Corr TLoad"
 
 
 def move_ends(
@@ -45,61 +45,79 @@ def _degrees(joints: np.ndarray) -> list[Any]:
     return [np.degrees(joints).tolist(), [NO_AXIS] * 6]
 
 
-@instruction("MoveJ", rf"\switch Conc, robtarget ToPoint, {_ENDS}", lacking=_LACKING)
-def _move_j(task: RapidTask, concurrent: bool | None, target: list[Any], *ends: _Argument) -> None:
-    """Moves all joints evenly to a place; with Conc the program goes on at once."""
-    with task.world.alongside(concurrent):
+@instruction("MoveJ", rf"\switch Conc, robtarget ToPoint \identno ID, {_ENDS}", lacking=_LACKING)
+def _move_j(
+    task: RapidTask, concurrent: bool | None, target: list[Any], number: float | None, *ends: _Argument
+) -> None:
+    """Moves all joints evenly to a place; with Conc the program goes on at once, with ID others move together."""
+    with task.world.move_with(concurrent, number):
         task.world.move_joints_to(target, *move_ends(task, *ends))
 
 
-@instruction("MoveL", rf"\switch Conc, robtarget ToPoint, {_ENDS}", lacking=_LACKING)
-def _move_l(task: RapidTask, concurrent: bool | None, target: list[Any], *ends: _Argument) -> None:
+@instruction("MoveL", rf"\switch Conc, robtarget ToPoint \identno ID, {_ENDS}", lacking=_LACKING)
+def _move_l(
+    task: RapidTask, concurrent: bool | None, target: list[Any], number: float | None, *ends: _Argument
+) -> None:
     """Moves the tool centre point along a line to a place."""
-    with task.world.alongside(concurrent):
+    with task.world.move_with(concurrent, number):
         task.world.move_line(target, *move_ends(task, *ends))
 
 
-@instruction("MoveC", rf"\switch Conc, robtarget CirPoint, robtarget ToPoint, {_ENDS}", lacking=_LACKING)
-def _move_c(task: RapidTask, concurrent: bool | None, via: list[Any], target: list[Any], *ends: _Argument) -> None:
+@instruction("MoveC", rf"\switch Conc, robtarget CirPoint, robtarget ToPoint \identno ID, {_ENDS}", lacking=_LACKING)
+def _move_c(
+    task: RapidTask,
+    concurrent: bool | None,
+    via: list[Any],
+    target: list[Any],
+    number: float | None,
+    *ends: _Argument,
+) -> None:
     """Moves the tool centre point along an arc through one place to another one."""
-    with task.world.alongside(concurrent):
+    with task.world.move_with(concurrent, number):
         task.world.move_arc(via, target, *move_ends(task, *ends))
 
 
-@instruction("MoveAbsJ", rf"\switch Conc, jointtarget ToJointPos \switch NoEOffs, {_ENDS}", lacking=_LACKING)
+@instruction(
+    "MoveAbsJ", rf"\switch Conc, jointtarget ToJointPos \identno ID \switch NoEOffs, {_ENDS}", lacking=_LACKING
+)
 def _move_abs_j(
-    task: RapidTask, concurrent: bool | None, target: list[Any], no_offsets: bool | None, *ends: _Argument
+    task: RapidTask,
+    concurrent: bool | None,
+    target: list[Any],
+    number: float | None,
+    no_offsets: bool | None,
+    *ends: _Argument,
 ) -> None:
     """Moves all joints evenly to their positions; the tool counts for the speed alone."""
-    speed, zone, _ = move_ends(task, *ends)
-    with task.world.alongside(concurrent):
+    with task.world.move_with(concurrent, number):
+        speed, zone, _ = move_ends(task, *ends)
         task.world.move_joints(np.radians(target[0]), speed, zone)
 
 
 _SIGNAL = "signaldo Signal, num Value"
 
 
-@instruction("MoveJDO", f"robtarget ToPoint, {_ENDS}, {_SIGNAL}", lacking=_LACKING)
-def _move_j_do(task: RapidTask, target: list[Any], *ends: _Argument) -> None:
+@instruction("MoveJDO", rf"robtarget ToPoint \identno ID, {_ENDS}, {_SIGNAL}", lacking=_LACKING)
+def _move_j_do(task: RapidTask, target: list[Any], number: float | None, *ends: _Argument) -> None:
     """Moves as MoveJ does, and sets a digital output in the zone, or when the robot is there."""
     *rest, signal, value = ends
-    _move_j(task, None, target, *rest)
+    _move_j(task, None, target, number, *rest)
     task.world.set_signal(signal, value)
 
 
-@instruction("MoveLDO", f"robtarget ToPoint, {_ENDS}, {_SIGNAL}", lacking=_LACKING)
-def _move_l_do(task: RapidTask, target: list[Any], *ends: _Argument) -> None:
+@instruction("MoveLDO", rf"robtarget ToPoint \identno ID, {_ENDS}, {_SIGNAL}", lacking=_LACKING)
+def _move_l_do(task: RapidTask, target: list[Any], number: float | None, *ends: _Argument) -> None:
     """Moves as MoveL does, and sets a digital output as MoveJDO does."""
     *rest, signal, value = ends
-    _move_l(task, None, target, *rest)
+    _move_l(task, None, target, number, *rest)
     task.world.set_signal(signal, value)
 
 
-@instruction("MoveCDO", f"robtarget CirPoint, robtarget ToPoint, {_ENDS}, {_SIGNAL}", lacking=_LACKING)
-def _move_c_do(task: RapidTask, via: list[Any], target: list[Any], *ends: _Argument) -> None:
+@instruction("MoveCDO", rf"robtarget CirPoint, robtarget ToPoint \identno ID, {_ENDS}, {_SIGNAL}", lacking=_LACKING)
+def _move_c_do(task: RapidTask, via: list[Any], target: list[Any], number: float | None, *ends: _Argument) -> None:
     """Moves as MoveC does, and sets a digital output as MoveJDO does."""
     *rest, signal, value = ends
-    _move_c(task, None, via, target, *rest)
+    _move_c(task, None, via, target, number, *rest)
     task.world.set_signal(signal, value)
 
 

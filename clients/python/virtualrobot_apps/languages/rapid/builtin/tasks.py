@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from virtualrobot_apps.languages.rapid.faults import RapidStopped
+from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
 from virtualrobot_apps.languages.rapid.table import function, instruction
 
 if TYPE_CHECKING:
@@ -26,23 +26,55 @@ def _wait_sync_task(
         task.finish()
     else:
         task.settle()
-    if not point[index]:
+    task.cell.meet(task, _named(point[index]), [name for (name,) in tasks[at]], longest)
+
+
+def _named(point: str) -> str:
+    """Return the name of a point."""
+    if not point:
         raise RapidStopped("this syncident has no name: declare it as a variable, not as part of a record")
-    task.cell.meet(task, point[index], [name for (name,) in tasks[at]], longest)
+    return point
+
+
+@instruction("SyncMoveOn", r"var syncident SyncID, pers tasks TaskList{*} \num TimeOut")
+def _sync_move_on(
+    task: RapidTask, point: list[str], index: int, tasks: list[list[list[str]]], at: int, longest: float | None
+) -> None:
+    """Lets the robots of all tasks of the list move together from now on, when they stand and the tasks have met."""
+    if task.world.group is not None:
+        raise RapidStopped("SyncMoveOn is done already; SyncMoveOff ends it")
+    task.finish()
+    group = task.cell.synchronize(task, _named(point[index]), [name for (name,) in tasks[at]], longest)
+    task.world.join(task, group, task.name.lower())
+
+
+@instruction("SyncMoveOff", r"var syncident SyncID \num TimeOut")
+def _sync_move_off(task: RapidTask, point: list[str], index: int, longest: float | None) -> None:
+    """Lets each robot move alone again, when all stand and their tasks have met."""
+    group = task.world.group
+    if group is None:
+        raise RapidStopped("SyncMoveOff needs a SyncMoveOn before it")
+    task.finish()
+    task.cell.meet(task, _named(point[index]), sorted(group.names), longest)
+    task.world.leave(task)
 
 
 @function("IsSyncMoveOn", "", "bool")
 def _is_sync_move_on(task: RapidTask) -> bool:
-    """FALSE: no task here makes synchronized moves."""
-    return False
+    """TRUE where the task's robot moves together with others."""
+    return task.has_robot and task.world.group is not None
 
 
 @function("TasksInSync", "inout tasks TaskList{*}", "num")
 def _tasks_in_sync(task: RapidTask, tasks: list[list[list[str]]], at: int) -> float:
-    """Number of the tasks that make synchronized moves, whose names it gives: none."""
-    for one in tasks[at]:
-        one[0] = ""
-    return 0.0
+    """Number of the tasks whose robots move together, whose names it gives."""
+    group = task.world.group if task.has_robot else None
+    names = [task.cell.tasks[name].name for name in sorted(group.names)] if group is not None else []
+    if len(names) > len(tasks[at]):
+        raise RapidFault("ERR_ARGVALERR", f"{len(names)} tasks move together, and the list has {len(tasks[at])}")
+    for number, one in enumerate(tasks[at]):
+        one[0] = names[number] if number < len(names) else ""
+    return float(len(names))
 
 
 @function("GetTaskName", "", "string", lacking="TaskNo MecTaskNo")
