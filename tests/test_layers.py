@@ -103,7 +103,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "messages/types.py": ("rosbags", "yaml"),
             "messages/message.py": ("cbor2",),
             "mapping/sensors.py": ("PIL",),
-            "dds.py": ("cyclonedds",),
+            "dds": ("cyclonedds",),
             "foxglove_server.py": ("foxglove",),
             "rosbridge/wire.py": ("cbor2", "PIL"),
             "rosbridge/server.py": ("websockets",),

@@ -17,6 +17,8 @@ from tests.apps.ros.bridges import GUARD, bridge, roslibpy_client, told
 from tests.apps.ros.test_ros_actions import SUCCEEDED, Goal
 from tests.waiting import until
 
+pytestmark = pytest.mark.long
+
 OK, NOT_FOUND, FAILED = 1, 2, 4
 STOPPED, PLAYING, PAUSED, NO_WORLD = 0, 1, 2, 4
 BALL = (

@@ -20,6 +20,7 @@ Examples:
   virtualrobot ros
   virtualrobot ros bridge.yaml --no-auto
   virtualrobot ros --dds --domain 7
+  virtualrobot ros --dds --rmw cyclonedds
   virtualrobot ros --host 0.0.0.0 --client-token-file rosbridge.token
 """
 
@@ -38,7 +39,14 @@ Examples:
     help="Ask clients for the token in this file, which is made where it is not there.",
 )
 @click.option("--no-client-token", is_flag=True, help="Let everybody in who reaches the host.")
-@click.option("--dds", is_flag=True, help="Be a node of ROS 2, by Cyclone DDS: topics, no services.")
+@click.option("--dds", is_flag=True, help="Be a node of ROS 2, by Cyclone DDS.")
+@click.option(
+    "--rmw",
+    type=click.Choice(["any", "cyclonedds"]),
+    default="any",
+    show_default=True,
+    help="On what the node's peers run: for rmw_cyclonedds it has services and actions, too, not only topics.",
+)
 @click.option("--domain", default=0, show_default=True, type=click.IntRange(0, 232), help="Its domain.")
 @click.option("--foxglove", is_flag=True, help="Serve Foxglove and Lichtblick on this machine, too.")
 @click.option("--foxglove-port", default=8765, show_default=True, type=click.IntRange(0, 65535), help="Their port.")
@@ -61,6 +69,7 @@ def ros(
     client_token: Path | None,
     no_client_token: bool,
     dds: bool,
+    rmw: str,
     domain: int,
     foxglove: bool,
     foxglove_port: int,
@@ -86,7 +95,7 @@ def ros(
     token = _token(client_token) if client_token else ""
     transports: list[Transport] = [RosbridgeServer(host, port, token=token, origins=origins)]
     if dds:
-        transports.append(_dds_node(domain))
+        transports.append(_dds_node(domain, services=rmw == "cyclonedds"))
     if foxglove:
         transports.append(_foxglove_server(foxglove_port))
     if record is not None:
@@ -102,12 +111,12 @@ def ros(
             raise click.ClickException(str(error)) from error
 
 
-def _dds_node(domain: int) -> Transport:
+def _dds_node(domain: int, *, services: bool) -> Transport:
     try:
-        from virtualrobot_apps.bridges.ros.dds import DdsNode
+        from virtualrobot_apps.bridges.ros.dds.node import DdsNode
     except ModuleNotFoundError as error:
         raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[dds]'") from error
-    return DdsNode(domain)
+    return DdsNode(domain, services=services)
 
 
 def _foxglove_server(port: int) -> Transport:
