@@ -100,6 +100,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     **{
         f"{APPS}/bridges/ros/{name}": ("virtualrobot_apps", "virtualrobot", "numpy", *libraries)
         for name, libraries in {
+            "bag.py": ("rosbags", "click"),
             "messages/types.py": ("rosbags", "yaml"),
             "messages/message.py": ("cbor2",),
             "mapping/sensors.py": ("PIL",),
