@@ -125,13 +125,13 @@ class CertainlyFree:
         for piece in path.pieces:
             yield from doubts(cell, start, piece, path.wobble, (path.begin, path.end), shortest)
 
-    def line(self, room: Room, begin: Floats, end: Floats, step: float) -> bool:
-        """Return whether configurations on a line, at most `step` apart, are in the room and certainly free."""
-        return line_is_certain(*self._cell, room, begin, end, step)
+    def line(self, room: Room, begin: Floats, end: Floats, step: float, margin: float) -> bool:
+        """Return whether configurations on a line, at most `step` apart, are in the room and free by a margin (m)."""
+        return line_is_certain(*self._cell, room, begin, end, step, margin)
 
-    def meet(self, room: Room, samples: Floats, reach: float, step: float, *trees: NDArray[Any]) -> bool:
+    def meet(self, room: Room, samples: Floats, reach: float, step: float, margin: float, *trees: NDArray[Any]) -> bool:
         """Return whether two trees meet that grow towards samples (s, k), as `numeric.connecting.trees_meet` does."""
-        return trees_meet(*self._cell, room, samples, reach, step, *trees)
+        return trees_meet(*self._cell, room, samples, reach, step, margin, *trees)
 
     @staticmethod
     def _pairs(

@@ -233,12 +233,19 @@ def _tree(figures: Figures, element: int) -> tuple[Floats, Floats]:
 
 @inlined
 def _certainly_apart(
-    figures: Figures, poses: Floats, first: int, second: int, margin: float, last: Integers, room: _Room
+    figures: Figures,
+    poses: Floats,
+    first: int,
+    second: int,
+    margin: float,
+    most: float,
+    last: Integers,
+    room: _Room,
 ) -> bool:
     """Return whether two elements' surfaces are certainly farther than `margin` from touching.
 
-    poses (e, 4, 4): where the elements are; last (2,): as in `two_trees`, of the second element and the first where the
-    first is a box and the second is not.
+    poses (e, 4, 4): where the elements are; most and last (2,): as in `two_trees`, the latter of the second element and
+    the first where the first is a box and the second is not.
     """
     # A box is asked as such, as the other one.
     one: int = second if figures.box[first] and not figures.box[second] else first
@@ -256,7 +263,6 @@ def _certainly_apart(
     if figures.box[other]:
         return tree_and_box(balls, triangles, turn, figures.half, other, far, room.both[0])
     others, faces = _tree(figures, other)
-    most = EFFORT / max(margin, TINY)
     return two_trees(balls, triangles, others, faces, turn, far, most, last, room.waiting, room.both, room.work)
 
 
@@ -279,17 +285,20 @@ def _outside(figures: Figures, poses: Floats, one: int, other: int, room: _Room)
 
 
 @inlined
-def pair_in_doubt(cell: Cell, place: Place, first: int) -> int:
-    """Return a pair that may touch where all is, -1 where none does: `first` is asked first, for it often is again."""
+def pair_in_doubt(cell: Cell, place: Place, margin: float, first: int) -> int:
+    """Return a pair that may be nearer than a margin (m) where all is, -1 where none is.
+
+    The pair `first` is asked first, for it often is again.
+    """
     for turn in range(cell.pairs.shape[0] + 1):
         pair = first if turn == 0 else turn - 1
         if pair == cell.pairs.shape[0]:
             continue
         one, other = cell.pairs[pair, 0], cell.pairs[pair, 1]
-        if _boxes_apart(place, one, other, 0.0):
+        if _boxes_apart(place, one, other, margin):
             continue
         if not (
-            _certainly_apart(cell.figures, place.elements, one, other, 0.0, place.last[pair], place.room)
+            _certainly_apart(cell.figures, place.elements, one, other, margin, np.inf, place.last[pair], place.room)
             and _outside(cell.figures, place.elements, one, other, place.room)
         ):
             return pair
@@ -331,7 +340,7 @@ def certain_places(cell: Cell, q: Floats, nodes: Floats, elements: Floats, joint
     place, last = placed(cell, q, nodes, elements), 0
     for row in range(joints.shape[0]):
         go(cell, place, joints[row])
-        pair = pair_in_doubt(cell, place, last)
+        pair = pair_in_doubt(cell, place, 0.0, last)
         certain[row] = pair < 0
         last = max(pair, 0)
 
@@ -415,7 +424,8 @@ def first_doubt(
                 both += _travel(cell, place, other, above, joint, corners, reach)
                 if both == 0.0 or _boxes_apart(place, one, other, both):
                     continue
-            if _certainly_apart(cell.figures, place.elements, one, other, both, place.last[pair], place.room):
+            most = EFFORT / max(both, TINY)
+            if _certainly_apart(cell.figures, place.elements, one, other, both, most, place.last[pair], place.room):
                 continue
             astray: float = _travel(cell, place, one, above, wobbling, corners, reach)
             astray += _travel(cell, place, other, above, wobbling, corners, reach)

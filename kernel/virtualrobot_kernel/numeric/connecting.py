@@ -50,12 +50,20 @@ def _holds(room: Room, q: Floats) -> bool:
 
 @inlined
 def _free(
-    cell: Cell, room: Room, place: Place, begin: Floats, end: Floats, step: float, joints: Floats, seen: Integers
+    cell: Cell,
+    room: Room,
+    place: Place,
+    begin: Floats,
+    end: Floats,
+    step: float,
+    margin: float,
+    joints: Floats,
+    seen: Integers,
 ) -> bool:
-    """Return whether configurations on a line, at most a step apart, are in the room and certainly free.
+    """Return whether configurations on a line, at most a step apart, are in the room and certainly free by a margin.
 
-    Its begin is left out. What collides does so for a while: places far apart find it soonest. joints (k,): room;
-    seen (2,): the pair that was in doubt last, and how many configurations were looked at.
+    Its begin is left out. What collides does so for a while: places far apart find it soonest. margin: in m; joints
+    (k,): room; seen (2,): the pair that was in doubt last, and how many configurations were looked at.
     """
     if not _holds(room, end):
         return False
@@ -72,7 +80,7 @@ def _free(
                 joints[i] = begin[i] + (end[i] - begin[i]) * (at / count)
             go(cell, place, joints)
             seen[1] += 1
-            pair = pair_in_doubt(cell, place, seen[0])
+            pair = pair_in_doubt(cell, place, margin, seen[0])
             if pair >= 0:
                 seen[0] = pair
                 return False
@@ -107,20 +115,28 @@ def _towards(begin: Floats, end: Floats, reach: float, new: Floats) -> bool:
     return length <= reach
 
 
-@compiled(CELL, _ONE, _POSES, _POSES, _ROOM, _ONE, _ONE, float64)
+@compiled(CELL, _ONE, _POSES, _POSES, _ROOM, _ONE, _ONE, float64, float64)
 def line_is_certain(
-    cell: Cell, q: Floats, nodes: Floats, elements: Floats, room: Room, begin: Floats, end: Floats, step: float
+    cell: Cell,
+    q: Floats,
+    nodes: Floats,
+    elements: Floats,
+    room: Room,
+    begin: Floats,
+    end: Floats,
+    step: float,
+    margin: float,
 ) -> bool:
-    """Return whether configurations on a line, at most `step` apart, are in the room and certainly free.
+    """Return whether configurations on a line, at most `step` apart, are in the room and certainly free by a margin.
 
     Its begin (k,) is left out; the first four are as in `certain_places`.
     """
     place = placed(cell, q, nodes, elements)
-    return _free(cell, room, place, begin, end, step, np.empty(begin.shape[0]), np.zeros(2, np.int64))
+    return _free(cell, room, place, begin, end, step, margin, np.empty(begin.shape[0]), np.zeros(2, np.int64))
 
 
 @compiled(
-    *(CELL, _ONE, _POSES, _POSES, _ROOM, _FLOATS, float64, float64),
+    *(CELL, _ONE, _POSES, _POSES, _ROOM, _FLOATS, float64, float64, float64),
     *(output_of(float64, 3), output_of(int64, 2), output_of(int64, 1), output_of(int64, 1), output_of(int64, 1)),
 )
 def trees_meet(
@@ -132,6 +148,7 @@ def trees_meet(
     samples: Floats,
     reach: float,
     step: float,
+    margin: float,
     trees: Floats,
     parents: Integers,
     sizes: Integers,
@@ -149,6 +166,7 @@ def trees_meet(
         samples: (s, k) towards which the smaller tree grows, one after the other.
         reach: the greatest length of an edge.
         step: the greatest distance of a coordinate between two places on an edge that are looked at.
+        margin: in m, by which all is to be farther than touching there.
         trees: (2, m, k) configurations of both trees; they grow while there is room for more.
         parents: (2, m) the row from which each is reached; -1 where a tree begins.
         sizes: (2,) how many there are.
@@ -162,7 +180,7 @@ def trees_meet(
         side = 0 if sizes[0] <= sizes[1] else 1
         near = _nearest(trees[side], sizes[side], samples[sample])
         _towards(trees[side, near], samples[sample], reach, new)
-        if sizes[side] == most or not _free(cell, room, place, trees[side, near], new, step, joints, seen):
+        if sizes[side] == most or not _free(cell, room, place, trees[side, near], new, step, margin, joints, seen):
             continue
         write_all(new, trees[side, sizes[side]])
         parents[side, sizes[side]] = near
@@ -172,7 +190,7 @@ def trees_meet(
         near = _nearest(trees[other], sizes[other], new)
         while sizes[other] < most:
             arrived = _towards(trees[other, near], new, reach, there)
-            if not _free(cell, room, place, trees[other, near], there, step, joints, seen):
+            if not _free(cell, room, place, trees[other, near], there, step, margin, joints, seen):
                 break
             write_all(there, trees[other, sizes[other]])
             parents[other, sizes[other]] = near

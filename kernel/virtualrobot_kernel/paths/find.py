@@ -31,8 +31,9 @@ Looking is much quicker: where what it found turns out not to be free, it is sea
 LOOKS = 0.05
 """Spacing of the checked places on shortcuts, in rad or m."""
 
-CERTAIN_STEPS = 0.1, 0.025
-"""The same where balls alone are asked: all of it is proven in the end, and searched again where it is not free."""
+CERTAIN_STEPS = (0.1, 4e-3), (0.025, 1e-3)
+"""The same where balls alone are asked, and how far (m) all is to be from touching there: what goes by more closely is
+seldom free between the places. All of it is proven in the end, and searched again where it is not free."""
 
 CERTAIN_SEARCHES = 5
 """Number of such searches, which take a few milliseconds each; the shortest path that is free counts."""
@@ -158,15 +159,15 @@ class _Task:
 
         good: the length that is short enough.
         """
-        for step in CERTAIN_STEPS:
+        for step, margin in CERTAIN_STEPS:
             paths: list[Floats] = []
             while len(paths) < CERTAIN_SEARCHES and not (paths and length_of(paths[-1]) <= good):
-                found = self.space.connected(self.goals, step, self.rng, self._in_time_with)
+                found = self.space.connected(self.goals, step, margin, self.rng, self._in_time_with)
                 self._before = self.states
                 self.site.go_on()
                 if found is None:
                     break
-                paths.append(self._shortened_by(self.space.is_certain, distinct(found)))
+                paths.append(self._shortened_by(partial(self.space.is_certain, margin=margin), distinct(found)))
             for path in sorted(paths, key=length_of):
                 if self._is_proven(path):
                     return path

@@ -86,15 +86,15 @@ class PathSpace:
         between = begin + (end - begin) * (np.array(order, np.float64) / count)[:, None]
         return self._are_free(np.concatenate([end[None], between]))
 
-    def is_certain(self, begin: Floats, end: Floats, step: float) -> bool:
-        """Return whether `looks_free` is true without a doubt: balls alone are asked."""
+    def is_certain(self, begin: Floats, end: Floats, step: float, margin: float) -> bool:
+        """Return whether `looks_free` is true without a doubt, and all is farther than `margin` (m) from touching."""
         self.checks += 1
-        return self._certain.line(self._room, begin, end, step)
+        return self._certain.line(self._room, begin, end, step, margin)
 
     def connected(
-        self, goals: Floats, step: float, rng: np.random.Generator, go_on: Callable[[int], bool]
+        self, goals: Floats, step: float, margin: float, rng: np.random.Generator, go_on: Callable[[int], bool]
     ) -> Floats | None:
-        """Return a way (n, k) to one of the goals (m, k), whose lines are all certain at steps; None: none is found.
+        """Return a way (n, k) to one of the goals (m, k), all certain at steps and by a margin (m); None: none.
 
         Two trees grow towards each other (`numeric.connecting`); `go_on` is told their size, and returns whether to.
         """
@@ -105,7 +105,7 @@ class PathSpace:
         reach = REACH * float(np.linalg.norm(query.upper - query.lower))
         for _ in range(BATCHES):
             samples, before = rng.uniform(query.lower, query.upper, (BATCH, k)), int(seen[1])
-            found = self._certain.meet(self._room, samples, reach, step, trees, parents, sizes, ends, seen)
+            found = self._certain.meet(self._room, samples, reach, step, margin, trees, parents, sizes, ends, seen)
             self.checks += int(seen[1]) - before
             if not go_on(int(sizes.sum())):
                 return None

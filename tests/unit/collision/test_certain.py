@@ -7,9 +7,10 @@ from functools import partial
 
 import numpy as np
 import pytest
-from virtualrobot_kernel.collision.certain import CertainlyFree
+from virtualrobot_kernel.collision.certain import CertainlyFree, room_of
 from virtualrobot_kernel.collision.joint_path import of_path
 from virtualrobot_kernel.collision.node_pairs import moves
+from virtualrobot_kernel.collision.pairs import least_distance
 from virtualrobot_kernel.collision.swept import RESOLUTION, first_contact
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.planning.robots import arm_of, standing_at
@@ -24,6 +25,10 @@ from tests.unit.world.builders import shifted
 
 NEAR = 2e-3
 """So near are two places of a way of about a metre, of length 1, where things that graze each other begin to touch."""
+
+
+ROUND = 2e-3
+"""Greatest difference (m) of balls and FCL at round figures: these are triangles to balls, thicker by their error."""
 
 
 def crowded(kind: str, rng: np.random.Generator) -> Snapshot:
@@ -60,6 +65,12 @@ def test_what_is_certain_is_free(kind: str, rng: np.random.Generator, draws: Dra
         free.append(not scene.touching({robot.uid}) & counted)
     assert np.all(np.array(free)[certain])
     assert certain.sum() > 0.5 * np.sum(free), "balls are but a little larger than what they are around"
+    room = room_of(lower, upper, np.zeros((0, len(lower))), np.zeros(0), np.zeros(0))
+    for q in configurations[certain][: draws(2)]:
+        scene.place(standing_at(snapshot, arm.q_index, q))
+        nearest = min(least_distance(scene.placed, one, other, np.inf) for one, other in balls.pairs.tolist())
+        assert not balls.line(room, q, q, 0.1, nearest + ROUND)
+        assert nearest < ROUND or balls.line(room, q, q, 0.1, nearest - ROUND)
     proven = 0
     for begin, end in zip(configurations[np.array(free)], configurations[np.array(free)][1:], strict=False):
         end = begin + 0.5 * (end - begin)
