@@ -124,6 +124,36 @@ def test_lines_are_as_fast_as_their_speed_and_arcs_pass_their_point(
     assert np.linalg.norm(places - [0.05, 0.05, 0.15], axis=1).min() < 3e-4
 
 
+@pytest.mark.long
+def test_a_move_with_a_time_is_so_fast_that_it_takes_it_but_for_speeding_up(
+    client: virtualrobot.Client, arm: virtualrobot.Robot
+) -> None:
+    """Speeds are ways by times: 100 mm in 2 s, half a circle of 50 mm radius in 2 s, 60 degrees in 4 s."""
+    run = Run(
+        client,
+        r"""
+        MoveJ above, v1000, fine, tool0 \WObj:=table;
+        MoveL Offs(above, 100, 0, 0), v1000 \T:=2, fine, tool0 \WObj:=table;
+        MoveC Offs(above, 50, 50, 0), Offs(above, 0, 0, 0), v1000 \T:=2, fine, tool0 \WObj:=table;
+        """,
+    )
+    way = traced(client, run)
+    places = in_table(way)
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(way[:, 0])
+    on_line = (np.abs(places[:-1, 1:] - [0, 0.15]).max(axis=1) < 1e-6) & (speeds > 1e-9)
+    assert speeds[on_line].max() == pytest.approx(0.05, rel=1e-3)
+    on_arc = (places[:-1, 1] > 1e-3) & (np.abs(places[:-1, 2] - 0.15) < 1e-6)
+    assert speeds[on_arc].max() == pytest.approx(math.pi * 0.05 / 2, rel=1e-3)
+    Run(client, "MoveAbsJ ready, v1000, fine, tool0;")()
+    way = traced(client, Run(client, r"MoveAbsJ [[60, 0, 0, 0, 30, 0], [0, 0, 0, 0, 0, 0]], v1000 \T:=4, fine, tool0;"))
+    from_axis = way[:, 1:3] - [0.5, -0.3]
+    turned = np.abs(np.diff(np.unwrap(np.arctan2(from_axis[:, 1], from_axis[:, 0]))))
+    assert turned.sum() == pytest.approx(math.radians(60), abs=1e-6)
+    assert (turned / np.diff(way[:, 0])).max() == pytest.approx(math.radians(60) / 4, rel=1e-3)
+    with pytest.raises(RapidStopped, match=r"a move takes more than 0 s \(T\), not 0"):
+        Run(client, r"MoveAbsJ ready, v1000 \T:=0, fine, tool0;")()
+
+
 def test_joint_moves_keep_the_speed_of_the_tool_centre_point(
     client: virtualrobot.Client, arm: virtualrobot.Robot
 ) -> None:

@@ -15,6 +15,7 @@ from virtualrobot_apps.languages.rapid.task import RapidTask
 from virtualrobot_apps.languages.rapid.world import World
 
 from tests.apps.languages.rapid import loaded, main_prints
+from tests.waiting import until
 
 SERVER = r"""
 MODULE Server
@@ -232,3 +233,70 @@ def test_bits_and_bytes() -> None:
         TPWrite "" \Bool:=BitCheck(38, 3);
         """
     ) == ["36", "55", "19", "217", "48", "9", "7", "1227A17201111010z", "488", "TRUE"]
+
+
+def test_datagrams_go_and_come_with_the_address_of_their_sender() -> None:
+    port = free_port()
+    text = r"""
+    MODULE Datagrams
+      PROC main()
+        VAR socketdev here;
+        VAR rawbytes raw;
+        VAR string line;
+        VAR string host;
+        VAR num sender;
+        VAR num data{3};
+        VAR num count;
+        SocketCreate here \UDP;
+        SocketBind here, "192.168.125.1", @PORT@;
+        TPWrite "bound";
+        SocketReceiveFrom here \Str:=line \NoRecBytes:=count, host, sender \Time:=60;
+        TPWrite line + " from " + host \Num:=count;
+        SocketSendTo here, host, sender \Str:=line + "!";
+        PackRawBytes 258, raw, 1 \IntX:=INT;
+        SocketSendTo here, host, sender \RawData:=raw;
+        SocketReceiveFrom here \Data:=data, host, sender;
+        TPWrite ValToStr(data);
+        SocketReceiveFrom here \Str:=line, host, sender \Time:=0.01;
+      ERROR
+        IF ERRNO = ERR_SOCK_TIMEOUT TPWrite "nothing";
+        TRYNEXT;
+      ENDPROC
+    ENDMODULE
+    """
+    lines: list[str] = []
+    task = RapidTask(loaded(text.replace("@PORT@", str(port))), write=lines.append, listen_at="127.0.0.1")
+    thread = threading.Thread(target=task.run, daemon=True)
+    thread.start()
+    try:
+        with socket.socket(type=socket.SOCK_DGRAM) as peer:
+            peer.settimeout(60)
+            peer.bind(("127.0.0.1", 0))
+            until(lambda: lines == ["bound"])
+            peer.sendto(b"hello", ("127.0.0.1", port))
+            assert peer.recv(100) == b"hello!"
+            assert peer.recv(100) == b"\x02\x01"
+            peer.sendto(bytes([1, 2, 3]), ("127.0.0.1", port))
+            thread.join(60)
+    finally:
+        task.stop()
+        thread.join(60)
+    assert lines == ["bound", "hello from 127.0.0.15", "[1,2,3]", "nothing"]
+
+
+@pytest.mark.parametrize(
+    ("statements", "expected"),
+    [
+        (r'SocketCreate s \UDP; SocketConnect s, "127.0.0.1", 9;', "the socket is for datagrams"),
+        (
+            r'SocketCreate s; SocketSendTo s, "127.0.0.1", 9 \Str:="";',
+            r"the socket is for TCP; SocketCreate it with \\UDP",
+        ),
+        (r'SocketCreate s \UDP; SocketSendTo s, "127.0.0.1", 99999 \Str:="";', "127.0.0.1:99999: "),
+        (r"SocketCreate s \UDP; SocketReceiveFrom s \Str:=t, t, n;", "the socket has no port; SocketBind it first"),
+        (r"SocketCreate s \UDP; SocketReceiveFrom s, t, n;", r"SocketReceiveFrom needs \\Str, \\RawData or \\Data"),
+    ],
+)
+def test_sockets_of_one_kind_are_not_used_as_the_other(statements: str, expected: str) -> None:
+    with pytest.raises(RapidStopped, match=expected):
+        main_prints(statements, "VAR socketdev s; VAR string t; VAR num n;")

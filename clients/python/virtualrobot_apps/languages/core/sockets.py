@@ -1,4 +1,4 @@
-"""Sockets of programs: TCP, on this machine alone unless somebody allows more, given up when the program is stopped."""
+"""Sockets of programs, TCP and UDP: on this machine alone unless somebody allows more, given up at a stop."""
 
 from __future__ import annotations
 
@@ -38,6 +38,13 @@ def receive(task: Task, connected: socket.socket, most: int, seconds: float | No
     if not data:
         raise SocketClosed("the other side has closed the connection")
     return data
+
+
+def receive_from(task: Task, waited: socket.socket, most: int, seconds: float | None) -> tuple[bytes, tuple[str, int]]:
+    """Return the next datagram, `most` bytes of it, with host and port of who sent it; raises SocketTimeout."""
+    _ready(task, waited, seconds)
+    data, (host, port, *_) = waited.recvfrom(most)
+    return data, (host, port)
 
 
 def send(connected: socket.socket, data: bytes) -> None:

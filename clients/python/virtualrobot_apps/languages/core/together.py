@@ -181,6 +181,10 @@ class GroupQueue(MotionQueue):
                 program = step.add(program)
             program.start(wait=True)
 
+    def add(self, add: Callable[[Program], Program]) -> None:
+        """Refuse."""
+        _refuse("such a step")
+
     def dwell(self, seconds: float) -> None:
         """Wait for so many seconds of simulation time when all before it is done; the others go on."""
         self.finish()

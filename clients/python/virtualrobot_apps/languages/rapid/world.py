@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from copy import deepcopy
 from itertools import pairwise
 from typing import Any
@@ -63,6 +63,7 @@ class World(Signals):
         self.tool, self.wobj = deepcopy(TOOL), deepcopy(WOBJ)
         self.displacement = np.eye(4)
         self.concurrent = False
+        self.seconds: float | None = None
         self._tools: dict[str, str] = {}
         state = self.robot.state
         self._before = (state.tool or None, state.tool_center_point or None)
@@ -278,22 +279,32 @@ class World(Signals):
         return wanted
 
     def velocity(self, pose: Matrix, speed: list[float], via: np.ndarray | None) -> float:
-        """Return the speed (m/s) along a way, so low that the tool turns no faster than v_ori."""
+        """Return the speed (m/s) along a way, so low that the tool turns no faster than v_ori, or as `seconds` says."""
         start = self.place_now()
         if via is None:
             length = float(np.linalg.norm(pose[:3, 3] - start[:3, 3]))
         else:
             length = float(np.linalg.norm(via - start[:3, 3]) + np.linalg.norm(pose[:3, 3] - via))
+        if self.seconds is not None and length > 1e-6:
+            if via is not None:
+                with suppress(ValueError):  # three points on one line, which the kernel refuses
+                    length = Arc(start[:3, 3], via, pose[:3, 3]).length
+            return length / self.seconds
         angle, velocity = _angle(start, pose), self._speed(speed)
         slowest = math.radians(max(speed[1], 1e-3))
         return velocity if angle * velocity <= slowest * length or length < 1e-6 else slowest * length / angle
 
     def joint_factor(self, start: np.ndarray, goal: np.ndarray, speed: list[float]) -> float:
-        """Return the share of the joints' speeds with which the tool centre point keeps its own and v_ori."""
+        """Return the share of the joints' speeds with which the tool centre point keeps its own and v_ori.
+
+        Where the move has its time (`seconds`), it is that with which the joints take so long at full speed.
+        """
         wanted, turning = self._speed(speed), math.radians(max(speed[1], 1e-3))
         seconds = float(np.max(np.abs(goal - start) / self._velocities))
         if seconds < 1e-9:
             return 1.0
+        if self.seconds is not None:
+            return float(min(1.0, max(1e-3, seconds / self.seconds)))
         shares = np.linspace(0.0, 1.0, PLACES + 1)[:, None]
         ways = [
             self.robot.solve_forward(dict(zip(self.joints, row, strict=True))).world_t_tcp

@@ -15,17 +15,18 @@ from virtualrobot_apps.languages.rapid.world import WOBJ, here
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.rapid.task import RapidTask
 
-_ENDS = r"speeddata Speed \num V, zonedata Zone \num Z, pers tooldata Tool \pers wobjdata WObj"
+_ENDS = r"speeddata Speed \num V | num T, zonedata Zone \num Z, pers tooldata Tool \pers wobjdata WObj"
 _Argument: TypeAlias = Any
 """One of `_ENDS`, as `move_ends` takes them."""
 
-_LACKING = "T Inpos Corr TLoad"
+_LACKING = "Inpos Corr TLoad"
 
 
 def move_ends(
     task: RapidTask,
     speed: list[float],
     v: float | None,
+    seconds: float | None,
     zone: list[Any],
     z: float | None,
     tool: list[Any],
@@ -34,6 +35,9 @@ def move_ends(
     wobj_index: int,
 ) -> tuple[list[float], list[Any], list[Any] | None]:
     r"""Use the tool that a move names; return its speed and zone, with the numbers of \V and \Z, and work object."""
+    if seconds is not None and not seconds > 0.0:
+        raise RapidFault("ERR_ARGVALERR", f"a move takes more than 0 s (T), not {seconds:g}")
+    task.world.seconds = seconds
     task.world.use_tool(tool[tool_index])
     task.world.wobj = WOBJ if wobj is None else deepcopy(wobj[wobj_index])
     speed = speed if v is None else [v, *speed[1:]]

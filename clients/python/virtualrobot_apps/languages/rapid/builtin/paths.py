@@ -90,7 +90,7 @@ def _search_l(
     Without these the robot brakes there and then goes on to the end.
     """
     speed, v, tool, at, *wobj = ends
-    speed, _, wobj = move_ends(task, speed, v, [True, 0.0], None, tool, at, *wobj)
+    speed, _, wobj = move_ends(task, speed, v, None, [True, 0.0], None, tool, at, *wobj)
     now = task.signal_value(signal)
     if both:
         wanted = 1.0 - now
@@ -202,7 +202,7 @@ def _ends(task: RapidTask, speed: list[float], *more: Any) -> _Ends:  # noqa: AN
     triggers, (zone, *rest) = more[:8], more[8:]
     if triggers[0] is None:
         raise RapidFault("ERR_ARGVALERR", "a trigger is not described yet: use TriggIO, TriggEquip or TriggInt first")
-    speed, zone, wobj = move_ends(task, speed, None, zone, None, *rest)
+    speed, zone, wobj = move_ends(task, speed, None, None, zone, None, *rest)
     return _Ends(speed, [one for one in triggers if one is not None], zone, wobj)
 
 

@@ -1,4 +1,4 @@
-"""Sockets: connections by TCP, in which RAPID is the server or the client. A server needs leave to listen."""
+"""Sockets: connections by TCP, in which RAPID is the server or the client, and datagrams. Listening needs leave."""
 
 from __future__ import annotations
 
@@ -39,13 +39,14 @@ def _connected(device: SocketDevice) -> socket.socket:
     return found
 
 
-@instruction("SocketCreate", "var socketdev Socket", lacking="UDP")
-def _socket_create(task: RapidTask, holder: list[SocketDevice], index: int) -> None:
-    """Makes a socket for TCP."""
+@instruction("SocketCreate", r"var socketdev Socket \switch UDP")
+def _socket_create(task: RapidTask, holder: list[SocketDevice], index: int, datagrams: bool | None) -> None:
+    """Makes a socket for TCP, or for datagrams (UDP)."""
     device = holder[index]
     if device.socket is not None:
         raise RapidFault("ERR_SOCK_ISCON", "the socket is there already; SocketClose it first")
-    device.socket, device.state = socket.socket(), "SOCKET_CREATED"
+    kind = socket.SOCK_DGRAM if datagrams else socket.SOCK_STREAM
+    device.socket, device.state = socket.socket(type=kind), "SOCKET_CREATED"
     device.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     task.sockets.add(device)
 
@@ -73,7 +74,7 @@ def _socket_listen(task: RapidTask, holder: list[SocketDevice], index: int) -> N
     """Lets others connect to a socket that has its port."""
     if holder[index].state != "SOCKET_BOUND":
         raise RapidFault("ERR_SOCK_NOTCON", "the socket has no port; SocketBind it first")
-    _open(holder[index]).listen(1)
+    _for_connections(holder[index]).listen(1)
     holder[index].state = "SOCKET_LISTENING"
 
 
@@ -113,7 +114,7 @@ def _socket_connect(
     device = holder[index]
     if device.state == "SOCKET_CONNECTED":
         raise RapidFault("ERR_SOCK_ISCON", "the socket is connected already")
-    _open(device).close()
+    _for_connections(device).close()
     try:
         device.socket = socket.create_connection((address, int(port)), _seconds(time))
     except TimeoutError as error:
@@ -137,13 +138,9 @@ def _socket_send(
 ) -> None:
     """Sends a string or bytes."""
     task.settle()
+    sent = _bytes_of(text, raw, data, count)
     try:
-        given = raw if raw is not None else (text or "").encode("latin-1")
-        sent = given if data is None else bytes(int(one) for one in data)
-    except (UnicodeEncodeError, ValueError) as error:
-        raise RapidFault("ERR_ARGVALERR", "a byte is 0 to 255, and a character one of ISO 8859-1") from error
-    try:
-        sockets.send(_connected(holder[index]), sent if count is None else sent[: int(count)])
+        sockets.send(_connected(holder[index]), sent)
     except sockets.SocketClosed as error:
         raise RapidFault("ERR_SOCK_CLOSED", str(error)) from error
 
@@ -182,12 +179,116 @@ def _socket_receive(
         raise RapidFault("ERR_SOCK_TIMEOUT", str(error)) from error
     except sockets.SocketClosed as error:
         raise RapidFault("ERR_SOCK_CLOSED", str(error)) from error
+    _keep(got, text, text_index, raw, raw_index, data, data_index)
+    if received is not None:
+        received[received_index] = float(len(got))
+
+
+def _bytes_of(text: str | None, raw: bytes | None, data: list[float] | None, count: float | None) -> bytes:
+    """Return the bytes of the one that is given, `count` of them at most."""
+    try:
+        given = raw if raw is not None else (text or "").encode("latin-1")
+        sent = given if data is None else bytes(int(one) for one in data)
+    except (UnicodeEncodeError, ValueError) as error:
+        raise RapidFault("ERR_ARGVALERR", "a byte is 0 to 255, and a character one of ISO 8859-1") from error
+    return sent if count is None else sent[: int(count)]
+
+
+def _keep(
+    got: bytes,
+    text: list[str] | None,
+    text_index: int,
+    raw: list[bytes] | None,
+    raw_index: int,
+    data: list[Any] | None,
+    data_index: int,
+) -> None:
+    """Give what has come to the variable that is there."""
     if text is not None:
         text[text_index] = got.decode("latin-1")
     elif raw is not None:
         raw[raw_index] = got
     elif data is not None:
         data[data_index][: len(got)] = map(float, got)
+
+
+def _for_connections(device: SocketDevice) -> socket.socket:
+    found = _open(device)
+    if found.type != socket.SOCK_STREAM:
+        raise RapidFault("ERR_SOCK_NOTCON", r"the socket is for datagrams; SocketCreate it without \UDP for TCP")
+    return found
+
+
+def _for_datagrams(device: SocketDevice) -> socket.socket:
+    found = _open(device)
+    if found.type != socket.SOCK_DGRAM:
+        raise RapidFault("ERR_SOCK_NOTCON", r"the socket is for TCP; SocketCreate it with \UDP for datagrams")
+    return found
+
+
+@instruction(
+    "SocketSendTo",
+    r"var socketdev Socket, string RemoteAddress, num RemotePort \string Str | rawbytes RawData | num Data{*} "
+    r"\num NoOfBytes",
+)
+def _socket_send_to(
+    task: RapidTask,
+    holder: list[SocketDevice],
+    index: int,
+    address: str,
+    port: float,
+    text: str | None,
+    raw: bytes | None,
+    data: list[float] | None,
+    count: float | None,
+) -> None:
+    """Sends a string or bytes as one datagram."""
+    task.settle()
+    sent = _bytes_of(text, raw, data, count)
+    try:
+        _for_datagrams(holder[index]).sendto(sent, (address, int(port)))
+    except (OSError, OverflowError) as error:
+        raise RapidFault("ERR_ARGVALERR", f"{address}:{port:g}: {error}") from error
+
+
+@instruction(
+    "SocketReceiveFrom",
+    r"var socketdev Socket \inout string Str | inout rawbytes RawData | inout num Data{*} \inout num NoRecBytes, "
+    r"inout string RemoteAddress, inout num RemotePort \num Time",
+)
+def _socket_receive_from(
+    task: RapidTask,
+    holder: list[SocketDevice],
+    index: int,
+    text: list[str] | None,
+    text_index: int,
+    raw: list[bytes] | None,
+    raw_index: int,
+    data: list[Any] | None,
+    data_index: int,
+    received: list[float] | None,
+    received_index: int,
+    address: list[str],
+    address_index: int,
+    port: list[float],
+    port_index: int,
+    time: float | None,
+) -> None:
+    """Waits for a datagram, Time seconds or 60, and tells who sent it; what it has too much is lost."""
+    task.settle()
+    if text is None and raw is None and data is None:
+        raise RapidFault("ERR_ARGVALERR", r"SocketReceiveFrom needs \Str, \RawData or \Data")
+    most = len(data[data_index]) if data is not None else LONGEST_TEXT if raw is None else MOST
+    device = holder[index]
+    waited = _for_datagrams(device)
+    if device.state != "SOCKET_BOUND":
+        raise RapidFault("ERR_SOCK_NOTCON", "the socket has no port; SocketBind it first")
+    try:
+        got, (address[address_index], sender) = sockets.receive_from(task, waited, most, _seconds(time))
+    except sockets.SocketTimeout as error:
+        raise RapidFault("ERR_SOCK_TIMEOUT", str(error)) from error
+    port[port_index] = float(sender)
+    _keep(got, text, text_index, raw, raw_index, data, data_index)
     if received is not None:
         received[received_index] = float(len(got))
 
