@@ -32,7 +32,7 @@ SUITES = (
         "startup",
         "shell",
     ),
-    *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io"),
+    *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io", "ros"),
     *("driver_ticks", "drivers", "driver_ur", "console", "rapid"),
 )
 PACKAGES = (
