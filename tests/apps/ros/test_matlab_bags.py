@@ -17,6 +17,7 @@ from rosbags.typesys import Stores, get_typestore
 from virtualrobot_apps.bridges.ros.bag import main
 
 from tests.apps.ros.octave import needs_octave, octave
+from tests.tiers import Draws
 
 SECOND = 1_000_000_000
 
@@ -102,6 +103,26 @@ def test_what_is_no_bag_or_has_no_such_topic_is_told(tmp_path: Path) -> None:
     path.write_bytes(path.read_bytes()[:-40])
     done = CliRunner().invoke(main, [str(path)])
     assert done.exit_code == 1 and "can't be read as a bag" in done.output
+
+
+@kinds
+def test_a_damaged_bag_is_one_line_or_read_as_far_as_it_goes(
+    kind: str, tmp_path: Path, rng: np.random.Generator, draws: Draws
+) -> None:
+    path = BAGS[kind](tmp_path / "run")
+    file = next(one for one in sorted(path.iterdir()) if one.suffix != ".yaml") if path.is_dir() else path
+    whole = file.read_bytes()
+    for number in range(draws(50)):
+        damaged = bytearray(whole)
+        if number % 2:
+            del damaged[rng.integers(len(whole)) :]
+        else:
+            for place in rng.integers(len(whole), size=5):
+                damaged[place] = rng.integers(256)
+        file.write_bytes(damaged)
+        done = CliRunner().invoke(main, [str(path), "--topic", "/scan"])
+        last = done.output.strip().splitlines()[-1]
+        assert isinstance(done.exception, SystemExit | None) and (not done.exit_code or "rror: " in last), last
 
 
 @pytest.mark.long

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import click
-from rosbags.highlevel import AnyReader, AnyReaderError
+from rosbags.highlevel import AnyReader
 from rosbags.interfaces import Connection
 
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue
@@ -37,8 +37,10 @@ def main(file: Path, topics: tuple[str, ...], start: float, end: float) -> None:
             chosen = [one for one in reader.connections if one.topic in topics]
             for line in _messages(reader, chosen, start, end):
                 click.echo(line)
-    except (AnyReaderError, OSError) as error:
-        raise click.ClickException(f"{file} can't be read as a bag: {error}") from error
+    except click.ClickException:
+        raise
+    except Exception as error:  # of a damaged bag rosbags raises whatever it likes
+        raise click.ClickException(f"{file} can't be read as a bag: {error or type(error).__name__}") from error
 
 
 def _head(reader: AnyReader) -> dict[str, Any]:
