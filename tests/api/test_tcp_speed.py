@@ -81,6 +81,27 @@ def test_steps_that_are_appended_keep_it(client: Client, arm: Robot) -> None:
     np.testing.assert_allclose(arm.positions[0], 0.6, atol=1e-12)
 
 
+def test_setpoints_of_the_tool_keep_it(client: Client, arm: Robot) -> None:
+    """Led at the greatest speed of the stream, and braking from it; a twist at the limit is refused, with both."""
+    arm.tcp_speed_limit = 0.1
+    refused = r"at 0.1 m/s, and the stream's max_velocity_meters_per_second is 0.0980"
+    with pytest.raises(LimitError, match=refused), arm.stream_tool("twist", timeout=10.0) as stream:
+        stream.send([0.1, 0.0, 0.0, 0.0, 0.0, 0.0], wait=True)
+    client.clock.step(2)
+    stream = arm.stream_tool("twist", timeout=10.0)
+    places = [arm.tcp[:3, 3]]
+    for _ in range(60):
+        stream.send([0.0, 0.098, 0.0, 0.0, 0.0, 0.0], wait=True)
+        client.clock.step(1)
+        places.append(arm.tcp[:3, 3])
+    stream.cancel()
+    while not stream.motion.phase.ended:
+        client.clock.step(1)
+        places.append(arm.tcp[:3, 3])
+    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / TICK_SECONDS
+    assert 0.097 <= speeds.max() <= 0.1
+
+
 def test_what_nobody_can_slow_is_refused(client: Client, arm: Robot) -> None:
     arm.tcp_speed_limit = LIMIT
     with pytest.raises(LimitError, match=r"would go at .* m/s, and its limit is 0.25 m/s"):

@@ -46,7 +46,7 @@ TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 
 VERSIONS: Mapping[type, int] = {
     **{State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 2},
-    **{CameraSensor: 2, Motion: 2, StartMotion: 2, StartSetpointMotion: 2, Wait: 2},
+    **{CameraSensor: 2, Motion: 2, StartMotion: 2, StartSetpointMotion: 2, Wait: 2, ToolSetpointMotion: 2},
 }
 """Version of each class whose fields aren't those of its first one."""
 
@@ -60,6 +60,7 @@ MIGRATIONS: Mapping[tuple[str, int], Migration] = {
     ("RobotData", 2): lambda fields: [*fields, False, ()],  # dynamic, motors
     ("SetDynamics", 1): lambda fields: [*fields, ()],  # motored
     ("StartSetpointMotion", 1): lambda fields: [*fields, None, ()],  # lead, preconditions
+    ("ToolSetpointMotion", 1): lambda fields: [*fields, None],  # axes
     ("State", 1): lambda fields: [*fields, {}],  # tcp_speed_limits
     ("State", 2): lambda fields: [*fields, None],  # dynamics
     ("State", 3): lambda fields: [*fields, None, None, {}],  # physics, moved_parts, twists

@@ -19,6 +19,7 @@ from virtualrobot_sdk.kinematics import SerialChain
 from virtualrobot_sdk.poses import rotation_matrix, rotation_vector
 
 from virtualrobot_kernel.motion import online
+from virtualrobot_kernel.motion.brake_together import plane
 from virtualrobot_kernel.motion.limits import CartesianLimits, JointLimits
 from virtualrobot_kernel.motion.online import Bounds, JointState
 from virtualrobot_kernel.motion.polynomial import Array
@@ -35,6 +36,9 @@ APPROACH_SECONDS = 0.2
 SLOWEST = 1e-4
 """Speed (rad/s, or m/s over the lever arm) below which a tool that is held up stands."""
 
+BEYOND = 0.02
+"""Share of a tool's greatest speed by which it goes beyond it at most, where joints keep it from slowing down."""
+
 SINGULARITY = "singularity"
 
 PLACES = 3
@@ -46,6 +50,9 @@ _BEFORE = np.minimum(_EACH, PLACES - 1)
 
 _NEVER, _NOTHING = 1e-6, 1e-12
 """Smallest singular value below which the arm is singular whatever it does next: nothing leads farther into it."""
+
+LEFT = 0.2
+"""Share of its speed that a tool has at least on its way to a pose, however fast it still moves beside that."""
 
 _FARTHEST = 0.5
 """Farthest (rad or m) that joints are looked ahead to a pose."""
@@ -80,6 +87,12 @@ class ToolLead:
         inverses = np.where(values >= SMALLEST, 1.0 / np.maximum(values, SMALLEST), values / SMALLEST**2)
         inverse = (right.T * inverses) @ left.T
         return Place(q, pose, jacobian, inverse, left[:, -1], float(values[-1]), right[-1])
+
+    def jacobian(self, q: Array) -> Array:
+        """Return the Jacobian (6, k) of the tool centre point at joints (k,)."""
+        pose, jacobian = np.empty((4, 4)), np.empty((6, len(q)))
+        following.place_at(*self.arrays, np.ascontiguousarray(q), pose, jacobian)
+        return jacobian
 
     def step(self, place: Place, begin: Array, end: Array, way: Array, seconds: float, goal: Array) -> Array | None:
         """Return the joints (k,) that have the tool at the pose `goal` after a tick, on their branch.
@@ -191,7 +204,7 @@ def led_by_twist(
 
     It gets from its twist to the wanted one in a straight line, as fast as the limits of acceleration and jerk allow.
     """
-    axes = _axes(twist - wanted, slope)
+    axes = plane(twist - wanted, slope)
     if not len(axes):
         return wanted * dt, wanted, np.zeros(6)
     still = (0.0,) * len(axes)
@@ -205,10 +218,13 @@ def led_to_pose(
     lead: ToolLead, place: Place, twist: Array, slope: Array, way: Array, speed: float, limits: JointLimits, dt: float
 ) -> tuple[Array, Array, Array]:
     """Return what `led_by_twist` does of a tool that shall go a way (6,) to a rest, no faster than `speed`."""
-    axes = _axes(way, twist, slope)
+    axes = plane(way, twist, slope)
     if not len(axes):
         return np.zeros(6), np.zeros(6), np.zeros(6)
     before = axes @ -way
+    # What it is still moving beside its way takes a part of the speed.
+    beside = float(np.linalg.norm(twist - (axes[0] @ twist) * axes[0]))
+    speed = math.sqrt(max(speed**2 - beside**2, (LEFT * speed) ** 2))
     # The brake must be possible up to its end, where joints may allow less.
     joints = place.inverse @ way
     there = lead.at(place.q + joints * min(1.0, _FARTHEST / max(float(np.abs(joints).max()), _NEVER)))
@@ -220,19 +236,6 @@ def led_to_pose(
     _, then = online.follow_positions(now, still, still, bounds, (speed,) * len(axes), dt)
     after, speeds, changes = map(np.array, then)
     return (after - before) @ axes, speeds @ axes, changes @ axes
-
-
-def _axes(*vectors: Array) -> Array:
-    """Return orthonormal vectors (m, 6), the first along the first of some vectors, that span them all."""
-    found: list[Array] = []
-    for vector in vectors:
-        rest = vector
-        for axis in found:
-            rest = rest - (axis @ rest) * axis
-        length = float(np.linalg.norm(rest))
-        if length > 1e-9 * (1.0 + float(np.linalg.norm(vector))) or (not found and length > 0.0):
-            found.append(rest / length)
-    return np.array(found).reshape(-1, 6)
 
 
 def _bounds(lead: ToolLead, place: Place, axes: Array, limits: JointLimits) -> Bounds:

@@ -1,8 +1,8 @@
 """Motion whose setpoints are twists or poses of a tool centre point. Pure, as `running` is.
 
 In each tick the tool's twist goes on towards the wanted one, in a straight line, and the joints are put exactly where
-the tool is then, as long as that keeps their limits. Where it does not, such as when the way bends too soon, each joint
-brakes on its own (`online`), and the tool goes on from where they have it.
+the tool is then, as long as that keeps their limits. Where it does not, such as when the way bends too soon, the joints
+brake together (`brake_together`), and the tool goes on from where they have it.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 from virtualrobot_sdk.poses import from_quaternion, quaternion
 
 from virtualrobot_kernel.errors import KernelError, LimitError
-from virtualrobot_kernel.motion import online, setpoint_motion
+from virtualrobot_kernel.motion import brake_together, online, setpoint_motion
 from virtualrobot_kernel.motion.limits import TOLERANCE, JointLimits
 from virtualrobot_kernel.motion.online import Coupling, JointState
 from virtualrobot_kernel.motion.orientation import unit
@@ -23,6 +23,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 from virtualrobot_kernel.motion.running_motion import NOTHING, Phase, TickContext
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode, SetpointMotion
 from virtualrobot_kernel.motion.tool_lead import (
+    BEYOND,
     SINGULARITY,
     SLOWEST,
     Place,
@@ -52,7 +53,8 @@ class ToolSetpointMotion(SetpointMotion):
 
     lead: what leads it. base_t_tcp (4, 4): where it is to be by now. twist, slope (6,): its twist and the derivative of
     that, in the base's axes, m parts times the lead's weight. held_by: what keeps it slower than wanted: a joint's
-    name, or `singularity`; empty when nothing does.
+    name, or `singularity`; empty when nothing does. axes (m, k): those of the joints' brake, on which the
+    tool keeps its greatest speed; None: as they are found (motions of older journals).
     """
 
     _: KW_ONLY
@@ -61,6 +63,7 @@ class ToolSetpointMotion(SetpointMotion):
     twist: Array
     slope: Array
     held_by: str = ""
+    axes: Array | None = None
 
     def set(self, values: Sequence[float]) -> Self:
         """Return the motion with a newer setpoint: a twist (6,) or a pose (7,), in m and rad.
@@ -126,6 +129,21 @@ class ToolSetpointMotion(SetpointMotion):
         place = self.lead.at(np.array(self.now.q))
         return place.jacobian @ np.array(self.now.v) / self.lead.weights
 
+    def stop_ahead(self, dt: float, most: int) -> Array | None:
+        """Return the joint positions (m, k), now and at most so many ticks on, if it is cancelled now, or was.
+
+        None where it stands.
+        """
+        if self.ended or self.phase is Phase.PAUSED:
+            return None
+        axes, now, found = self._brake_axes, self.now, [self.now.q]
+        if brake_together.is_kept(now, axes, self.limits, self.bounds, dt):
+            return brake_together.positions(now, axes, self.bounds, dt, most)
+        while len(found) <= most and (any(now.v) or any(now.a)):
+            now = brake_together.brake(now, axes, self.limits, self.bounds, dt)
+            found.append(now.q)
+        return np.array(found)
+
     def heard(self) -> Self:
         """Return the motion that counts its newest setpoint; a too old one stops it."""
         if self.fresh:
@@ -152,10 +170,15 @@ class ToolSetpointMotion(SetpointMotion):
             speeds = there.inverse @ twist
             slopes = (speeds - v) / dt
             then = JointState(*(tuple(one.tolist()) for one in (joints, speeds, slopes)))
-            if _keeps(self.now, then, limits, dt) and online.can_stop(self.now, then, self.bounds, dt):
+            axes = brake_together.plane_of(then)
+            if (
+                brake_together.keeps(self.now, then, limits, dt)
+                and online.can_stop(self.now, then, self.bounds, dt)
+                and brake_together.is_kept(then, axes, limits, self.bounds, dt, self._is_slow)
+            ):
                 if not place.is_free:
                     goal, twist = there.pose, there.jacobian @ speeds
-                return replace(self, now=then, base_t_tcp=goal, twist=twist, slope=slope, held_by=held_by)
+                return replace(self, now=then, base_t_tcp=goal, twist=twist, slope=slope, held_by=held_by, axes=axes)
         return replace(self._braked(dt), held_by=held_by)
 
     def _next(self, place: Place, override: float, dt: float) -> tuple[Array, Array, Array, str]:
@@ -185,28 +208,21 @@ class ToolSetpointMotion(SetpointMotion):
         held_by = most.held_by if share < 1.0 else ""
         return *led_by_twist(lead, place, self.twist, self.slope, share * wanted, limits, dt), held_by
 
+    @property
+    def _brake_axes(self) -> Array:
+        return brake_together.plane_of(self.now) if self.axes is None else self.axes
+
+    def _is_slow(self, q: Array, v: Array) -> bool:
+        """Return whether the tool goes beyond its greatest speed by no more than half of `BEYOND`."""
+        most = self.lead.limits.velocity * (1.0 + 0.5 * BEYOND)
+        return float(np.linalg.norm(self.lead.jacobian(q)[:3] @ v)) <= most * self.lead.weight
+
     def _braked(self, dt: float) -> Self:
-        """Return the motion whose joints brake, each on its own; the tool is where they have it."""
-        _, now = online.brake(self.now, self.bounds, dt)
+        """Return the motion whose joints brake together; the tool is where they have it."""
+        now = brake_together.brake(self.now, self._brake_axes, self.limits, self.bounds, dt)
         place = self.lead.at(np.array(now.q))
         twist, slope = (place.jacobian @ np.array(one) for one in (now.v, now.a))
         return replace(self, now=now, base_t_tcp=place.pose, twist=twist, slope=slope)
-
-
-def _keeps(now: JointState, then: JointState, limits: JointLimits, dt: float) -> bool:
-    """Return whether joints keep their limits of velocity, acceleration and jerk when they get from a state to another.
-
-    Velocities count as they are once the acceleration has come to 0. What positions and velocities say must agree as it
-    does under such a jerk, by the error of the trapezoidal rule.
-    """
-    (q, v, a), (joints, speeds, slopes) = (map(np.array, one) for one in (now, then))
-    fastest = np.maximum(np.abs(speeds), np.abs(speeds + slopes * np.abs(slopes) / (2.0 * limits.jerk)))
-    return bool(
-        (fastest <= limits.velocity * (1.0 + _ROUNDING)).all()
-        and (np.abs(slopes) <= limits.acceleration).all()
-        and (np.abs(slopes - a) <= limits.jerk * dt).all()
-        and (np.abs(joints - q - 0.5 * dt * (v + speeds)) <= limits.jerk * dt**3 / 6.0 + _ROUNDING).all()
-    )
 
 
 def _check_speed(vector: Array, most: float, field: str, unit_name: str) -> None:

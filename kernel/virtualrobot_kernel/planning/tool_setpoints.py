@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -13,7 +14,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.limits import CartesianLimits
 from virtualrobot_kernel.motion.resolved_rate import lever_arm
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
-from virtualrobot_kernel.motion.tool_lead import ToolLead
+from virtualrobot_kernel.motion.tool_lead import BEYOND, ToolLead
 from virtualrobot_kernel.motion.tool_setpoints import ToolSetpointMotion
 from virtualrobot_kernel.planning.moves import JogFrame
 from virtualrobot_kernel.planning.planned_move import cartesian_limits
@@ -22,6 +23,7 @@ from virtualrobot_kernel.world.commands import StartSetpointMotion
 from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.preconditions import TcpPath, preconditions_of
 from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.tcp import refuse_limited
 
 ROTATION_VELOCITY = 1.0
 """Default greatest angular velocity of a tool that follows setpoints, in rad/s."""
@@ -94,8 +96,9 @@ def tool_start(
 ) -> tuple[StartSetpointMotion, ToolFrame]:
     """Return the command that starts a motion by setpoints of a robot's tool centre point, and their frame.
 
-    Speeds are in m/s and rad/s; 0 stands for the defaults. Raises KernelError for a robot whose flange no joint moves,
-    for poses in the axes of the tool, and for a node that isn't there.
+    Speeds are in m/s and rad/s; 0 stands for the defaults. A robot's own speed limit counts, too, less `BEYOND`. Raises
+    KernelError for a robot whose flange no joint moves, for poses in the axes of the tool, for a node that isn't there,
+    and for a group of a robot with a speed limit, which is one of the chosen tool centre point.
     """
     if mode is SetpointMode.TOOL_POSE and frame is JogFrame.TOOL:
         raise KernelError(
@@ -110,7 +113,10 @@ def tool_start(
         node = structure.node(node or "world").name
     linear = cartesian_limits(max_velocity, 0.0)
     turning = max_rotation_velocity or ROTATION_VELOCITY
-    limits = CartesianLimits(linear.velocity, linear.acceleration, linear.jerk, turning)
+    if group != WHOLE:
+        refuse_limited(structure, snapshot.state, [robot_node.uid])
+    own = snapshot.state.tcp_speed_limits.get(robot_node.uid, math.inf)
+    limits = CartesianLimits(min(linear.velocity, own / (1.0 + BEYOND)), linear.acceleration, linear.jerk, turning)
     chain = chain._replace(post=np.ascontiguousarray(chain.post @ tip_t_tcp(snapshot, arm)))
     lead = ToolLead(chain, 1.0, frame is JogFrame.TOOL, limits)
     lever = lever_arm(lead.at(snapshot.state.q[arm.q_index]).jacobian)

@@ -37,7 +37,8 @@ def start_setpoint_motion(change: Change, command: StartSetpointMotion, forward:
     refuse_base(structure, joints)
     refuse_unmotored(structure, state, joints)
     refuse_while_moving(change, node, set(joints))
-    refuse_limited(structure, state, [node.uid])
+    if command.lead is None:  # which is made for the limit
+        refuse_limited(structure, state, [node.uid])
     q_index, v_index, rated = joint_places(structure, joints)
     here = commanded(structure, state)[0][q_index]
     if command.lead is None:

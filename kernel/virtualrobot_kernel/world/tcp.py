@@ -50,8 +50,8 @@ def refuse_limited(structure: Structure, state: State, robots: Iterable[int]) ->
             name = structure.nodes[uid].name
             raise KernelError(
                 f"the tool centre point of {name!r} has a speed limit of {state.tcp_speed_limits[uid]:g} m/s, which "
-                "setpoints and motions that go along with a frame can't keep: they are made as they go; move it by "
-                "planned motions and jogs, or lift the limit",
+                "setpoints of joints and of groups and motions that go along with a frame can't keep: they are made as "
+                "they go; move it by planned motions, jogs and setpoints of its tool, or lift the limit",
                 reason=Reason.WRONG_STATE,
                 robot=name,
             )
