@@ -20,7 +20,7 @@ from virtualrobot_kernel.motion.polynomial import Array
 SHARE = 0.8
 """Share of the limits that the brake along the velocities gets where there is another one, which has the rest."""
 
-SAMPLE_TICKS = 8
+SAMPLE_TICKS = 4
 """Number of ticks between the places at which a brake is looked at."""
 
 _INSIDE = 1.0 - 1e-6
