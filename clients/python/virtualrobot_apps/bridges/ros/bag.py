@@ -40,7 +40,8 @@ def main(file: Path, topics: tuple[str, ...], start: float, end: float) -> None:
     except click.ClickException:
         raise
     except Exception as error:  # of a damaged bag rosbags raises whatever it likes
-        raise click.ClickException(f"{file} can't be read as a bag: {error or type(error).__name__}") from error
+        why = " ".join(f"{error or type(error).__name__}".split())  # some quote whole definitions of messages
+        raise click.ClickException(f"{file} can't be read as a bag: {why[:200]}") from error
 
 
 def _head(reader: AnyReader) -> dict[str, Any]:
