@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import struct
 import tempfile
-import threading
-from collections import deque
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
@@ -17,6 +15,7 @@ from virtualrobot.errors import VirtualRobotError
 from virtualrobot.scene.figures import Figure
 
 from virtualrobot_apps.bridges.ros.frames import world_t_frame
+from virtualrobot_apps.bridges.ros.in_order import InOrder
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, matrix_of
 
 COLLISION_OBJECT, OBJECTS = "moveit_msgs/msg/CollisionObject", "/collision_object"
@@ -28,8 +27,6 @@ _BOX, _SPHERE, _CYLINDER, _CONE = range(1, 5)
 _DIMENSIONS = {_BOX: 3, _SPHERE: 1, _CYLINDER: 2, _CONE: 2}
 """Kinds of `shape_msgs/SolidPrimitive` and how many dimensions each has: a height comes before a radius."""
 
-_MOST_WAITING = 1000
-
 
 class PlanningScene:
     """Objects that a world hears of; they are put there in the order in which they come, by a thread."""
@@ -37,9 +34,7 @@ class PlanningScene:
     def __init__(self, client: Client, say: Callable[[str], None], *, bare: bool = False) -> None:
         """Hear of none yet; `bare` as in FrameNames."""
         self._client, self._say, self._bare = client, say, bare
-        self._changed = threading.Condition()
-        self._waiting: deque[RosValue] = deque()
-        self._thread: threading.Thread | None = None
+        self._objects = InOrder("objects", self._work)
 
     def take(self, value: RosValue) -> None:
         """Take a `moveit_msgs/CollisionObject`; returns at once. What can't stand in the world is said.
@@ -47,25 +42,13 @@ class PlanningScene:
         Raises:
             ValueError: when too many wait.
         """
-        with self._changed:
-            if len(self._waiting) >= _MOST_WAITING:
-                raise ValueError(f"{_MOST_WAITING} objects wait already")
-            self._waiting.append(value)
-            if self._thread is None:
-                self._thread = threading.Thread(target=self._run, name="planning scene", daemon=True)
-                self._thread.start()
+        self._objects.put(value)
 
-    def _run(self) -> None:
-        while True:
-            with self._changed:
-                if not self._waiting:
-                    self._thread = None
-                    return
-                value = self._waiting.popleft()
-            try:
-                self._apply(value)
-            except (VirtualRobotError, ValueError) as error:
-                self._say(f"{OBJECTS}: {value.id[:80]!r} is not taken: {error}")
+    def _work(self, value: RosValue) -> None:
+        try:
+            self._apply(value)
+        except (VirtualRobotError, ValueError) as error:
+            self._say(f"{OBJECTS}: {value.id[:80]!r} is not taken: {error}")
 
     def _apply(self, value: RosValue) -> None:
         scene, name = self._client.scene, value.id

@@ -29,6 +29,7 @@ from virtualrobot_apps.bridges.ros.mapping.robots import commanded_twist
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.messages.types import make
 from virtualrobot_apps.bridges.ros.planning_scene import COLLISION_OBJECT, OBJECTS, PlanningScene
+from virtualrobot_apps.bridges.ros.signals import TYPES, SignalTopics, kind_of, topics_of
 
 DESCRIPTION = "std_msgs/msg/String"
 
@@ -72,6 +73,8 @@ class World:
         self._said: set[str] = set()
         self._actions: dict[str, Action] = {}
         self._trajectories: dict[str, str] = {}
+        # What is said comes from threads; the hub's loop says it.
+        self._signals = SignalTopics(client, hub, self._tell, self._soon) if choice.auto else None
         if choice.auto:
             take = PlanningScene(client, self._tell, bare=bare).take
             self._declare(Topic(OBJECTS, COLLISION_OBJECT, take=take))
@@ -88,6 +91,8 @@ class World:
             self._hub.now = round(stamp.simulation_time * 1e9)
             self._apply(await asyncio.to_thread(self._plan))
             self._revision = revision
+        if self._signals:
+            self._signals.open()
 
     async def lines(self) -> list[str]:
         """Return what there is now, a line for each topic."""
@@ -100,10 +105,15 @@ class World:
         found += [(name, type, f"action of {robot}") for name, (type, robot, _) in self._wanted_actions(plan).items()]
         found += [(topic_name(one, "joint_trajectory"), TRAJECTORY, f"to {one}") for one in plan.robots.values()]
         found += [(OBJECTS, COLLISION_OBJECT, "to the scene")] if self._choice.auto else []
+        for one in await asyncio.to_thread(self._client.signals.read) if self._choice.auto else ():
+            for name, way in zip(topics_of(one.name), ("from", "to"), strict=True):
+                found.append((name, TYPES[kind_of(one.value)], f"{way} the signal {one.name}"))
         return aligned([["topic", "type", "stream"], *map(list, sorted(found))], left=3)
 
     def close(self) -> None:
         """Tell and hear no more; crafts that follow twists stop."""
+        if self._signals:
+            self._signals.close()
         self._apply(Plan({}, {}, {}))
         self._revision = None
 
