@@ -365,3 +365,35 @@ def test_a_move_out_of_reach_is_an_error_of_all_that_go_together(
     assert sorted(run.output.splitlines()) == ["L: far", "R: far"]
     for arm in arms:
         np.testing.assert_allclose(np.degrees(arm.state.positions[0]), 5, atol=1e-6)
+
+
+def test_a_task_sees_where_the_robot_of_another_one_is(
+    arms: tuple[virtualrobot.Robot, virtualrobot.Robot], client: virtualrobot.Client, tmp_path: Path
+) -> None:
+    """What a task says of its own robot is what another task is told of it, of a tool and of the last one used."""
+    left = rf"""
+    MoveAbsJ [[10, 20, -10, 30, 40, 50], {AXES}], v1000, fine, grip;
+    TPWrite ValToStr(CJointT());
+    TPWrite ValToStr(CPos(\Tool:=tool0));
+    TPWrite ValToStr(CPos());
+    WaitSyncTask on, both;
+    WaitSyncTask off, both;
+    """
+    right = r"""
+    VAR robtarget place;
+    WaitSyncTask on, both;
+    TPWrite ValToStr(CJointT(\TaskName:="L"));
+    place := CRobT(\TaskName:="l" \Tool:=tool0);
+    TPWrite ValToStr(place.trans);
+    place := CRobT(\TaskName:="L");
+    TPWrite ValToStr(place.trans);
+    WaitSyncTask off, both;
+    """
+    run = together(tmp_path, client, left, right)
+    assert (run.return_value, run.exception) == (0, None)
+    lines = run.output.splitlines()
+    assert [line.removeprefix("R: ") for line in lines[3:]] == [line.removeprefix("L: ") for line in lines[:3]]
+    assert lines[0].startswith("L: [[10,20,-10,30,40,50]")
+    run = together(tmp_path, client, r'TPWrite ValToStr(CJointT(\TaskName:="T_ROB1"));', "")
+    assert isinstance(run.exception, RapidStopped)
+    assert "there is no task 'T_ROB1'; there are: L, R" in str(run.exception)

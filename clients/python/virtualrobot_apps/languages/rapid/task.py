@@ -179,6 +179,11 @@ class RapidTask(Task):
         return self._world
 
     @property
+    def own_world(self) -> Signals | None:
+        """Robot and signals, or these alone; None where there are none."""
+        return self._world
+
+    @property
     def has_robot(self) -> bool:
         """True where the task moves a robot."""
         return isinstance(self._world, World)

@@ -389,12 +389,21 @@ class World(Signals):
 
     # The robot as it is.
 
-    def target_now(self, tool: list[Any] | None, wobj: list[Any] | None) -> list[Any]:
-        """Return the robtarget where the robot is."""
+    def target_now(self, tool: list[Any] | None, wobj: list[Any] | None, wait: bool = True) -> list[Any]:
+        """Return the robtarget where the robot is, when its program has come so far, or at once, from another one."""
+        if not wait:
+            return self._target_seen(tool or self.tool, wobj)
         self.settle()
         state = self.robot.state
         pose, conf = self._described(state.positions, state.world_t_tcp, tool, wobj)
         return [*pose, conf, [NO_AXIS] * 6]
+
+    def _target_seen(self, tool: list[Any], wobj: list[Any] | None) -> list[Any]:
+        """Return the robtarget where the robot is, and leave the kernel's tool centre point alone."""
+        state, flange = self.robot.state, self.client.scene.pose(self.robot.flange)
+        named = self.robot.solve_inverse(state.world_t_tcp, seed=list(state.positions)).configurations
+        pose = pose_of(np.linalg.inv(self.base @ self.frame(wobj)) @ flange @ matrix_of(tool[1]))
+        return [*pose, confdata(list(state.positions), named[0] if named else ""), [NO_AXIS] * 6]
 
     def target_at(self, joints: np.ndarray, tool: list[Any], wobj: list[Any] | None) -> list[Any]:
         """Return the robtarget where joints (rad) bring a tool."""
@@ -416,9 +425,10 @@ class World(Signals):
         pose = self.frame(wobj) @ matrix_of(target) @ np.linalg.inv(matrix_of(tool[1])) @ self._selected()
         return self.solved(pose, target[2])[0]
 
-    def joints_now(self) -> np.ndarray:
-        """Return the joints (rad) where the robot is."""
-        self.settle()
+    def joints_now(self, wait: bool = True) -> np.ndarray:
+        """Return the joints (rad) where the robot is, as `target_now`."""
+        if wait:
+            self.settle()
         return np.array(self.robot.state.positions)
 
     def _selected(self) -> Matrix:

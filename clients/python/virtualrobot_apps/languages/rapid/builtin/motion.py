@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from virtualrobot_apps.languages.rapid.faults import RapidFault
+from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
 from virtualrobot_apps.languages.rapid.predefined import NO_AXIS
 from virtualrobot_apps.languages.rapid.table import function, instruction
-from virtualrobot_apps.languages.rapid.world import WOBJ, here
+from virtualrobot_apps.languages.rapid.world import WOBJ, World, here
 
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.rapid.task import RapidTask
@@ -163,16 +163,38 @@ def _vel_set(task: RapidTask, override: float, limit: float) -> None:
     task.world.speed_share, task.world.speed_limit = override / 100.0, limit
 
 
-@function("CRobT", r"\pers tooldata Tool \pers wobjdata WObj", "robtarget", lacking="TaskRef TaskName")
-def _c_rob_t(task: RapidTask, tool: list[Any] | None, tool_index: int, wobj: list[Any] | None, index: int) -> list[Any]:
-    """Place where the robot is, of a tool (the last one that was moved with) in a work object (wobj0)."""
-    return task.world.target_now(tool and tool[tool_index], wobj and wobj[index])
+def _world_of(task: RapidTask, name: str | None) -> World:
+    """Return the world of a task, this one's without a name; its robot is looked at as it is."""
+    if name is None:
+        return task.world
+    found = task.cell.tasks.get(name.lower())
+    if found is None:
+        known = ", ".join(one.name for one in task.cell.tasks.values())
+        raise RapidStopped(f"there is no task {name!r}; there are: {known}")
+    if found is not task:
+        task.settle()
+    return found.world
 
 
-@function("CJointT", "", "jointtarget", lacking="TaskRef TaskName")
-def _c_joint_t(task: RapidTask) -> list[Any]:
-    """Positions of the joints as they are."""
-    return _degrees(task.world.joints_now())
+@function("CRobT", r"\string TaskName \pers tooldata Tool \pers wobjdata WObj", "robtarget", lacking="TaskRef")
+def _c_rob_t(
+    task: RapidTask,
+    name: str | None,
+    tool: list[Any] | None,
+    tool_index: int,
+    wobj: list[Any] | None,
+    index: int,
+) -> list[Any]:
+    """Place where the robot, or that of another task, is, of a tool (the last moved with) in a work object (wobj0)."""
+    world = _world_of(task, name)
+    return world.target_now(tool and tool[tool_index], wobj and wobj[index], wait=world is task.own_world)
+
+
+@function("CJointT", r"\string TaskName", "jointtarget", lacking="TaskRef")
+def _c_joint_t(task: RapidTask, name: str | None) -> list[Any]:
+    """Positions of the joints, or of those of another task, as they are."""
+    world = _world_of(task, name)
+    return _degrees(world.joints_now(wait=world is task.own_world))
 
 
 @function("CPos", r"\pers tooldata Tool \pers wobjdata WObj", "pos")
