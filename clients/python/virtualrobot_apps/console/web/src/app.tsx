@@ -3,10 +3,11 @@ import { signal } from "@preact/signals";
 import { undo, redo } from "./kernel/orders";
 import { goal } from "./kernel/goal";
 import { placing } from "./kernel/loader";
+import { shownBelow } from "./kernel/shown";
 import { selected } from "./kernel/world";
-import { Tabs } from "./parts/tabs";
-import { Bottom } from "./panels/bottom";
-import { Finder, openFinder } from "./panels/finder";
+import { Chosen, Tabs, type Tab } from "./parts/tabs";
+import { Bottom, toolsBelow } from "./panels/bottom";
+import { Finder, openFinder, type Group } from "./panels/finder";
 import { Library } from "./panels/library";
 import { Parts } from "./panels/parts";
 import { Pendant } from "./panels/pendant";
@@ -22,29 +23,31 @@ import { tool } from "./view/gizmo";
 const left = signal("scene");
 const right = signal("pendant");
 
+const LEFT: readonly Tab[] = [
+  { id: "scene", icon: "waypoints", name: "Scene", panel: Tree },
+  { id: "library", icon: "library", name: "Library", panel: Library },
+];
+const RIGHT: readonly Tab[] = [
+  { id: "pendant", icon: "gamepad-2", name: "Pendant", panel: Pendant },
+  { id: "parts", icon: "package", name: "Parts", panel: Parts },
+  { id: "views", icon: "camera", name: "Views", panel: Views },
+  { id: "properties", icon: "box", name: "Properties", panel: Properties },
+];
+/** All panels, of which one of a group is shown. */
+const groups = (): Group[] => [{ chosen: left, tabs: LEFT }, { chosen: right, tabs: RIGHT }, { chosen: shownBelow, tabs: toolsBelow() }];
+
 export function App() {
   return (
     <div class="shell">
       <Top />
       <aside class="left" aria-label="Scene">
-        <Tabs label="Left" chosen={left.value} choose={(id) => (left.value = id)} tabs={[
-          { id: "scene", icon: "waypoints", name: "Scene" },
-          { id: "library", icon: "library", name: "Library" },
-        ]} />
-        {left.value === "scene" ? <Tree /> : <Library />}
+        <Tabs label="Left" chosen={left.value} choose={(id) => (left.value = id)} tabs={LEFT} />
+        <Chosen tabs={LEFT} chosen={left.value} />
       </aside>
       <View />
       <aside class="right" aria-label="Robot and properties">
-        <Tabs label="Right" chosen={right.value} choose={(id) => (right.value = id)} tabs={[
-          { id: "pendant", icon: "gamepad-2", name: "Pendant" },
-          { id: "parts", icon: "package", name: "Parts" },
-          { id: "views", icon: "camera", name: "Views" },
-          { id: "properties", icon: "box", name: "Properties" },
-        ]} />
-        {right.value === "pendant" && <Pendant />}
-        {right.value === "parts" && <Parts />}
-        {right.value === "views" && <Views />}
-        {right.value === "properties" && <Properties />}
+        <Tabs label="Right" chosen={right.value} choose={(id) => (right.value = id)} tabs={RIGHT} />
+        <Chosen tabs={RIGHT} chosen={right.value} />
       </aside>
       <Bottom />
       <Status />
@@ -82,7 +85,7 @@ addEventListener(
   (event) => {
     if (event.key.toLowerCase() === "k" && (event.ctrlKey || event.metaKey)) {
       event.preventDefault();
-      openFinder();
+      openFinder(groups());
       return;
     }
     if (isTyped(event)) return;

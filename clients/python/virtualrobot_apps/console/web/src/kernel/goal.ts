@@ -32,7 +32,8 @@ class Goals {
   readonly joints = signal<Goal | undefined>(undefined);
   readonly way = signal<"PTP" | "LIN">("PTP");
   readonly shown = computed<Goal | undefined>(() => this.joints.value ?? this.branches.value[this.branch.value]);
-  #pose: AnyPose | undefined;
+  /** The pose in the world that is wanted; undefined where joints are. */
+  readonly pose = signal<AnyPose | undefined>(undefined);
   #asking = false;
   #next: [string, AnyPose] | undefined;
 
@@ -77,9 +78,9 @@ class Goals {
     const goal = this.shown.peek();
     if (!goal) return;
     const { robot, jointPositions } = goal;
-    const line = this.way.peek() === "LIN" && this.#pose !== undefined;
+    const line = this.way.peek() === "LIN" && this.pose.value !== undefined;
     const move = line
-      ? { case: "linear" as const, value: { goal: { referenceTTcp: this.#pose } } }
+      ? { case: "linear" as const, value: { goal: { referenceTTcp: this.pose.value } } }
       : { case: "pointToPoint" as const, value: { goal: { case: "joints" as const, value: { jointPositions } } } };
     if (await run({ moves: [{ robot, speedFactor: 0.5, move }] })) this.clear();
   }
@@ -97,7 +98,7 @@ class Goals {
       jointPositions: Object.fromEntries(joints.map((joint, place) => [joint, numbers[row * joints.length + place]])),
     }));
     this.joints.value = undefined;
-    this.#pose = pose;
+    this.pose.value = pose;
     this.branch.value = 0;
     this.branches.value = found;
     this.reach.value = found.length > 0 ? "reached" : "unreachable";
@@ -105,7 +106,7 @@ class Goals {
   }
 
   #clearBranches(): void {
-    this.#pose = undefined;
+    this.pose.value = undefined;
     this.branches.value = [];
     this.branch.value = 0;
     this.reach.value = "unknown";

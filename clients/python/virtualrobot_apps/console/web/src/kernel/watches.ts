@@ -107,6 +107,7 @@ function takeScene(said: WatchSceneResponse): void {
   if (said.worldTNode) {
     const rows = ofArray(said.worldTNode);
     for (const hear of world.hearers.poses) hear(said.movedUids, rows);
+    world.moves.value++;
   }
   if (said.stamp) world.simulationTime.value = said.stamp.simulationTimeSeconds;
 }

@@ -48,6 +48,8 @@ export const states = signal<ReadonlyMap<string, RobotState>>(new Map());
 
 export const clock = signal<Clock | undefined>(undefined);
 export const simulationTime = signal(0);
+/** How often poses were told: what has moved is in no node of `items`, but where the view has it. */
+export const moves = signal(0);
 export const speedFactor = signal(1);
 export const motions = signal<readonly Motion[]>([]);
 export const cellSignals = signal<ReadonlyMap<string, Signal>>(new Map());

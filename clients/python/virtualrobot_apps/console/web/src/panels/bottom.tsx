@@ -6,7 +6,7 @@ import { shownBelow as shown } from "../kernel/shown";
 import { traces } from "../kernel/traces";
 import { cellSignals, steps, touching } from "../kernel/world";
 import { Icon } from "../parts/icons";
-import { Tabs } from "../parts/tabs";
+import { Chosen, Tabs, type Tab } from "../parts/tabs";
 import { Collisions } from "./collisions";
 import { Modeller } from "./modeller";
 import { Plot } from "./plot";
@@ -17,30 +17,28 @@ import { TrajectoryControl } from "./trajectory";
 
 const COLORS: Record<Level, string> = { info: "var(--muted)", good: "var(--good)", warning: "var(--warning)", error: "var(--danger)" };
 
-export function Bottom() {
+/** The tools below the view. */
+export function toolsBelow(): Tab[] {
   const errors = messages.value.filter(({ level }) => level === "error").length;
+  return [
+    { id: "plot", icon: "chart-line", name: "Joints", panel: Plot },
+    { id: "program", icon: "list-video", name: "Program", count: lines.value.length, panel: Program },
+    { id: "trajectory", icon: "spline", name: "Trajectory", panel: TrajectoryControl },
+    { id: "signals", icon: "toggle-left", name: "Signals", count: cellSignals.value.size, panel: Signals },
+    { id: "collisions", icon: "zap", name: "Collisions", count: touching.value.length, alarm: true, panel: Collisions },
+    { id: "traces", icon: "route", name: "Traces", count: traces.value.length, panel: Traces },
+    { id: "modeller", icon: "shapes", name: "Modeller", panel: Modeller },
+    { id: "history", icon: "history", name: "History", panel: History },
+    { id: "messages", icon: "message-square", name: "Messages", count: errors, alarm: true, panel: Messages },
+  ];
+}
+
+export function Bottom() {
+  const tabs = toolsBelow();
   return (
     <section class="bottom" aria-label="What happens">
-      <Tabs label="Below" chosen={shown.value} choose={(id) => (shown.value = id)} tabs={[
-        { id: "plot", icon: "chart-line", name: "Joints" },
-        { id: "program", icon: "list-video", name: "Program", count: lines.value.length },
-        { id: "trajectory", icon: "spline", name: "Trajectory" },
-        { id: "signals", icon: "toggle-left", name: "Signals", count: cellSignals.value.size },
-        { id: "collisions", icon: "zap", name: "Collisions", count: touching.value.length, alarm: true },
-        { id: "traces", icon: "route", name: "Traces", count: traces.value.length },
-        { id: "modeller", icon: "shapes", name: "Modeller" },
-        { id: "history", icon: "history", name: "History" },
-        { id: "messages", icon: "message-square", name: "Messages", count: errors, alarm: true },
-      ]} />
-      {shown.value === "plot" && <Plot />}
-      {shown.value === "program" && <Program />}
-      {shown.value === "trajectory" && <TrajectoryControl />}
-      {shown.value === "signals" && <Signals />}
-      {shown.value === "collisions" && <Collisions />}
-      {shown.value === "traces" && <Traces />}
-      {shown.value === "modeller" && <Modeller />}
-      {shown.value === "history" && <History />}
-      {shown.value === "messages" && <Messages />}
+      <Tabs label="Below" chosen={shown.value} choose={(id) => (shown.value = id)} tabs={tabs} />
+      <Chosen tabs={tabs} chosen={shown.value} />
     </section>
   );
 }

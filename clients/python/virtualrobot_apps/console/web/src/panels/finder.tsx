@@ -1,8 +1,10 @@
-// The finder (Ctrl-K): whatever the page can do, by its name, and the nodes of the cell.
-import { signal } from "@preact/signals";
+// The finder (Ctrl-K): whatever the page can do, by its name, in panels that aren't shown too, and the nodes of the cell.
+import { signal, type Signal } from "@preact/signals";
+import { h, render } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { items, selected } from "../kernel/world";
 import { Icon, KindIcon } from "../parts/icons";
+import type { Tab } from "../parts/tabs";
 
 const MOST_SHOWN = 12;
 /** What has a name and can be pressed; a jog's button moves a robot as long as it is held, which nobody holds here. */
@@ -15,6 +17,12 @@ interface Command {
   run: () => void;
 }
 
+/** Panels of which one is shown. */
+export interface Group {
+  chosen: Signal<string>;
+  tabs: readonly Tab[];
+}
+
 interface Search {
   commands: readonly Command[];
   words: string;
@@ -24,9 +32,9 @@ interface Search {
 const search = signal<Search | undefined>(undefined);
 let before: Element | null = null;
 
-export function openFinder(): void {
+export function openFinder(groups: readonly Group[]): void {
   before = document.activeElement;
-  search.value = { commands: [...buttons(), ...nodes()], words: "", at: 0 };
+  search.value = { commands: [...buttons(), ...nodes(), ...groups.flatMap(unseen)], words: "", at: 0 };
 }
 
 function close(): void {
@@ -37,12 +45,32 @@ function close(): void {
 function* buttons(): Iterable<Command> {
   const known = new Set<string>();
   for (const one of document.querySelectorAll<HTMLElement>(PRESSED)) {
-    const name = (one.ariaLabel || one.title || one.textContent || "").trim().replace(/\s+/g, " ");
+    const name = nameOf(one);
     const place = one.closest("aside, section, header, footer, nav, [role=tabpanel], [role=toolbar]")?.ariaLabel ?? "";
     if (!name || known.has(`${place}/${name}`)) continue;
     known.add(`${place}/${name}`);
     yield { name: one.getAttribute("role") === "tab" ? `Show ${name}` : name, place, run: () => one.click() };
   }
+}
+
+function nameOf(one: HTMLElement): string {
+  return (one.ariaLabel || one.title || one.textContent || "").trim().replace(/\s+/g, " ");
+}
+
+/** Returns what panels that aren't shown would have: each is made for a moment, beside the page, without its effects. */
+function unseen({ chosen, tabs }: Group): Command[] {
+  return tabs.filter(({ id }) => id !== chosen.peek()).flatMap(({ id, name: place, panel }) => {
+    const host = document.createElement("div");
+    render(h(panel, null), host);
+    const names = new Set([...host.querySelectorAll<HTMLElement>(PRESSED)].map(nameOf).filter(Boolean));
+    render(null, host);
+    return [...names].map((name) => ({ name, place, run: () => ((chosen.value = id), pressed(name)) }));
+  });
+}
+
+/** Presses what has this name, once the panel that has it is there. */
+function pressed(name: string): void {
+  requestAnimationFrame(() => [...document.querySelectorAll<HTMLElement>(PRESSED)].find((one) => nameOf(one) === name)?.click());
 }
 
 function* nodes(): Iterable<Command> {

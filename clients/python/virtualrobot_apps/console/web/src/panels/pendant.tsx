@@ -14,7 +14,7 @@ export function Pendant() {
   const name = chosen.value;
   const about = robots.value.get(name), state = states.value.get(name);
   if (!about || !state) {
-    return <div class="body"><p class="hint">There is no robot here yet. <code>virtualrobot load model://NAME</code> brings one.</p></div>;
+    return <div class="body"><p class="hint">There is no robot here yet. The library has some.</p></div>;
   }
   const lease = leases.value.find((one) => one.robots.includes(name));
   return (
@@ -39,7 +39,7 @@ export function Pendant() {
             </button>
             <NotationChoice />
           </h4>
-          <PoseFields pose={state.worldTTcp} write={(pose) => void goal.ask(name, pose)} />
+          <PoseFields pose={goal.pose.value ?? state.worldTTcp} write={(pose) => void goal.ask(name, pose)} />
         </section>
         <Tools robot={name} state={state} />
         <Branches />

@@ -3,6 +3,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { MotionPhase, type Move, type ProgramStep } from "../generated/virtualrobot/v1/motion_pb";
 import type { SignalValue } from "../generated/virtualrobot/v1/signal_pb";
 import { bring, download } from "../kernel/loader";
+import { ground } from "../kernel/parts";
 import * as program from "../kernel/program";
 import { cellSignals, chosen, items, selected, states } from "../kernel/world";
 import { Choice } from "../parts/choice";
@@ -66,6 +67,10 @@ function Words({ number, step: { step } }: { number: number; step: ProgramStep }
       return <SignalWords number={number} name={step.value.signal} value={step.value.value} verb="Set" />;
     case "waitSignal":
       return <SignalWords number={number} name={step.value.condition?.signal ?? ""} value={step.value.condition?.value} verb="Wait for" />;
+    case "pick":
+      return <Other icon="hand-grab" name="Pick" text={`${step.value.part || "the nearest part"}, with ${step.value.robot}`} />;
+    case "place":
+      return <Other icon="package" name="Place" text={`${step.value.part || "what is held"} on ${step.value.parent || "world"}, with ${step.value.robot}`} />;
     default:
       return <Other icon="list-ordered" name={(step.case ?? "").replace(/[A-Z]/g, (letter) => ` ${letter.toLowerCase()}`)} text="as in its file" />;
   }
@@ -166,6 +171,8 @@ function Add() {
     const value = cellSignals.peek().get(name)?.value;
     if (kind === "dwell") program.append({ case: "dwell", value: { seconds: DWELL_SECONDS } });
     if (kind === "tool") program.appendTool(robot, name, tools.find(([tool]) => tool === name)?.[1] ?? "");
+    if (kind === "pick") program.append({ case: "pick", value: { robot } });
+    if (kind === "place") program.append({ case: "place", value: { robot, parent: ground.peek() } });
     if (kind === "set") program.append({ case: "setSignal", value: { signal: name, value } });
     if (kind === "await") program.append({ case: "waitSignal", value: { condition: { signal: name, value }, timeoutSeconds: TIMEOUT_SECONDS } });
   };
@@ -177,6 +184,8 @@ function Add() {
       <option value="">Add …</option>
       <option value="dwell ">Wait for a time</option>
       {tools.map(([tool]) => <option key={tool} value={`tool ${tool}`}>{`Tool: ${tool}`}</option>)}
+      {tools.length > 0 && <option value="pick ">Pick the nearest part</option>}
+      {tools.length > 0 && <option value="place ">{`Place what is held on ${ground.value}`}</option>}
       {[...cellSignals.value.keys()].map((name) => <option key={`set ${name}`} value={`set ${name}`}>{`Set ${name}`}</option>)}
       {[...cellSignals.value.keys()].map((name) => <option key={`await ${name}`} value={`await ${name}`}>{`Wait for ${name}`}</option>)}
     </select>

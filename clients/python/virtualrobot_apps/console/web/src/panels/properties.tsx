@@ -1,9 +1,11 @@
 // Properties of what is selected: common ones, and those of its kind as the contract's descriptors tell them.
 import { attach, place, rename, setHidden } from "../kernel/orders";
-import { items, robots, selected, states, type Item } from "../kernel/world";
+import { items, moves, robots, selected, states, type Item } from "../kernel/world";
 import { Icon, KindIcon } from "../parts/icons";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
+import { poseOf } from "../view/poses";
 import { KindFields } from "./kind_fields";
+import { viewport } from "./view";
 import { run } from "../kernel/orders";
 
 export function Properties() {
@@ -26,7 +28,7 @@ export function Properties() {
       {!isWorld && (
         <section>
           <h4>Pose in {item.parent}<NotationChoice /></h4>
-          <PoseFields pose={item.node.parentTNode} write={item.kind === "link" ? undefined : (pose) => void place(item.name, pose as never)} />
+          <Pose item={item} />
         </section>
       )}
       {item.node.kind.case === "target" && <Target item={item} robot={item.node.kind.value.robot} />}
@@ -35,6 +37,14 @@ export function Properties() {
       <Figures item={item} />
     </div>
   );
+}
+
+/** Where a node is in its parent now. */
+function Pose({ item: { name, parent, kind, node } }: { item: Item }) {
+  void moves.value;
+  const places = viewport.current?.solids.places, here = places?.get(name), below = places?.get(parent);
+  const pose = here ? poseOf(below ? below.clone().invert().multiply(here) : here) : node.parentTNode;
+  return <PoseFields pose={pose} write={kind === "link" ? undefined : (to) => void place(name, to as never)} />;
 }
 
 interface TextProps {

@@ -9,7 +9,7 @@ export function Status() {
   const connected = connection.value === "connected";
   return (
     <footer class="status" aria-label="Status">
-      <span class="row" id="connection" title={trouble.value}>
+      <span class="row" id="connection" title={trouble.value || `${framesPerSecond.value} pictures a second, ${drawCalls.value} draw calls each`}>
         <span class={`dot ${connected ? "" : "bad"}`} />
         {connected ? "connected" : connection.value === "connecting" ? "connecting" : "disconnected"}
       </span>
@@ -18,8 +18,6 @@ export function Status() {
       <span>{count(motions.value.length, "motion")}</span>
       <span class={touching.value.length > 0 ? "bad" : ""}>{count(touching.value.length, "collision")}</span>
       <span class={`grow last ${last?.level ?? ""}`} id="last" role="log">{last?.text}</span>
-      <span class="mono">{drawCalls.value} draw calls</span>
-      <span class="mono">{framesPerSecond.value} fps</span>
     </footer>
   );
 }

@@ -4,6 +4,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { attach, remove, rename, setHidden } from "../kernel/orders";
 import { children, chosen, items, leases, selected, type Item } from "../kernel/world";
 import { Icon, KindIcon } from "../parts/icons";
+import { Adding } from "./adding";
 import { viewport } from "./view";
 
 interface Row {
@@ -46,6 +47,7 @@ export function Tree() {
         {rows.value.map((row) => <NodeRow key={row.item.uid} {...row} />)}
         {rows.value.length === 0 && filter.value && <p class="hint">Nothing is called so.</p>}
       </div>
+      <Adding />
     </>
   );
 }
@@ -80,7 +82,7 @@ function NodeRow({ item, depth, inside }: Row) {
       <span class="twist" onClick={(event) => (event.stopPropagation(), toggle(item))}>
         {inside > 0 && <Icon name={isOpen(item) ? "chevron-down" : "chevron-right"} size={13} />}
       </span>
-      <KindIcon kind={kind} />
+      <KindIcon kind={kind === "robot" && items.value.get(item.parent)?.kind === "link" ? "gripper" : kind} />
       {renamed.value === name ? <NameField item={item} /> : <span class="label">{shown(item)}</span>}
       {leases.value.some(({ robots }) => robots.includes(name)) && <Icon name="lock" size={12} color="var(--warning)" />}
       {kind !== "world" && (

@@ -24,13 +24,13 @@ const OWN = new Map([
 ]);
 
 const OF_KIND: Record<string, string> = {
-  world: "globe", object: "box", part: "package", robot: "robot", link: "link", adapter: "plug", tool: "tool",
+  world: "globe", object: "box", part: "package", robot: "robot", gripper: "hand-grab", link: "link", adapter: "plug", tool: "tool",
   annotation: "tag", rangeSensor: "radar", cameraSensor: "camera", contactSensor: "hand", motionSensor: "activity",
   light: "lightbulb", target: "map-pin",
 };
 
 const COLOR_OF_KIND: Record<string, string> = {
-  robot: "var(--robot)", tool: "var(--tool)", part: "var(--part)", light: "var(--light)", target: "var(--accent)",
+  robot: "var(--robot)", gripper: "var(--robot)", tool: "var(--tool)", part: "var(--part)", light: "var(--light)", target: "var(--accent)",
   rangeSensor: "var(--sensor)", cameraSensor: "var(--sensor)", contactSensor: "var(--sensor)", motionSensor: "var(--sensor)",
 };
 

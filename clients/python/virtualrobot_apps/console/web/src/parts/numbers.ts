@@ -1,9 +1,11 @@
 // Numbers for people: units of the cell's floor for lengths (mm) and degrees for angles.
-import type { Pose, Quaternion } from "../generated/virtualrobot/v1/geometry_pb";
+import type { MessageInitShape } from "@bufbuild/protobuf";
+import type { PoseSchema, Quaternion } from "../generated/virtualrobot/v1/geometry_pb";
 import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
 
 export const DEGREES = 180 / Math.PI;
 
+export type AnyPose = MessageInitShape<typeof PoseSchema>;
 export type Rotation = Pick<Quaternion, "x" | "y" | "z" | "w">;
 
 export const UNTURNED: Rotation = { x: 0, y: 0, z: 0, w: 1 };
@@ -51,10 +53,11 @@ export function rotationVector({ x, y, z, w }: Rotation): [number, number, numbe
   return [sign * x * factor, sign * y * factor, sign * z * factor];
 }
 
-export function positionOf(pose?: Pose): [number, number, number] {
+export function positionOf(pose?: AnyPose): [number, number, number] {
   return [pose?.position?.x ?? 0, pose?.position?.y ?? 0, pose?.position?.z ?? 0];
 }
 
-export function orientationOf(pose?: Pose): Rotation {
-  return pose?.orientation ?? UNTURNED;
+export function orientationOf(pose?: AnyPose): Rotation {
+  const { x = 0, y = 0, z = 0, w = 0 } = pose?.orientation ?? UNTURNED;
+  return { x, y, z, w };
 }

@@ -1,10 +1,8 @@
 // A pose in numbers: millimeters, and the rotation as people like it.
 import { signal } from "@preact/signals";
-import type { MessageInitShape } from "@bufbuild/protobuf";
-import type { Pose, PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
 import { Choice } from "./choice";
 import { NumberField } from "./number_field";
-import { DEGREES, ofRollPitchYaw, orientationOf, positionOf, rollPitchYaw, rotationVector } from "./numbers";
+import { DEGREES, type AnyPose, ofRollPitchYaw, orientationOf, positionOf, rollPitchYaw, rotationVector } from "./numbers";
 
 type Notation = "rpy" | "vector" | "quaternion";
 
@@ -18,9 +16,9 @@ export function NotationChoice() {
 }
 
 interface Props {
-  pose?: Pose;
+  pose?: AnyPose;
   /** Takes the pose as it is written; without it numbers are only shown. */
-  write?: (pose: MessageInitShape<typeof PoseSchema>) => void;
+  write?: (pose: AnyPose) => void;
 }
 
 export function PoseFields({ pose, write }: Props) {

@@ -1,4 +1,5 @@
 // Tabs on top of a panel.
+import type { ComponentType } from "preact";
 import { Icon } from "./icons";
 
 export interface Tab {
@@ -7,6 +8,8 @@ export interface Tab {
   name: string;
   count?: number;
   alarm?: boolean;
+  /** What is below the tab when it is chosen. */
+  panel: ComponentType;
 }
 
 interface Props {
@@ -14,6 +17,12 @@ interface Props {
   tabs: readonly Tab[];
   chosen: string;
   choose: (id: string) => void;
+}
+
+/** Shows the panel of the chosen tab. */
+export function Chosen({ tabs, chosen }: Pick<Props, "tabs" | "chosen">) {
+  const Panel = tabs.find(({ id }) => id === chosen)?.panel;
+  return Panel ? <Panel /> : null;
 }
 
 export function Tabs({ label, tabs, chosen, choose }: Props) {

@@ -1,7 +1,7 @@
 // Poses of the contract as matrices.
 import { Matrix4, Quaternion, Vector3 } from "three";
 import type { Pose } from "../generated/virtualrobot/v1/geometry_pb";
-import { orientationOf, positionOf } from "../parts/numbers";
+import { orientationOf, positionOf, type AnyPose } from "../parts/numbers";
 
 const ONE = new Vector3(1, 1, 1);
 const position = new Vector3(), orientation = new Quaternion();
@@ -9,6 +9,12 @@ const position = new Vector3(), orientation = new Quaternion();
 export function matrixOf(pose?: Pose): Matrix4 {
   const { x, y, z, w } = orientationOf(pose);
   return new Matrix4().compose(position.set(...positionOf(pose)), orientation.set(x, y, z, w), ONE);
+}
+
+export function poseOf(matrix: Matrix4): AnyPose {
+  matrix.decompose(position, orientation, new Vector3());
+  const { x, y, z, w } = orientation;
+  return { position: { x: position.x, y: position.y, z: position.z }, orientation: { x, y, z, w } };
 }
 
 /** Writes row `place` of poses, x, y, z and a quaternion each, to a matrix. */
