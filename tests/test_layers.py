@@ -92,6 +92,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/new/drivers": ("virtualrobot_sdk", "numpy", "serial", "pytest", "board"),
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
+    # Navigation fits, measures distances and plans by libraries, where they are installed, and writes maps as ROS does.
+    f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
     # Each bridge speaks by the library of its protocol, where that is installed.
     f"{APPS}/bridges/modbus.py": ("virtualrobot_apps", "virtualrobot", "pymodbus"),
     f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),

@@ -1,0 +1,118 @@
+"""Journeys of one vehicle in a kernel: it explores a floor, or goes to goals on the map of one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from virtualrobot import Client
+from virtualrobot.errors import WrongStateError
+
+from virtualrobot_apps.pace import Pace
+from virtualrobot_apps.seeing.navigation.exploring import Explorer
+from virtualrobot_apps.seeing.navigation.grid import Grid
+from virtualrobot_apps.seeing.navigation.localising import Localiser
+from virtualrobot_apps.seeing.navigation.mapping import Mapper
+from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator, Observation
+from virtualrobot_apps.seeing.navigation.poses import Floats
+from virtualrobot_apps.seeing.navigation.vehicle import PERIOD, Drive, Vehicle
+
+LONGEST = 1800.0
+"""Simulation time (s) after which an exploration ends."""
+Watch = Callable[[Floats], object]
+
+
+def explore(
+    client: Client,
+    vehicle: Vehicle,
+    start: Floats,
+    *,
+    resolution: float = 0.05,
+    say: Callable[[str], object] = print,
+    watch: Watch = lambda _: None,
+    pace: float = 0.0,
+    longest: float = LONGEST,
+) -> Mapper:
+    """Explore a floor until nothing is left to see, or for a time (s); return its map, and how it was made.
+
+    Args:
+        client: of the kernel; its clock is held meanwhile.
+        vehicle: what drives.
+        start: (3,) its pose in the frame that the map is to have, x, y (m) and heading (rad).
+        resolution: edge of a cell (m).
+        say: told each decision.
+        watch: told the pose (3,) that the vehicle thinks it has, once a period.
+        pace: simulated seconds for each second of the wall clock; 0: as fast as it can be.
+        longest: simulation time (s).
+    """
+    mapper = Mapper(start, resolution)
+    navigator = Navigator(mapper, vehicle.footprint, say=say)
+    explorer = Explorer(navigator)
+    with Drive(client, [vehicle]) as drive:
+        loop = _Loop(drive, vehicle, navigator, watch, pace)
+        while mapper.grid.log_odds.size == 0:
+            loop.period()
+            if navigator.last_time - loop.begun > 5.0:
+                raise WrongStateError(f"no scan of {vehicle.lidar!r} has come for 5 s")
+        while (goal := explorer.next()) is not None and navigator.last_time - loop.begun < longest:
+            navigator.go(goal)
+            while navigator.end is None:
+                loop.period()
+    return mapper
+
+
+def go(
+    client: Client,
+    vehicle: Vehicle,
+    grid: Grid,
+    goals: Sequence[Goal],
+    start: Floats | None = None,
+    *,
+    say: Callable[[str], object] = print,
+    watch: Watch = lambda _: None,
+    pace: float = 0.0,
+) -> list[bool]:
+    """Go to goals on a map, one after the other; return which of them were reached.
+
+    Args:
+        client: of the kernel; its clock is held meanwhile.
+        vehicle: what drives.
+        grid: the map.
+        goals: where to.
+        start: (3,) its pose in the map; None: it looks for its place first.
+        say: told each decision.
+        watch: told the pose (3,) that the vehicle thinks it has, once a period.
+        pace: simulated seconds for each second of the wall clock; 0: as fast as it can be.
+    """
+    navigator = Navigator(Localiser(grid, start), vehicle.footprint, say=say)
+    reached = []
+    with Drive(client, [vehicle]) as drive:
+        loop = _Loop(drive, vehicle, navigator, watch, pace)
+        for goal in goals:
+            navigator.go(goal)
+            while navigator.end is None:
+                loop.period()
+            reached.append(navigator.reached)
+    return reached
+
+
+class _Loop:
+    """One period after the other: what is seen goes to the navigator, what it says to the vehicle."""
+
+    def __init__(self, drive: Drive, vehicle: Vehicle, navigator: Navigator, watch: Watch, pace: float) -> None:
+        self._drive, self._name, self._navigator, self._watch = drive, vehicle.name, navigator, watch
+        self._pace, self._periods = Pace(pace), 0
+        self._twist = (0.0, 0.0)
+        self.begun = drive.client.clock.read().stamp.simulation_time
+
+    def period(self) -> None:
+        seen: Observation = self._drive.step({self._name: self._twist})[self._name]
+        self._twist = self._navigator.step(seen)
+        self._watch(self._navigator.pose)
+        self._periods += 1
+        self._pace.keep(self._periods * PERIOD)
+
+
+def pose_of(numbers: tuple[float, float, float]) -> Floats:
+    """Return the pose (3,) of x, y (m) and a heading in degrees."""
+    return np.array([numbers[0], numbers[1], np.radians(numbers[2])])

@@ -1,0 +1,329 @@
+"""Navigator: from what a vehicle sees to how it drives, one period after the other; each decision is told in words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from virtualrobot_apps.seeing.navigation.following import Choice, Limits, Surroundings, ahead_of, choose, turning
+from virtualrobot_apps.seeing.navigation.footprint import Footprint
+from virtualrobot_apps.seeing.navigation.grid import Grid
+from virtualrobot_apps.seeing.navigation.planning import Costmap, NoWayError, Planner
+from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, moved, wrapped
+from virtualrobot_apps.seeing.navigation.scans import Scan
+from virtualrobot_apps.seeing.navigation.unforeseen import Unforeseen
+
+REACHED_METRES, REACHED_RADIANS = 0.08, 0.06
+"""Distances from its goal, and from the heading there, at which the vehicle has arrived."""
+SILENT_SECONDS, GIVE_UP_SECONDS = 0.7, 10.0
+"""Time without a scan after which it stands, and with which, or without a way, it gives up."""
+PLAN_SECONDS = 1.0
+"""Time from one plan to the next."""
+PATIENCE_SECONDS = 6.0
+"""Time without progress towards the goal after which it recovers."""
+LOST_SECONDS = 60.0
+"""Time for which a vehicle that is lost looks for its place."""
+RECOVERIES = 4
+"""Number of recoveries on the way to one goal after which it gives up."""
+SHARE_OF_ODOMETRY = 0.3
+"""Part of the way by odometry that scans must confirm; with less the wheels slip."""
+
+
+class Where(Protocol):
+    """Teller of where a vehicle is: `Mapper` and `Localiser`."""
+
+    grid: Grid
+
+    @property
+    def lost(self) -> bool:
+        """Return whether that is unknown."""
+        ...
+
+    def at(self, odometry: Floats) -> Floats:
+        """Return the pose (3,) when odometry says this (3,)."""
+        ...
+
+    def update(self, scan: Scan) -> Floats:
+        """Take in a scan; return the pose (3,) when it was made."""
+        ...
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Observation:
+    """Sight of a vehicle at a time (s): its pose (3,) by odometry, and a scan where a new one has come."""
+
+    time: float
+    odometry: Floats
+    scan: Scan | None
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """Place (m) in the map, and the heading there (rad); None: any."""
+
+    x: float
+    y: float
+    heading: float | None = None
+
+
+class Navigator:
+    """Leads one vehicle to goals. `step` is told what is seen once a period, and returns the twist to drive."""
+
+    def __init__(
+        self,
+        where: Where,
+        footprint: Footprint,
+        limits: Limits | None = None,
+        say: Callable[[str], object] = lambda _: None,
+    ) -> None:
+        """Lead a vehicle of a footprint; `say` is told each decision once."""
+        self.where, self.footprint, self.limits = where, footprint, limits or Limits()
+        self.goal: Goal | None = None
+        self.end: str | None = None
+        """End of the way to the last goal, in words; None while it goes on."""
+        self.reached = False
+        self.pose = np.zeros(3)
+        """Pose (3,) in the map."""
+        self.way: Floats | None = None
+        """Way (n, 2) that it follows."""
+        self._say = say
+        self._said = ""
+        self._unforeseen = Unforeseen()
+        self._scan: Scan | None = None
+        self._surroundings = Surroundings(np.zeros((0, 2)))
+        self._last: Observation | None = None
+        self._twist = (0.0, 0.0)
+        self._told = (0.0, 0.0)
+        self._begin(0.0)
+
+    @property
+    def last_time(self) -> float:
+        """Return the time (s) of what was seen last; 0 before."""
+        return self._last.time if self._last else 0.0
+
+    def go(self, goal: Goal) -> None:
+        """Head for another goal."""
+        if not all(map(math.isfinite, (goal.x, goal.y, goal.heading or 0.0))):
+            raise ValueError(f"a goal has finite numbers, not {goal}")
+        self.goal, self.end, self.reached, self.way, self._said = goal, None, False, None, ""
+        self._begin(self.last_time)
+
+    def _begin(self, now: float) -> None:
+        self._planned = -math.inf
+        self._without_way: float | None = None
+        self._best, self._best_at = math.inf, now
+        self._recoveries = 0
+        self._manoeuvre: tuple[float, tuple[float, float]] | None = None
+        self._lost_since: float | None = None
+        self._checked: tuple[float, Floats, Floats] | None = None
+
+    def step(self, seen: Observation) -> tuple[float, float]:
+        """Return the twist to drive now, v (m/s) and omega (rad/s)."""
+        self._see(seen)
+        if self.goal is None or self.end is not None:
+            twist = (0.0, 0.0)
+        else:
+            twist = self._decide(seen.time)
+        self._told = twist
+        return twist
+
+    def _see(self, seen: Observation) -> None:
+        if self._last is not None and seen.time > self._last.time:
+            step = between(self._last.odometry, seen.odometry)
+            elapsed = seen.time - self._last.time
+            self._twist = (float(step[0]) / elapsed, float(step[2]) / elapsed)
+        self._last = seen
+        if seen.scan is not None:
+            pose = self.where.update(seen.scan)
+            self._scan = seen.scan
+            if not self.where.lost:
+                self._unforeseen.update(seen.scan, pose, self.where.grid)
+        self.pose = self.where.at(seen.odometry)
+        if self._scan is not None:
+            now_t_scan = between(seen.odometry, self._scan.odometry)
+            near = moved(now_t_scan, self._scan.points)
+            old = self._unforeseen.points()
+            if len(old):
+                near = np.vstack([near, moved(between(self.pose, np.zeros(3)), old)])
+            self._surroundings = Surroundings(near)
+
+    def _decide(self, now: float) -> tuple[float, float]:
+        silent = now - self._scan.time if self._scan is not None else now - self._best_at
+        if self._scan is None or silent > SILENT_SECONDS:
+            if silent > GIVE_UP_SECONDS:
+                return self._ends(f"gives up: the lidar has told nothing for {silent:.0f} s")
+            return self._stands("stands: no scan of the lidar comes") if silent > SILENT_SECONDS else (0.0, 0.0)
+        if self.where.lost:
+            return self._search(now)
+        if self._lost_since is not None:
+            self._tell(f"knows its place again: ({self.pose[0]:.2f}, {self.pose[1]:.2f})")
+            self._begin(now)
+        if (words := self._doubts(now)) is not None:
+            self._tell(words)
+        assert self.goal is not None
+        left = distance(self.pose, (self.goal.x, self.goal.y))
+        if left < REACHED_METRES:
+            return self._arrive()
+        if self._manoeuvre is not None:
+            return self._go_on(now)
+        if self.way is None or now - self._planned >= PLAN_SECONDS:
+            self._plan(now)
+        if self.end is not None:
+            return 0.0, 0.0
+        if self.way is None:
+            return 0.0, 0.0
+        remaining = self._remaining()
+        if remaining < self._best - 0.1:
+            self._best, self._best_at = remaining, now
+        if now - self._best_at > PATIENCE_SECONDS:
+            return self._recover(now, "comes no nearer to its goal")
+        choice = choose(
+            self.pose, self._twist, ahead_of(self.pose, self.way, 3.0), self._surroundings, self.footprint, self.limits
+        )
+        if choice is None:
+            return self._recover(now, "is blocked")
+        return self._slowed(choice, left)
+
+    def _slowed(self, choice: Choice, left: float) -> tuple[float, float]:
+        """Return a choice, slow enough to stop at the goal."""
+        fastest = math.sqrt(2.0 * 0.5 * self.limits.acceleration * left) + 0.02
+        scale = min(1.0, fastest / max(choice.twist[0], 1e-9))
+        return choice.twist[0] * scale, choice.twist[1] * max(scale, 0.5)
+
+    def _arrive(self) -> tuple[float, float]:
+        assert self.goal is not None
+        if self.goal.heading is not None:
+            angle = float(wrapped(self.goal.heading - self.pose[2]))
+            if abs(angle) > REACHED_RADIANS:
+                turn = turning(angle, self._twist, self._surroundings, self.footprint, self.limits)
+                if turn is None:
+                    return self._ends("has come to its goal, and cannot turn there: something stands too near")
+                return turn.twist
+        self.reached = True
+        return self._ends(f"has come to ({self.goal.x:.2f}, {self.goal.y:.2f})")
+
+    def _plan(self, now: float) -> None:
+        assert self.goal is not None
+        self._planned = now
+        costmap = Costmap.of(self.where.grid, self.footprint, self._unforeseen.points())
+        try:
+            self.way = Planner(costmap).way(self.pose, np.array([self.goal.x, self.goal.y]))
+            self._without_way = None
+        except NoWayError as error:
+            if not len(self._unforeseen.points()):
+                self.way = None
+                self._ends(f"gives up: {error}")
+                return
+            if self._without_way is None:
+                self._without_way = now
+            if now - self._without_way > GIVE_UP_SECONDS:
+                self.way = None
+                self._ends(f"gives up: {error}, with what stands there now")
+                return
+            self.way = None
+            self._stands(f"waits: {error}, with what stands there now")
+
+    def _remaining(self) -> float:
+        assert self.way is not None
+        rest = ahead_of(self.pose, self.way, math.inf)
+        return float(np.hypot(*np.diff(rest, axis=0).T).sum()) + distance(self.pose, rest[0])
+
+    def _recover(self, now: float, why: str) -> tuple[float, float]:
+        """Wait, back up and turn, one after the other, and end when nothing helps."""
+        number = self._recoveries
+        self._recoveries += 1
+        self._best_at, self._planned = now, -math.inf
+        if number >= RECOVERIES:
+            assert self.goal is not None
+            left = distance(self.pose, (self.goal.x, self.goal.y))
+            return self._ends(
+                f"gives up {left:.2f} m from its goal: it {why}, and neither waiting, backing up nor turning helps"
+            )
+        if number % 2 == 0:
+            self._manoeuvre = (now + 2.0, (0.0, 0.0))
+            self._tell(f"{why}: waits for 2 s")
+        elif self._free_behind():
+            self._manoeuvre = (now + 2.0, (-0.15, 0.0))
+            self._tell(f"{why}: backs up by 0.3 m")
+        else:
+            self._manoeuvre = (now + 1.6, (0.0, 0.8))
+            self._tell(f"{why}: turns")
+        return self._go_on(now)
+
+    def _go_on(self, now: float) -> tuple[float, float]:
+        assert self._manoeuvre is not None
+        until, twist = self._manoeuvre
+        if now >= until or (twist[0] < 0.0 and not self._free_behind()) or (twist[1] and not self._free_turn(twist[1])):
+            self._manoeuvre = None
+            return 0.0, 0.0
+        return twist
+
+    def _free_behind(self) -> bool:
+        outline = self.footprint.outline()
+        here = float(self._surroundings.clearance(outline).min())
+        behind = self._surroundings.clearance(outline - np.array([0.15, 0.0])).min()
+        return bool(behind > min(0.03, 0.5 * here))
+
+    def _free_turn(self, rate: float) -> bool:
+        return (
+            turning(math.copysign(0.4, rate), self._twist, self._surroundings, self.footprint, self.limits) is not None
+        )
+
+    def _search(self, now: float) -> tuple[float, float]:
+        """Drive about to where it is open until the place is known."""
+        if self._lost_since is None:
+            self._lost_since = now
+            self._unforeseen.clear()
+            self._tell("is lost: looks for its place in the map")
+        if now - self._lost_since > LOST_SECONDS:
+            best = getattr(self.where, "best", 0.0)
+            return self._ends(
+                f"gives up: no place of this map fits what the lidar sees (the best one to {100.0 * best:.0f}%): is it "
+                "the map of this building?"
+            )
+        assert self._scan is not None
+        bins = np.linspace(-np.pi, np.pi, 25)
+        angles = np.arctan2(self._scan.points[:, 1], self._scan.points[:, 0])
+        lengths = np.hypot(*self._scan.points.T)
+        room = [lengths[np.abs(wrapped(angles - b)) < 0.3].min(initial=3.0) for b in bins[:-1]]
+        # What lies ahead counts for more, so that it drives on rather than to and fro.
+        best = int(np.argmax(np.array(room) + 0.8 * np.cos(bins[:-1])))
+        goal = np.array([np.cos(bins[best]), np.sin(bins[best])]) * max(room[best] - self.footprint.outer, 0.1)
+        way = np.linspace(np.zeros(2), goal, 20)
+        choice = choose(np.zeros(3), self._twist, way, self._surroundings, self.footprint, self.limits)
+        return (0.0, 0.5) if choice is None else choice.twist
+
+    def _doubts(self, now: float) -> str | None:
+        """Return in words where odometry and scans contradict each other over the last two seconds."""
+        assert self._last is not None
+        if self._checked is None:
+            self._checked = now, self._last.odometry, self.pose
+            return None
+        since, odometry, pose = self._checked
+        if now - since < 2.0:
+            return None
+        self._checked = now, self._last.odometry, self.pose
+        by_wheels, by_scans = distance(odometry, self._last.odometry), distance(pose, self.pose)
+        if by_wheels > 0.25 and by_scans < SHARE_OF_ODOMETRY * by_wheels:
+            return f"its wheels slip: odometry says {by_wheels:.2f} m in 2 s, the lidar {by_scans:.2f} m"
+        if by_wheels < 0.01 and by_scans > 0.15:
+            return f"its odometry stands: the lidar says {by_scans:.2f} m in 2 s; it goes on by the lidar"
+        return None
+
+    def _stands(self, words: str) -> tuple[float, float]:
+        self._tell(words)
+        return 0.0, 0.0
+
+    def _ends(self, words: str) -> tuple[float, float]:
+        self.end = words
+        self._tell(words)
+        return 0.0, 0.0
+
+    def _tell(self, words: str) -> None:
+        if words != self._said:
+            self._said = words
+            self._say(words)

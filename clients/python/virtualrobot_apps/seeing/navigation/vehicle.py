@@ -1,0 +1,139 @@
+"""Vehicles of a kernel as a navigator sees them: by their lidar and encoders, never by where they truly are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+
+import numpy as np
+from virtualrobot import Client
+from virtualrobot.errors import InvalidArgumentError, UnknownNameError
+from virtualrobot.sensors.range_sensors import RangeReading
+
+from virtualrobot_apps.seeing.navigation.footprint import Footprint
+from virtualrobot_apps.seeing.navigation.navigator import Observation
+from virtualrobot_apps.seeing.navigation.poses import between, planar
+from virtualrobot_apps.seeing.navigation.scans import OdometryTrack, ScanMaker
+
+PERIOD = 0.05
+"""Time (s) from one command to the next."""
+
+
+class Vehicle:
+    """A craft with a lidar that looks around in a level plane, and encoders on its drives."""
+
+    def __init__(
+        self, client: Client, name: str, lidar: str, encoders: str, thought: Mapping[str, object] | None = None
+    ) -> None:
+        """Take a robot that is a craft; `thought` are settings of its component that odometry has wrong.
+
+        Raises:
+            UnknownNameError: for a robot or sensor that is not there.
+            InvalidArgumentError: for a sensor of another kind.
+            WrongStateError: for a robot that is no craft.
+        """
+        self.name, self.lidar, self.encoders = name, lidar, encoders
+        robot = client.robots[name]
+        for sensor, kind in ((lidar, "range_sensor"), (encoders, "motion_sensor")):
+            if client.sensors.status(sensor).kind != kind:
+                raise InvalidArgumentError(f"{sensor!r} is a {client.sensors.status(sensor).kind}, not a {kind}")
+        first = client.sensors[lidar].read(points=True, frame="sensor")
+        if not isinstance(first.value, RangeReading) or first.value.distances.shape[0] != 1:
+            raise InvalidArgumentError(f"{lidar!r} has more than one row of rays: a lidar that looks around has one")
+        self._odometry = robot.odometry(settings=thought, encoders=client.sensors[encoders].read().value)
+        start = self._odometry.reading.pose
+        base = np.eye(4)
+        base[:2, :2] = [[np.cos(start[2]), -np.sin(start[2])], [np.sin(start[2]), np.cos(start[2])]]
+        base[:2, 3] = start[:2]
+        mount = between(planar(client.scene.pose(name) @ base), planar(first.world_t_sensor))
+        self.footprint = _footprint(client, name, planar(client.scene.pose(name) @ base))
+        self._track = OdometryTrack()
+        self._maker = ScanMaker(mount, _reach(client, lidar))
+        self._number = -1
+
+    def observe(self, now: float, lidar: object, encoders: object) -> Observation:
+        """Return what is seen at a time (s), from readings of lidar and encoders."""
+        pose = self._odometry.update(encoders.value).pose  # pyright: ignore[reportAttributeAccessIssue]
+        self._track.add(encoders.stamp.simulation_time, pose)  # pyright: ignore[reportAttributeAccessIssue]
+        scan = None
+        if lidar.number != self._number and lidar.value is not None:  # pyright: ignore[reportAttributeAccessIssue]
+            self._number = lidar.number  # pyright: ignore[reportAttributeAccessIssue]
+            scan = self._maker.scan(lidar.stamp.simulation_time, lidar.value, self._track)  # pyright: ignore[reportAttributeAccessIssue]
+        return Observation(now, pose, scan)
+
+
+class Drive:
+    """Drive of some vehicles in one kernel: each period they are told their twists, and what they see comes back.
+
+    In steps, so that nothing depends on how fast this program is; a context manager. While it is open, simulation time
+    goes on by its periods alone.
+    """
+
+    def __init__(self, client: Client, vehicles: Sequence[Vehicle]) -> None:
+        """Drive vehicles."""
+        self.client, self.vehicles = client, list(vehicles)
+        self._sensors = [sensor for one in vehicles for sensor in (one.lidar, one.encoders)]
+        self._open = ExitStack()
+        self._periods = 0
+
+    def __enter__(self) -> Drive:
+        """Begin: sensors run, and the clock is held."""
+        self.client.sensors.start(*self._sensors)
+        self._open.enter_context(self.client.clock.hold_stepped())
+        clock = self.client.clock.read()
+        self._tick_seconds, self._tick, self._start = clock.tick_length, clock.stamp.tick, clock.stamp.tick
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let the vehicles come to rest."""
+        try:
+            self.client.clock.step(round(1.0 / self._tick_seconds), twists={one.name: None for one in self.vehicles})
+        finally:
+            self._open.close()
+
+    def step(self, twists: Mapping[str, tuple[float, float]]) -> dict[str, Observation]:
+        """Drive vehicles by twists, v (m/s) and omega (rad/s) by name, for a period; return what all of them see."""
+        self._periods += 1
+        # A period need not be whole ticks: what it leaves over is made up for by the next one.
+        due = self._start + round(self._periods * PERIOD / self._tick_seconds)
+        told = {name: (v, 0.0, w) for name, (v, w) in twists.items()}
+        seen = self.client.clock.step(due - self._tick, twists=told, sensors=self._sensors, points=True, frame="sensor")
+        self._tick, now = seen.stamp.tick, seen.stamp.simulation_time
+        return {
+            one.name: one.observe(now, seen.readings[one.lidar], seen.readings[one.encoders]) for one in self.vehicles
+        }
+
+
+def sensors_of(client: Client, name: str) -> tuple[str, str]:
+    """Return the lidar and the encoders that a robot has; raise UnknownNameError where that isn't one of each."""
+    found = {}
+    for kind, word in (("range_sensor", "lidar"), ("motion_sensor", "encoders")):
+        own = [one.name for one in client.scene.nodes(kind) if one.name.startswith(f"{name}.") and word in one.name]
+        if len(own) != 1:
+            raise UnknownNameError(
+                f"{name} has {len(own)} sensors named like {word!r}: name one of {own or 'its sensors'}"
+            )
+        found[word] = own[0]
+    return found["lidar"], found["encoders"]
+
+
+def _footprint(client: Client, name: str, world_t_base: np.ndarray) -> Footprint:
+    """Return the footprint of a robot: the box about all links that move with its base."""
+    for link in client.scene.nodes("link"):
+        if link.parent == name:
+            bounds = client.scene.bounds(link.name)
+            if bounds is not None:
+                base_t_link = between(world_t_base, planar(client.scene.pose(link.name)))
+                (left, low, _), (right, high, _) = bounds + np.array([*base_t_link[:2], 0.0])
+                return Footprint(float(left), float(right), float(low), float(high))
+    raise InvalidArgumentError(f"{name!r} has no links with a shape, so that its footprint is unknown: give one")
+
+
+def _reach(client: Client, lidar: str) -> float:
+    """Return how far a lidar sees (m)."""
+    settings = client.scene.node(lidar)._message.range_sensor
+    preset = client.sensors.presets().get(settings.preset)
+    for known in (settings, *([] if preset is None else [preset.settings._message])):
+        if known.HasField("max_range_meters"):
+            return known.max_range_meters
+    return 10.0  # as the contract has it

@@ -1,0 +1,98 @@
+"""Navigation in a real kernel: a UGV explores a furnished floor, and goes to places on its map, lost at first."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import virtualrobot
+from click.testing import CliRunner
+from virtualrobot.kernel_process import KernelProcess
+from virtualrobot_apps.seeing.navigation import floors, journeys
+from virtualrobot_apps.seeing.navigation.command import navigate
+from virtualrobot_apps.seeing.navigation.navigator import Goal
+from virtualrobot_apps.seeing.navigation.planning import Costmap, Planner, length
+from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, planar
+from virtualrobot_apps.seeing.navigation.vehicle import Vehicle, sensors_of
+
+pytestmark = pytest.mark.long
+ROBOT = "ugv"
+
+
+@pytest.fixture(scope="module")
+def kernel() -> Iterator[KernelProcess]:
+    """Return a kernel whose time goes on by steps."""
+    with KernelProcess("--stepped", headless=True) as kernel:
+        yield kernel
+
+
+@pytest.fixture
+def client(kernel: KernelProcess) -> Iterator[virtualrobot.Client]:
+    with virtualrobot.connect(kernel.address) as client:
+        yield client
+
+
+def placed(client: virtualrobot.Client, boxes: list[floors.Box], start: Floats) -> None:
+    """Build a floor with a UGV on it."""
+    floors.build(client, boxes)
+    pose = virtualrobot.pose(start[0], start[1], 0.0, yaw=start[2])
+    client.load_robot(f"model://{ROBOT}", name=ROBOT, base="planar", pose=pose)
+
+
+def true_pose(client: virtualrobot.Client) -> Floats:
+    """Return where the base is, for measuring only."""
+    return planar(client.scene.pose(f"{ROBOT}.base"))
+
+
+def test_it_knows_where_it_is_while_it_explores(client: virtualrobot.Client, seed: int) -> None:
+    """The lidar has noise of 1.75%, encoders have steps: off by less than 50 mm rms; nothing is touched."""
+    placed(client, floors.floor(seed), np.array(floors.START))
+    vehicle = Vehicle(client, ROBOT, *sensors_of(client, ROBOT))
+    off, clear = [], []
+
+    def watch(pose: Floats) -> None:
+        off.append(between(true_pose(client), pose))
+        if len(off) % 10 == 0:
+            clear.append(client.collisions.distance(ROBOT, to=[floors.NODE]).distance)
+
+    mapper = journeys.explore(client, vehicle, np.array(floors.START), say=lambda _: None, watch=watch, longest=25.0)
+    errors = np.array(off)
+    assert np.sqrt((errors[:, :2] ** 2).sum(axis=1).mean()) < 0.05 and np.abs(errors[:, 2]).max() < 0.05
+    assert min(clear) > 0.0 and len(mapper.poses) > 8
+
+
+def test_it_finds_its_place_and_goes_to_its_goals(client: virtualrobot.Client, seed: int, tmp_path: Path) -> None:
+    """On the true map as a file, from a place that it isn't told; ways are at most 1.3 times the shortest."""
+    boxes = floors.floor(seed)
+    start, *goals = floors.places(boxes, 3, seed, 0.45)
+    placed(client, boxes, np.array([*start, 0.5]))
+    grid = floors.true_grid(boxes, 0.05)
+    vehicle = Vehicle(client, ROBOT, *sensors_of(client, ROBOT))
+    track, clear = [], []
+
+    def watch(_: Floats) -> None:
+        track.append(true_pose(client)[:2])
+        if len(track) % 10 == 0:
+            clear.append(client.collisions.distance(ROBOT, to=[floors.NODE]).distance)
+
+    told: list[str] = []
+    assert journeys.go(client, vehicle, grid, [Goal(*goals[0])], say=told.append, watch=watch) == [True]
+    assert told[-1].startswith("has come to")
+    assert distance(true_pose(client), goals[0]) < 0.2 and min(clear) > 0.0
+    track.clear()
+    known = true_pose(client)
+    assert journeys.go(client, vehicle, grid, [Goal(*goals[1])], known, say=told.append, watch=watch) == [True]
+    assert distance(true_pose(client), goals[1]) < 0.2 and min(clear) > 0.0
+    shortest = Planner(Costmap.of(grid, vehicle.footprint, np.zeros((0, 2)))).way(known, goals[1])
+    assert length(np.array(track)) < 1.3 * length(shortest)
+
+
+def test_the_command_writes_no_map_that_cannot_be(kernel: KernelProcess, tmp_path: Path) -> None:
+    """Files of another kind, robots that are not there, and maps that are missing are told in a line."""
+    address = ["--address", kernel.address]
+    done = CliRunner().invoke(navigate, ["explore", ROBOT, str(tmp_path / "floor.png"), *address])
+    assert done.exit_code == 2 and "ends in .yaml, not 'floor.png'" in done.output
+    done = CliRunner().invoke(navigate, ["go", ROBOT, str(tmp_path / "none.yaml"), "--to", "1", "0", *address])
+    assert done.exit_code and "there is no map" in str(done.exception)
