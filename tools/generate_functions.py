@@ -177,7 +177,7 @@ GROUPS = (
             *("beams", "camera", "contact_sensor", "encoders", "fan", "force_torque_sensor", "imu", "light"),
             *("looking_at", "noise", "pose_sensor", "range_sensor", "raster", "ring", "spinning"),
         ),
-        commands=("sensor", "map"),
+        commands=("sensor", "map", "navigate"),
     ),
     Group(
         "Time, signals, history and recordings",

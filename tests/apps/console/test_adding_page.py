@@ -30,9 +30,9 @@ def test_a_person_adds_a_table_and_a_part(console: Console, stepped: Stubs, step
             page.get_by_label("Stands at X").fill("500")
             add.click()
             expect(row(page, "bench")).to_have_attribute("aria-selected", "true")
-            least, greatest = client.scene.bounds("bench")
-            np.testing.assert_allclose(least, [-0.70025, -0.4, 0.0], atol=1e-6)
-            np.testing.assert_allclose(greatest, [0.70025, 0.4, 0.75], atol=1e-6)
+            bounds = client.scene.bounds("bench")
+            assert bounds is not None
+            np.testing.assert_allclose(bounds, [[-0.70025, -0.4, 0.0], [0.70025, 0.4, 0.75]], atol=1e-6)
             np.testing.assert_allclose(client.scene.pose("bench")[:3, 3], [0.5, 0.0, 0.0])
 
             # A part on it: its origin is in its middle, and its mass is what was written.

@@ -151,7 +151,7 @@ def _patches(points: Floats, normals: Floats, tree: KDTree) -> tuple[Floats, Flo
     of, at = of[alike], at[alike]
 
     def sums(values: Floats) -> Floats:
-        return np.bincount(of, values, len(seeds))
+        return np.bincount(of, values, len(seeds)).astype(float)
 
     number = sums(np.ones(len(of)))
     middles = np.column_stack([sums(points[at, 0]), sums(points[at, 1])]) / number[:, None]
