@@ -10,9 +10,11 @@ from pathlib import Path
 
 import pytest
 
+from tests.apps.console.consoles import consoles
 from tests.kernels import KernelProcess, emptied
 
 ROOT = Path(__file__).resolve().parent.parent.parent
+OCTAVE = shutil.which("octave-cli")
 BUILT = ROOT / "build" / "clients"
 """Folder of the builds, which are kept between runs."""
 
@@ -50,6 +52,20 @@ def test_it_prints_the_same_in_each_language(language: str, kernel: KernelProces
         where = os.environ | {"VIRTUALROBOT_ADDRESS": kernel.address}
         done = subprocess.run(program, env=where, capture_output=True, text=True, timeout=120)
     assert (done.returncode, done.stderr, done.stdout) == (0, "", PRINTED)
+
+
+@pytest.mark.skipif(OCTAVE is None, reason="no Octave: install the package octave to run clients/matlab/pick.m")
+def test_octave_prints_the_same(kernel: KernelProcess) -> None:
+    program = [str(OCTAVE), "--norc", "--quiet", "--path", str(ROOT / "clients" / "matlab")]
+    with emptied(kernel), consoles(kernel.address) as console:
+        done = subprocess.run(
+            [*program, "--eval", f"pick('{ROOT / 'clients' / 'cell.yaml'}')"],
+            env=os.environ | {"VIRTUALROBOT_CONSOLE": console.url},
+            capture_output=True,
+            text=True,
+            timeout=120,
+        )
+    assert (done.returncode, done.stdout) == (0, PRINTED), done.stderr
 
 
 @pytest.mark.parametrize("language", ["cpp", "go", "java"])

@@ -16,6 +16,8 @@ import pytest
 import virtualrobot
 from virtualrobot.kernel_process import KernelProcess
 
+from tests.apps.test_languages import PRINTED
+
 ROOT = Path(__file__).resolve().parent.parent.parent
 CLIENT = ROOT / "clients" / "node"
 PAGE = ROOT / "docs" / "tutorial-node.md"
@@ -189,3 +191,10 @@ def test_the_tutorial_shows_the_program_as_it_is() -> None:
     shown = re.findall(r"^```ts\n(.*?)^```$", PAGE.read_text("utf-8"), re.MULTILINE | re.DOTALL)
     assert len(shown) > 3
     assert [block for block in shown if not any(unindented(block) in source for source in sources)] == []
+
+
+@needs_node
+def test_it_picks_as_programs_in_other_languages_do(cell: Cell, program: list[str]) -> None:
+    node, main = program
+    done = cell.run([node, str(Path(main).with_name("pick.js")), str(ROOT / "clients" / "cell.yaml")])
+    assert (done.returncode, done.stderr, done.stdout) == (0, "", PRINTED)

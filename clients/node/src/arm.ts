@@ -3,7 +3,7 @@
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { float64s } from "./arrays.js";
 import type { PoseSchema } from "./generated/virtualrobot/v1/geometry_pb.js";
-import { MotionPhase, MotionService } from "./generated/virtualrobot/v1/motion_pb.js";
+import { DisconnectPolicy, MotionPhase, MotionService } from "./generated/virtualrobot/v1/motion_pb.js";
 import type { Motion, MoveSchema } from "./generated/virtualrobot/v1/motion_pb.js";
 import { RobotService } from "./generated/virtualrobot/v1/robot_pb.js";
 import { SceneService } from "./generated/virtualrobot/v1/scene_pb.js";
@@ -31,7 +31,7 @@ export async function loadArm(kernel: Kernel, uri: string, name: string): Promis
 }
 
 /** Point to point, to joint positions in radians by name; joints that are not named stay where they are. */
-export function toJoints(arm: Arm, jointPositions: Record<string, number>): Move {
+export function toJoints(arm: Pick<Arm, "name">, jointPositions: Record<string, number>): Move {
   return {
     robot: arm.name,
     move: { case: "pointToPoint", value: { goal: { case: "joints", value: { jointPositions } } } },
@@ -39,7 +39,7 @@ export function toJoints(arm: Arm, jointPositions: Record<string, number>): Move
 }
 
 /** Point to point, to a pose of the tool centre point in the world. */
-export function toPose(arm: Arm, referenceTTcp: Pose): Move {
+export function toPose(arm: Pick<Arm, "name">, referenceTTcp: Pose): Move {
   return {
     robot: arm.name,
     move: { case: "pointToPoint", value: { goal: { case: "pose", value: { referenceTTcp } } } },
@@ -47,17 +47,22 @@ export function toPose(arm: Arm, referenceTTcp: Pose): Move {
 }
 
 /** In a straight line, to a pose of the tool centre point in the frame of the node `reference`. */
-export function alongLine(arm: Arm, referenceTTcp: Pose, reference = "world"): Move {
+export function alongLine(arm: Pick<Arm, "name">, referenceTTcp: Pose, reference = "world"): Move {
   return { robot: arm.name, move: { case: "linear", value: { goal: { referenceTTcp, reference } } } };
 }
 
-/**
- * Moves one robot, or several that start and end together, and waits for the end. The watch is not only for waiting: by
- * default a motion belongs to its watch, and one that nobody has watched for a second is cancelled.
- */
-export async function move(kernel: Kernel, ...moves: readonly Move[]): Promise<Motion> {
-  const started = await kernel.call(MotionService.method.startMotion, { spec: { moves: [...moves] } });
-  let motion = given(started.motion, "motion");
+/** Starts moves of one robot, or of several that start and end together. */
+export async function start(
+  kernel: Kernel,
+  moves: readonly Move[],
+  onDisconnect = DisconnectPolicy.UNSPECIFIED,
+): Promise<Motion> {
+  const started = await kernel.call(MotionService.method.startMotion, { spec: { moves: [...moves] }, onDisconnect });
+  return given(started.motion, "motion");
+}
+
+/** Waits for the end of a motion; throws when it is another one than success. */
+export async function ended(kernel: Kernel, motion: Motion): Promise<Motion> {
   for await (const progress of kernel.watch(MotionService.method.watchMotion, { id: motion.id })) {
     motion = given(progress.motion, "motion");
   }
@@ -65,6 +70,14 @@ export async function move(kernel: Kernel, ...moves: readonly Move[]): Promise<M
     throw new Error(`motion ${motion.id} is ${MotionPhase[motion.phase]}: ${motion.endReason}`);
   }
   return motion;
+}
+
+/**
+ * Moves one robot, or several that start and end together, and waits for the end. The watch is not only for waiting: by
+ * default a motion belongs to its watch, and one that nobody has watched for a second is cancelled.
+ */
+export async function move(kernel: Kernel, ...moves: readonly Move[]): Promise<Motion> {
+  return ended(kernel, await start(kernel, moves));
 }
 
 /** Returns where the joints are now, in radians, in the order of `jointNames`. */

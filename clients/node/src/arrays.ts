@@ -10,3 +10,11 @@ export function float64s(array: NumericArray): Float64Array {
   const view = new DataView(buffer, byteOffset, byteLength);
   return Float64Array.from({ length: byteLength / 8 }, (_, index) => view.getFloat64(8 * index, true));
 }
+
+/** Returns the numbers of a float32 array in C order; throws when it is another one. */
+export function float32s(array: NumericArray): Float32Array {
+  if (array.type !== NumericType.FLOAT32) throw new Error(`expected an array of float32, not ${NumericType[array.type]}`);
+  const { buffer, byteOffset, byteLength } = array.data;
+  const view = new DataView(buffer, byteOffset, byteLength);
+  return Float32Array.from({ length: byteLength / 4 }, (_, index) => view.getFloat32(4 * index, true));
+}
