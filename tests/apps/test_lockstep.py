@@ -170,6 +170,8 @@ def test_a_signal_lets_the_robot_rest_and_time_go_on(
     client: virtualrobot.Client, kernel: KernelProcess, number: int
 ) -> None:
     """The command as a process: everybody's time goes on after it, as it did before."""
+    if signal.getsignal(number) is signal.SIG_IGN:
+        pytest.skip("who runs the tests ignores this signal, as nohup does, and so does the command")
     client.load_robot("model://ugv", name="ugv", base="planar")
     with lockstep_of_ugv(kernel) as process:
         while client.robot("ugv").tcp[0, 3] < 0.05:
