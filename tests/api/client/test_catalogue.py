@@ -77,7 +77,7 @@ def test_an_arm_of_our_own_has_postures_and_where_its_wrist_allows_a_closed_form
     if robot.kinematics == "closed_form":
         pose = robot.solve_forward(robot.postures["home"]).world_t_tcp
         solved = robot.solve_inverse(pose)
-        # The A255 has one posture there: the other elbow needs +90 deg of a joint that ends at 0, and its back 180 of 175.
+        # The A255 has one posture there: the other elbow needs +90 deg of a joint that ends at 0, its back 180 of 175.
         assert len(set(solved.configurations)) == len(solved.solutions) >= (1 if name == "a255" else 2)
 
 
