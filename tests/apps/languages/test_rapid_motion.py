@@ -17,6 +17,7 @@ from virtualrobot_apps.languages.rapid.task import RapidTask
 from virtualrobot_apps.languages.rapid.world import World
 
 from tests.apps.languages.rapid import loaded
+from tests.apps.languages.tracing import traced
 
 DATA = r"""
 PERS tooldata grip := [TRUE, [[0, 0, 100], [1, 0, 0, 0]], [1, [0, 0, 50], [1, 0, 0, 0], 0, 0, 0]];
@@ -57,22 +58,16 @@ def numbers(text: str) -> list[float]:
     return [float(one) for one in text.replace("[", "").replace("]", "").split(",")]
 
 
-def traced(client: virtualrobot.Client, run: Callable[[], object]) -> np.ndarray:
-    """Run something and return time and place (s, m) of the arm's tool centre point at each tick meanwhile, (n, 4)."""
-    rows = []
-    with client.streams.watch("/robots/arm/tcp") as watch:
-        run()
-        end = client.clock.simulation_time
-        while (sample := watch.next(1.0)) is not None and sample.time < end:
-            assert sample.lost == 0
-            rows.append([sample.time, *(sample.values[axis] for axis in "xyz")])
-    return np.array(rows)
-
-
 def in_table(way: np.ndarray) -> np.ndarray:
     """Return the places of a way in the frame of the table, (n, 3) in m, by the poses where robot and table stand."""
     world_t_table = virtualrobot.pose(0.5, -0.3, 0.2, yaw=0.4) @ virtualrobot.pose(0.35, 0.0, 0.2, yaw=math.pi / 2)
     return (np.linalg.inv(world_t_table) @ np.c_[way[:, 1:], np.ones(len(way))].T).T[:, :3]
+
+
+def paced(way: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the places (n, 3) of a way in the table's frame, in m, and the speeds (n - 1,) between them, in m/s."""
+    places = in_table(way)
+    return places, np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(way[:, 0])
 
 
 def test_joints_and_places_are_those_of_the_program(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
@@ -112,9 +107,7 @@ def test_lines_are_as_fast_as_their_speed_and_arcs_pass_their_point(
         MoveC Offs(above, 50, 50, 0), Offs(above, 0, 0, 0), v1000 \V:=50, fine, tool0 \WObj:=table;
         """,
     )
-    way = traced(client, run)
-    places = in_table(way)
-    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(way[:, 0])
+    places, speeds = paced(traced(client, run))
     on_line = (np.abs(places[:-1, 1:] - [0, 0.15]).max(axis=1) < 1e-6) & (speeds > 1e-9)
     assert speeds[on_line].max() == pytest.approx(0.1, rel=1e-3)
     center = np.array([0.05, 0.0, 0.15])
@@ -137,9 +130,7 @@ def test_a_move_with_a_time_is_so_fast_that_it_takes_it_but_for_speeding_up(
         MoveC Offs(above, 50, 50, 0), Offs(above, 0, 0, 0), v1000 \T:=2, fine, tool0 \WObj:=table;
         """,
     )
-    way = traced(client, run)
-    places = in_table(way)
-    speeds = np.linalg.norm(np.diff(places, axis=0), axis=1) / np.diff(way[:, 0])
+    places, speeds = paced(traced(client, run))
     on_line = (np.abs(places[:-1, 1:] - [0, 0.15]).max(axis=1) < 1e-6) & (speeds > 1e-9)
     assert speeds[on_line].max() == pytest.approx(0.05, rel=1e-3)
     on_arc = (places[:-1, 1] > 1e-3) & (np.abs(places[:-1, 2] - 0.15) < 1e-6)

@@ -11,7 +11,8 @@ import virtualrobot
 from virtualrobot_apps.languages.rapid.arcs import Arc, between
 from virtualrobot_apps.languages.rapid.faults import RapidStopped
 
-from tests.apps.languages.test_rapid_motion import Run, arm, in_table, numbers, traced
+from tests.apps.languages.test_rapid_motion import Run, arm, in_table, numbers
+from tests.apps.languages.tracing import traced
 
 __all__ = ["arm"]
 

@@ -370,7 +370,7 @@ def test_a_move_out_of_reach_is_an_error_of_all_that_go_together(
 def test_a_task_sees_where_the_robot_of_another_one_is(
     arms: tuple[virtualrobot.Robot, virtualrobot.Robot], client: virtualrobot.Client, tmp_path: Path
 ) -> None:
-    """What a task says of its own robot is what another task is told of it, of a tool and of the last one used."""
+    """Another task is told of a robot what its own task says of it, of a tool and of the last one used."""
     left = rf"""
     MoveAbsJ [[10, 20, -10, 30, 40, 50], {AXES}], v1000, fine, grip;
     TPWrite ValToStr(CJointT());

@@ -18,6 +18,7 @@ from virtualrobot_apps.languages.rapl.task import RaplTask
 from virtualrobot_apps.languages.rapl.world import World
 
 from tests.apps.languages.rapl import LOCATIONS, loaded
+from tests.apps.languages.tracing import traced
 from tests.waiting import until
 
 pytestmark = pytest.mark.long
@@ -60,16 +61,9 @@ def in_base(arm: virtualrobot.Robot) -> np.ndarray:
     return 1000.0 * (np.linalg.inv(BASE) @ arm.tcp)[:3, 3]
 
 
-def traced(client: virtualrobot.Client, run: Callable[[], object]) -> np.ndarray:
+def traced_in_base(client: virtualrobot.Client, run: Callable[[], object]) -> np.ndarray:
     """Run something and return time and place (s, mm of the base) of the tool at each tick meanwhile, (n, 4)."""
-    rows = []
-    with client.streams.watch("/robots/arm/tcp") as watch:
-        run()
-        end = client.clock.simulation_time
-        while (sample := watch.next(1.0)) is not None and sample.time < end:
-            assert sample.lost == 0
-            rows.append([sample.time, *(sample.values[axis] for axis in "xyz")])
-    way = np.array(rows)
+    way = traced(client, run)
     way[:, 1:] = 1000.0 * (np.linalg.inv(BASE) @ np.c_[way[:, 1:], np.ones(len(way))].T).T[:, :3]
     return way
 
@@ -149,7 +143,7 @@ def test_straight_moves_are_lines_at_their_share_of_508_mm_a_second(
     """The speed is that of the A255's page 8."""
     Run(client, "10 SPEED 100\n20 APPRO A, 100")()
     assert in_base(arm) == pytest.approx([300, 0, 275], abs=0.01)
-    down = traced(client, Run(client, "10 SPEED 20\n20 MOVE A, S"))
+    down = traced_in_base(client, Run(client, "10 SPEED 20\n20 MOVE A, S"))
     assert np.abs(down[:, 1:3] - [300, 0]).max() < 1e-3
     speed = np.linalg.norm(np.diff(down[:, 1:], axis=0), axis=1) / np.diff(down[:, 0])
     assert speed.max() == pytest.approx(0.2 * 508, rel=1e-3)
@@ -163,7 +157,7 @@ def test_paths_pass_their_locations_without_a_stop(client: virtualrobot.Client, 
     locations = "POINT A001 300 0 250 0 90 0\nPOINT A002 300 60 200 11.3 90 0\nPOINT A003 260 100 250 21.04 90 0\n"
     for text in ("20 CPATH A002, A003", "20 VIA A002, A003", "20 CTPATH 1, A, 2, 3, 30\n30 GOPATH 1"):
         Run(client, "10 SPEED 50\n20 MOVE A001", locations)()
-        way = traced(client, Run(client, f"10 SPEED 30\n{text}", locations))
+        way = traced_in_base(client, Run(client, f"10 SPEED 30\n{text}", locations))
         passed = np.linalg.norm(way[:, 1:] - [300, 60, 200], axis=1)
         assert passed.min() < 2.0, text
         speed = np.linalg.norm(np.diff(way[:, 1:], axis=0), axis=1) / np.diff(way[:, 0])

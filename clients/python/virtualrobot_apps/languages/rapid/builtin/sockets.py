@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import errno
 import socket
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from virtualrobot_apps.languages.core import sockets
@@ -24,6 +26,17 @@ LONGEST_TEXT = 80
 def _seconds(time: float | None) -> float | None:
     seconds = SECONDS if time is None else time
     return None if seconds >= 9e9 else seconds
+
+
+@contextmanager
+def _socket_faults() -> Iterator[None]:
+    """Raise RAPID's errors for a time that is over and a connection that has ended."""
+    try:
+        yield
+    except sockets.SocketTimeout as error:
+        raise RapidFault("ERR_SOCK_TIMEOUT", str(error)) from error
+    except sockets.SocketClosed as error:
+        raise RapidFault("ERR_SOCK_CLOSED", str(error)) from error
 
 
 def _open(device: SocketDevice) -> socket.socket:
@@ -95,10 +108,8 @@ def _socket_accept(
         raise RapidFault("ERR_SOCK_NOTCON", "the socket does not listen; SocketListen it first")
     if client[client_index].socket is not None:
         raise RapidFault("ERR_SOCK_ISCON", "the client's socket is connected already; SocketClose it first")
-    try:
+    with _socket_faults():
         connected, host = sockets.accept(task, _open(holder[index]), _seconds(time))
-    except sockets.SocketTimeout as error:
-        raise RapidFault("ERR_SOCK_TIMEOUT", str(error)) from error
     client[client_index].socket, client[client_index].state = connected, "SOCKET_CONNECTED"
     task.sockets.add(client[client_index])
     if address is not None:
@@ -139,10 +150,8 @@ def _socket_send(
     """Sends a string or bytes."""
     task.settle()
     sent = _bytes_of(text, raw, data, count)
-    try:
+    with _socket_faults():
         sockets.send(_connected(holder[index]), sent)
-    except sockets.SocketClosed as error:
-        raise RapidFault("ERR_SOCK_CLOSED", str(error)) from error
 
 
 @instruction(
@@ -170,15 +179,11 @@ def _socket_receive(
     if text is None and raw is None and data is None:
         raise RapidFault("ERR_ARGVALERR", r"SocketReceive needs \Str, \RawData or \Data")
     most = len(data[data_index]) if data is not None else LONGEST_TEXT if raw is None else MOST
-    try:
+    with _socket_faults():
         connected = _connected(holder[index])
         got = sockets.receive(task, connected, min(most, int(count)) if count else most, _seconds(time))
         while count and len(got) < min(most, int(count)):
             got += sockets.receive(task, connected, min(most, int(count)) - len(got), _seconds(time))
-    except sockets.SocketTimeout as error:
-        raise RapidFault("ERR_SOCK_TIMEOUT", str(error)) from error
-    except sockets.SocketClosed as error:
-        raise RapidFault("ERR_SOCK_CLOSED", str(error)) from error
     _keep(got, text, text_index, raw, raw_index, data, data_index)
     if received is not None:
         received[received_index] = float(len(got))
@@ -283,10 +288,8 @@ def _socket_receive_from(
     waited = _for_datagrams(device)
     if device.state != "SOCKET_BOUND":
         raise RapidFault("ERR_SOCK_NOTCON", "the socket has no port; SocketBind it first")
-    try:
+    with _socket_faults():
         got, (address[address_index], sender) = sockets.receive_from(task, waited, most, _seconds(time))
-    except sockets.SocketTimeout as error:
-        raise RapidFault("ERR_SOCK_TIMEOUT", str(error)) from error
     port[port_index] = float(sender)
     _keep(got, text, text_index, raw, raw_index, data, data_index)
     if received is not None:
