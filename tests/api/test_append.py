@@ -118,6 +118,26 @@ def test_a_program_that_starves_holds_its_joints_and_goes_on(stepped: Stubs) -> 
     assert until(stepped, id, SUCCEEDED) == 1
 
 
+@pytest.mark.parametrize("ticks", [0, 5, 20_000])
+def test_a_program_goes_on_after_a_step_without_a_zone_that_was_joined(stepped: Stubs, ticks: int) -> None:
+    """The step is reached at rest, whether the next one comes at once, while it moves, or when it stands."""
+    ready(stepped)
+    id = opened(stepped, turn(0.5))
+    assert not append(stepped, id, move(joints("arm", lbr_iiwa_joint_1=0.7))).notes
+    for _ in range(ticks):
+        if phase(stepped, id) == STARVED:
+            break
+        step(stepped)
+    answer = append(stepped, id, turn(0.6), last=True)
+    assert [note.step for note in answer.notes] == [2]  # nothing follows the last one
+    turned = []
+    while phase(stepped, id) != SUCCEEDED:
+        step(stepped)
+        turned.append(state(stepped, "arm").positions[0])
+    assert turned[-1] == pytest.approx(0.6)
+    assert ticks > 5 or max(turned) == pytest.approx(0.7, abs=1e-6)  # between two ticks it is nearer still
+
+
 def test_a_starved_program_is_paused_cancelled_and_left(stepped: Stubs) -> None:
     ready(stepped)
     id = opened(stepped, turn(0.2))

@@ -29,7 +29,7 @@ from virtualrobot_kernel.planning.stages import (
     plan_parts,
     settings,
 )
-from virtualrobot_kernel.planning.steps import Column, arrived, plan_steps
+from virtualrobot_kernel.planning.steps import Column, PlannedStep, arrived, plan_steps
 from virtualrobot_kernel.planning.tcp_speed import kept, slower
 from virtualrobot_kernel.world.apply_motions import open_program
 from virtualrobot_kernel.world.commands import AppendMotion
@@ -101,17 +101,22 @@ def plan_append(
         parts, told, following = plan_parts(begin, slow[count:], tools, first + count, open=not last)
         if join is not None:
             parts.insert(0, join.part)
-            following = join.run if count == len(steps) and not last else following
+            following = join.run if count == len(steps) and not last and _zoned_end(join.run) else following
         final = join.run if join is not None and count == len(steps) else end if not steps else None
-        if last and final is not None and final.tail is not None:
-            before = final.tail.steps[-1]
-            notes += [dropped(before, "no moves follow")] if before.zone is not None else []
+        if last and final is not None and (before := _zoned_end(final)):
+            notes.append(dropped(before, "no moves follow"))
         frame = Program((), np.zeros(0), first + len(steps), not last, speeds=speeds, outer_count=outer)
         command = planned_command(there, parts, slow, frame, own, run.program, snapshot)
         append = AppendMotion(motion.id, first, command, join.cut if join else None)
         return PlannedAppend(append, tuple(sorted([*notes, *told], key=lambda note: note.step)), following)
 
     return kept(there, plan, lambda planned: planned.command.more)
+
+
+def _zoned_end(run: PlannedRun) -> PlannedStep | None:
+    """Return the last step of a run where it has a zone, through which more may be joined; else None."""
+    last = run.tail.steps[-1] if run.tail is not None else None
+    return last if last is not None and last.zone is not None else None
 
 
 def _joined(
