@@ -42,6 +42,8 @@ POLL_SECONDS = 0.01
 COMPARE: dict[str, Callable[[Any, Any], bool]] = {
     **{"==": operator.eq, "!=": operator.ne, "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge}
 }
+PLACES = 1000
+"""Number of the latest steps whose place in the program is known."""
 ASIDE = "the program puts its path aside"
 
 
@@ -89,6 +91,7 @@ class MotionQueue:
         self._held: list[Step] = []
         self._count = 0
         self._sent: deque[tuple[int, Step]] = deque()
+        self._places: deque[tuple[int, str]] = deque(maxlen=PLACES)
         self._zone = False
         self._stored: list[Stored] = []
         self._waiting: list[Step] = []
@@ -170,6 +173,14 @@ class MotionQueue:
     def rests(self) -> bool:
         """True where all that was given is done."""
         return self._motion is None or self._motion.state.phase is Phase.STARVED
+
+    def place(self) -> str:
+        """Return the place, as `Task.place` tells it, of the step that is being done; where none is, the task's."""
+        if self._motion is not None:
+            state = self._motion.state
+            if state.phase is not Phase.STARVED and not state.phase.ended:
+                return next((place for number, place in self._places if number == state.step), self._task.place())
+        return self._task.place()
 
     def begun(self) -> None:
         """Wait until the robot has begun the last move."""
@@ -342,6 +353,7 @@ class MotionQueue:
         self._motion, self._held, self._zone, self._count = None, [], False, 0
         self.concurrent = False
         self._sent.clear()
+        self._places.clear()
 
     def _send(self, steps: Sequence[Step]) -> None:
         if self._batch is not None:
@@ -366,6 +378,8 @@ class MotionQueue:
         for number, what in self._calls:
             self._call(self._motion, self._count + number, what)
         self._sent += enumerate(steps, self._count)
+        place = self._task.place()
+        self._places += ((number, place) for number in range(self._count, self._count + len(steps)))
         self._count += len(steps)
 
     def _room(self) -> None:

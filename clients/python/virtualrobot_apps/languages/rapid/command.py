@@ -10,11 +10,14 @@ from pathlib import Path
 import click
 from virtualrobot.cli.options import GO_ON, Target, target_options
 
+from virtualrobot_apps.languages.core.trial_command import only_robot, set_signals, told, trial_options
+
 _EXAMPLES = """
 \b
 Examples:
   virtualrobot rapid check palletize.mod
   virtualrobot rapid check main.mod tools.sys --signal doGripper --signal diPart
+  virtualrobot rapid check palletize.mod --run --robot arm --set diPart=on --times
   virtualrobot rapid run palletize.mod --robot arm --create-signals
   virtualrobot rapid run log.mod --files log --answer yes
   virtualrobot rapid run --task T_ROB_L@left=left.mod --task T_ROB_R@right=right.mod --static T_WATCH=watch.mod
@@ -35,11 +38,24 @@ def rapid(ctx: click.Context, target: Target) -> None:
 @rapid.command()
 @_files
 @_signals
+@trial_options
+@click.option("--answer", "answers", metavar="TEXT", multiple=True, help="With --run: as that of run.")
 @target_options
-def check(target: Target, files: tuple[Path, ...], signals: tuple[str, ...]) -> int:
+def check(
+    target: Target,
+    files: tuple[Path, ...],
+    signals: tuple[str, ...],
+    runs: bool,
+    robot: str | None,
+    given: tuple[str, ...],
+    longest: float,
+    times: bool,
+    answers: tuple[str, ...],
+) -> int:
     """Tell what is wrong in the program that FILEs make together, with exit code 0 or 1; needs no kernel.
 
-    Looked at are words, names, types and arguments, and whether all that is used works here.
+    Looked at are words, names, types and arguments, and whether all that is used works here. With --run the program is
+    run, too, in a copy of a kernel's world: collisions, places out of reach, limits and singularities are told.
     """
     from virtualrobot_apps.languages.core.diagnostics import ProgramError
     from virtualrobot_apps.languages.rapid.task import load_files
@@ -56,7 +72,36 @@ def check(target: Target, files: tuple[Path, ...], signals: tuple[str, ...]) -> 
     click.echo(
         f"no fault in {counted} routine{'s' * (counted != 1)}" + (f"; signals of the world: {named}" if named else "")
     )
-    return 0
+    return _tried(target, files, robot, given, longest, times, answers) if runs else 0
+
+
+def _tried(
+    target: Target,
+    files: tuple[Path, ...],
+    robot: str | None,
+    given: tuple[str, ...],
+    longest: float,
+    times: bool,
+    answers: tuple[str, ...],
+) -> int:
+    """Run a program in a copy of the world, show what it meets there, and return the exit code."""
+    from virtualrobot_apps.languages.core.trial import Trial, copied_world
+    from virtualrobot_apps.languages.rapid.symbols import first_value
+    from virtualrobot_apps.languages.rapid.task import RapidTask, load_files
+    from virtualrobot_apps.languages.rapid.world import World
+
+    with target.connect() as live, copied_world(live) as client:
+        program = load_files(files, list(client.signals))
+        known = {name.lower() for name in client.signals}
+        for lower, use in program.signals.items():
+            if lower not in known:
+                client.signals.create(use.name, first_value(use))
+        set_signals(client, given)
+        world = World(client, only_robot(client, robot), _teller("note: ", err=True))
+        task = RapidTask(program, world, lambda _: None, answers=answers)
+        trial = Trial(client, task, world.queue, longest)
+        trial.run(task.run)
+        return told(trial, times)
 
 
 @rapid.command()

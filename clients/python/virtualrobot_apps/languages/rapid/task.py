@@ -38,7 +38,7 @@ from virtualrobot_apps.languages.rapid.symbols import Datum, RoutineSymbol, Use
 from virtualrobot_apps.languages.rapid.table import BUILTINS
 from virtualrobot_apps.languages.rapid.tree import Data, Module
 from virtualrobot_apps.languages.rapid.values import Clock, FileDevice, FolderDevice, SocketDevice
-from virtualrobot_apps.languages.rapid.world import World
+from virtualrobot_apps.languages.rapid.world import World, here
 
 builtin.load()
 
@@ -201,6 +201,10 @@ class RapidTask(Task):
         if self._interrupts is None:
             self._interrupts = Interrupts(self.signals.client, lambda: self.ask("interrupt"), self.time)
         return self._interrupts
+
+    def place(self) -> str:
+        """Return file and line of the statement that is being done."""
+        return here()
 
     def serve(self) -> None:
         """Call the traps of interrupts that have come."""

@@ -7,10 +7,13 @@ from pathlib import Path
 import click
 from virtualrobot.cli.options import GO_ON, Target, target_options
 
+from virtualrobot_apps.languages.core.trial_command import only_robot, set_signals, told, trial_options
+
 _EXAMPLES = """
 \b
 Examples:
   virtualrobot rapl check pallet.rpl --locations pallet.loc
+  virtualrobot rapl check pallet.rpl place.rpl --locations pallet.loc --run --robot arm --set input_1=on
   virtualrobot rapl run pallet.rpl place.rpl --locations pallet.loc --robot arm --create-signals
 """
 
@@ -22,6 +25,7 @@ _names = [
     click.option("--inputs", default="input_{}", show_default=True, metavar="NAME", help="The signal of input {}."),
     click.option("--outputs", default="output_{}", show_default=True, metavar="NAME", help="The signal of output {}."),
 ]
+_pulses = click.option("--pulses", metavar="P1,P2,...", help="Pulses per degree of each joint [of the A255 or A465].")
 
 
 @click.group(epilog=_EXAMPLES, short_help="Check and run programs in RAPL-II, the language of CRS controllers.")
@@ -35,12 +39,29 @@ def rapl(ctx: click.Context, target: Target) -> None:
 @rapl.command()
 @_files
 @_locations
+@trial_options
+@_names[0]
+@_names[1]
+@_pulses
 @target_options
-def check(target: Target, files: tuple[Path, ...], locations: Path | None) -> int:
+def check(
+    target: Target,
+    files: tuple[Path, ...],
+    locations: Path | None,
+    runs: bool,
+    robot: str | None,
+    given: tuple[str, ...],
+    longest: float,
+    times: bool,
+    inputs: str,
+    outputs: str,
+    pulses: str | None,
+) -> int:
     """Tell what is wrong in the programs of FILEs, with exit code 0 or 1; needs no kernel.
 
     Looked at are lines, commands and their arguments, and whether the lines, programs, locations and variables are
-    there.
+    there. With --run the first program is run, too, in a copy of a kernel's world: collisions, places out of reach,
+    limits and singularities are told.
     """
     from virtualrobot_apps.languages.core.diagnostics import ProgramError
     from virtualrobot_apps.languages.rapl.program import load_files
@@ -55,7 +76,34 @@ def check(target: Target, files: tuple[Path, ...], locations: Path | None) -> in
     lines = sum(len(one.statements) for one in program.programs.values())
     count = len(program.programs)
     click.echo(f"no fault in {lines} lines of {count} program{'s' * (count != 1)}: {', '.join(program.programs)}")
-    return 0
+    if not runs:
+        return 0
+    from virtualrobot_apps.languages.core.trial import Trial, copied_world
+    from virtualrobot_apps.languages.rapl.task import RaplTask, signals_of
+    from virtualrobot_apps.languages.rapl.world import World
+
+    each = _checked(pulses, inputs, outputs)
+    with target.connect() as live, copied_world(live) as client:
+        for name in signals_of(program, inputs, outputs):
+            if name not in client.signals:
+                client.signals.create(name)
+        set_signals(client, given)
+        world = World(client, only_robot(client, robot), lambda note: click.echo(f"note: {note}", err=True), each)
+        task = RaplTask(program, world, lambda _: None, lambda _: "", (inputs, outputs))
+        trial = Trial(client, task, world.queue, longest)
+        trial.run(task.run)
+        return told(trial, times)
+
+
+def _checked(pulses: str | None, inputs: str, outputs: str) -> list[float]:
+    """Return the pulses of each joint; raises UsageError where these or the names of signals can't be so."""
+    for name in (inputs, outputs):
+        if name.count("{}") != 1:
+            raise click.UsageError(f"the name of inputs and outputs has {{}} where their number stands, not {name!r}")
+    try:
+        return [float(one) for one in pulses.split(",")] if pulses else []
+    except ValueError:
+        raise click.UsageError(f"--pulses takes numbers, as 200,200,200,44.44,22.22, not {pulses}") from None
 
 
 @rapl.command()
@@ -65,7 +113,7 @@ def check(target: Target, files: tuple[Path, ...], locations: Path | None) -> in
 @click.option("--program", default="", metavar="NAME", help="The program that it begins with [the first].")
 @_names[0]
 @_names[1]
-@click.option("--pulses", metavar="P1,P2,...", help="Pulses per degree of each joint [of the A255 or A465].")
+@_pulses
 @click.option("--create-signals", is_flag=True, help="Add the inputs and outputs that the world has not.")
 @target_options
 def run(
@@ -87,19 +135,9 @@ def run(
     from virtualrobot_apps.languages.rapl.task import RaplTask, signals_of
     from virtualrobot_apps.languages.rapl.world import World
 
-    try:
-        each = [float(one) for one in pulses.split(",")] if pulses else []
-    except ValueError:
-        raise click.UsageError(f"--pulses takes numbers, as 200,200,200,44.44,22.22, not {pulses}") from None
-    for name in (inputs, outputs):
-        if name.count("{}") != 1:
-            raise click.UsageError(f"the name of inputs and outputs has {{}} where their number stands, not {name!r}")
+    each = _checked(pulses, inputs, outputs)
     with target.connect() as client:
-        if robot is None:
-            names = [one.name for one in client.robots()]
-            if len(names) != 1:
-                raise click.UsageError(f"name the arm by --robot; there are {', '.join(names) or 'none'}")
-            robot = names[0]
+        robot = only_robot(client, robot)
         loaded = load_files(files, locations)
         if create_signals:
             for name in signals_of(loaded, inputs, outputs):
