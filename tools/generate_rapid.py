@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from virtualrobot_apps.languages.rapid import builtin
-from virtualrobot_apps.languages.rapid.predefined import ERRORS, NUMBERS, SPEEDS, ZONES
+from virtualrobot_apps.languages.rapid.predefined import ERRORS, NUMBERS, OTHER_ERRORS, SPEEDS, ZONES
 from virtualrobot_apps.languages.rapid.table import BUILTINS, Builtin, lacking_names
 from virtualrobot_apps.languages.rapid.types import ALIASES, ATOMIC, RECORDS, SIGNALS
 
@@ -52,7 +52,8 @@ def page() -> str:
     lines += ["- `tool0`, `wobj0`, `load0`, `pi`, `WAIT_MAX`, `high`, `low`, `reg1` to `reg5`, `clock1`, `ERRNO`."]
     lines += ["- `EOF`, `EOF_NUM`, `EOF_BIN`, `stEmpty`, `STR_DIGIT`, `STR_UPPER`, `STR_LOWER`, `STR_WHITE`."]
     lines += [f"- Numbers: {_listed(NUMBERS)}."]
-    lines += [f"- Errors: {_listed(ERRORS)}."]
+    lines += [f"- Errors: {_listed(ERRORS)}; `LONG_JMP_ALL_ERR` stands for all of them."]
+    lines += [f"- Errors that never come here, for which handlers may look: {_listed(OTHER_ERRORS)}."]
     lines += ["", "## Refused by name", "", "The check tells of each that it can't be used here yet:", ""]
     lines += [f"{_listed(lacking_names().values())}."]
     return "\n".join(lines) + "\n"

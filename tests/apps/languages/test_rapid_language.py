@@ -11,7 +11,7 @@ from virtualrobot_apps.languages.core.task import TaskStopped
 from virtualrobot_apps.languages.rapid.faults import RapidStopped
 from virtualrobot_apps.languages.rapid.task import RapidTask
 
-from tests.apps.languages.rapid import loaded, main_prints, printed
+from tests.apps.languages.rapid import fault_of, loaded, main_prints, printed
 
 
 def test_records_and_arrays_are_values() -> None:
@@ -193,6 +193,57 @@ def test_errors_of_a_handler_itself_end_the_program() -> None:
     ) as it:
         main_prints("inner; ERROR TRYNEXT;", more)
     assert str(it.value).startswith("test.mod:2: ")
+
+
+JUMPS = r"""
+CONST num lost := 77;
+PROC outer()
+  between;
+ERROR
+  TPWrite "outer";
+  RAISE;
+ENDPROC
+PROC between()
+  deep;
+ENDPROC
+PROC deep()
+  RAISE lost;
+ERROR
+  TPWrite "deep";
+  RAISE;
+ENDPROC
+PROC numbered()
+  deep;
+ERROR (78, lost)
+  TPWrite "numbered";
+  RAISE;
+ENDPROC
+"""
+
+
+@pytest.mark.parametrize(
+    ("call", "handler", "lines"),
+    [
+        ("outer;", "ERROR", ["deep", "outer", "main77", "next"]),
+        ("outer;", "ERROR (78, lost)", ["deep", "main77", "next"]),
+        ("outer;", "ERROR (LONG_JMP_ALL_ERR)", ["deep", "main77", "next"]),
+        ("numbered;", "ERROR (lost)", ["deep", "numbered", "main77", "next"]),
+        ("numbered;", "ERROR", ["deep", "numbered", "main77", "next"]),
+        ("RAISE lost;", "ERROR (lost)", ["main77", "next"]),
+    ],
+)
+def test_raise_in_a_handler_is_a_long_jump_to_a_handler_for_its_number(
+    call: str, handler: str, lines: list[str]
+) -> None:
+    """ABB, RAPID reference manual part 1a, RAISE: a long jump propagates an error from a handler to a higher level."""
+    tail = r'TPWrite "next"; HANDLER TPWrite "main" \Num:=ERRNO; TRYNEXT;'.replace("HANDLER", handler)
+    assert main_prints(f"{call} {tail}", JUMPS) == lines
+
+
+def test_a_handler_with_numbers_leaves_other_errors_alone() -> None:
+    with pytest.raises(RapidStopped, match="ERR_DIVZERO"):
+        main_prints("reg1 := 1 / 0; ERROR (ERR_OUTOFBND, 7) TRYNEXT;")
+    assert fault_of('ERROR ("seven") TRYNEXT;') == "the number of an error must be a num, not a string"
 
 
 def test_a_handler_that_comes_to_its_end_ends_the_program() -> None:

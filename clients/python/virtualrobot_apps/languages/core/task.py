@@ -18,12 +18,14 @@ class Task:
         flags: what the program is asked for.
         passing: has so many seconds of simulation time pass, in a world whose time goes on for this program alone;
             None: time passes by itself.
+        stopped_at: the place (`place`) of the statement before which it was stopped; empty until then.
     """
 
     def __init__(self) -> None:
         """Begin without a flag."""
         self.flags: list[str] = []
         self.passing: Callable[[float], None] | None = None
+        self.stopped_at = ""
         self._why = ""
         self._changed = threading.Condition()
 
@@ -42,6 +44,7 @@ class Task:
     def poll(self) -> None:
         """Do what the flags ask for: raise TaskStopped, or `serve`."""
         if self._why:
+            self.stopped_at = self.place()
             raise TaskStopped(self._why)
         self.flags.clear()
         self.serve()
@@ -50,7 +53,7 @@ class Task:
         """Do what was asked for besides a stop; a language has its own."""
 
     def place(self) -> str:
-        """Return file and line of the statement that is being done, as `file:line`; a language knows it."""
+        """Return file and line of the statement that is being done, as `file:line`, empty of none; a language knows it."""
         return ""
 
     def pause(self, seconds: float) -> None:

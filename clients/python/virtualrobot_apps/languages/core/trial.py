@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
+import threading
+import time
 from collections import defaultdict
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Protocol
 
 import virtualrobot
 from virtualrobot.connection import Client
@@ -22,6 +25,8 @@ from virtualrobot_apps.languages.core.task import Task, TaskStopped
 
 LONGEST = 300.0
 """Time (s of the simulation) after which a trial is given up, unless somebody says another one."""
+STILL_SECONDS = 60.0
+"""Time (s of the wall clock) after which a program is given up that lets no time pass: it computes for ever."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,6 +57,15 @@ def copied_world(client: Client) -> Iterator[Client]:
             yield own
 
 
+class Moving(Protocol):
+    """World of a program in any language: it has the queue of the program's motions, which may become another one."""
+
+    @property
+    def queue(self) -> MotionQueue:
+        """The motions of the program."""
+        ...
+
+
 class Trial:
     """Run of one program in a copy of a world, whose time goes on for this program alone.
 
@@ -60,51 +74,81 @@ class Trial:
         seconds: time (s of the simulation) that statements took, by `file:line`.
     """
 
-    def __init__(self, client: Client, task: Task, queue: MotionQueue, longest: float = LONGEST) -> None:
-        """Watch a task of a stepped kernel, whose collisions are told from now on, and stop nothing."""
+    def __init__(
+        self, client: Client, task: Task, world: Moving, longest: float = LONGEST, still: float = STILL_SECONDS
+    ) -> None:
+        """Watch a task of a stepped kernel, whose collisions are told from now on, and stop nothing.
+
+        The program is given up after `longest` (s of the simulation), and where it lets no time pass for `still` (s of
+        the wall clock).
+        """
         self.findings: list[Finding] = []
         self.seconds: defaultdict[str, float] = defaultdict(float)
-        self._client, self._task, self._queue, self._longest = client, task, queue, longest
+        self._client, self._task, self._world = client, task, world
+        self._longest, self._still = longest, still
         modes = dict.fromkeys(client.collisions.settings.robots)
         client.collisions.set("monitor", robots=modes, look_ahead=0.0)
         self._events: list[Event] = [collides(robot.name) for robot in client.robots()]
         self._touching = self._pairs()
-        self._given_up_at = ""
+        self._told: set[tuple[str, object]] = set()
+        self._end = longest
+        self._given_up_at = self._last = ""
         self._tick = client.clock.read().tick_length
+        self._passed_at = 0.0
         task.passing = self._pass
 
     def run(self, run: Callable[[], None]) -> None:
         """Run the program; an error that ends it is a finding, and so is an end that does not come."""
+        over = threading.Event()
+        self._passed_at = time.monotonic()
+        threading.Thread(target=self._watch, args=(over,), name="trial", daemon=True).start()
         try:
             run()
         except WrongStateError as error:
             file, line = error.metadata.get("file", ""), int(error.metadata.get("line", 0))
-            self._found(f"{file}:{line}" if line else "", error.message.removeprefix(f"{file}:{line}: "))
+            message = error.message.removeprefix(f"{file}:{line}: ")
+            self._found(f"{file}:{line}" if line else "", message, message)
         except TaskStopped as error:
-            self._found(self._given_up_at, str(error))
+            self._found(self._given_up_at or self._task.stopped_at, str(error), str(error))
+        finally:
+            over.set()
 
     @property
     def duration(self) -> float:
         """Time (s of the simulation) that the program took."""
         return sum(self.seconds.values())
 
+    def _place(self) -> str:
+        """Return the place of what is done now; where the program is through, that of what was done last."""
+        self._last = self._world.queue.place() or self._last
+        return self._last
+
     def _pass(self, seconds: float) -> None:
         """Let time go on, and look what touches."""
-        place, left = self._queue.place(), max(1, round(seconds / self._tick))
+        place, left = self._place(), max(1, round(seconds / self._tick))
         while left > 0:
             seen = self._client.clock.step(left, until=[] if self._touching else self._events)
             left -= seen.ticks
             self.seconds[place] += seen.ticks * self._tick
             if self._touching or seen.events:
                 self._look()
-        if self.duration > self._longest and not self._given_up_at:
-            self._given_up_at = place
+        if self.duration > self._end:
+            self._end += self._longest  # what the program does at its end may last for ever, too
+            self._given_up_at = self._given_up_at or place
             self._task.stop(f"the program has not ended after {self._longest:g} s")
+        self._passed_at = time.monotonic()
+
+    def _watch(self, over: threading.Event) -> None:
+        """Stop a program that computes for ever."""
+        while not over.wait(min(self._still, 1.0)):
+            if time.monotonic() - self._passed_at > self._still:
+                self._passed_at = time.monotonic()
+                self._task.stop(f"the program has let no time pass for {self._still:g} s of the wall clock")
 
     def _look(self) -> None:
         now = self._pairs()
         for pair in sorted(now.keys() - self._touching.keys()):
-            self._found(self._queue.place(), now[pair])
+            self._found(self._place(), pair, now[pair])
         self._touching = now
 
     def _pairs(self) -> dict[tuple[str, str], str]:
@@ -115,11 +159,12 @@ class Trial:
             for one in found.pairs
         }
 
-    def _found(self, place: str, message: str) -> None:
-        file, _, line = place.rpartition(":")
-        finding = Finding(file, int(line or 0), column_of(file, int(line or 0)), message)
-        if finding not in self.findings:
-            self.findings.append(finding)
+    def _found(self, place: str, what: object, message: str) -> None:
+        """Keep a fault, of one place and one kind (`what`) the first alone."""
+        if (place, what) not in self._told:
+            self._told.add((place, what))
+            file, _, line = place.rpartition(":")
+            self.findings.append(Finding(file, int(line or 0), column_of(file, int(line or 0)), message))
 
 
 def column_of(file: str, line: int) -> int:

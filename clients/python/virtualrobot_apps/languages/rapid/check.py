@@ -164,8 +164,6 @@ class Check(Meaning):
             storage = "in" if one.mode == "in" else "pers" if one.mode == "pers" else "inout"
             symbol.data.append(Datum(one.name, kind, storage, python, optional=one.optional))
         scope.routines.append(symbol)
-        if node.handled:
-            self.error(node.handled[0].at, "an error handler for numbers of its own (long jump) can't be used here yet")
         return symbol
 
     def _data_value(self, node: tree.Data, kind: Type) -> None:
@@ -199,6 +197,8 @@ class Check(Meaning):
         names: dict[str, Symbol] = {datum.name.lower(): datum for datum in routine.data}
         self.scopes = [scope.names, names]
         node = routine.node
+        for one in node.handled:
+            self.expect(one, NUM, "the number of an error")
         for part in (node.body, node.handler, node.undo, node.backward):
             self._in_handler, self._in_undo = part is node.handler, part is node.undo
             if part is not None:

@@ -99,7 +99,7 @@ def _tried(
         set_signals(client, given)
         world = World(client, only_robot(client, robot), _teller("note: ", err=True))
         task = RapidTask(program, world, lambda _: None, answers=answers)
-        trial = Trial(client, task, world.queue, longest)
+        trial = Trial(client, task, world, longest)
         trial.run(task.run)
         return told(trial, times)
 

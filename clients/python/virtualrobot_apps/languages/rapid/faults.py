@@ -8,7 +8,13 @@ from virtualrobot_apps.languages.rapid.predefined import ERROR_NUMBERS
 
 
 class RapidFault(Exception):
-    """An error that handlers of the program may catch; `number` is that of ERRNO, `name` its name where it has one."""
+    """An error that handlers of the program may catch.
+
+    Attributes:
+        number: that of ERRNO.
+        name: its name, where it has one.
+        jumps: whether it is on its way to a handler for its number, and others leave it alone.
+    """
 
     def __init__(self, name: str | float, message: str) -> None:
         """Keep the error by its name or number, and tell it in words."""
@@ -16,6 +22,7 @@ class RapidFault(Exception):
         super().__init__(f"{told}: {message}" if message else told)
         self.name = name if isinstance(name, str) else ""
         self.number = ERROR_NUMBERS[name] if isinstance(name, str) else name
+        self.jumps = False
 
 
 class ProgramEnded(BaseException):

@@ -46,7 +46,7 @@ class Generator(Values):
         self._lines: list[str] = []
         self._places: list[int] = []
         self._depth, self._line, self._number = 0, 1, 0
-        self._guarded = self._in_undo = False
+        self._guarded = self._in_undo = self._handles = False
 
     def module(self) -> CodeType:
         """Return the code that defines the routines of the module."""
@@ -111,8 +111,15 @@ class Generator(Values):
                 self._put(f"{datum.python} = copied({datum.python})")
             elif id(datum) in self.boxed and parameter.mode == "in":
                 self._put(f"{datum.python} = [{datum.python}]")
+        if node.handled:
+            self._put("def handled():")
+            self._put(f"    return {', '.join(map(self.value, node.handled))},")
         if node.handler is not None:
             self._handler(node)
+        if node.handled:
+            self._put("task.handled.append(handled)")
+            self._put("try:")
+            self._depth += 1
         if node.undo is not None:
             self._put("def undo():")
             self._depth += 1
@@ -130,6 +137,10 @@ class Generator(Values):
             self._put("except BaseException:")
             self._put("    task.left(undo)")
             self._put("    raise")
+        if node.handled:
+            self._depth -= 1
+            self._put("finally:")
+            self._put("    task.handled.pop()")
         if node.kind == "func":
             self._put(f"no_value({node.name!r})")
         self._depth -= 1
@@ -138,10 +149,10 @@ class Generator(Values):
         """Write the error handler, as a function of the fault."""
         self._put("def handler(fault):")
         self._depth += 1
-        self._put("task.caught(fault)")
+        self._put(f"task.caught(fault, {'handled()' if node.handled else 'None'})")
         self._put("try:")
         self._depth += 1
-        self.in_handler = True
+        self.in_handler, self._handles = True, bool(node.handled)
         self._block(node.handler or [])
         self.in_handler = False
         self._put("unhandled(fault)")
@@ -340,7 +351,8 @@ class Generator(Values):
             case "return":
                 self._simple(f"return ({value},)" if self.in_handler else f"return {value}")
             case "raise":
-                self._simple("raise fault" if self.in_handler else f"raised({value})")
+                passed = f"task.passed_by(fault, {self._handles})"
+                self._simple(passed if self.in_handler else f"raised({value})")
             case "exit":
                 self._put("exited()")
             case "retry":

@@ -56,8 +56,14 @@ ERRORS = (
 )
 """Errors that programs can handle; on a controller their numbers are above 1,000 and named alone."""
 
-ERROR_NUMBERS = {name: 1001.0 + number for number, name in enumerate(ERRORS)}
+OTHER_ERRORS = ("ERR_MOTIONSUP", "ERR_COLL_STOP", "ERR_PATH_STOP", "ERR_NORUNUNIT")
+"""Errors of a controller for which handlers of public programs look, and which never come here."""
+
+ERROR_NUMBERS = {name: 1001.0 + number for number, name in enumerate((*ERRORS, *OTHER_ERRORS))}
 """The number of each error here; programs compare ERRNO with the names."""
+
+ALL_ERRORS = 0.0
+"""Number of a handler (`ERROR (LONG_JMP_ALL_ERR)`) that handles all errors."""
 
 SOCKET_STATES = ("SOCKET_CREATED", "SOCKET_CONNECTED", "SOCKET_BOUND", "SOCKET_LISTENING", "SOCKET_CLOSED")
 """States of a socket, whose values count from 1 (3HAC050917, socketstatus)."""
@@ -102,6 +108,7 @@ CONSTANTS: dict[str, tuple[str, Any]] = {
     "edge": ("num", 2.0),
     **{name: ("num", 1.0 + number) for number, name in enumerate(SOCKET_STATES)},
     **{name: ("num", number) for name, number in ERROR_NUMBERS.items()},
+    "LONG_JMP_ALL_ERR": ("num", ALL_ERRORS),
 }
 """Type and value of each constant."""
 

@@ -31,7 +31,7 @@ from virtualrobot_apps.languages.rapid.faults import (
 from virtualrobot_apps.languages.rapid.generate import generate
 from virtualrobot_apps.languages.rapid.interrupts import Interrupt, Interrupts
 from virtualrobot_apps.languages.rapid.parser import parse
-from virtualrobot_apps.languages.rapid.predefined import CONSTANTS, VARIABLES
+from virtualrobot_apps.languages.rapid.predefined import ALL_ERRORS, CONSTANTS, VARIABLES
 from virtualrobot_apps.languages.rapid.signals import Signals
 from virtualrobot_apps.languages.rapid.support import copied, names_of_support
 from virtualrobot_apps.languages.rapid.symbols import Datum, RoutineSymbol, Use
@@ -117,6 +117,7 @@ class RapidTask(Task):
         files: the folder below which its files are; None: it may use none.
         sockets: the sockets that are open.
         open_files: the files that are open.
+        handled: give the numbers of the handlers that have some, of the routines at work, the outermost first.
         name: the task's, and `cell` the tasks that it runs beside.
     """
 
@@ -151,6 +152,7 @@ class RapidTask(Task):
         self.sockets: set[SocketDevice] = set()
         self.open_files: set[FileDevice] = set()
         self.booked = 0
+        self.handled: list[Callable[[], tuple[float, ...]]] = []
         self._left: list[Callable[[], None]] = []
         self._world = world
         self._interrupts: Interrupts | None = None
@@ -203,8 +205,9 @@ class RapidTask(Task):
         return self._interrupts
 
     def place(self) -> str:
-        """Return file and line of the statement that is being done."""
-        return here()
+        """Return file and line of the statement that is being done; empty where none is, as at the end."""
+        found = here()
+        return found if found.rpartition(":")[0] in self.program.files else ""
 
     def serve(self) -> None:
         """Call the traps of interrupts that have come."""
@@ -323,9 +326,26 @@ class RapidTask(Task):
         self.settle()
         return holder
 
-    def caught(self, fault: RapidFault) -> None:
-        """Tell the program the number of an error that its handler has caught."""
+    def caught(self, fault: RapidFault, handled: tuple[float, ...] | None) -> None:
+        """Tell the program the number of an error that its handler has caught; raise one that it leaves alone.
+
+        `handled` are the numbers of a handler that has numbers; one without is left out by an error on a long jump.
+        """
+        if fault.jumps if handled is None else not _are_for(handled, fault):
+            raise fault
+        fault.jumps = False
         self._names["s_errno"][0] = fault.number
+
+    def passed_by(self, fault: RapidFault, handles: bool) -> NoReturn:
+        """Raise the error of a handler again: in the caller, or in the first one that has a handler for its number.
+
+        `handles` tells whether the handler has numbers itself. Source: ABB, RAPID reference manual part 1a,
+        Instructions A-R, RAISE: "with a long jump it is possible to propagate an error from an error handler from a deep
+        nested call chain to a higher level in one step".
+        """
+        callers = self.handled[:-1] if handles else self.handled
+        fault.jumps = any(_are_for(one(), fault) for one in callers)
+        raise fault
 
     def passed_on(self, fault: RapidFault, other: BaseException) -> NoReturn:
         """Raise the error of a handler again; another one, of the handler itself, ends the program.
@@ -399,3 +419,8 @@ class RapidTask(Task):
         """Wait until the robot stands."""
         if self._world is not None:
             self._world.queue.finish()
+
+
+def _are_for(handled: tuple[float, ...], fault: RapidFault) -> bool:
+    """Return whether numbers of a handler have that of an error, or are for all."""
+    return fault.number in handled or ALL_ERRORS in handled
