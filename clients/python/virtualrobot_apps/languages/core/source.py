@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import codecs
 from bisect import bisect_right
+from contextlib import suppress
 from pathlib import Path
 
 from virtualrobot.errors import MissingFileError
@@ -35,20 +37,27 @@ def read_source(file: Path) -> Source:
 
 
 def decoded(data: bytes) -> str:
-    """Return the text of a file: UTF-8 where its bytes are that, else GB 18030 if they can be Chinese, else ISO 8859-1.
+    """Return the text of a file, in the code that its bytes have."""
+    return data.decode(code_of(data))
+
+
+def encoded_like(text: str, data: bytes) -> bytes:
+    """Return a text with line feeds in the code and with the line ends of a file's bytes."""
+    if b"\r\n" in data:
+        text = text.replace("\n", "\r\n")
+    return text.encode("utf-8-sig" if data.startswith(codecs.BOM_UTF8) else code_of(data).removesuffix("-sig"))
+
+
+def code_of(data: bytes) -> str:
+    """Return the code of a file: UTF-8 where its bytes are that, else GB 18030 if they can be Chinese, else ISO 8859-1.
 
     Controllers write ISO 8859-1, in which every byte is a letter. Letters of GB 18030 come in pairs of bytes above
     0x80, and a letter of a European language stands alone among ASCII.
     """
-    try:
-        return data.decode("utf-8-sig")
-    except UnicodeDecodeError:
-        pass
     high = [False, *(byte > 0x7F for byte in data), False]
     alone = any(one and not (high[at] or high[at + 2]) for at, one in enumerate(high[1:-1]))
-    if not alone:
-        try:
-            return data.decode("gb18030")
-        except UnicodeDecodeError:
-            pass
-    return data.decode("latin-1")
+    for code in ("utf-8-sig",) if alone else ("utf-8-sig", "gb18030"):
+        with suppress(UnicodeDecodeError):
+            data.decode(code)
+            return code
+    return "latin-1"

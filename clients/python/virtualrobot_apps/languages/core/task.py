@@ -53,7 +53,7 @@ class Task:
         """Do what was asked for besides a stop; a language has its own."""
 
     def place(self) -> str:
-        """Return file and line of the statement that is being done, as `file:line`, empty of none; a language knows it."""
+        """Return file and line of the statement that is done, as `file:line`, or nothing; a language knows it."""
         return ""
 
     def pause(self, seconds: float) -> None:

@@ -18,6 +18,7 @@ Examples:
   virtualrobot rapid check palletize.mod
   virtualrobot rapid check main.mod tools.sys --signal doGripper --signal diPart
   virtualrobot rapid check palletize.mod --run --robot arm --set diPart=on --times
+  virtualrobot rapid format palletize.mod tools.sys
   virtualrobot rapid run palletize.mod --robot arm --create-signals
   virtualrobot rapid run log.mod --files log --answer yes
   virtualrobot rapid run --task T_ROB_L@left=left.mod --task T_ROB_R@right=right.mod --static T_WATCH=watch.mod
@@ -27,7 +28,7 @@ _files = click.argument("files", nargs=-1, required=True, metavar="FILE...", typ
 _signals = click.option("--signal", "signals", metavar="NAME", multiple=True, help="The world has this signal.")
 
 
-@click.group(epilog=_EXAMPLES, short_help="Check and run programs in RAPID, the language of ABB's controllers.")
+@click.group(epilog=_EXAMPLES, short_help="Check, format and run programs in RAPID, ABB's language.")
 @target_options
 @click.pass_context
 def rapid(ctx: click.Context, target: Target) -> None:
@@ -102,6 +103,40 @@ def _tried(
         trial = Trial(client, task, world, longest)
         trial.run(task.run)
         return told(trial, times)
+
+
+@rapid.command("format")
+@_files
+@click.option("--check", "only_check", is_flag=True, help="Change no file, and tell which would be changed.")
+def format_files(files: tuple[Path, ...], only_check: bool) -> int:
+    """Lay FILEs out: two spaces for each level, spaces between words, reserved words in capital letters.
+
+    Lines stay lines, and comments what they are. A file that can't be parsed is left as it is, and its faults are told,
+    with exit code 1.
+    """
+    from virtualrobot_apps.languages.core.diagnostics import ProgramError
+    from virtualrobot_apps.languages.core.source import encoded_like, read_source
+    from virtualrobot_apps.languages.rapid.layout import formatted
+
+    changed = faulty = 0
+    for file in files:
+        source = read_source(file)
+        before = file.read_bytes()
+        try:
+            after = encoded_like(formatted(source), before)
+        except ProgramError as error:
+            for one in error.diagnostics:
+                click.echo(str(one))
+            faulty += 1
+            continue
+        if after != before:
+            changed += 1
+            click.echo(f"{file} {'would be changed' if only_check else 'changed'}")
+            if not only_check:
+                file.write_bytes(after)
+    told = f"{changed} of {len(files)} file{'s' * (len(files) != 1)} {'would be ' * only_check}changed"
+    click.echo(told + (f"; {faulty} left as {'it is' if faulty == 1 else 'they are'}" if faulty else ""))
+    return 1 if faulty or (only_check and changed) else 0
 
 
 @rapid.command()

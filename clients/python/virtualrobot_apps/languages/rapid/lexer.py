@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics
@@ -40,36 +41,41 @@ class Words:
     ends: list[int]
 
 
+def pieces_of(source: Source) -> Iterator[tuple[str, str, int]]:
+    """Yield all of a source piece by piece: kind (a reserved word or sign itself, or what it is), text and place."""
+    for match in _WORD.finditer(source.text):
+        kind, value = match.lastgroup or "", match.group()
+        if kind == "name":
+            lower = value.lower()
+            kind = lower if lower in KEYWORDS else kind
+        elif kind == "sign":
+            kind = value
+        yield kind, value, match.start()
+
+
 def words_of(source: Source, diagnostics: Diagnostics) -> Words:
     """Return the words of a source; what is none is told and left out."""
     kinds: list[str] = []
     values: list[str] = []
     starts: list[int] = []
     ends: list[int] = []
-    for match in _WORD.finditer(source.text):
-        kind = match.lastgroup or ""
+    for kind, value, at in pieces_of(source):
+        end = at + len(value)
         if kind in _SKIPPED:
             continue
-        value = match.group()
-        if kind == "name":
-            lower = value.lower()
-            if lower in KEYWORDS:
-                kind = lower
-        elif kind == "sign":
-            kind = value
-        elif kind == "bad":
-            diagnostics.add(source, match.start(), f"the character {value!r} can't stand here")
+        if kind == "bad":
+            diagnostics.add(source, at, f"the character {value!r} can't stand here")
             continue
-        elif kind == "unclosed":
-            diagnostics.add(source, match.start(), "this text has no closing quote on its line")
+        if kind == "unclosed":
+            diagnostics.add(source, at, "this text has no closing quote on its line")
             kind, value = "text", f'{value}"'
         elif kind == "place":
-            diagnostics.add(source, match.start(), f"{value} is a place that nobody has filled")
+            diagnostics.add(source, at, f"{value} is a place that nobody has filled")
             kind, value = "name", value.strip("<>")
         kinds.append(kind)
         values.append(value)
-        starts.append(match.start())
-        ends.append(match.end())
+        starts.append(at)
+        ends.append(end)
     end = len(source.text.rstrip())
     return Words([*kinds, "end"], [*values, "the end of the file"], [*starts, end], [*ends, end])
 

@@ -340,8 +340,8 @@ class RapidTask(Task):
         """Raise the error of a handler again: in the caller, or in the first one that has a handler for its number.
 
         `handles` tells whether the handler has numbers itself. Source: ABB, RAPID reference manual part 1a,
-        Instructions A-R, RAISE: "with a long jump it is possible to propagate an error from an error handler from a deep
-        nested call chain to a higher level in one step".
+        Instructions A-R, RAISE: "With a long jump it is possible to propagate an error from an error handler from a
+        deep nested call chain to a higher level in one step".
         """
         callers = self.handled[:-1] if handles else self.handled
         fault.jumps = any(_are_for(one(), fault) for one in callers)
