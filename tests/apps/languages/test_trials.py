@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
 from pathlib import Path
 
 import pytest
@@ -14,87 +15,56 @@ from virtualrobot_apps.languages.rapid.task import RapidTask, load
 from virtualrobot_apps.languages.rapid.world import World
 from virtualrobot_apps.languages.rapl.command import rapl
 
+from tests.apps.languages.seeded_faults import FIRST, FREE, SEEDED, UNDER_AN_INPUT, Seeded, build, program
+
 pytestmark = pytest.mark.long
 
-HEAD = r"""MODULE Tried
-  CONST jointtarget ready := [[0, 0, 0, 0, 60, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
-  CONST robtarget left := [[350, 200, 200], [0, 0, 1, 0], [0, 0, 0, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
-  CONST robtarget right := [[350, -200, 200], [0, 0, 1, 0], [-1, 0, -1, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
-  CONST robtarget far := [[900, 0, 200], [0, 0, 1, 0], [0, 0, 0, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
-  CONST jointtarget beyond := [[0, 0, 0, 0, 170, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
-  PROC main()
-    MoveAbsJ ready, v1000, fine, tool0;
-    ConfL \Off;
-"""
-FIRST = HEAD.count("\n") + 1
-"""Line of the first statement after the head."""
+ACROSS = SEEDED[0].statements
 
 
-def build(client: virtualrobot.Client) -> None:
-    """Put an IRB 120 and a low post in front of it into a world, and an input that is off."""
-    client.load_robot("model://irb120", name="arm")
-    client.scene.add_part("post", virtualrobot.box(0.05, 0.05, 0.25), pose=virtualrobot.pose(0.35, 0.0, 0.125))
-    client.signals.create("diShort", False)
-    client.signals.create("diReady", False)
-
-
-def tried(client: virtualrobot.Client, folder: Path, statements: str, longest: float = 20.0) -> Trial:
-    """Return the trial of a program in a stepped world, whose statements begin in the line FIRST."""
-    file = program(folder, statements)
+def tried(client: virtualrobot.Client, file: Path, longest: float = 10.0, still: float = 60.0) -> Trial:
+    """Return the trial of a program in a stepped world."""
     world = World(client, "arm")
     task = RapidTask(load([Source(file.read_text(), str(file))], client.signals), world, lambda _: None)
-    trial = Trial(client, task, world.queue, longest)
+    trial = Trial(client, task, world, longest, still)
     trial.run(task.run)
     return trial
 
 
-def program(folder: Path, statements: str) -> Path:
-    """Write a program whose statements begin in the line FIRST."""
-    file = folder / "tried.mod"
-    file.write_text(f"{HEAD}{statements}\n  ENDPROC\nENDMODULE\n")
-    return file
-
-
-ACROSS = "    MoveJ left, v500, fine, tool0;\n    MoveL right, v500, fine, tool0;"
-UNDER_AN_INPUT = "    IF TestDI(diShort) THEN\n      MoveL far, v500, fine, tool0;\n    ENDIF"
-CASES: list[tuple[str, tuple[int, int, str] | None]] = [
-    (ACROSS, (1, 5, "'post'")),
-    (ACROSS.replace("fine", "z20"), (1, 5, "'post'")),
-    ("    MoveL far, v500, fine, tool0;", (0, 5, "ERR_ROBLIMIT")),
-    ("    WaitTime 0.5;\n    MoveAbsJ beyond, v500, fine, tool0;", (1, 5, "ERR_ROBLIMIT")),
-    (UNDER_AN_INPUT, None),
-    ("    MoveJ left, v500, fine, tool0;\n    WaitDI diReady, 1;", (1, 5, "has not ended after 20 s")),
-]
-"""Statements, and the fault that they have: the line after the first, the column, and what is told."""
-
-
-@pytest.mark.parametrize(("statements", "expected"), CASES)
-def test_faults_are_found_at_their_lines(
-    steps: virtualrobot.Client, tmp_path: Path, statements: str, expected: tuple[int, int, str] | None
-) -> None:
+@pytest.mark.parametrize("seeded", SEEDED, ids=lambda one: one.name)
+def test_seeded_faults_are_found_at_their_lines(steps: virtualrobot.Client, tmp_path: Path, seeded: Seeded) -> None:
     build(steps)
-    found = tried(steps, tmp_path, statements).findings
-    if expected is None:
-        assert found == []
-    else:
-        line, column, said = expected
-        assert found
-        assert {(one.line - FIRST, one.column) for one in found} == {(line, column)}, found
-        assert all(said in one.message for one in found)
+    if seeded.on:
+        steps.signals[seeded.on] = True
+    found = tried(steps, program(tmp_path, seeded.statements)).findings
+    assert found
+    assert {astuple(one)[:3] for one in found} == {(str(tmp_path / "tried.mod"), FIRST + seeded.line, seeded.column)}, (
+        found
+    )
+    assert all(seeded.said in one.message for one in found), found
 
 
-def test_a_fault_under_one_input_is_found_with_that_input(steps: virtualrobot.Client, tmp_path: Path) -> None:
+@pytest.mark.parametrize("statements", [FREE, UNDER_AN_INPUT], ids=["free", "under an input that is off"])
+def test_what_is_right_has_no_fault(steps: virtualrobot.Client, tmp_path: Path, statements: str) -> None:
     build(steps)
-    steps.signals["diShort"] = True
-    (found,) = tried(steps, tmp_path, UNDER_AN_INPUT).findings
-    assert (found.line, found.column) == (FIRST + 1, 7)
-    assert found.message.startswith("ERR_ROBLIMIT")
+    assert tried(steps, program(tmp_path, statements)).findings == []
+
+
+def test_a_program_that_computes_for_ever_is_given_up(steps: virtualrobot.Client, tmp_path: Path) -> None:
+    build(steps)
+    file = tmp_path / "endless.mod"
+    file.write_text(
+        "MODULE Endless\n  PROC main()\n    WHILE TRUE DO\n      Incr reg1;\n    ENDWHILE\n  ENDPROC\nENDMODULE\n"
+    )
+    (found,) = tried(steps, file, still=0.5).findings
+    assert found.line in (3, 4)
+    assert found.message == "the program has let no time pass for 0.5 s of the wall clock"
 
 
 def test_times_are_those_of_the_lines(steps: virtualrobot.Client, tmp_path: Path) -> None:
     """WaitTime is 1.5 s, and what is looked at every 10 ms may be that late at both ends."""
     build(steps)
-    trial = tried(steps, tmp_path, "    MoveJ left, v500, fine, tool0;\n    WaitTime 1.5;")
+    trial = tried(steps, program(tmp_path, "    MoveJ left, v500, fine, tool0;\n    WaitTime 1.5;"))
     times = {int(place.rpartition(":")[2]) - FIRST: seconds for place, seconds in trial.seconds.items()}
     assert trial.findings == []
     assert times[1] == pytest.approx(1.5, abs=0.03)

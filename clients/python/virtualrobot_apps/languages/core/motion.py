@@ -10,7 +10,7 @@ import operator
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
@@ -174,13 +174,13 @@ class MotionQueue:
         """True where all that was given is done."""
         return self._motion is None or self._motion.state.phase is Phase.STARVED
 
-    def place(self) -> str:
-        """Return the place, as `Task.place` tells it, of the step that is being done; where none is, the task's."""
-        if self._motion is not None:
-            state = self._motion.state
-            if state.phase is not Phase.STARVED and not state.phase.ended:
-                return next((place for number, place in self._places if number == state.step), self._task.place())
-        return self._task.place()
+    def place(self, states: Iterable[MotionState]) -> str:
+        """Return the place, as `Task.place` tells it, of the step that is done in states of motions; else nothing."""
+        for state in states:
+            if self._motion is not None and state.id == self._motion.id:
+                done = state.phase is Phase.STARVED or state.phase.ended
+                return "" if done else next((place for number, place in self._places if number == state.step), "")
+        return ""
 
     def begun(self) -> None:
         """Wait until the robot has begun the last move."""

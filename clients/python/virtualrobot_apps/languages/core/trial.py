@@ -92,7 +92,7 @@ class Trial:
         self._touching = self._pairs()
         self._told: set[tuple[str, object]] = set()
         self._end = longest
-        self._given_up_at = self._last = ""
+        self._given_up_at = self._place = self._moving = ""
         self._tick = client.clock.read().tick_length
         self._passed_at = 0.0
         task.passing = self._pass
@@ -118,23 +118,22 @@ class Trial:
         """Time (s of the simulation) that the program took."""
         return sum(self.seconds.values())
 
-    def _place(self) -> str:
-        """Return the place of what is done now; where the program is through, that of what was done last."""
-        self._last = self._world.queue.place() or self._last
-        return self._last
-
     def _pass(self, seconds: float) -> None:
         """Let time go on, and look what touches."""
-        place, left = self._place(), max(1, round(seconds / self._tick))
+        left = max(1, round(seconds / self._tick))
         while left > 0:
             seen = self._client.clock.step(left, until=[] if self._touching else self._events)
             left -= seen.ticks
-            self.seconds[place] += seen.ticks * self._tick
+            moving = self._world.queue.place(seen.motions)
+            # A step that has just ended took the last ticks; after the program's last statement there is no place.
+            self._place = moving or self._moving or self._task.place() or self._place
+            self._moving = moving
+            self.seconds[self._place] += seen.ticks * self._tick
             if self._touching or seen.events:
                 self._look()
         if self.duration > self._end:
             self._end += self._longest  # what the program does at its end may last for ever, too
-            self._given_up_at = self._given_up_at or place
+            self._given_up_at = self._given_up_at or self._place
             self._task.stop(f"the program has not ended after {self._longest:g} s")
         self._passed_at = time.monotonic()
 
@@ -148,7 +147,7 @@ class Trial:
     def _look(self) -> None:
         now = self._pairs()
         for pair in sorted(now.keys() - self._touching.keys()):
-            self._found(self._place(), pair, now[pair])
+            self._found(self._place, pair, now[pair])
         self._touching = now
 
     def _pairs(self) -> dict[tuple[str, str], str]:
