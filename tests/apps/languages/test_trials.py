@@ -61,6 +61,41 @@ def test_a_program_that_computes_for_ever_is_given_up(steps: virtualrobot.Client
     assert found.message == "the program has let no time pass for 0.5 s of the wall clock"
 
 
+BEATS = r"""MODULE Beats
+  VAR intnum beat;
+  VAR intnum rise;
+  VAR num beats := 0;
+  PROC main()
+    CONNECT beat WITH on_beat;
+    ITimer 0.1, beat;
+    CONNECT rise WITH on_rise;
+    ISignalDO diReady, 1, rise;
+    SetDO \SDelay:=0.55, diReady, 1;
+    WaitTime 1.05;
+    TPWrite "beats" \Num:=beats;
+  ENDPROC
+  TRAP on_beat
+    Incr beats;
+  ENDTRAP
+  TRAP on_rise
+    TPWrite "rise" \Num:=beats;
+  ENDTRAP
+ENDMODULE
+"""
+
+
+def test_interrupts_come_at_their_times_in_each_run(steps: virtualrobot.Client) -> None:
+    build(steps)
+    program = load([Source(BEATS)], steps.signals)
+    for _ in range(2):
+        lines: list[str] = []
+        world = World(steps, "arm")
+        task = RapidTask(program, world, lines.append)
+        steps.signals["diReady"] = False
+        Trial(steps, task, world).run(task.run)
+        assert lines == ["rise5", "beats10"]
+
+
 def test_times_are_those_of_the_lines(steps: virtualrobot.Client, tmp_path: Path) -> None:
     """WaitTime is 1.5 s, and what is looked at every 10 ms may be that late at both ends."""
     build(steps)

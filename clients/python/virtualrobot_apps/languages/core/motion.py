@@ -92,6 +92,7 @@ class MotionQueue:
         self._count = 0
         self._sent: deque[tuple[int, Step]] = deque()
         self._places: deque[tuple[int, str]] = deque(maxlen=PLACES)
+        self._marks: list[tuple[str, int, Callable[[], None]]] = []
         self._zone = False
         self._stored: list[Stored] = []
         self._waiting: list[Step] = []
@@ -294,7 +295,10 @@ class MotionQueue:
         return len(self._stored)
 
     def call_at(self, what: Callable[[], None]) -> None:
-        """Call something from a thread of its own when the place is passed where the last move ends, or its zone is."""
+        """Call something when the place is passed where the last move ends, or its zone is.
+
+        A thread of its own does so, or `passed`.
+        """
         number = len(self._batch or ()) + len(self._held)
         if self._batch is not None:
             self._calls.append((number, what))
@@ -303,7 +307,21 @@ class MotionQueue:
         else:
             self._call(self._motion, self._count + number, what)
 
+    def passed(self, states: Iterable[MotionState]) -> None:
+        """Call what `call_at` has kept, where time goes on for this program alone, by states of motions."""
+        by_name = {state.id: state for state in states}
+        marks, self._marks = self._marks, []
+        for name, number, what in marks:
+            state = by_name.get(name)
+            if state is None or (state.step < number and state.phase is not Phase.STARVED and not state.phase.ended):
+                self._marks.append((name, number, what))
+            elif state.phase not in (Phase.CANCELLED, Phase.ABORTED):
+                what()
+
     def _call(self, motion: Motion, number: int, what: Callable[[], None]) -> None:
+        if self._task.passing is not None:
+            self._marks.append((motion.id, number, what))
+            return
         passed = partial(self._call_when_passed, motion, number, what)
         threading.Thread(target=passed, name="path mark", daemon=True).start()
 

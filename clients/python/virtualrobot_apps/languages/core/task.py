@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+
+from virtualrobot.signals import SignalValue
 
 
 class TaskStopped(BaseException):
@@ -51,6 +53,9 @@ class Task:
 
     def serve(self) -> None:
         """Do what was asked for besides a stop; a language has its own."""
+
+    def passed(self, now: float, signals: Mapping[str, SignalValue]) -> None:
+        """Take notice of the time of the simulation (s) and the signals' values, after `passing`; a language may."""
 
     def place(self) -> str:
         """Return file and line of the statement that is done, as `file:line`, or nothing; a language knows it."""

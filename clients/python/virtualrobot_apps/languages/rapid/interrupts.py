@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 
 from virtualrobot import Client
 from virtualrobot.errors import VirtualRobotError
-from virtualrobot.signals import SignalChange, SignalWatch
+from virtualrobot.signals import SignalChange, SignalValue, SignalWatch
 
 from virtualrobot_apps.languages.rapid.faults import CAUGHT, RapidFault, RapidStopped, as_fault
 
@@ -36,13 +37,20 @@ class Interrupt:
 class Interrupts:
     """Interrupts of one task. Signals and the clock are watched in threads; traps run in the task's own."""
 
-    def __init__(self, client: Client, ask: Callable[[], None], now: Callable[[], float]) -> None:
-        """Begin without any; `ask` has the task serve soon, `now` tells the time of the simulation."""
+    def __init__(
+        self, client: Client, ask: Callable[[], None], now: Callable[[], float], *, watches: bool = True
+    ) -> None:
+        """Begin without any; `ask` has the task serve soon, `now` tells the time of the simulation.
+
+        Where it `watches` nothing, `look` tells it what has changed.
+        """
         self._client, self._ask, self._now = client, ask, now
         self._lock = threading.Lock()
         self._all: dict[float, Interrupt] = {}
         self._pending: deque[Interrupt] = deque()
         self._enabled, self._serving, self._closed = True, False, threading.Event()
+        self._watches = watches
+        self._values: dict[str, bool] = {}
         self._watch: SignalWatch | None = None
         self._clock: threading.Thread | None = None
         self._count = 0
@@ -66,11 +74,13 @@ class Interrupts:
         with self._lock:
             self._ordered(found)
             found.signal, found.value, found.single = signal, value, single
-        if self._watch is None:
+        if self._watches and self._watch is None:
             self._watch = self._client.signals.follow()
             changes = iter(self._watch)
-            before = {name: value for name, value in next(changes).values.items() if isinstance(value, bool)}
-            threading.Thread(target=self._follow, args=(changes, before), name="rapid signals", daemon=True).start()
+            self._change(next(changes).values)
+            threading.Thread(target=self._follow, args=(changes,), name="rapid signals", daemon=True).start()
+        elif not self._watches and not self._values:
+            self._change({one.name: one.value for one in self._client.signals.read()})
 
     def on_time(self, number: float, period: float, single: bool) -> None:
         """Order an interrupt after so many seconds of the simulation, and again and again unless it is `single`."""
@@ -80,7 +90,7 @@ class Interrupts:
         with self._lock:
             self._ordered(found)
             found.period, found.due, found.single = period, self._now() + period, single
-        if self._clock is None:
+        if self._clock is None and self._watches:
             self._clock = threading.Thread(target=self._tick, name="rapid timer", daemon=True)
             self._clock.start()
 
@@ -127,6 +137,12 @@ class Interrupts:
             if found is not None:
                 self._raise(found)
 
+    def look(self, now: float, values: Mapping[str, SignalValue]) -> None:
+        """Have the traps called soon that the time of the simulation (s) and the signals' values order."""
+        with self._lock:
+            self._pass(now)
+            self._change(values)
+
     def close(self) -> None:
         """End the threads."""
         self._closed.set()
@@ -141,30 +157,33 @@ class Interrupts:
             one.signal, one.period = "", 0.0
         self._ask()
 
-    def _follow(self, changes: Iterator[SignalChange], before: dict[str, bool]) -> None:
-        try:
+    def _change(self, values: Mapping[str, SignalValue]) -> None:
+        """Do what values of signals order that were others before; a signal's first value orders nothing."""
+        for name, value in values.items():
+            if not isinstance(value, bool):
+                continue
+            before, self._values[name] = self._values.get(name, value), value
+            for one in list(self._all.values()) if before != value else ():
+                if one.signal == name and one.value in (EDGE, float(value)):
+                    self._raise(one)
+
+    def _pass(self, now: float) -> None:
+        """Do what a time orders."""
+        for one in list(self._all.values()):
+            if one.period and now >= one.due:
+                one.due += one.period
+                self._raise(one)
+
+    def _follow(self, changes: Iterator[SignalChange]) -> None:
+        with suppress(VirtualRobotError):  # closed, or the kernel is gone, which the program notices itself
             for change in changes:
-                for name, value in change.values.items():
-                    if not isinstance(value, bool) or before.get(name) == value:
-                        continue
-                    before[name] = value
-                    with self._lock:
-                        for one in list(self._all.values()):
-                            if one.signal == name and one.value in (EDGE, float(value)):
-                                self._raise(one)
-        except VirtualRobotError:
-            return  # closed, or the kernel is gone, which the program notices itself
+                with self._lock:
+                    self._change(change.values)
 
     def _tick(self) -> None:
-        try:
+        with suppress(VirtualRobotError):
             while not self._closed.wait(LOOK_SECONDS):
-                if not any(one.period for one in list(self._all.values())):
-                    continue
-                now = self._now()
-                with self._lock:
-                    for one in list(self._all.values()):
-                        if one.period and now >= one.due:
-                            one.due += one.period
-                            self._raise(one)
-        except VirtualRobotError:
-            return
+                if any(one.period for one in list(self._all.values())):
+                    now = self._now()
+                    with self._lock:
+                        self._pass(now)

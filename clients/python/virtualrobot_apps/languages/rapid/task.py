@@ -12,6 +12,7 @@ from types import CodeType
 from typing import Any, NoReturn
 
 from virtualrobot.errors import VirtualRobotError, WrongStateError
+from virtualrobot.signals import SignalValue
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics, ProgramError, did_you_mean
 from virtualrobot_apps.languages.core.pendant import Pendant
@@ -201,13 +202,21 @@ class RapidTask(Task):
     def interrupts(self) -> Interrupts:
         """Interrupts of the program; raises a fault where there is no robot, and so nothing that orders them."""
         if self._interrupts is None:
-            self._interrupts = Interrupts(self.signals.client, lambda: self.ask("interrupt"), self.time)
+            watches = self.passing is None
+            self._interrupts = Interrupts(
+                self.signals.client, lambda: self.ask("interrupt"), self.time, watches=watches
+            )
         return self._interrupts
 
     def place(self) -> str:
         """Return file and line of the statement that is being done; empty where none is, as at the end."""
         found = here()
         return found if found.rpartition(":")[0] in self.program.files else ""
+
+    def passed(self, now: float, signals: Mapping[str, SignalValue]) -> None:
+        """Let interrupts take notice."""
+        if self._interrupts is not None:
+            self._interrupts.look(now, signals)
 
     def serve(self) -> None:
         """Call the traps of interrupts that have come."""
