@@ -183,6 +183,10 @@ class MotionQueue:
                 return "" if done else next((place for number, place in self._places if number == state.step), "")
         return ""
 
+    def doing(self) -> str:
+        """Return the place of the step that is done now; else nothing."""
+        return self.place([self._motion.state]) if self._motion is not None else ""
+
     def begun(self) -> None:
         """Wait until the robot has begun the last move."""
         last = max((number for number, step in self._sent if step.moves), default=-1)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 
-from virtualrobot.signals import SignalValue
+from virtualrobot.clock import Observation
 
 
 class TaskStopped(BaseException):
@@ -54,8 +54,8 @@ class Task:
     def serve(self) -> None:
         """Do what was asked for besides a stop; a language has its own."""
 
-    def passed(self, now: float, signals: Mapping[str, SignalValue]) -> None:
-        """Take notice of the time of the simulation (s) and the signals' values, after `passing`; a language may."""
+    def passed(self, seen: Observation) -> None:
+        """Take notice of the world, of which `passing` tells after each piece of time; a language may."""
 
     def place(self) -> str:
         """Return file and line of the statement that is done, as `file:line`, or nothing; a language knows it."""

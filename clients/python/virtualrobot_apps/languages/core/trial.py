@@ -129,7 +129,7 @@ class Trial:
             self._place = moving or self._moving or self._task.place() or self._place
             self._moving = moving
             self._world.queue.passed(seen.motions)
-            self._task.passed(seen.stamp.simulation_time, seen.signals)
+            self._task.passed(seen)
             self.seconds[self._place] += seen.ticks * self._tick
             if self._touching or seen.events:
                 self._look()

@@ -6,11 +6,19 @@ import re
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from shutil import copytree
+from tempfile import TemporaryDirectory
 
 import click
 from virtualrobot.cli.options import GO_ON, Target, target_options
 
-from virtualrobot_apps.languages.core.trial_command import only_robot, set_signals, told, trial_options
+from virtualrobot_apps.languages.core.trial_command import (
+    Decorated,
+    only_robot,
+    set_signals,
+    told,
+    trial_options,
+)
 
 _EXAMPLES = """
 \b
@@ -28,6 +36,12 @@ _files = click.argument("files", nargs=-1, required=True, metavar="FILE...", typ
 _signals = click.option("--signal", "signals", metavar="NAME", multiple=True, help="The world has this signal.")
 
 
+def _folder(told: str) -> Callable[[Decorated], Decorated]:
+    """Return the option of the folder in which a program's files are."""
+    existing = click.Path(path_type=Path, exists=True, file_okay=False)
+    return click.option("--files", "folder", metavar="FOLDER", type=existing, help=told)
+
+
 @click.group(epilog=_EXAMPLES, short_help="Check, format and run programs in RAPID, ABB's language.")
 @target_options
 @click.pass_context
@@ -41,6 +55,7 @@ def rapid(ctx: click.Context, target: Target) -> None:
 @_signals
 @trial_options
 @click.option("--answer", "answers", metavar="TEXT", multiple=True, help="With --run: as that of run.")
+@_folder("With --run: let it use files below a copy of this folder.")
 @target_options
 def check(
     target: Target,
@@ -52,6 +67,7 @@ def check(
     longest: float,
     times: bool,
     answers: tuple[str, ...],
+    folder: Path | None,
 ) -> int:
     """Tell what is wrong in the program that FILEs make together, with exit code 0 or 1; needs no kernel.
 
@@ -73,7 +89,7 @@ def check(
     click.echo(
         f"no fault in {counted} routine{'s' * (counted != 1)}" + (f"; signals of the world: {named}" if named else "")
     )
-    return _tried(target, files, robot, given, longest, times, answers) if runs else 0
+    return _tried(target, files, robot, given, longest, times, answers, folder) if runs else 0
 
 
 def _tried(
@@ -84,6 +100,7 @@ def _tried(
     longest: float,
     times: bool,
     answers: tuple[str, ...],
+    folder: Path | None,
 ) -> int:
     """Run a program in a copy of the world, show what it meets there, and return the exit code."""
     from virtualrobot_apps.languages.core.trial import Trial, copied_world
@@ -91,7 +108,9 @@ def _tried(
     from virtualrobot_apps.languages.rapid.task import RapidTask, load_files
     from virtualrobot_apps.languages.rapid.world import World
 
-    with target.connect() as live, copied_world(live) as client:
+    with target.connect() as live, copied_world(live) as client, TemporaryDirectory() as copy:
+        if folder is not None:
+            copytree(folder, copy, dirs_exist_ok=True)
         program = load_files(files, list(client.signals))
         known = {name.lower() for name in client.signals}
         for lower, use in program.signals.items():
@@ -99,7 +118,7 @@ def _tried(
                 client.signals.create(use.name, first_value(use))
         set_signals(client, given)
         world = World(client, only_robot(client, robot), _teller("note: ", err=True))
-        task = RapidTask(program, world, lambda _: None, answers=answers)
+        task = RapidTask(program, world, lambda _: None, files=None if folder is None else Path(copy), answers=answers)
         trial = Trial(client, task, world, longest)
         trial.run(task.run)
         return told(trial, times)
@@ -150,13 +169,7 @@ def format_files(files: tuple[Path, ...], only_check: bool) -> int:
     flag_value="127.0.0.1",
     help="Let its sockets listen, at this address [127.0.0.1]: whoever connects moves the robot.",
 )
-@click.option(
-    "--files",
-    "folder",
-    metavar="FOLDER",
-    type=click.Path(path_type=Path, exists=True, file_okay=False),
-    help="Let it use files, below this folder, whatever disk it names.",
-)
+@_folder("Let it use files, below this folder, whatever disk it names.")
 @click.option(
     "--answer",
     "answers",

@@ -25,7 +25,7 @@ _FUNCTIONS = {
 _DEFAULTS = {
     **{"num": "0.0", "dnum": "0.0", "bool": "False", "string": "''"},
     **{"clock": "task.clock()", "socketdev": "task.socket()", "iodev": "task.file()", "dir": "task.folder()"},
-    **{"rawbytes": "b''", "syncident": "''"},
+    **{"rawbytes": "b''", "syncident": "''", "shapedata": "None"},
 }
 """First values of atomic types."""
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from types import CodeType
 from typing import Any, NoReturn
 
+from virtualrobot.clock import Observation
 from virtualrobot.errors import VirtualRobotError, WrongStateError
-from virtualrobot.signals import SignalValue
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics, ProgramError, did_you_mean
 from virtualrobot_apps.languages.core.pendant import Pendant
@@ -40,6 +40,7 @@ from virtualrobot_apps.languages.rapid.table import BUILTINS
 from virtualrobot_apps.languages.rapid.tree import Data, Module
 from virtualrobot_apps.languages.rapid.values import Clock, FileDevice, FolderDevice, SocketDevice
 from virtualrobot_apps.languages.rapid.world import World, here
+from virtualrobot_apps.languages.rapid.zones import Zones
 
 builtin.load()
 
@@ -157,6 +158,7 @@ class RapidTask(Task):
         self._left: list[Callable[[], None]] = []
         self._world = world
         self._interrupts: Interrupts | None = None
+        self._zones: Zones | None = None
         if world is not None:
             world.find_signals(program.signals.values())
             world.begin(self)
@@ -213,13 +215,27 @@ class RapidTask(Task):
         found = here()
         return found if found.rpartition(":")[0] in self.program.files else ""
 
-    def passed(self, now: float, signals: Mapping[str, SignalValue]) -> None:
-        """Let interrupts take notice."""
+    @property
+    def zones(self) -> Zones:
+        """World zones of the program; raises a fault where there is no robot."""
+        if self._zones is None:
+            self._zones = Zones(self.world, lambda: self.ask("zone"), watches=self.passing is None)
+        return self._zones
+
+    def passed(self, seen: Observation) -> None:
+        """Let interrupts and world zones take notice."""
         if self._interrupts is not None:
-            self._interrupts.look(now, signals)
+            self._interrupts.look(seen.stamp.simulation_time, seen.signals)
+        if self._zones is not None:
+            self._zones.look(seen.robots[self.world.robot.name])
 
     def serve(self) -> None:
-        """Call the traps of interrupts that have come."""
+        """Call the traps of interrupts that have come; end the program in a world zone that it may not enter."""
+        if self._zones is not None and self._zones.entered:
+            self._zones.entered = False
+            file, _, line = (self.world.queue.doing() or self.place()).rpartition(":")
+            metadata = {"file": file, "line": line} if file else {}
+            raise RapidStopped("the robot is in a world zone that WZLimSup keeps it out of", metadata=metadata)
         if self._interrupts is not None:
             self._interrupts.serve(self._trapped)
 
@@ -276,6 +292,9 @@ class RapidTask(Task):
         finally:
             if self._interrupts is not None:
                 self._interrupts.close()
+            if self._zones is not None:
+                self._zones.close()
+                self._zones = None
             for device in (*self.sockets, *self.open_files):
                 device.close()
 
@@ -317,6 +336,8 @@ class RapidTask(Task):
         frames = [one for one in summary if one.filename in self.program.files]
         names = {routine.python: routine.node.name for routine in self._routines.values()}
         where = [f"{one.filename}:{one.lineno}" for one in frames if one.name in names or one.name != "handler"]
+        if isinstance(error, RapidStopped) and "line" in error.metadata:
+            where = [f"{error.metadata['file']}:{error.metadata['line']}"]
         if isinstance(error, RecursionError):
             message = "ERR_STACK: routines call each other without an end"
             where = where[:1]

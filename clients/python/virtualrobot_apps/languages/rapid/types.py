@@ -21,7 +21,10 @@ class Type(NamedTuple):
 
 NUM, BOOL, STRING, ANY, SWITCH = Type("num"), Type("bool"), Type("string"), Type("any"), Type("switch")
 
-ATOMIC = ("num", "dnum", "bool", "string", "clock", "socketdev", "iodev", "dir", "rawbytes", "triggdata", "syncident")
+ATOMIC = (
+    *("num", "dnum", "bool", "string", "clock", "socketdev", "iodev", "dir", "rawbytes", "triggdata", "syncident"),
+    "shapedata",
+)
 """Types whose values are one thing."""
 
 SIGNALS = {
@@ -53,6 +56,7 @@ RECORDS: dict[str, list[tuple[str, str]]] = {
         "progdisp": "pdisp:pose eoffs:extjoint",
         "listitem": "image:string text:string",
         "tasks": "taskname:string",
+        "wztemporary": "wz:num",
     }.items()
 }
 """Components (type, name) of the records that come with the language."""
@@ -62,6 +66,7 @@ ALIASES = {
     **dict.fromkeys(("btnres", "buttondata", "icondata", "inttypes", "opnum", "symnum"), "num"),
     **dict.fromkeys(("identno", "tpnum"), "num"),
     "errstr": "string",
+    "wzstationary": "wztemporary",
 }
 """Other names of types that come with the language."""
 

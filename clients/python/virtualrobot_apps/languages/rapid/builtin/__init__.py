@@ -11,6 +11,7 @@ ROOMS = (
         "frames",
         "signals",
         "interrupts",
+        "zones",
         "sockets",
         "files",
         "rawbytes",
