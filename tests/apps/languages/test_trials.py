@@ -26,7 +26,7 @@ def tried(client: virtualrobot.Client, file: Path, longest: float = 10.0, still:
     """Return the trial of a program in a stepped world."""
     world = World(client, "arm")
     task = RapidTask(load([Source(file.read_text(), str(file))], client.signals), world, lambda _: None)
-    trial = Trial(client, task, world, longest, still)
+    trial = Trial(client, {task: world}, longest, still)
     trial.run(task.run)
     return trial
 
@@ -92,7 +92,7 @@ def test_interrupts_come_at_their_times_in_each_run(steps: virtualrobot.Client) 
         world = World(steps, "arm")
         task = RapidTask(program, world, lines.append)
         steps.signals["diReady"] = False
-        Trial(steps, task, world).run(task.run)
+        Trial(steps, {task: world}).run(task.run)
         assert lines == ["rise5", "beats10"]
 
 
@@ -122,6 +122,56 @@ def test_the_command_tries_a_copy_and_leaves_the_world_alone(client: virtualrobo
     assert client.scene.revision == revision
     assert client.robot("arm").positions.tolist() == positions
     assert client.signals["diShort"] is False
+
+
+SIDES = r"""MODULE Side
+  CONST jointtarget begin := [[0, 0, 0, 0, 60, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
+  CONST jointtarget end := [[SIDE30, 0, 0, 0, 60, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
+  CONST robtarget far := [[900, 0, 200], [0, 0, 1, 0], [0, 0, 0, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
+  PERS tasks both{2} := [["T_L"], ["T_R"]];
+  VAR syncident on;
+  VAR syncident off;
+  PERS num count := 0;
+  PROC main()
+    MoveAbsJ begin, v1000, fine, tool0;
+    SyncMoveOn on, both;
+    MoveAbsJ end \ID:=10, v500, fine, tool0;
+    SyncMoveOff off;
+    WaitUntil count >= 5;
+    LAST
+  ENDPROC
+ENDMODULE
+"""
+COUNTS = """MODULE Counts
+  PERS num count;
+  PROC main()
+    count := count + 1;
+    WaitTime 0.2;
+  ENDPROC
+ENDMODULE
+"""
+
+
+def test_several_tasks_are_tried_together(client: virtualrobot.Client, tmp_path: Path) -> None:
+    """Both arms make one step together, a static task counts beside, and the fault of one is told at its line."""
+    for name, y in (("left", 0.5), ("right", -0.5)):
+        client.load_robot("model://irb120", name=name, base_pose=virtualrobot.pose(0.0, y, 0.0))
+    files = {name: tmp_path / f"{name}.mod" for name in ("left", "right", "counts")}
+    files["left"].write_text(SIDES.replace("SIDE", "").replace("LAST", "WaitTime 3;"))
+    files["right"].write_text(SIDES.replace("SIDE", "-").replace("LAST", "MoveL far, v500, fine, tool0;"))
+    files["counts"].write_text(COUNTS)
+    words = ["check", "--task", f"T_L@left={files['left']}", "--task", f"T_R@right={files['right']}"]
+    words += ["--static", f"T_COUNT={files['counts']}", "--run", "--times", "--address", client.address]
+    outputs = []
+    for _ in range(2):
+        done = CliRunner().invoke(rapid, words, standalone_mode=False)
+        assert done.exception is None, done.output
+        assert done.return_value == 1
+        outputs.append(done.output)
+    assert outputs[0] == outputs[1]
+    (fault,) = [line for line in outputs[0].splitlines() if "ERR_ROBLIMIT" in line]
+    assert fault.startswith(f"{files['right']}:15:5: ERR_ROBLIMIT")
+    assert outputs[0].splitlines()[-1].startswith("1 fault in a run of ")
 
 
 def test_a_program_in_rapl_is_tried_too(client: virtualrobot.Client, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 
 from virtualrobot.clock import Observation
 
@@ -20,6 +21,7 @@ class Task:
         flags: what the program is asked for.
         passing: has so many seconds of simulation time pass, in a world whose time goes on for this program alone;
             None: time passes by itself.
+        at_work: makes what a run of the program is within, where tasks take turns.
         stopped_at: the place (`place`) of the statement before which it was stopped; empty until then.
     """
 
@@ -27,6 +29,7 @@ class Task:
         """Begin without a flag."""
         self.flags: list[str] = []
         self.passing: Callable[[float], None] | None = None
+        self.at_work: Callable[[], AbstractContextManager[None]] = nullcontext
         self.stopped_at = ""
         self._why = ""
         self._changed = threading.Condition()

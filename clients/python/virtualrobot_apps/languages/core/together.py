@@ -47,6 +47,7 @@ class Group:
         self._lock = threading.Lock()
         self._round, self._count = Round(), 0
         self.motion: Motion | None = None
+        self._ends = False
 
     def give(
         self,
@@ -107,13 +108,18 @@ class Group:
         begin, self._count = self._count, self._count + len(program)
         return range(begin, self._count)
 
-    def end(self) -> None:
-        """End the motion, when the robots stand; any member may call it, and more than one."""
+    def end(self, task: Task) -> None:
+        """End the motion, when the robots stand; each member calls it."""
         with self._lock:
-            if self.motion is not None and not self.motion.phase.ended:
-                self.motion.append(last=True)
-                self.motion.wait(timeout=600.0)
-            self.motion = None
+            motion = self.motion
+            if motion is not None and not self._ends and not motion.state.phase.ended:
+                motion.append(last=True)
+                self._ends = True
+        while motion is not None and not motion.state.phase.ended:
+            task.pause(POLL_SECONDS)
+        with self._lock:
+            if self.motion is motion:
+                self.motion, self._ends = None, False
 
 
 def _told(number: int | None) -> str:
@@ -149,6 +155,8 @@ class GroupQueue(MotionQueue):
         places = self._give(move, zone)
         self._motion, self._held = self.group.motion, []
         self._sent += [(number, Step(_nothing, number == places[-1])) for number in places]
+        place = self._task.place()
+        self._places += ((number, place) for number in places)
         self._zone = zone > 0.0
 
     def _give(self, move: Move | Exception, zone: float = 0.0) -> range:
@@ -200,7 +208,7 @@ class GroupQueue(MotionQueue):
     def close(self) -> None:
         """Wait for all, and end the motion that all share."""
         self.finish()
-        self.group.end()
+        self.group.end(self._task)
         self._forget()
 
     def search(self, program: Program) -> Search | None:

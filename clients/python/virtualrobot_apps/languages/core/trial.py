@@ -6,14 +6,16 @@ import re
 import threading
 import time
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Protocol
 
 import virtualrobot
+from virtualrobot.clock import Observation
 from virtualrobot.connection import Client
 from virtualrobot.errors import MissingFileError, WrongStateError
 from virtualrobot.kernel_process import KernelProcess
@@ -22,6 +24,7 @@ from virtualrobot.stepping import Event, collides
 from virtualrobot_apps.languages.core.motion import MotionQueue
 from virtualrobot_apps.languages.core.source import read_source
 from virtualrobot_apps.languages.core.task import Task, TaskStopped
+from virtualrobot_apps.languages.core.turns import Turns
 
 LONGEST = 300.0
 """Time (s of the simulation) after which a trial is given up, unless somebody says another one."""
@@ -66,36 +69,76 @@ class Moving(Protocol):
         ...
 
 
+@dataclass(slots=True, eq=False)
+class Member:
+    """A task of a trial.
+
+    Attributes:
+        task: the task, and `world` its world.
+        waits: the place of the statement in which it lets time pass.
+        moving: the place of the step that its robot makes now; empty where it stands.
+        moved: whether its robot made a step while time passed.
+        place: the place of that step, or else where it waited.
+    """
+
+    task: Task
+    world: Moving
+    waits: str = ""
+    moving: str = ""
+    moved: bool = False
+    place: str = ""
+
+    def pass_by(self, seen: Observation) -> None:
+        """Take notice of the world, after a piece of time."""
+        moving = self.world.queue.place(seen.motions)
+        # A step that has just ended took the last ticks; after the program's last statement there is no place.
+        self.place = moving or self.moving or self.waits or self.place
+        self.moved, self.moving = bool(moving or self.moving), moving
+        self.world.queue.passed(seen.motions)
+        self.task.passed(seen)
+
+
 class Trial:
     """Run of one program in a copy of a world, whose time goes on for this program alone.
 
     Attributes:
         findings: the faults, in the order in which the program met them.
-        seconds: time (s of the simulation) that statements took, by `file:line`.
+        seconds: time (s of the simulation) that statements took, by `file:line`; tasks side by side take theirs each.
+        duration: time (s of the simulation) that the program took.
     """
 
     def __init__(
-        self, client: Client, task: Task, world: Moving, longest: float = LONGEST, still: float = STILL_SECONDS
+        self,
+        client: Client,
+        tasks: Mapping[Task, Moving],
+        longest: float = LONGEST,
+        still: float = STILL_SECONDS,
+        *,
+        static: Sequence[Task] = (),
     ) -> None:
-        """Watch a task of a stepped kernel, whose collisions are told from now on, and stop nothing.
+        """Watch the tasks, with their worlds, of a stepped kernel, whose collisions are told from now on.
 
         The program is given up after `longest` (s of the simulation), and where it lets no time pass for `still` (s of
-        the wall clock).
+        the wall clock). `static` tasks are those that are stopped when the others have ended.
         """
         self.findings: list[Finding] = []
         self.seconds: defaultdict[str, float] = defaultdict(float)
-        self._client, self._task, self._world = client, task, world
-        self._longest, self._still = longest, still
+        self.duration = 0.0
+        self._client, self._longest, self._still = client, longest, still
+        self._members = {task: Member(task, world) for task, world in tasks.items()}
         modes = dict.fromkeys(client.collisions.settings.robots)
         client.collisions.set("monitor", robots=modes, look_ahead=0.0)
         self._events: list[Event] = [collides(robot.name) for robot in client.robots()]
         self._touching = self._pairs()
         self._told: set[tuple[str, object]] = set()
         self._end = longest
-        self._given_up_at = self._place = self._moving = ""
+        self._given_up_at = ""
         self._tick = client.clock.read().tick_length
         self._passed_at = 0.0
-        task.passing = self._pass
+        turns = Turns(list(tasks), static, self._step)
+        for task in tasks:
+            task.at_work = partial(turns.at_work, task)
+            task.passing = partial(self._pass, turns, task)
 
     def run(self, run: Callable[[], None]) -> None:
         """Run the program; an error that ends it is a finding, and so is an end that does not come."""
@@ -109,47 +152,51 @@ class Trial:
             message = error.message.removeprefix(f"{file}:{line}: ")
             self._found(f"{file}:{line}" if line else "", message, message)
         except TaskStopped as error:
-            self._found(self._given_up_at or self._task.stopped_at, str(error), str(error))
+            stopped = (task.stopped_at for task in self._members)
+            self._found(self._given_up_at or next(filter(None, stopped), ""), str(error), str(error))
         finally:
             over.set()
 
-    @property
-    def duration(self) -> float:
-        """Time (s of the simulation) that the program took."""
-        return sum(self.seconds.values())
+    def _pass(self, turns: Turns, task: Task, seconds: float) -> None:
+        """Let time go on for a task."""
+        self._members[task].waits = task.place()
+        turns.rest(task, max(1, round(seconds / self._tick)))
 
-    def _pass(self, seconds: float) -> None:
-        """Let time go on, and look what touches."""
-        left = max(1, round(seconds / self._tick))
-        while left > 0:
-            seen = self._client.clock.step(left, until=[] if self._touching else self._events)
-            left -= seen.ticks
-            moving = self._world.queue.place(seen.motions)
-            # A step that has just ended took the last ticks; after the program's last statement there is no place.
-            self._place = moving or self._moving or self._task.place() or self._place
-            self._moving = moving
-            self._world.queue.passed(seen.motions)
-            self._task.passed(seen)
-            self.seconds[self._place] += seen.ticks * self._tick
-            if self._touching or seen.events:
-                self._look()
+    def _step(self, ticks: int) -> int:
+        """Let time go on by so many ticks at most, look what touches, and return how many it were."""
+        seen = self._client.clock.step(ticks, until=[] if self._touching else self._events)
+        seconds = seen.ticks * self._tick
+        self.duration += seconds
+        for one in self._members.values():
+            one.pass_by(seen)
+            self.seconds[one.place] += seconds
+        if self._touching or seen.events:
+            self._look()
         if self.duration > self._end:
             self._end += self._longest  # what the program does at its end may last for ever, too
-            self._given_up_at = self._given_up_at or self._place
-            self._task.stop(f"the program has not ended after {self._longest:g} s")
+            self._given_up_at = self._given_up_at or next(iter(self._members.values())).place
+            self._stop(f"the program has not ended after {self._longest:g} s")
         self._passed_at = time.monotonic()
+        return seen.ticks
+
+    def _stop(self, why: str) -> None:
+        for task in self._members:
+            task.stop(why)
 
     def _watch(self, over: threading.Event) -> None:
         """Stop a program that computes for ever."""
         while not over.wait(min(self._still, 1.0)):
             if time.monotonic() - self._passed_at > self._still:
                 self._passed_at = time.monotonic()
-                self._task.stop(f"the program has let no time pass for {self._still:g} s of the wall clock")
+                self._stop(f"the program has let no time pass for {self._still:g} s of the wall clock")
 
     def _look(self) -> None:
         now = self._pairs()
+        moved = [one.place for one in self._members.values() if one.moved]
+        places = moved or [next(iter(self._members.values())).place]
         for pair in sorted(now.keys() - self._touching.keys()):
-            self._found(self._place, pair, now[pair])
+            for place in places:
+                self._found(place, pair, now[pair])
         self._touching = now
 
     def _pairs(self) -> dict[tuple[str, str], str]:

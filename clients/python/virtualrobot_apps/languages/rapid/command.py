@@ -4,21 +4,30 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from shutil import copytree
 from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, TypeAlias
 
 import click
 from virtualrobot.cli.options import GO_ON, Target, target_options
 
 from virtualrobot_apps.languages.core.trial_command import (
     Decorated,
-    only_robot,
     set_signals,
     told,
     trial_options,
 )
+
+if TYPE_CHECKING:
+    from virtualrobot import Client
+
+    from virtualrobot_apps.languages.rapid.cell import Cell
+    from virtualrobot_apps.languages.rapid.task import Loaded
+
+Part: TypeAlias = tuple[str, str | None, tuple[Path, ...]]
+"""Name, robot and files of a task."""
 
 _EXAMPLES = """
 \b
@@ -42,6 +51,24 @@ def _folder(told: str) -> Callable[[Decorated], Decorated]:
     return click.option("--files", "folder", metavar="FOLDER", type=existing, help=told)
 
 
+def _several(function: Decorated) -> Decorated:
+    """Add the options of several tasks to a command: tasks, static."""
+    tasks = click.option(
+        "--task",
+        "tasks",
+        metavar="NAME[@ROBOT]=FILE[,FILE...]",
+        multiple=True,
+        help="Another task that runs beside, and moves another arm or none; FILEs are the task T_ROB1.",
+    )
+    static = click.option(
+        "--static",
+        metavar="NAME=FILE[,FILE...]",
+        multiple=True,
+        help="A task without a robot that begins its procedure again and again until the others have ended.",
+    )
+    return tasks(static(function))
+
+
 @click.group(epilog=_EXAMPLES, short_help="Check, format and run programs in RAPID, ABB's language.")
 @target_options
 @click.pass_context
@@ -51,8 +78,9 @@ def rapid(ctx: click.Context, target: Target) -> None:
 
 
 @rapid.command()
-@_files
+@click.argument("files", nargs=-1, metavar="[FILE]...", type=click.Path(path_type=Path))
 @_signals
+@_several
 @trial_options
 @click.option("--answer", "answers", metavar="TEXT", multiple=True, help="With --run: as that of run.")
 @_folder("With --run: let it use files below a copy of this folder.")
@@ -61,6 +89,8 @@ def check(
     target: Target,
     files: tuple[Path, ...],
     signals: tuple[str, ...],
+    tasks: tuple[str, ...],
+    static: tuple[str, ...],
     runs: bool,
     robot: str | None,
     given: tuple[str, ...],
@@ -75,52 +105,40 @@ def check(
     run, too, in a copy of a kernel's world: collisions, places out of reach, limits and singularities are told.
     """
     from virtualrobot_apps.languages.core.diagnostics import ProgramError
-    from virtualrobot_apps.languages.rapid.task import load_files
+    from virtualrobot_apps.languages.core.source import read_source
+    from virtualrobot_apps.languages.rapid.task import load_tasks
 
+    parts, steady = _parts(files, robot, tasks, static)
+    sources = {name: [read_source(one) for one in of] for name, _, of in parts + steady}
     try:
-        program = load_files(files, signals)
+        programs = load_tasks(sources, signals)
     except ProgramError as error:
         for one in error.diagnostics:
             click.echo(str(one))
         click.echo(f"{len(error.diagnostics)} fault{'s' * (len(error.diagnostics) != 1)}")
         return 1
-    counted = sum(len(scope.routines) for scope in program.checked.modules)
-    named = ", ".join(sorted(use.name for use in program.signals.values()))
+    counted = sum(len(scope.routines) for one in programs.values() for scope in one.checked.modules)
+    named = ", ".join(sorted({use.name for one in programs.values() for use in one.signals.values()}))
     click.echo(
         f"no fault in {counted} routine{'s' * (counted != 1)}" + (f"; signals of the world: {named}" if named else "")
     )
-    return _tried(target, files, robot, given, longest, times, answers, folder) if runs else 0
-
-
-def _tried(
-    target: Target,
-    files: tuple[Path, ...],
-    robot: str | None,
-    given: tuple[str, ...],
-    longest: float,
-    times: bool,
-    answers: tuple[str, ...],
-    folder: Path | None,
-) -> int:
-    """Run a program in a copy of the world, show what it meets there, and return the exit code."""
-    from virtualrobot_apps.languages.core.trial import Trial, copied_world
-    from virtualrobot_apps.languages.rapid.symbols import first_value
-    from virtualrobot_apps.languages.rapid.task import RapidTask, load_files
-    from virtualrobot_apps.languages.rapid.world import World
+    if not runs:
+        return 0
+    from virtualrobot_apps.languages.core.task import Task
+    from virtualrobot_apps.languages.core.trial import Moving, Trial, copied_world
 
     with target.connect() as live, copied_world(live) as client, TemporaryDirectory() as copy:
         if folder is not None:
             copytree(folder, copy, dirs_exist_ok=True)
-        program = load_files(files, list(client.signals))
-        known = {name.lower() for name in client.signals}
-        for lower, use in program.signals.items():
-            if lower not in known:
-                client.signals.create(use.name, first_value(use))
+        parts = _with_robot(client, parts, files) + steady
+        programs = load_tasks(sources, list(client.signals))
+        _create_signals(client, programs.values())
         set_signals(client, given)
-        world = World(client, only_robot(client, robot), _teller("note: ", err=True))
-        task = RapidTask(program, world, lambda _: None, files=None if folder is None else Path(copy), answers=answers)
-        trial = Trial(client, task, world, longest)
-        trial.run(task.run)
+        cell = _cell(client, parts, programs, answers, Path(copy) if folder is not None else None, shows=False)
+        worlds: dict[Task, Moving] = {one: one.signals for one in cell.tasks.values()}
+        still = [cell.tasks[name.lower()] for name, _, _ in steady]
+        trial = Trial(client, worlds, longest, static=still)
+        trial.run(lambda: cell.run(static=still))
         return told(trial, times)
 
 
@@ -177,19 +195,7 @@ def format_files(files: tuple[Path, ...], only_check: bool) -> int:
     multiple=True,
     help="What is answered on the pendant, one after the other [lines of the standard input].",
 )
-@click.option(
-    "--task",
-    "tasks",
-    metavar="NAME[@ROBOT]=FILE[,FILE...]",
-    multiple=True,
-    help="Another task that runs beside, and moves another arm or none; FILEs are the task T_ROB1.",
-)
-@click.option(
-    "--static",
-    metavar="NAME=FILE[,FILE...]",
-    multiple=True,
-    help="A task without a robot that begins its procedure again and again until the others have ended.",
-)
+@_several
 @click.option("--create-signals", is_flag=True, help="Add the signals that it names and the world has not.")
 @target_options
 def run(
@@ -210,12 +216,29 @@ def run(
     and meet by WaitSyncTask; the error of one stops all.
     """
     from virtualrobot_apps.languages.core.source import read_source
-    from virtualrobot_apps.languages.rapid.cell import Cell
-    from virtualrobot_apps.languages.rapid.signals import Signals
-    from virtualrobot_apps.languages.rapid.symbols import first_value
-    from virtualrobot_apps.languages.rapid.task import RapidTask, load_tasks
-    from virtualrobot_apps.languages.rapid.world import World
+    from virtualrobot_apps.languages.rapid.task import load_tasks
 
+    parts, steady = _parts(files, robot, tasks, static)
+    with target.connect() as client:
+        parts = _with_robot(client, parts, files) + steady
+        programs = load_tasks({name: map(read_source, of) for name, _, of in parts}, list(client.signals))
+        if create_signals:
+            _create_signals(client, programs.values())
+        if client.clock.mode == "stepped":
+            click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
+        cell = _cell(client, parts, programs, answers or sys.stdin, folder, listen=listen)
+        try:
+            cell.run(routine, static=[cell.tasks[name.lower()] for name, _, _ in steady])
+        except KeyboardInterrupt:
+            click.echo("stopped", err=True)
+            raise click.exceptions.Exit(130) from None
+    return 0
+
+
+def _parts(
+    files: tuple[Path, ...], robot: str | None, tasks: tuple[str, ...], static: tuple[str, ...]
+) -> tuple[list[Part], list[Part]]:
+    """Return name, robot and files of each task, and of the static ones; FILEs are the last task, T_ROB1."""
     parts = [_part(text) for text in tasks]
     parts += [("T_ROB1", robot, files)] if files else []
     if not parts:
@@ -231,36 +254,60 @@ def run(
         found = next((one for number, one in enumerate(twice) if one in twice[:number]), None)
         if found is not None:
             raise click.UsageError(what.format(found))
-    with target.connect() as client:
-        if files and robot is None:
-            robots = [one.name for one in client.robots() if one.name not in arms]
-            if len(robots) != 1:
-                raise click.UsageError(f"name the arm by --robot; there are {', '.join(robots) or 'none'}")
-            parts[-1] = ("T_ROB1", robots[0], files)
-        known = {name.lower() for name in client.signals}
-        programs = load_tasks({name: map(read_source, of) for name, _, of in parts + steady}, list(client.signals))
-        if create_signals:
-            for program in programs.values():
-                for lower, use in program.signals.items():
-                    if lower not in known:
-                        known.add(lower)
-                        client.signals.create(use.name, first_value(use))
-        if client.clock.mode == "stepped":
-            click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
-        cell, answered = Cell(), iter(answers or sys.stdin)
-        for name, arm, _ in parts + steady:
-            where = f"{name}: " if len(programs) > 1 else ""
-            note = _teller(f"note: {where}", err=True)
-            world = Signals(client) if arm is None else World(client, arm, note)
-            write = _teller(where)
-            program = programs[name]
-            RapidTask(program, world, write, listen, files=folder, answers=answered, name=name, cell=cell)
-        try:
-            cell.run(routine, static=[cell.tasks[name.lower()] for name, _, _ in steady])
-        except KeyboardInterrupt:
-            click.echo("stopped", err=True)
-            raise click.exceptions.Exit(130) from None
-    return 0
+    return parts, steady
+
+
+def _with_robot(client: Client, parts: list[Part], files: tuple[Path, ...]) -> list[Part]:
+    """Return tasks of which the last one, where it has FILEs and no robot, has the only one that no other one moves."""
+    if not files or parts[-1][1] is not None:
+        return parts
+    arms = [arm for _, arm, _ in parts]
+    robots = [one.name for one in client.robots() if one.name not in arms]
+    if len(robots) != 1:
+        raise click.UsageError(f"name the arm by --robot; there are {', '.join(robots) or 'none'}")
+    return [*parts[:-1], ("T_ROB1", robots[0], files)]
+
+
+def _create_signals(client: Client, programs: Iterable[Loaded]) -> None:
+    """Add the signals that programs name and the world has not."""
+    from virtualrobot_apps.languages.rapid.symbols import first_value
+
+    known = {name.lower() for name in client.signals}
+    for program in programs:
+        for lower, use in program.signals.items():
+            if lower not in known:
+                known.add(lower)
+                client.signals.create(use.name, first_value(use))
+
+
+def _cell(
+    client: Client,
+    parts: list[Part],
+    programs: Mapping[str, Loaded],
+    answers: Iterable[str],
+    folder: Path | None,
+    *,
+    shows: bool = True,
+    listen: str | None = None,
+) -> Cell:
+    """Return the tasks of a run, whose pendants are shown or not."""
+    from virtualrobot_apps.languages.rapid.cell import Cell
+    from virtualrobot_apps.languages.rapid.signals import Signals
+    from virtualrobot_apps.languages.rapid.task import RapidTask
+    from virtualrobot_apps.languages.rapid.world import World
+
+    cell, answered = Cell(), iter(answers)
+    for name, arm, _ in parts:
+        where = f"{name}: " if len(parts) > 1 else ""
+        note = _teller(f"note: {where}", err=True)
+        world = Signals(client) if arm is None else World(client, arm, note)
+        write = _teller(where) if shows else _nothing
+        RapidTask(programs[name], world, write, listen, files=folder, answers=answered, name=name, cell=cell)
+    return cell
+
+
+def _nothing(line: str) -> None:
+    """Show nothing."""
 
 
 def _teller(before: str, err: bool = False) -> Callable[[str], None]:
@@ -268,7 +315,7 @@ def _teller(before: str, err: bool = False) -> Callable[[str], None]:
     return lambda line: click.echo(before + line, err=err)
 
 
-def _part(text: str) -> tuple[str, str | None, tuple[Path, ...]]:
+def _part(text: str) -> Part:
     """Return name, robot and files of a task that is given as NAME[@ROBOT]=FILE[,FILE...]."""
     match = re.fullmatch(r"(?P<name>\w+)(@(?P<robot>[^=]+))?=(?P<files>.+)", text)
     if match is None:

@@ -262,6 +262,10 @@ class RapidTask(Task):
             TaskStopped: when somebody stopped it; the robot brakes on its path.
             WrongStateError: when there is no such procedure, or it takes arguments.
         """
+        with self.at_work():
+            self._run(name, forever)
+
+    def _run(self, name: str, forever: bool) -> None:
         routine = self._routines.get(name.lower())
         procedures = [one.node.name for one in self._routines.values() if one.node.kind == "proc"]
         if routine is None or routine.node.kind != "proc":

@@ -90,7 +90,7 @@ def check(
         set_signals(client, given)
         world = World(client, only_robot(client, robot), lambda note: click.echo(f"note: {note}", err=True), each)
         task = RaplTask(program, world, lambda _: None, lambda _: "", (inputs, outputs))
-        trial = Trial(client, task, world, longest)
+        trial = Trial(client, {task: world}, longest)
         trial.run(task.run)
         return told(trial, times)
 

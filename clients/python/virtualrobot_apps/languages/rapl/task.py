@@ -115,6 +115,10 @@ class RaplTask(Task):
             TaskStopped: when somebody stopped it; the robot brakes on its path.
             WrongStateError: when there is no such program.
         """
+        with self.at_work():
+            self._run(name)
+
+    def _run(self, name: str) -> None:
         known = self.program.programs
         wanted = name.upper() or self.program.first
         if wanted not in known:
