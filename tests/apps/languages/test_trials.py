@@ -155,7 +155,7 @@ ENDMODULE
 def test_several_tasks_are_tried_together(client: virtualrobot.Client, tmp_path: Path) -> None:
     """Both arms make one step together, a static task counts beside, and the fault of one is told at its line."""
     for name, y in (("left", 0.5), ("right", -0.5)):
-        client.load_robot("model://irb120", name=name, base_pose=virtualrobot.pose(0.0, y, 0.0))
+        client.load_robot("model://irb120", name=name, pose=virtualrobot.pose(0.0, y, 0.0))
     files = {name: tmp_path / f"{name}.mod" for name in ("left", "right", "counts")}
     files["left"].write_text(SIDES.replace("SIDE", "").replace("LAST", "WaitTime 3;"))
     files["right"].write_text(SIDES.replace("SIDE", "-").replace("LAST", "MoveL far, v500, fine, tool0;"))
