@@ -135,10 +135,10 @@ class Trial:
         self._given_up_at = ""
         self._tick = client.clock.read().tick_length
         self._passed_at = 0.0
-        turns = Turns(list(tasks), static, self._step)
+        self._turns = Turns(list(tasks), static, self._step)
         for task in tasks:
-            task.at_work = partial(turns.at_work, task)
-            task.passing = partial(self._pass, turns, task)
+            task.at_work = partial(self._turns.at_work, task)
+            task.passing = partial(self._pass, task)
 
     def run(self, run: Callable[[], None]) -> None:
         """Run the program; an error that ends it is a finding, and so is an end that does not come."""
@@ -157,10 +157,10 @@ class Trial:
         finally:
             over.set()
 
-    def _pass(self, turns: Turns, task: Task, seconds: float) -> None:
+    def _pass(self, task: Task, seconds: float) -> None:
         """Let time go on for a task."""
         self._members[task].waits = task.place()
-        turns.rest(task, max(1, round(seconds / self._tick)))
+        self._turns.rest(task, max(1, round(seconds / self._tick)))
 
     def _step(self, ticks: int) -> int:
         """Let time go on by so many ticks at most, look what touches, and return how many it were."""
@@ -174,10 +174,14 @@ class Trial:
             self._look()
         if self.duration > self._end:
             self._end += self._longest  # what the program does at its end may last for ever, too
-            self._given_up_at = self._given_up_at or next(iter(self._members.values())).place
+            self._given_up_at = self._given_up_at or self._places()[0]
             self._stop(f"the program has not ended after {self._longest:g} s")
         self._passed_at = time.monotonic()
         return seen.ticks
+
+    def _places(self) -> list[str]:
+        """Return the places of tasks that have not ended."""
+        return [self._members[task].place for task in self._turns.working]
 
     def _stop(self, why: str) -> None:
         for task in self._members:
@@ -193,9 +197,8 @@ class Trial:
     def _look(self) -> None:
         now = self._pairs()
         moved = [one.place for one in self._members.values() if one.moved]
-        places = moved or [next(iter(self._members.values())).place]
         for pair in sorted(now.keys() - self._touching.keys()):
-            for place in places:
+            for place in moved or self._places()[:1]:
                 self._found(place, pair, now[pair])
         self._touching = now
 

@@ -27,6 +27,11 @@ class Turns:
         self._at: Task | None = None
         self._error: BaseException | None = None
 
+    @property
+    def working(self) -> list[Task]:
+        """Tasks that have not ended, in their order."""
+        return [one for one in self._tasks if one in self._due]
+
     @contextmanager
     def at_work(self, task: Task) -> Iterator[None]:
         """Have a task run, in its turn, for the length of a block; the first turn comes when all tasks are there."""
@@ -63,7 +68,7 @@ class Turns:
     def _choose(self) -> None:
         """Give the turn to the task that is due first, and let time go on until then."""
         if self._due:
-            first = min((one for one in self._tasks if one in self._due), key=self._due.__getitem__)
+            first = min(self.working, key=self._due.__getitem__)
             try:
                 while self._now < self._due[first]:
                     self._now += self._step(self._due[first] - self._now)
