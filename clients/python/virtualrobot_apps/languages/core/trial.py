@@ -169,7 +169,8 @@ class Trial:
         self.duration += seconds
         for one in self._members.values():
             one.pass_by(seen)
-            self.seconds[one.place] += seconds
+            if one.place:
+                self.seconds[one.place] += seconds
         if self._touching or seen.events:
             self._look()
         if self.duration > self._end:
