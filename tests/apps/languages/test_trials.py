@@ -176,7 +176,7 @@ def test_several_tasks_are_tried_together(client: virtualrobot.Client, tmp_path:
 
 def test_a_program_in_rapl_is_tried_too(client: virtualrobot.Client, tmp_path: Path) -> None:
     client.load_robot("model://a255", name="arm")
-    client.scene.add_part("post", virtualrobot.box(0.05, 0.05, 0.3), pose=virtualrobot.pose(0.28, 0.0, 0.15))
+    client.scene.add_part("post", virtualrobot.box(0.05, 0.05, 0.3), pose=virtualrobot.pose(0.2, -0.2, 0.15))
     file, locations = tmp_path / "job.rpl", tmp_path / "job.loc"
     locations.write_text("POINT L 200 200 250 0 90 0\nPOINT R 200 -200 250 0 90 0\nPOINT FAR 900 0 200 0 90 0\n")
     file.write_text("10 SPEED 100\n20 MOVE L\n30 MOVE R\n40 FINISH\n50 IFSIG 1 THEN 70\n60 STOP\n70 MOVE FAR\n")
