@@ -25,7 +25,7 @@ UNBOUNDED = 9e8
 """Value of a joint's bound (degrees) from which on it is none; programs write 9E9."""
 
 Shape: TypeAlias = Callable[[np.ndarray, np.ndarray], bool]
-"""Whether a place of the tool centre point (3,) in mm in RAPID's world, with joints (6,) in degrees, is within."""
+"""Test of a place of the tool centre point, (3,) in mm in RAPID's world, and joints, (6,) in degrees: within or not."""
 
 
 def box(low: Sequence[float], high: Sequence[float]) -> Shape:
