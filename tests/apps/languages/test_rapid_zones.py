@@ -106,7 +106,7 @@ def task_of(client: virtualrobot.Client, statements: str, lines: list[str]) -> t
 def test_outputs_follow_the_robot(steps: virtualrobot.Client) -> None:
     lines: list[str] = []
     task, world = task_of(steps, FOLLOWED, lines)
-    trial = Trial(steps, {task: world})
+    trial = Trial(steps, {task: world}, 10.0)
     trial.run(task.run)
     assert trial.findings == []
     each = [(0, 1), (1, 0), (0, 0), (0, 0), (1, 0), (1, 1)]
@@ -116,7 +116,7 @@ def test_outputs_follow_the_robot(steps: virtualrobot.Client) -> None:
 @pytest.mark.long
 def test_a_trial_tells_the_move_that_leads_into_a_zone(steps: virtualrobot.Client) -> None:
     task, world = task_of(steps, INTO, [])
-    trial = Trial(steps, {task: world})
+    trial = Trial(steps, {task: world}, 10.0)
     trial.run(task.run)
     (found,) = trial.findings
     assert (found.line, found.message) == (16, "the robot is in a world zone that WZLimSup keeps it out of")

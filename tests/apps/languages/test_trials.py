@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import astuple
 from pathlib import Path
 
 import pytest
 import virtualrobot
 from click.testing import CliRunner
+from virtualrobot_apps.languages.core import trial
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.core.trial import Trial
 from virtualrobot_apps.languages.rapid.command import rapid
@@ -22,13 +25,26 @@ pytestmark = pytest.mark.long
 ACROSS = SEEDED[0].statements
 
 
-def tried(client: virtualrobot.Client, file: Path, longest: float = 10.0, still: float = 60.0) -> Trial:
+def tried(client: virtualrobot.Client, file: Path, longest: float = 5.0, still: float = 60.0) -> Trial:
     """Return the trial of a program in a stepped world."""
     world = World(client, "arm")
     task = RapidTask(load([Source(file.read_text(), str(file))], client.signals), world, lambda _: None)
-    trial = Trial(client, {task: world}, longest, still)
-    trial.run(task.run)
-    return trial
+    run = Trial(client, {task: world}, longest, still)
+    run.run(task.run)
+    return run
+
+
+@pytest.fixture
+def lent_world(steps: virtualrobot.Client, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Have commands copy the world into a stepped kernel that runs already, and not into one that they start."""
+
+    @contextmanager
+    def copied(live: virtualrobot.Client) -> Iterator[virtualrobot.Client]:
+        live.scene.save(tmp_path / "world.yaml", bundle=True)
+        steps.scene.load_scene(tmp_path / "world.yaml")
+        yield steps
+
+    monkeypatch.setattr(trial, "copied_world", copied)
 
 
 @pytest.mark.parametrize("seeded", SEEDED, ids=lambda one: one.name)
@@ -92,16 +108,16 @@ def test_interrupts_come_at_their_times_in_each_run(steps: virtualrobot.Client) 
         world = World(steps, "arm")
         task = RapidTask(program, world, lines.append)
         steps.signals["diReady"] = False
-        Trial(steps, {task: world}).run(task.run)
+        Trial(steps, {task: world}, 10.0).run(task.run)
         assert lines == ["rise5", "beats10"]
 
 
 def test_times_are_those_of_the_lines(steps: virtualrobot.Client, tmp_path: Path) -> None:
     """WaitTime is 1.5 s, and what is looked at every 10 ms may be that late at both ends."""
     build(steps)
-    trial = tried(steps, program(tmp_path, "    MoveJ left, v500, fine, tool0;\n    WaitTime 1.5;"))
-    times = {int(place.rpartition(":")[2]) - FIRST: seconds for place, seconds in trial.seconds.items()}
-    assert trial.findings == []
+    run = tried(steps, program(tmp_path, "    MoveJ left, v500, fine, tool0;\n    WaitTime 1.5;"))
+    times = {int(place.rpartition(":")[2]) - FIRST: seconds for place, seconds in run.seconds.items()}
+    assert run.findings == []
     assert times[1] == pytest.approx(1.5, abs=0.03)
     assert times[0] > 0.2
 
@@ -152,6 +168,7 @@ ENDMODULE
 """
 
 
+@pytest.mark.usefixtures("lent_world")
 def test_several_tasks_are_tried_together(client: virtualrobot.Client, tmp_path: Path) -> None:
     """Both arms make one step together, a static task counts beside, and the fault of one is told at its line."""
     for name, y in (("left", 0.5), ("right", -0.5)):
@@ -174,6 +191,7 @@ def test_several_tasks_are_tried_together(client: virtualrobot.Client, tmp_path:
     assert outputs[0].splitlines()[-1].startswith("1 fault in a run of ")
 
 
+@pytest.mark.usefixtures("lent_world")
 def test_a_program_in_rapl_is_tried_too(client: virtualrobot.Client, tmp_path: Path) -> None:
     client.load_robot("model://a255", name="arm")
     client.scene.add_part("post", virtualrobot.box(0.05, 0.05, 0.3), pose=virtualrobot.pose(0.2, -0.2, 0.15))

@@ -26,8 +26,6 @@ from virtualrobot_apps.languages.core.source import read_source
 from virtualrobot_apps.languages.core.task import Task, TaskStopped
 from virtualrobot_apps.languages.core.turns import Turns
 
-LONGEST = 300.0
-"""Time (s of the simulation) after which a trial is given up, unless somebody says another one."""
 STILL_SECONDS = 60.0
 """Time (s of the wall clock) after which a program is given up that lets no time pass: it computes for ever."""
 
@@ -111,7 +109,7 @@ class Trial:
         self,
         client: Client,
         tasks: Mapping[Task, Moving],
-        longest: float = LONGEST,
+        longest: float,
         still: float = STILL_SECONDS,
         *,
         static: Sequence[Task] = (),

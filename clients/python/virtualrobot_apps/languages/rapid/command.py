@@ -11,10 +11,13 @@ from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, TypeAlias
 
 import click
-from virtualrobot.cli.options import GO_ON, Target, target_options
+from virtualrobot.cli.options import Target, target_options
 
-from virtualrobot_apps.languages.core.trial_command import (
+from virtualrobot_apps.languages.core.command import (
     Decorated,
+    at_work,
+    faulty,
+    only_robot,
     set_signals,
     told,
     trial_options,
@@ -113,10 +116,7 @@ def check(
     try:
         programs = load_tasks(sources, signals)
     except ProgramError as error:
-        for one in error.diagnostics:
-            click.echo(str(one))
-        click.echo(f"{len(error.diagnostics)} fault{'s' * (len(error.diagnostics) != 1)}")
-        return 1
+        return faulty(error)
     counted = sum(len(scope.routines) for one in programs.values() for scope in one.checked.modules)
     named = ", ".join(sorted({use.name for one in programs.values() for use in one.signals.values()}))
     click.echo(
@@ -224,14 +224,9 @@ def run(
         programs = load_tasks({name: map(read_source, of) for name, _, of in parts}, list(client.signals))
         if create_signals:
             _create_signals(client, programs.values())
-        if client.clock.mode == "stepped":
-            click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
         cell = _cell(client, parts, programs, answers or sys.stdin, folder, listen=listen)
-        try:
+        with at_work(client):
             cell.run(routine, static=[cell.tasks[name.lower()] for name, _, _ in steady])
-        except KeyboardInterrupt:
-            click.echo("stopped", err=True)
-            raise click.exceptions.Exit(130) from None
     return 0
 
 
@@ -261,23 +256,16 @@ def _with_robot(client: Client, parts: list[Part], files: tuple[Path, ...]) -> l
     """Return tasks of which the last one, where it has FILEs and no robot, has the only one that no other one moves."""
     if not files or parts[-1][1] is not None:
         return parts
-    arms = [arm for _, arm, _ in parts]
-    robots = [one.name for one in client.robots() if one.name not in arms]
-    if len(robots) != 1:
-        raise click.UsageError(f"name the arm by --robot; there are {', '.join(robots) or 'none'}")
-    return [*parts[:-1], ("T_ROB1", robots[0], files)]
+    return [*parts[:-1], ("T_ROB1", only_robot(client, None, [arm for _, arm, _ in parts]), files)]
 
 
 def _create_signals(client: Client, programs: Iterable[Loaded]) -> None:
     """Add the signals that programs name and the world has not."""
     from virtualrobot_apps.languages.rapid.symbols import first_value
 
-    known = {name.lower() for name in client.signals}
-    for program in programs:
-        for lower, use in program.signals.items():
-            if lower not in known:
-                known.add(lower)
-                client.signals.create(use.name, first_value(use))
+    named = {lower: use for program in programs for lower, use in program.signals.items()}
+    for lower in sorted(named.keys() - {name.lower() for name in client.signals}):
+        client.signals.create(named[lower].name, first_value(named[lower]))
 
 
 def _cell(

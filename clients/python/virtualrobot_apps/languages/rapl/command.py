@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
-from virtualrobot.cli.options import GO_ON, Target, target_options
+from virtualrobot.cli.options import Target, target_options
 
-from virtualrobot_apps.languages.core.trial_command import only_robot, set_signals, told, trial_options
+from virtualrobot_apps.languages.core.command import at_work, faulty, only_robot, set_signals, told, trial_options
+
+if TYPE_CHECKING:
+    from virtualrobot import Client
+
+    from virtualrobot_apps.languages.rapl.program import Loaded
 
 _EXAMPLES = """
 \b
@@ -69,24 +75,19 @@ def check(
     try:
         program = load_files(files, locations)
     except ProgramError as error:
-        for one in error.diagnostics:
-            click.echo(str(one))
-        click.echo(f"{len(error.diagnostics)} fault{'s' * (len(error.diagnostics) != 1)}")
-        return 1
+        return faulty(error)
     lines = sum(len(one.statements) for one in program.programs.values())
     count = len(program.programs)
     click.echo(f"no fault in {lines} lines of {count} program{'s' * (count != 1)}: {', '.join(program.programs)}")
     if not runs:
         return 0
     from virtualrobot_apps.languages.core.trial import Trial, copied_world
-    from virtualrobot_apps.languages.rapl.task import RaplTask, signals_of
+    from virtualrobot_apps.languages.rapl.task import RaplTask
     from virtualrobot_apps.languages.rapl.world import World
 
     each = _checked(pulses, inputs, outputs)
     with target.connect() as live, copied_world(live) as client:
-        for name in signals_of(program, inputs, outputs):
-            if name not in client.signals:
-                client.signals.create(name)
+        _create_signals(client, program, inputs, outputs)
         set_signals(client, given)
         world = World(client, only_robot(client, robot), lambda note: click.echo(f"note: {note}", err=True), each)
         task = RaplTask(program, world, lambda _: None, lambda _: "", (inputs, outputs))
@@ -104,6 +105,15 @@ def _checked(pulses: str | None, inputs: str, outputs: str) -> list[float]:
         return [float(one) for one in pulses.split(",")] if pulses else []
     except ValueError:
         raise click.UsageError(f"--pulses takes numbers, as 200,200,200,44.44,22.22, not {pulses}") from None
+
+
+def _create_signals(client: Client, program: Loaded, inputs: str, outputs: str) -> None:
+    """Add the inputs and outputs that a program names and the world has not."""
+    from virtualrobot_apps.languages.rapl.task import signals_of
+
+    for name in signals_of(program, inputs, outputs):
+        if name not in client.signals:
+            client.signals.create(name)
 
 
 @rapl.command()
@@ -132,7 +142,7 @@ def run(
     They are checked first, and nothing moves where something is wrong.
     """
     from virtualrobot_apps.languages.rapl.program import load_files
-    from virtualrobot_apps.languages.rapl.task import RaplTask, signals_of
+    from virtualrobot_apps.languages.rapl.task import RaplTask
     from virtualrobot_apps.languages.rapl.world import World
 
     each = _checked(pulses, inputs, outputs)
@@ -140,17 +150,10 @@ def run(
         robot = only_robot(client, robot)
         loaded = load_files(files, locations)
         if create_signals:
-            for name in signals_of(loaded, inputs, outputs):
-                if name not in client.signals:
-                    client.signals.create(name)
-        if client.clock.mode == "stepped":
-            click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
+            _create_signals(client, loaded, inputs, outputs)
         world = World(client, robot, lambda note: click.echo(f"note: {note}", err=True), each)
-        try:
+        with at_work(client):
             RaplTask(loaded, world, click.echo, _asked, (inputs, outputs)).run(program)
-        except KeyboardInterrupt:
-            click.echo("stopped", err=True)
-            raise click.exceptions.Exit(130) from None
     return 0
 
 

@@ -1,17 +1,25 @@
-"""Options of `check --run` in all languages, and what it shows."""
+"""What the commands of all languages share: options, faults that are shown, trials, and a run that Ctrl-C stops."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from typing import Any, TypeVar
+from collections.abc import Callable, Collection, Iterable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
+from virtualrobot.cli.options import GO_ON
 from virtualrobot.cli.signals import signal_value
-from virtualrobot.connection import Client
 
-from virtualrobot_apps.languages.core.trial import LONGEST, Trial
+if TYPE_CHECKING:
+    from virtualrobot import Client
+
+    from virtualrobot_apps.languages.core.diagnostics import ProgramError
+    from virtualrobot_apps.languages.core.trial import Trial
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
+
+LONGEST = 300.0
+"""Time (s of the simulation) after which a trial is given up, unless somebody says another one."""
 
 
 def trial_options(function: Decorated) -> Decorated:
@@ -37,12 +45,32 @@ def trial_options(function: Decorated) -> Decorated:
     return function
 
 
-def only_robot(client: Client, name: str | None) -> str:
-    """Return a robot's name, or that of the only one; raises UsageError where there is another number of them."""
-    names = [one.name for one in client.robots()] if name is None else [name]
+def faulty(error: ProgramError) -> int:
+    """Show the faults of a program that can't be run as it is, and return the exit code, 1."""
+    for one in error.diagnostics:
+        click.echo(str(one))
+    click.echo(f"{len(error.diagnostics)} fault{'s' * (len(error.diagnostics) != 1)}")
+    return 1
+
+
+def only_robot(client: Client, name: str | None, others: Collection[str | None] = ()) -> str:
+    """Return a robot's name, or that of the only one besides `others`; raises UsageError where it isn't only one."""
+    names = [one.name for one in client.robots() if one.name not in others] if name is None else [name]
     if len(names) != 1:
         raise click.UsageError(f"name the arm by --robot; there are {', '.join(names) or 'none'}")
     return names[0]
+
+
+@contextmanager
+def at_work(client: Client) -> Iterator[None]:
+    """Have a program run for the length of a block: tell where time stands still, and end by Ctrl-C with 130."""
+    if client.clock.mode == "stepped":
+        click.echo(f"time stands still: the program goes on with each 'virtualrobot step'; {GO_ON}", err=True)
+    try:
+        yield
+    except KeyboardInterrupt:
+        click.echo("stopped", err=True)
+        raise click.exceptions.Exit(130) from None
 
 
 def set_signals(client: Client, given: Iterable[str]) -> None:
