@@ -1,4 +1,4 @@
-"""What the commands of all languages share: options, faults that are shown, trials, and a run that Ctrl-C stops."""
+"""Parts of the commands of all languages: options, faults that are shown, trials, and a run that Ctrl-C stops."""
 
 from __future__ import annotations
 
