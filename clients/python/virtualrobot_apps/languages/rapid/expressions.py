@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from virtualrobot_apps.languages.rapid import tree
 from virtualrobot_apps.languages.rapid.lexer import number_value, text_value
-from virtualrobot_apps.languages.rapid.words import WordReader
+from virtualrobot_apps.languages.rapid.words import RapidReader
 
 PRIORITIES = {
     **dict.fromkeys(("or", "xor"), 1),
@@ -20,7 +20,7 @@ PRIORITIES = {
 """Strength with which each operator binds."""
 
 
-class ExpressionParser(WordReader):
+class ExpressionParser(RapidReader):
     """Parser of expressions and of arguments."""
 
     def expression(self, least: int = 0) -> tree.Expression:

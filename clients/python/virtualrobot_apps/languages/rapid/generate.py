@@ -6,11 +6,10 @@ holds it. Before each statement stands `if flags: poll()`, where the task does w
 
 from __future__ import annotations
 
-import ast
 from collections.abc import Iterable
 from types import CodeType
 
-from virtualrobot_apps.languages.core.source import Source
+from virtualrobot_apps.languages.core.code import compiled
 from virtualrobot_apps.languages.rapid import tree
 from virtualrobot_apps.languages.rapid.check import Checked
 from virtualrobot_apps.languages.rapid.generate_values import Values
@@ -52,7 +51,7 @@ class Generator(Values):
         """Return the code that defines the routines of the module."""
         for routine in self.scope.routines:
             self._routine(routine)
-        return self._compiled(self.source)
+        return compiled(self._lines, self._places, self.source)
 
     def first_values(self, data: list[Datum]) -> CodeType:
         """Return the code that gives data their first values."""
@@ -60,25 +59,7 @@ class Generator(Values):
             assert datum.node is not None
             self._line = self.source.line(datum.node.at)
             self._put(f"{datum.python}[:] = [{self.first_value(datum.node, datum.type)}]")
-        return self._compiled(self.source)
-
-    def _compiled(self, source: Source) -> CodeType:
-        parsed = ast.parse("\n".join(self._lines) or "pass")
-        places = [*self._places, 1]
-        # As ast.walk does, in a third of the time.
-        waiting: list[ast.AST] = [parsed]
-        while waiting:
-            node = waiting.pop()
-            fields = node.__dict__
-            for value in fields.values():
-                if isinstance(value, ast.AST):
-                    waiting.append(value)
-                elif type(value) is list:
-                    waiting += [one for one in value if isinstance(one, ast.AST)]
-            if "lineno" in fields:
-                fields["lineno"] = fields["end_lineno"] = places[fields["lineno"] - 1]
-                fields["col_offset"] = fields["end_col_offset"] = 0
-        return compile(parsed, source.file, "exec")
+        return compiled(self._lines, self._places, self.source)
 
     # Lines.
 

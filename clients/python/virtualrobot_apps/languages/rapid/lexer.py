@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics
 from virtualrobot_apps.languages.core.source import Source
+from virtualrobot_apps.languages.core.words import Words
 
 KEYWORDS = frozenset(
     """alias and backward case connect const default div do else elseif endfor endfunc endif endmodule endproc
@@ -29,16 +29,6 @@ _WORD = re.compile(
     re.VERBOSE,
 )
 _SKIPPED = {"space", "comment", "head", "preset"}
-
-
-@dataclass(frozen=True, slots=True)
-class Words:
-    """Words of a text: kind (a reserved word or sign itself, or name, number, text, end), value, begin and end."""
-
-    kinds: list[str]
-    values: list[str]
-    starts: list[int]
-    ends: list[int]
 
 
 def pieces_of(source: Source) -> Iterator[tuple[str, str, int]]:

@@ -7,9 +7,9 @@ from __future__ import annotations
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics
 from virtualrobot_apps.languages.core.source import Source
+from virtualrobot_apps.languages.core.words import Failed
 from virtualrobot_apps.languages.rapid import tree
 from virtualrobot_apps.languages.rapid.expressions import ExpressionParser
-from virtualrobot_apps.languages.rapid.words import Failed
 
 _DECLARED = {"proc", "func", "trap", "local", "task", "var", "pers", "const", "record", "alias"}
 _ENDS = frozenset(

@@ -1,0 +1,29 @@
+"""Code that was made of a program: Python's, with the lines of the program, so that tracebacks show these."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Sequence
+from types import CodeType
+
+from virtualrobot_apps.languages.core.source import Source
+
+
+def compiled(lines: Sequence[str], places: Sequence[int], source: Source) -> CodeType:
+    """Return the code of lines of Python; `places` has the line of the source that each of them comes from."""
+    parsed = ast.parse("\n".join(lines) or "pass")
+    numbers = [*places, 1]
+    # As ast.walk does, in a third of the time.
+    waiting: list[ast.AST] = [parsed]
+    while waiting:
+        node = waiting.pop()
+        fields = node.__dict__
+        for value in fields.values():
+            if isinstance(value, ast.AST):
+                waiting.append(value)
+            elif type(value) is list:
+                waiting += [one for one in value if isinstance(one, ast.AST)]
+        if "lineno" in fields:
+            fields["lineno"] = fields["end_lineno"] = numbers[fields["lineno"] - 1]
+            fields["col_offset"] = fields["end_col_offset"] = 0
+    return compile(parsed, source.file, "exec")

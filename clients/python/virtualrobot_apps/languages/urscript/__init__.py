@@ -1,0 +1,1 @@
+"""URScript, the language of Universal Robots' controllers: read, checked, and run in cycles of a controller."""

@@ -1,0 +1,83 @@
+"""Table of URScript's functions: a row for each that works, and the names of those that don't yet.
+
+A row is the Python function that does it, with its parameters in URScript's own words. Check, documentation and tests
+read it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+from virtualrobot_apps.languages.core.diagnostics import Diagnostics, ProgramError
+from virtualrobot_apps.languages.core.source import Source
+from virtualrobot_apps.languages.urscript import tree
+from virtualrobot_apps.languages.urscript.parser import Parser
+
+Run = TypeVar("Run", bound=Callable[..., Any])
+
+
+@dataclass(frozen=True, slots=True)
+class Builtin:
+    """A function that comes with the language.
+
+    Attributes:
+        name: its name.
+        signature: its parameters as a function would declare them; one with a value may be left out.
+        parameters: the same, parsed.
+        text: the sentence that tells people what it does.
+        room: the module that has it.
+        waits: it takes time, and is a generator: what it yields is the end of its thread's turn in a cycle.
+        run: the Python function, called with the task and each argument, None where it is left out.
+    """
+
+    name: str
+    signature: str
+    parameters: list[tree.Parameter]
+    text: str
+    room: str
+    waits: bool
+    run: Callable[..., Any]
+
+
+BUILTINS: dict[str, Builtin] = {}
+"""All that works, by name."""
+
+
+def function(name: str, signature: str = "", *, waits: bool = False) -> Callable[[Run], Run]:
+    """Enter a function; the first line of its docstring tells what it does."""
+
+    def enter(run: Run) -> Run:
+        diagnostics = Diagnostics()
+        parser = Parser(Source(signature, name), diagnostics)
+        parameters = [] if not signature else parser.parameters("newline")
+        if len(diagnostics):
+            raise ProgramError(diagnostics.sorted())
+        told, room = (run.__doc__ or "").partition("\n")[0], run.__module__.rpartition(".")[2]
+        BUILTINS[name] = Builtin(name, signature, parameters, told, room, waits, run)
+        return run
+
+    return enter
+
+
+_LACKING = """
+analog_io_get_type conveyor_pulse_decode direct_torque encoder_enable_pulse_decode encoder_enable_set_tick_count
+encoder_get_tick_count encoder_set_tick_count encoder_unwind_delta_tick_count end_force_mode end_freedrive_mode
+end_screw_driving end_teach_mode force force_mode force_mode_example force_mode_set_damping
+force_mode_set_gain_scaling freedrive_mode freedrive_mode_no_incorrect_payload_check get_conveyor_tick_count
+get_freedrive_status get_joint_temp get_jacobian get_jacobian_time_derivative get_mass_matrix get_tcp_force
+get_tool_accelerometer_reading get_tool_current interpreter_mode modbus_add_signal modbus_delete_signal
+modbus_get_signal_status modbus_set_output_register modbus_set_output_signal modbus_set_signal_update_frequency
+move_to_fixture movec optimovej optimovel path_offset_disable path_offset_enable path_offset_set pose_dist
+pose_sub popup position_deviation_warning reset_revolution_counter request_boolean_from_primary_client
+request_float_from_primary_client request_integer_from_primary_client request_string_from_primary_client rpc_factory
+screw_driving servoc set_conveyor_tick_count set_gravity set_tool_communication set_tool_voltage teach_mode
+tool_contact
+track_conveyor_circular track_conveyor_linear triggerGripper wrench_trans zero_ftsensor
+"""
+
+
+def lacking_names() -> frozenset[str]:
+    """Return the names of the functions of the manual that are refused."""
+    return frozenset(_LACKING.split()) - BUILTINS.keys()
