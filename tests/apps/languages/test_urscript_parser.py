@@ -89,7 +89,7 @@ def test_what_is_no_program_is_told(text: str, expected: str) -> None:
         ("sleep(1, t=2)", "'sleep' gets 't' twice"),
         ("textmsg(s1=1, 2)", "an argument without a name stands before those of 'textmsg' with names"),
         ("sync(1)", "'sync' gets 1 arguments; it takes none"),
-        ("force_mode()", "'force_mode' can't be used here yet; see the table of what works"),
+        ("textmsg(p[1, 2])", "'p' is never given a value; a pose p[x, y, z, rx, ry, rz] has 6 numbers"),
         ("run nothing()", "there is no thread 'nothing'"),
         ("thread t():\nend\nt()", "'t' is a thread, which is started by 'run t()'"),
         ("def f():\nend\nh = run f()", "there is no thread 'f'"),

@@ -11,7 +11,7 @@ import numpy as np
 from virtualrobot_apps.emulators.body import Body
 from virtualrobot_apps.emulators.ur import kinematics
 from virtualrobot_apps.emulators.ur.kinematics import MODELS, Floats
-from virtualrobot_apps.emulators.ur.moves import JointMove, LineMove, Move, Servo, Stop
+from virtualrobot_apps.emulators.ur.moves import PLANNED, Move, Servo, Stop
 
 STARTING_CYCLES = 50
 """Cycles in which power comes on, and in which brakes open."""
@@ -21,6 +21,8 @@ HARD_DECELERATION = 12.0
 """That of a protective stop."""
 SETTLED = 1e-5
 """Distance (rad) of the arm from a setpoint that doesn't move at which it is left to itself."""
+_LOGGED = 1000
+"""Lines of the log of one cycle that are kept."""
 SETTLE_CYCLES = 500
 """Cycles after which an arm that doesn't get there is left to itself, too."""
 
@@ -65,6 +67,10 @@ class Program(Protocol):
         """Do what the script does in one cycle; return whether it goes on."""
         ...
 
+    def close(self) -> None:
+        """Give back what it has: it is over."""
+        ...
+
 
 class Watchdog:
     """rtde_set_watchdog: the program is stopped where an input isn't written often enough."""
@@ -106,6 +112,8 @@ class Controller:
         self.target, self.velocity = body.read()
         self.words: list[tuple[int, int, str]] = []
         """Messages that haven't gone out yet: number of the error, its argument, words."""
+        self.logged: list[str] = []
+        """Lines of the log that haven't gone out yet, the last ones."""
         self._follows = False
         self._settling = 0
         self._until = 0
@@ -147,7 +155,7 @@ class Controller:
     def _advance(self) -> None:
         if self.move is not None and self.mode is RobotMode.RUNNING:
             # A speed slider slows moves that the controller plans; setpoints and stops have their own time.
-            seconds = self.dt * (self.slider if isinstance(self.move, JointMove | LineMove) else 1.0)
+            seconds = self.dt * (self.slider if isinstance(self.move, PLANNED) else 1.0)
             try:
                 goal = self.move.advance(self.target, self.velocity, seconds)
             except kinematics.NoPosture as error:
@@ -171,13 +179,17 @@ class Controller:
 
     def go(self, move: Callable[[Floats], Move]) -> None:
         """Begin a move, made from where the setpoint is; its own controller's programs alone call it."""
-        if not self._follows:
-            self.target, self.velocity = self.body.read()[0], np.zeros(6)
         try:
-            self.move = move(self.target)
+            self.move = move(self.begin())
         except kinematics.NoPosture as error:
             self.end_program()
             self.say(255, 0, str(error))
+
+    def begin(self) -> Floats:
+        """Return where the setpoint (6,) is, from which a move begins: where the arm is, unless it follows one."""
+        if not self._follows:
+            self.target, self.velocity = self.body.read()[0], np.zeros(6)
+        return self.target
 
     def halt(self, deceleration: float = END_DECELERATION) -> None:
         """Slow down to rest."""
@@ -190,6 +202,11 @@ class Controller:
     def say(self, code: int, argument: int, text: str) -> None:
         """Have words for whoever listens."""
         self.words.append((code, argument, text))
+
+    def log(self, text: str) -> None:
+        """Have words of a script for its log, which clients of the primary interface are told."""
+        self.logged.append(text)
+        del self.logged[:-_LOGGED]
 
     def play(self, program: Program) -> str:
         """Run a program in place of the one that runs; return why it can't, empty where it does."""
@@ -204,8 +221,8 @@ class Controller:
     def end_program(self) -> None:
         """End the program; what moves slows down."""
         if self.program is not None:
-            self.program = self.watchdog = None
-            self.registers.clear()
+            program, self.program, self.watchdog = self.program, None, None
+            program.close()
             self.halt()
 
     def watch(self, variable: str, cycles: int) -> None:

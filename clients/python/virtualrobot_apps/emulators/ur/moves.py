@@ -12,6 +12,11 @@ import numpy as np
 from virtualrobot_apps.emulators.ur import kinematics
 from virtualrobot_apps.emulators.ur.kinematics import Floats, Model
 
+_DAMPING = 1e-6
+"""Square of the smallest singular value at which velocities of the TCP are half of what is wanted."""
+_FASTEST = np.pi
+"""Speed (rad/s) of the fastest joint at which velocities of the TCP are kept: near a singularity they are less."""
+
 
 class Move(Protocol):
     """Something that moves the setpoint."""
@@ -73,17 +78,25 @@ class LineMove:
         self._model, self._tcp, self._from = model, tcp, kinematics.forward(model, start, tcp)
         self._shift = pose[:3, 3] - self._from[:3, 3]
         self._turn = kinematics.rotation_vector(pose[:3, :3] @ self._from[:3, :3].T)
-        self._length = float(np.linalg.norm(self._shift)) or float(np.linalg.norm(self._turn))
+        self._length = self._measure()
         self._ramp = Ramp(self._length, speed, acceleration)
         self.over = False
         positions = start
         for share in np.linspace(0.0, 1.0, 21)[1:]:
             positions = kinematics.inverse(model, self._at(share), positions, tcp)
 
+    def _measure(self) -> float:
+        """Return the length of the way."""
+        return float(np.linalg.norm(self._shift)) or float(np.linalg.norm(self._turn))
+
+    def _place(self, share: float) -> Floats:
+        """Return the TCP's position (3,) at a share of the way."""
+        return self._from[:3, 3] + self._shift * share
+
     def _at(self, share: float) -> Floats:
         pose = np.eye(4)
         pose[:3, :3] = kinematics.rotation(self._turn * share) @ self._from[:3, :3]
-        pose[:3, 3] = self._from[:3, 3] + self._shift * share
+        pose[:3, 3] = self._place(share)
         return pose
 
     def advance(self, here: Floats, velocity: Floats, seconds: float) -> Floats:
@@ -91,6 +104,40 @@ class LineMove:
         self.over = self._ramp.advance(seconds)
         pose = self._at(self._ramp.way / self._length if self._length else 1.0)
         return kinematics.inverse(self._model, pose, here, self._tcp)
+
+
+class ArcMove(LineMove):
+    """movec: the TCP goes along the arc of a circle through three places, and turns about one axis meanwhile."""
+
+    def __init__(
+        self, model: Model, start: Floats, via: Floats, pose: Floats, tcp: Floats, speed: float, acceleration: float
+    ) -> None:
+        """Go from the joints `start` (6,) past the place `via` (3,) to the TCP's `pose` (4, 4), as a line does.
+
+        Raises NoPosture where the three places are on a line, or the arc can't be gone along.
+        """
+        first = kinematics.forward(model, start, tcp)[:3, 3]
+        chord, other = pose[:3, 3] - first, via - first
+        normal = np.cross(other, chord)
+        if np.linalg.norm(normal) < 1e-9:
+            raise kinematics.NoPosture("the three places of an arc are on a line, or two of them are one")
+        # The centre is as far from all three: solved in the plane of the circle (Cramer's rule for its two bisectors).
+        square = float(normal @ normal)
+        centre = (float(other @ other) * np.cross(chord, normal) + float(chord @ chord) * np.cross(normal, other)) / (
+            2.0 * square
+        )
+        self._centre, self._arm = first + centre, -centre
+        self._axis = normal / np.sqrt(square)
+        side = np.cross(self._axis, self._arm)
+        end = chord - centre
+        self._angle = float(np.arctan2(end @ side, end @ self._arm)) % (2.0 * np.pi)
+        super().__init__(model, start, pose, tcp, speed, acceleration)
+
+    def _measure(self) -> float:
+        return float(np.linalg.norm(self._arm)) * self._angle
+
+    def _place(self, share: float) -> Floats:
+        return self._centre + kinematics.rotation(self._axis * self._angle * share) @ self._arm
 
 
 class Servo:
@@ -124,11 +171,12 @@ class Speed:
 
     def advance(self, here: Floats, velocity: Floats, seconds: float) -> Floats:
         """Return the next setpoint."""
+        wanted = self.wanted if self.seconds > 0.5 * seconds else np.zeros(6)
         self.seconds -= seconds
-        wanted = self.wanted if self.seconds > 0.0 else np.zeros(6)
         if self.linear:
             slope = kinematics.jacobian(self._model, here, self._tcp)
-            wanted = slope.T @ np.linalg.solve(slope @ slope.T + 1e-4 * np.eye(6), wanted)
+            wanted = slope.T @ np.linalg.solve(slope @ slope.T + _DAMPING * np.eye(6), wanted)
+            wanted = wanted * min(1.0, _FASTEST / max(float(np.abs(wanted).max()), 1e-12))
         change = self.acceleration * seconds
         return here + (velocity + np.clip(wanted - velocity, -change, change)) * seconds
 
@@ -147,3 +195,7 @@ class Stop:
         left = max(0.0, fastest - self._deceleration * seconds)
         self.over = left == 0.0
         return here if self.over else here + velocity * (left / fastest) * seconds
+
+
+PLANNED = (JointMove, LineMove)
+"""Moves that the controller plans itself, and its speed slider slows."""

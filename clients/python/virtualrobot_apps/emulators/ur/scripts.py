@@ -1,15 +1,12 @@
-"""Scripts that clients upload: their effects, not their language.
+"""Scripts that clients upload: run by their language, but for two whose effects are known.
 
-Two are known by the name of their function: `rtde_control`, that of the library ur-rtde, which takes commands by input
-registers (as its own script, version 1.6, reads them), and `virtualrobot_driver`, that of the driver `ur_rtde`. Of any
-other one, and of `sec` programs, the lines that call what `_CALLS` names with plain numbers have an effect.
+These two are known by the name of their function: `rtde_control`, that of the library ur-rtde, which takes commands by
+input registers (as its own script, version 1.6, reads them), and `virtualrobot_driver`, that of the driver `ur_rtde`.
 """
 
 from __future__ import annotations
 
-import ast
 import re
-from collections.abc import Callable
 
 import numpy as np
 
@@ -17,9 +14,11 @@ from virtualrobot_apps.emulators.ur import kinematics
 from virtualrobot_apps.emulators.ur.controller import END_DECELERATION, Controller, Program
 from virtualrobot_apps.emulators.ur.kinematics import Floats
 from virtualrobot_apps.emulators.ur.moves import JointMove, LineMove, Move, Servo, Speed
+from virtualrobot_apps.languages.core.diagnostics import ProgramError
+from virtualrobot_apps.languages.urscript.robot import ScriptProgram
+from virtualrobot_apps.languages.urscript.task import load
 
-_NAME = re.compile(r"\s*(def|sec)\s+(\w+)\s*\(")
-_CALL = re.compile(r"(\w+)\((.*)\)\s*\Z")
+_NAME = re.compile(r"\s*def\s+(\w+)\s*\(")
 _OPERATION, _ASYNC_RUNS = 1 << 24, 1 << 15
 """Bits of asynchronous moves in ur-rtde's register: the first of their number, and that of one that runs."""
 REALTIME = frozenset({6, 9, 10, 11, 24, 25, 26, 27, 38, 58, 66, 67, 68, 69, 70, 71})
@@ -27,49 +26,55 @@ REALTIME = frozenset({6, 9, 10, 11, 24, 25, 26, 27, 38, 58, 66, 67, 68, 69, 70, 
 
 
 def run_script(controller: Controller, text: str) -> None:
-    """Do what a script asks for."""
+    """Do what a script asks for; what is wrong with it is told as the controller tells it, with its line."""
     found = _NAME.match(text)
-    kind, name = (found[1], found[2]) if found else ("", "")
-    if kind == "sec":
-        for line in text.splitlines()[1:]:
-            _call(controller, line)
-        return
+    name = found[1] if found else ""
     if name == "rtde_control":
         offset = re.search(r"reg_offset_int = .*?\n?\s*(\d+)", text)
-        program: Program = ControlScript(int(offset[1]) if offset else 0)
+        _play(controller, ControlScript(int(offset[1]) if offset else 0))
     elif name == "virtualrobot_driver":
         watchdog = re.search(r'rtde_set_watchdog\("(\w+)", *([\d.]+)', text)
         session = re.search(r"write_output_integer_register\(24, (\d+)\)", text)
         if watchdog is None or session is None:
             controller.say(210, 0, "virtualrobot_driver: this emulator doesn't know that version of the script")
-            return
-        program = FollowScript(int(session[1]))
-        if not (refused := controller.play(program)):
+        elif _play(controller, FollowScript(int(session[1]))):
             controller.watch(watchdog[1], max(1, round(controller.rate / float(watchdog[2]))))
-        else:
-            controller.say(0, 0, refused)
-        return
     else:
-        program = Lines(name or "line", text.splitlines())
-    if refused := controller.play(program):
+        _interpret(controller, text)
+
+
+def _interpret(controller: Controller, text: str) -> None:
+    """Run a script by its language: in place of the one that runs, or, if it is secondary, at once and beside it."""
+    try:
+        loaded = load(text)
+    except ProgramError as error:
+        first = error.diagnostics[0]
+        controller.say(210, 0, f"syntax_error_on_line:{first.line}: {first.message}")
+        return
+    program = ScriptProgram(loaded, controller)
+    if not loaded.secondary:
+        _play(controller, program)
+        return
+    if program.cycle(controller):
+        controller.say(210, 0, f"the secondary program {loaded.name!r} takes time, and was ended where it waited")
+    program.close()
+
+
+def _play(controller: Controller, program: Program) -> bool:
+    refused = controller.play(program)
+    if refused:
         controller.say(0, 0, refused)
+    return not refused
 
 
-class Lines:
-    """A script of calls one after the other, each until its move is over."""
+class Known:
+    """A script whose effects are known, and which has nothing to give back."""
 
-    def __init__(self, name: str, lines: list[str]) -> None:
-        """Take the lines of a script."""
-        self.name, self._lines = name, lines
-
-    def cycle(self, controller: Controller) -> bool:
-        """Go on with the next line where nothing moves."""
-        while not controller.moving and self._lines:
-            _call(controller, self._lines.pop(0))
-        return bool(self._lines) or controller.moving
+    def close(self) -> None:
+        """Have nothing to give back."""
 
 
-class FollowScript:
+class FollowScript(Known):
     """The driver's script: it follows six registers by servoj as long as its command says so."""
 
     name = "virtualrobot_driver"
@@ -96,7 +101,7 @@ class FollowScript:
         return True
 
 
-class ControlScript:
+class ControlScript(Known):
     """The script of ur-rtde: a command's number in the first register of whole numbers, its values in others."""
 
     name = "rtde_control"
@@ -251,70 +256,3 @@ def _start(
         return JointMove(here, goal, speed, acceleration)
 
     controller.go(move)
-
-
-def _call(controller: Controller, line: str) -> None:
-    """Do what a line says that calls a function which is known here with plain numbers; pass others over."""
-    found = _CALL.match(line.split("#")[0].strip())
-    if found is None or found[1] not in _CALLS:
-        return
-    try:
-        call = ast.parse(f"f({found[2].replace('p[', '0, [')})", mode="eval").body
-    except SyntaxError:
-        controller.say(210, 0, f"syntax error in {line.strip()!r}")
-        return
-    assert isinstance(call, ast.Call)
-    try:
-        # A pose, p[...], is written as 0, [...]: so the 0 says that the list after it is one.
-        plain = [ast.literal_eval(one) for one in call.args]
-        named = {str(one.arg): ast.literal_eval(one.value) for one in call.keywords}
-        _CALLS[found[1]](controller, plain, named)
-    except (ValueError, TypeError, IndexError):
-        controller.say(210, 0, f"this emulator can't do {line.strip()!r}")
-
-
-def _move(line: bool) -> Callable[[Controller, list, dict], None]:
-    def move(controller: Controller, plain: list, named: dict) -> None:
-        pose = plain[0] == 0
-        goal, *rest = plain[1:] if pose else plain
-        usual = (1.2, 0.25) if line else (1.4, 1.05)
-        acceleration, speed = (
-            float(rest[i] if i < len(rest) else named.get(name, usual[i])) for i, name in enumerate("av")
-        )
-        values = np.array(goal, dtype=np.float64).reshape(6)
-        _start(controller, values, line=line, pose=pose, speed=speed, acceleration=acceleration)
-
-    return move
-
-
-def _set_tcp(controller: Controller, plain: list, named: dict) -> None:
-    controller.tcp = kinematics.matrix_of(np.array(plain[1], dtype=np.float64).reshape(6))
-
-
-def _set_payload(controller: Controller, plain: list, named: dict) -> None:
-    controller.mass = float(plain[0])
-    if len(plain) > 1:
-        controller.center = tuple(map(float, plain[1]))
-
-
-def _set_output(shift: int) -> Callable[[Controller, list, dict], None]:
-    def set_output(controller: Controller, plain: list, named: dict) -> None:
-        bit = 1 << int(plain[0]) + shift
-        controller.set_outputs(bit, bit if plain[1] else 0)
-
-    return set_output
-
-
-_CALLS: dict[str, Callable[[Controller, list, dict], None]] = {
-    "movej": _move(line=False),
-    "movel": _move(line=True),
-    "stopj": lambda controller, plain, named: controller.halt(float(plain[0])),
-    "stopl": lambda controller, plain, named: controller.halt(),
-    "set_tcp": _set_tcp,
-    "set_payload": _set_payload,
-    "set_target_payload": _set_payload,
-    "set_standard_digital_out": _set_output(0),
-    "set_digital_out": _set_output(0),
-    "set_configurable_digital_out": _set_output(8),
-    "set_tool_digital_out": _set_output(16),
-}

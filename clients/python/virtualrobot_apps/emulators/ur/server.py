@@ -105,6 +105,8 @@ class Server:
         for _, _, text in words:
             self._tell(text)
         said = b"".join(message(controller.cycles, *one) for one in words)
+        logged, controller.logged = controller.logged, []
+        said += b"".join(line(controller.cycles, text) for text in logged)
         if controller.cycles % max(1, round(_STATE_SECONDS * controller.rate)) == 0:
             said += state(controller)
         for client in self.clients:
@@ -180,6 +182,12 @@ class Server:
 def message(cycles: int, code: int, argument: int, text: str) -> bytes:
     """Return a message of the primary interface: an error's number and words (robotCommMessage)."""
     body = struct.pack(">QBBiiiII", cycles, 253, 6, code, argument, 3, 0, 0) + text.encode()
+    return struct.pack(">iB", len(body) + 5, 20) + body
+
+
+def line(cycles: int, text: str) -> bytes:
+    """Return a line of the log as the primary interface tells it (robotMessageText)."""
+    body = struct.pack(">QBB", cycles, 253, 0) + text.encode()
     return struct.pack(">iB", len(body) + 5, 20) + body
 
 

@@ -181,6 +181,9 @@ class Checker:
         if node.name in found.functions or node.name in BUILTINS:
             self._tell(node.at, f"{node.name!r} is a function, which is called with parentheses")
             return
+        if node.name == "p":
+            self._tell(node.at, "'p' is never given a value; a pose p[x, y, z, rx, ry, rz] has 6 numbers")
+            return
         known = sorted(self._own | found.globals)
         self._tell(node.at, f"{node.name!r} is never given a value{did_you_mean(node.name, known)}")
 
@@ -200,9 +203,7 @@ class Checker:
         else:
             for one in node.arguments:
                 self._value(one.value)
-            if node.name in lacking_names():
-                self._tell(node.at, f"{node.name!r} can't be used here yet; see the table of what works")
-            else:
+            if node.name not in lacking_names():
                 known = sorted(BUILTINS.keys() | self._found.functions.keys())
                 self._tell(node.at, f"there is no function {node.name!r}{did_you_mean(node.name, known)}")
 

@@ -189,7 +189,9 @@ class Generator:
         function = self._checked.functions.get(node.name)
         if function is not None:
             return f"(yield from f_{node.name}({self._arguments(node, function)}))"
-        builtin = BUILTINS[node.name]
+        builtin = BUILTINS.get(node.name)
+        if builtin is None:
+            return f"task.lacks({node.name!r})"
         given = self._arguments(node, builtin)
         call = f"b_{node.name}(task{', ' if given else ''}{given})"
         return f"(yield from {call})" if builtin.waits else call

@@ -43,6 +43,15 @@ def _pose_add(task: object, first: Value, second: Value) -> Pose:
     return pose(made)
 
 
+@function("pose_sub", "p_to, p_from")
+def _pose_sub(task: object, first: Value, second: Value) -> Pose:
+    """Pose with the difference of the positions, and the rotation about axes of the base that leads to the first."""
+    one, other = matrix(first, "p_to"), matrix(second, "p_from")
+    made = np.eye(4)
+    made[:3, :3], made[:3, 3] = one[:3, :3] @ other[:3, :3].T, one[:3, 3] - other[:3, 3]
+    return pose(made)
+
+
 @function("point_dist", "p_from, p_to")
 def _point_dist(task: object, first: Value, second: Value) -> float:
     """Distance of the positions of two poses (m)."""

@@ -1,0 +1,241 @@
+"""Motion: moves that the controller plans, and setpoints and velocities that a script gives in each cycle.
+
+The radius r of a blend is not kept yet: a move with one stands at its end like any other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from virtualrobot_apps.emulators.ur import kinematics
+from virtualrobot_apps.emulators.ur.kinematics import Floats, NoPosture
+from virtualrobot_apps.emulators.ur.moves import ArcMove, JointMove, LineMove, Move, Servo, Speed, Stop
+from virtualrobot_apps.languages.urscript.builtin.arithmetic import number, numbers, whole
+from virtualrobot_apps.languages.urscript.builtin.poses import matrix
+from virtualrobot_apps.languages.urscript.faults import ScriptFault
+from virtualrobot_apps.languages.urscript.table import function
+from virtualrobot_apps.languages.urscript.values import Pose, Value, text
+
+if TYPE_CHECKING:
+    from virtualrobot_apps.languages.urscript.robot import RobotTask
+
+_FASTEST = 2.0 * np.pi
+"""Highest speed (rad/s) of a joint that the functions take, well above what any arm does."""
+
+
+def _positive(value: Value, name: str) -> float:
+    if number(value, name) <= 0.0:
+        raise ScriptFault(f"{name} is above 0, not {text(value)}")
+    return float(value)
+
+
+def _joints(value: Value, name: str) -> Floats:
+    return np.array(numbers(value, name, 6), dtype=np.float64)
+
+
+def _rates(length: float, acceleration: Value, speed: Value, seconds: Value) -> tuple[float, float]:
+    """Return speed and acceleration of a way: as they are given, or those by which it takes so many seconds.
+
+    Then a third of the time each is for speeding up, for constant speed and for braking.
+    """
+    if number(seconds, "t") > 0.0:
+        return max(1.5 * length / seconds, 1e-9), max(4.5 * length / seconds**2, 1e-9)
+    return _positive(speed, "v"), _positive(acceleration, "a")
+
+
+def _radius(value: Value) -> None:
+    if number(value, "r") < 0.0:
+        raise ScriptFault(f"r is 0 or more, not {text(value)}")
+
+
+def _move(task: RobotTask, make: Callable[[Floats], Move]) -> Iterator[None]:
+    """Make a move once what was stopped stands, and wait for its end."""
+    controller = task.controller
+    while isinstance(controller.move, Stop):
+        yield
+    try:
+        move = make(controller.begin())
+    except NoPosture as error:
+        raise ScriptFault(str(error)) from error
+    task.moves(move)
+    while controller.move is move or (controller.move is None and controller.moving):
+        yield
+
+
+@function("movej", "q, a=1.4, v=1.05, t=0, r=0", waits=True)
+def _movej(
+    task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, radius: Value
+) -> Iterator[None]:
+    """Moves all joints to positions or to those of a pose; a and v are of the joint with the longest way."""
+    _radius(radius)
+    controller = task.controller
+
+    def make(here: Floats) -> Move:
+        if isinstance(goal, Pose):
+            end = kinematics.inverse(controller.model, matrix(goal, "q"), here, controller.tcp)
+        else:
+            end = _joints(goal, "q")
+        return JointMove(here, end, *_rates(float(np.abs(end - here).max()), acceleration, speed, seconds))
+
+    yield from _move(task, make)
+
+
+def _linear(task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value) -> Iterator[None]:
+    controller = task.controller
+
+    def make(here: Floats) -> Move:
+        if isinstance(goal, Pose):
+            end = matrix(goal, "pose")
+        else:
+            end = kinematics.forward(controller.model, _joints(goal, "pose"), controller.tcp)
+        length = float(np.linalg.norm(end[:3, 3] - kinematics.forward(controller.model, here, controller.tcp)[:3, 3]))
+        rates = _rates(length, acceleration, speed, seconds)
+        return LineMove(controller.model, here, end, controller.tcp, *rates)
+
+    yield from _move(task, make)
+
+
+@function("movel", "pose, a=1.2, v=0.25, t=0, r=0", waits=True)
+def _movel(
+    task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, radius: Value
+) -> Iterator[None]:
+    """Moves the tool along a line to a pose, or to that of joint positions."""
+    _radius(radius)
+    yield from _linear(task, goal, acceleration, speed, seconds)
+
+
+@function("movep", "pose, a=1.2, v=0.25, r=0", waits=True)
+def _movep(task: RobotTask, goal: Value, acceleration: Value, speed: Value, radius: Value) -> Iterator[None]:
+    """Moves the tool along a line at constant speed, as movel does."""
+    _radius(radius)
+    yield from _linear(task, goal, acceleration, speed, 0)
+
+
+@function("movec", "pose_via, pose_to, a=1.2, v=0.25, r=0, mode=0", waits=True)
+def _movec(
+    task: RobotTask, via: Value, goal: Value, acceleration: Value, speed: Value, radius: Value, mode: Value
+) -> Iterator[None]:
+    """Moves the tool along the arc of a circle past one place to a pose; with mode 1 it doesn't turn."""
+    _radius(radius)
+    controller, fixed = task.controller, whole(mode, "mode", 0, 1) == 1
+
+    def place(value: Value, name: str) -> Floats:
+        known = isinstance(value, Pose)
+        return (
+            matrix(value, name) if known else kinematics.forward(controller.model, _joints(value, name), controller.tcp)
+        )
+
+    def make(here: Floats) -> Move:
+        end = place(goal, "pose_to")
+        if fixed:
+            end[:3, :3] = kinematics.forward(controller.model, here, controller.tcp)[:3, :3]
+        rates = _rates(0.0, acceleration, speed, 0)
+        return ArcMove(controller.model, here, place(via, "pose_via")[:3, 3], end, controller.tcp, *rates)
+
+    yield from _move(task, make)
+
+
+@function("servoj", "q, a=0, v=0, t=0.002, lookahead_time=0.1, gain=300", waits=True)
+def _servoj(
+    task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, ahead: Value, gain: Value
+) -> Iterator[None]:
+    """Has the joints follow positions for a time; a and v count for nothing, as on a controller."""
+    positions, controller = _joints(goal, "q"), task.controller
+    number(acceleration, "a"), number(speed, "v"), _positive(ahead, "lookahead_time"), _positive(gain, "gain")
+    cycles = max(1, round(_positive(seconds, "t") / task.dt))
+    controller.begin()
+    if isinstance(controller.move, Servo):
+        controller.move.goal = positions
+        task.moves(controller.move)
+    else:
+        task.moves(Servo(positions))
+    for _ in range(cycles):
+        yield
+
+
+def _speed(task: RobotTask, wanted: Floats, linear: bool, acceleration: Value, seconds: Value) -> Iterator[None]:
+    controller = task.controller
+    until = _positive(seconds, "t") if seconds is not None else 0.0
+    controller.begin()
+    move = controller.move
+    if not isinstance(move, Speed):
+        move = Speed(controller.model, controller.tcp)
+    move.set(wanted, linear, _positive(acceleration, "a"), until)
+    task.moves(move)
+    if until:
+        for _ in range(max(1, round(until / task.dt))):
+            yield
+        return
+    yield
+    while controller.move is move:
+        now = controller.velocity
+        if linear:
+            now = kinematics.jacobian(controller.model, controller.target, controller.tcp) @ now
+        if np.abs(now - wanted).max() < 1e-3:
+            return
+        yield
+
+
+@function("speedj", "qd, a=1.4, t=none", waits=True)
+def _speedj(task: RobotTask, wanted: Value, acceleration: Value, seconds: Value) -> Iterator[None]:
+    """Moves the joints at velocities, for a time, or until told otherwise; then it returns once they have them."""
+    values = _joints(wanted, "qd")
+    if np.abs(values).max() > _FASTEST:
+        raise ScriptFault(f"qd has speeds of at most {_FASTEST:.4g} rad/s, not {text(wanted)}")
+    yield from _speed(task, values, False, acceleration, seconds)
+
+
+@function("speedl", "xd, a=1.2, t=none, aRot=none", waits=True)
+def _speedl(task: RobotTask, wanted: Value, acceleration: Value, seconds: Value, turning: Value) -> Iterator[None]:
+    """Moves the tool at velocities (m/s and rad/s, in the base's frame), for a time, or until told otherwise."""
+    if turning is not None:
+        _positive(turning, "aRot")
+    yield from _speed(task, _joints(wanted, "xd"), True, acceleration, seconds)
+
+
+def _stop(task: RobotTask, deceleration: float) -> Iterator[None]:
+    task.controller.halt(deceleration)
+    while task.controller.moving:
+        yield
+
+
+@function("stopj", "a=2", waits=True)
+def _stopj(task: RobotTask, deceleration: Value) -> Iterator[None]:
+    """Slows the joints down to rest; a (rad/s^2) is of the fastest one."""
+    yield from _stop(task, _positive(deceleration, "a"))
+
+
+@function("stopl", "a=20, aRot=none", waits=True)
+def _stopl(task: RobotTask, deceleration: Value, turning: Value) -> Iterator[None]:
+    """Slows the tool down to rest, at a (m/s^2)."""
+    if turning is not None:
+        _positive(turning, "aRot")
+    controller, rate = task.controller, _positive(deceleration, "a")
+    here, velocity = controller.target, controller.velocity
+    speed = float(np.linalg.norm((kinematics.jacobian(controller.model, here, controller.tcp) @ velocity)[:3]))
+    fastest = float(np.abs(velocity).max())
+    # All joints stop in the time in which the tool does.
+    yield from _stop(task, fastest * rate / speed if speed > 1e-6 else rate)
+
+
+@function("protective_stop")
+def _protective_stop(task: RobotTask) -> None:
+    """Stops the robot as after a collision, and the script with it."""
+    task.controller.protective_stop("Protective stop by the program")
+
+
+@function("force_mode_set_damping", "damping")
+def _force_mode_set_damping(task: RobotTask, damping: Value) -> None:
+    """Takes the damping of the force mode, 0 to 1; the force mode itself doesn't work yet."""
+    if not 0.0 <= number(damping, "damping") <= 1.0:
+        raise ScriptFault(f"damping is from 0 to 1, not {text(damping)}")
+
+
+@function("force_mode_set_gain_scaling", "scaling")
+def _force_mode_set_gain_scaling(task: RobotTask, scaling: Value) -> None:
+    """Takes the gain of the force mode, 0 to 2; the force mode itself doesn't work yet."""
+    if not 0.0 <= number(scaling, "scaling") <= 2.0:
+        raise ScriptFault(f"scaling is from 0 to 2, not {text(scaling)}")
