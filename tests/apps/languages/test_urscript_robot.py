@@ -344,3 +344,63 @@ def test_a_server_that_is_not_there_is_told(server: socket.socket) -> None:
     port = server.getsockname()[1]
     server.close()
     assert Played(f'textmsg(socket_open("127.0.0.1", {port}))').said == ["False"]
+
+
+def test_lines_blend_along_a_parabola_within_the_radius() -> None:
+    """The way leaves the first line 2 cm before the corner, and passes it at r * sqrt(2) / 4, as a parabola does."""
+    played = Played(
+        """
+        a = get_target_tcp_pose()
+        b = pose_add(a, p[0, 0, 0.08, 0, 0, 0])
+        c = pose_add(b, p[0, 0.08, 0, 0, 0, 0])
+        movel(b, a=1, v=0.1, r=0.02)
+        movel(c, a=1, v=0.1, r=0.02)
+        """
+    )
+    assert not played.said
+    corner = played.pose(HOME)[:3, 3] + [0.0, 0.0, 0.08]
+    places = played.places - corner
+    near = np.linalg.norm(places, axis=1)
+    # A cycle is 0.2 mm of way: the parabola begins up to so much later.
+    assert near.min() == pytest.approx(0.02 * np.sqrt(2.0) / 4.0, abs=1e-4)
+    outside = near > 0.02
+    first, second = places[outside & (places[:, 1] < 0.01)], places[outside & (places[:, 1] > 0.01)]
+    assert np.abs(first[:, :2]).max() < 1e-6 and np.abs(second[:, [0, 2]]).max() < 1e-6
+    # Its end has a radius, too, and nothing joins there: the way goes on to it.
+    np.testing.assert_allclose(places[-1], [0.0, 0.08, 0.0], atol=1e-6)
+    speeds = np.linalg.norm(np.diff(played.places, axis=0), axis=1) / 0.002
+    inside = (near < 0.02)[:-1]
+    assert speeds[inside].min() > 0.098 and speeds.max() == pytest.approx(0.1, rel=1e-2)
+
+
+def test_joint_moves_blend_and_a_line_after_one_begins_at_its_end() -> None:
+    played = Played(
+        """
+        movej([0.4, -1.57, 1.57, -1.57, -1.57, 0], a=3, v=1, r=0.05)
+        movej([0.4, -1.27, 1.57, -1.57, -1.57, 0], a=3, v=1, r=0.05)
+        textmsg("second")
+        movel(pose_add(get_target_tcp_pose(), p[0, 0, 0.02, 0, 0, 0]))
+        """
+    )
+    assert played.said == ["second"]
+    corner = played.pose(np.array([0.4, -1.57, 1.57, -1.57, -1.57, 0.0]))[:3, 3]
+    near = np.linalg.norm(played.places - corner, axis=1)
+    assert 0.003 < near.min() < 0.03
+    assert (np.abs(np.diff(played.targets, axis=0)).max(axis=1)[: near.argmin() + 20] > 0).sum() > near.argmin()
+    # The steps of the setpoint change by less than what the accelerations of both moves make of them.
+    assert np.abs(np.diff(played.targets[: near.argmin() + 50], n=2, axis=0)).max() / 0.002**2 < 60.0
+    end = played.pose(np.array([0.4, -1.27, 1.57, -1.57, -1.57, 0.0]))[:3, 3]
+    assert np.linalg.norm(played.places - end, axis=1).min() < 1e-6
+
+
+def test_a_blend_that_nothing_joins_in_time_stands_at_its_end() -> None:
+    played = Played(
+        """
+        b = pose_add(get_target_tcp_pose(), p[0, 0, 0.05, 0, 0, 0])
+        movel(b, a=1, v=0.1, r=0.02)
+        textmsg("near")
+        sleep(1)
+        textmsg(point_dist(get_target_tcp_pose(), b) < 0.0001)
+        """
+    )
+    assert played.said == ["near", "True"]

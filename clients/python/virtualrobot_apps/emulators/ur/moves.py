@@ -5,6 +5,7 @@ Each is asked once a cycle, by `advance`, for the setpoint (6,) after so many se
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -14,6 +15,8 @@ from virtualrobot_apps.emulators.ur.kinematics import Floats, Model
 
 _DAMPING = 1e-6
 """Square of the smallest singular value at which velocities of the TCP are half of what is wanted."""
+_SHORTEST = 1e-6
+"""Way (m, rad) of the shortest move that another one may join."""
 _FASTEST = np.pi
 """Speed (rad/s) of the fastest joint at which velocities of the TCP are kept: near a singularity they are less."""
 
@@ -32,41 +35,100 @@ class Move(Protocol):
 class Ramp:
     """Way along a path of a length, by constant acceleration, speed and braking."""
 
-    def __init__(self, length: float, speed: float, acceleration: float) -> None:
-        """Begin at rest; speed and acceleration are above 0."""
+    def __init__(self, length: float, speed: float, acceleration: float, begin: float = 0.0) -> None:
+        """Begin at a speed; speed and acceleration are above 0."""
         self._length, self._speed, self._acceleration = length, speed, acceleration
-        self.way = self._now = 0.0
+        self.way, self.now = 0.0, begin
 
     def advance(self, seconds: float) -> bool:
         """Go on for `seconds`; return whether the end is reached."""
         left = self._length - self.way
-        most = min(self._speed, np.sqrt(2.0 * self._acceleration * max(left, 0.0)))
-        self._now = min(self._now + self._acceleration * seconds, most)
-        if left <= max(self._now * seconds, 1e-9):
+        change = self._acceleration * seconds
+        most = min(max(self._speed, self.now - change), np.sqrt(2.0 * self._acceleration * max(left, 0.0)))
+        self.now = min(self.now + change, most)
+        if left <= max(self.now * seconds, 1e-9):
             self.way = self._length
             return True
-        self.way += self._now * seconds
+        self.way += self.now * seconds
         return False
 
 
+class Bend:
+    """Parabola that leaves one line before its end and joins the next one: the Bezier curve of second degree.
+
+    Attributes:
+        length: its length, as `measure` has it of a step.
+    """
+
+    def __init__(self, first: Floats, corner: Floats, last: Floats, measure: Callable[[Floats], float]) -> None:
+        """Go from `first` (k,), on the way to `corner` (k,), to `last` (k,), on the way from it."""
+        u = np.linspace(0.0, 1.0, 129)[:, None]
+        self._points = (1.0 - u) ** 2 * first + 2.0 * u * (1.0 - u) * corner + u**2 * last
+        steps = [measure(step) for step in np.diff(self._points, axis=0)]
+        self._ways = np.concatenate([[0.0], np.cumsum(steps)])
+        self.length = float(self._ways[-1])
+
+    def at(self, way: float) -> Floats:
+        """Return the point (k,) after so long a way."""
+        return np.array([np.interp(way, self._ways, column) for column in self._points.T])
+
+
+def _leading(step: Floats) -> float:
+    """Return the way of the joint that has the longest."""
+    return float(np.abs(step).max())
+
+
 class JointMove:
-    """movej: all joints arrive together, the one with the longest way at its speed and acceleration."""
+    """movej: all joints arrive together, the one with the longest way at its speed and acceleration.
+
+    Attributes:
+        goal: where it ends, (6,).
+        blends: the next one may join it before its end.
+    """
 
     def __init__(self, start: Floats, goal: Floats, speed: float, acceleration: float) -> None:
         """Go from `start` to `goal` (6,), rad/s and rad/s^2 of the leading joint."""
+        self.goal = goal
         self._start, self._way = start, goal - start
-        self._length = float(np.abs(self._way).max())
+        self._bend: Bend | None = None
+        self._length = _leading(self._way)
         self._ramp = Ramp(self._length, speed, acceleration)
+        self.blends = self._length > _SHORTEST
         self.over = False
+
+    @classmethod
+    def after(
+        cls, before: JointMove, here: Floats, goal: Floats, share: float, speed: float, acceleration: float
+    ) -> JointMove:
+        """Go on from `here` (6,), where another move is, past its end to `goal` (6,).
+
+        The bend joins the way from there to the goal at a share of it.
+        """
+        last = before.goal + (goal - before.goal) * share
+        move = cls(last, goal, speed, acceleration)
+        move._bend = Bend(here, before.goal, last, _leading)
+        move._ramp = Ramp(move._length + move._bend.length, speed, acceleration, before._ramp.now)
+        move.blends = True
+        return move
 
     def advance(self, here: Floats, velocity: Floats, seconds: float) -> Floats:
         """Return the next setpoint."""
         self.over = self._ramp.advance(seconds)
-        return self._start + self._way * (self._ramp.way / self._length if self._length else 1.0)
+        way = self._ramp.way
+        if self._bend is not None:
+            if way < self._bend.length:
+                return self._bend.at(way)
+            way -= self._bend.length
+        return self._start + self._way * (way / self._length if self._length else 1.0)
 
 
 class LineMove:
-    """movel: the TCP goes along a line and turns about one axis meanwhile."""
+    """movel: the TCP goes along a line and turns about one axis meanwhile.
+
+    Attributes:
+        goal: the TCP's pose where it ends, (4, 4).
+        blends: the next one may join it before its end.
+    """
 
     def __init__(
         self, model: Model, start: Floats, pose: Floats, tcp: Floats, speed: float, acceleration: float
@@ -80,7 +142,8 @@ class LineMove:
         self._turn = kinematics.rotation_vector(pose[:3, :3] @ self._from[:3, :3].T)
         self._length = self._measure()
         self._ramp = Ramp(self._length, speed, acceleration)
-        self.over = False
+        self.goal, self.over = pose, False
+        self.blends = float(np.linalg.norm(self._shift)) > _SHORTEST
         positions = start
         for share in np.linspace(0.0, 1.0, 21)[1:]:
             positions = kinematics.inverse(model, self._at(share), positions, tcp)
@@ -104,6 +167,45 @@ class LineMove:
         self.over = self._ramp.advance(seconds)
         pose = self._at(self._ramp.way / self._length if self._length else 1.0)
         return kinematics.inverse(self._model, pose, here, self._tcp)
+
+
+class BlendedLine(LineMove):
+    """movel after another one, whose end it cuts: along a parabola from the first line to the second one."""
+
+    def __init__(self, before: LineMove, start: Floats, pose: Floats, speed: float, acceleration: float) -> None:
+        """Go on from the joints `start` (6,), where another line is, past its end to the TCP's `pose` (4, 4).
+
+        The parabola is as long on both lines, but at most half of the second one. Raises NoPosture as a line does.
+        """
+        model, tcp, corner = before._model, before._tcp, before.goal
+        now = kinematics.forward(model, start, tcp)
+        shift, turn = pose[:3, 3] - corner[:3, 3], kinematics.rotation_vector(pose[:3, :3] @ corner[:3, :3].T)
+        length = float(np.linalg.norm(shift))
+        share = min(0.5, float(np.linalg.norm(corner[:3, 3] - now[:3, 3])) / length)
+        self._last = np.eye(4)
+        self._last[:3, :3] = kinematics.rotation(turn * share) @ corner[:3, :3]
+        self._last[:3, 3] = corner[:3, 3] + shift * share
+        self._bend = Bend(now[:3, 3], corner[:3, 3], self._last[:3, 3], lambda step: float(np.linalg.norm(step)))
+        self._first, self._rest = now, pose
+        self._rest_length = length * (1.0 - share)
+        super().__init__(model, start, pose, tcp, speed, acceleration)
+        self._ramp = Ramp(self._length, speed, acceleration, before._ramp.now)
+
+    def _measure(self) -> float:
+        return self._bend.length + self._rest_length
+
+    def _at(self, share: float) -> Floats:
+        way = share * self._length
+        on_bend = way < self._bend.length
+        if on_bend:
+            begin, end, part = self._first, self._last, way / self._bend.length
+        else:
+            begin, end, part = self._last, self._rest, (way - self._bend.length) / self._rest_length
+        pose = np.eye(4)
+        turn = kinematics.rotation_vector(end[:3, :3] @ begin[:3, :3].T)
+        pose[:3, :3] = kinematics.rotation(turn * part) @ begin[:3, :3]
+        pose[:3, 3] = self._bend.at(way) if on_bend else begin[:3, 3] + (end[:3, 3] - begin[:3, 3]) * part
+        return pose
 
 
 class ArcMove(LineMove):
@@ -132,6 +234,7 @@ class ArcMove(LineMove):
         end = chord - centre
         self._angle = float(np.arctan2(end @ side, end @ self._arm)) % (2.0 * np.pi)
         super().__init__(model, start, pose, tcp, speed, acceleration)
+        self.blends = False
 
     def _measure(self) -> float:
         return float(np.linalg.norm(self._arm)) * self._angle

@@ -24,11 +24,21 @@ class RobotTask(ScriptTask):
         self.connections = Connections()
         self._move: Move | None = None
         self._mover: Thread | None = None
+        self._blending: Move | None = None
 
     def moves(self, move: Move) -> None:
         """Have the controller make a move, which is the current thread's."""
         self.controller.move = self._move = move
-        self._mover = self.thread
+        self._mover, self._blending = self.thread, None
+
+    def blend(self, move: Move) -> None:
+        """Let the next move join this one, which has come within the radius of its blend."""
+        self._blending = move
+
+    @property
+    def blending(self) -> Move | None:
+        """Move that the next one may join; None where there is none, or it has come to its end."""
+        return self._blending if self._blending is self.controller.move else None
 
     def killed(self, thread: Thread) -> None:
         """Stop the robot where the thread has moved it."""
@@ -47,7 +57,8 @@ class ScriptProgram:
     def cycle(self, controller: Controller) -> bool:
         """Do what the script does in one cycle; return whether it goes on."""
         try:
-            return self._task.cycle()
+            # The last move goes to its end, whatever its radius.
+            return self._task.cycle() or self._task.blending is not None
         except ScriptFault as fault:
             controller.say(255, 0, str(fault))
             return False

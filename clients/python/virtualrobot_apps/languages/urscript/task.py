@@ -103,6 +103,8 @@ class ScriptTask:
         Raises:
             ScriptFault: the script can't go on; the message has file and line.
         """
+        if self.main.over:
+            return False
         number = 0
         while number < len(self._threads):  # threads that are started meanwhile have a turn, too
             thread = self._threads[number]

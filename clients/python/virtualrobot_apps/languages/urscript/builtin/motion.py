@@ -1,6 +1,7 @@
 """Motion: moves that the controller plans, and setpoints and velocities that a script gives in each cycle.
 
-The radius r of a blend is not kept yet: a move with one stands at its end like any other.
+A move with a radius r lets the script go on once the tool is that near to its end. The next move joins it there, along
+a parabola, where both are lines or both go by joints; otherwise, and where there is none, the robot goes to the end.
 """
 
 from __future__ import annotations
@@ -12,7 +13,16 @@ import numpy as np
 
 from virtualrobot_apps.emulators.ur import kinematics
 from virtualrobot_apps.emulators.ur.kinematics import Floats, NoPosture
-from virtualrobot_apps.emulators.ur.moves import ArcMove, JointMove, LineMove, Move, Servo, Speed, Stop
+from virtualrobot_apps.emulators.ur.moves import (
+    ArcMove,
+    BlendedLine,
+    JointMove,
+    LineMove,
+    Move,
+    Servo,
+    Speed,
+    Stop,
+)
 from virtualrobot_apps.languages.urscript.builtin.arithmetic import number, numbers, whole
 from virtualrobot_apps.languages.urscript.builtin.poses import matrix
 from virtualrobot_apps.languages.urscript.faults import ScriptFault
@@ -46,23 +56,45 @@ def _rates(length: float, acceleration: Value, speed: Value, seconds: Value) -> 
     return _positive(speed, "v"), _positive(acceleration, "a")
 
 
-def _radius(value: Value) -> None:
-    if number(value, "r") < 0.0:
-        raise ScriptFault(f"r is 0 or more, not {text(value)}")
+def _move(
+    task: RobotTask,
+    make: Callable[[Floats, Move | None], JointMove | LineMove],
+    kind: type[JointMove | LineMove],
+    radius: Value,
+) -> Iterator[None]:
+    """Make a move once what was stopped stands, and wait for its end, or until it is within its radius (m).
 
-
-def _move(task: RobotTask, make: Callable[[Floats], Move]) -> Iterator[None]:
-    """Make a move once what was stopped stands, and wait for its end."""
+    `make` is given where it begins, and the move that it joins, which is of the same kind.
+    """
+    if number(radius, "r") < 0.0:
+        raise ScriptFault(f"r is 0 or more, not {text(radius)}")
     controller = task.controller
     while isinstance(controller.move, Stop):
         yield
+    before = task.blending
+    while before is not None and controller.move is before and not isinstance(before, kind):
+        yield
     try:
-        move = make(controller.begin())
+        move = make(controller.begin(), task.blending)
     except NoPosture as error:
         raise ScriptFault(str(error)) from error
     task.moves(move)
+    goal = move.goal if isinstance(move, LineMove) else _forward(task, move.goal)
+    blends = radius > 0.0 and move.blends
     while controller.move is move or (controller.move is None and controller.moving):
+        if blends and np.linalg.norm(goal[:3, 3] - _forward(task, controller.target)[:3, 3]) <= radius:
+            task.blend(move)
+            return
         yield
+
+
+def _forward(task: RobotTask, positions: Floats) -> Floats:
+    return kinematics.forward(task.controller.model, positions, task.controller.tcp)
+
+
+def _pose(task: RobotTask, value: Value, name: str) -> Floats:
+    """Return the pose (4, 4) that is given, or that of joint positions."""
+    return matrix(value, name) if isinstance(value, Pose) else _forward(task, _joints(value, name))
 
 
 @function("movej", "q, a=1.4, v=1.05, t=0, r=0", waits=True)
@@ -70,32 +102,41 @@ def _movej(
     task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, radius: Value
 ) -> Iterator[None]:
     """Moves all joints to positions or to those of a pose; a and v are of the joint with the longest way."""
-    _radius(radius)
     controller = task.controller
 
-    def make(here: Floats) -> Move:
+    def make(here: Floats, before: Move | None) -> JointMove:
         if isinstance(goal, Pose):
             end = kinematics.inverse(controller.model, matrix(goal, "q"), here, controller.tcp)
         else:
             end = _joints(goal, "q")
-        return JointMove(here, end, *_rates(float(np.abs(end - here).max()), acceleration, speed, seconds))
-
-    yield from _move(task, make)
-
-
-def _linear(task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value) -> Iterator[None]:
-    controller = task.controller
-
-    def make(here: Floats) -> Move:
-        if isinstance(goal, Pose):
-            end = matrix(goal, "pose")
-        else:
-            end = kinematics.forward(controller.model, _joints(goal, "pose"), controller.tcp)
-        length = float(np.linalg.norm(end[:3, 3] - kinematics.forward(controller.model, here, controller.tcp)[:3, 3]))
+        length = float(np.abs(end - here).max())
         rates = _rates(length, acceleration, speed, seconds)
-        return LineMove(controller.model, here, end, controller.tcp, *rates)
+        if not isinstance(before, JointMove) or np.abs(end - before.goal).max() < 1e-6:
+            return JointMove(here, end, *rates)
+        # The bend is as long on both ways, as the tool has it, but at most half of the second one.
+        corner = _forward(task, before.goal)[:3, 3]
+        reach = np.linalg.norm(_forward(task, here)[:3, 3] - corner)
+        least, most = 0.0, 0.5
+        for _ in range(20):
+            share = (least + most) / 2.0
+            near = np.linalg.norm(_forward(task, before.goal + (end - before.goal) * share)[:3, 3] - corner) < reach
+            least, most = (share, most) if near else (least, share)
+        return JointMove.after(before, here, end, least, *rates)
 
-    yield from _move(task, make)
+    yield from _move(task, make, JointMove, radius)
+
+
+def _linear(
+    task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, radius: Value
+) -> Iterator[None]:
+    def make(here: Floats, before: Move | None) -> LineMove:
+        end = _pose(task, goal, "pose")
+        rates = _rates(float(np.linalg.norm(end[:3, 3] - _forward(task, here)[:3, 3])), acceleration, speed, seconds)
+        if isinstance(before, LineMove) and np.linalg.norm(end[:3, 3] - before.goal[:3, 3]) > 1e-6:
+            return BlendedLine(before, here, end, *rates)
+        return LineMove(task.controller.model, here, end, task.controller.tcp, *rates)
+
+    yield from _move(task, make, LineMove, radius)
 
 
 @function("movel", "pose, a=1.2, v=0.25, t=0, r=0", waits=True)
@@ -103,15 +144,13 @@ def _movel(
     task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, radius: Value
 ) -> Iterator[None]:
     """Moves the tool along a line to a pose, or to that of joint positions."""
-    _radius(radius)
-    yield from _linear(task, goal, acceleration, speed, seconds)
+    yield from _linear(task, goal, acceleration, speed, seconds, radius)
 
 
 @function("movep", "pose, a=1.2, v=0.25, r=0", waits=True)
 def _movep(task: RobotTask, goal: Value, acceleration: Value, speed: Value, radius: Value) -> Iterator[None]:
     """Moves the tool along a line at constant speed, as movel does."""
-    _radius(radius)
-    yield from _linear(task, goal, acceleration, speed, 0)
+    yield from _linear(task, goal, acceleration, speed, 0, radius)
 
 
 @function("movec", "pose_via, pose_to, a=1.2, v=0.25, r=0, mode=0", waits=True)
@@ -119,23 +158,16 @@ def _movec(
     task: RobotTask, via: Value, goal: Value, acceleration: Value, speed: Value, radius: Value, mode: Value
 ) -> Iterator[None]:
     """Moves the tool along the arc of a circle past one place to a pose; with mode 1 it doesn't turn."""
-    _radius(radius)
-    controller, fixed = task.controller, whole(mode, "mode", 0, 1) == 1
+    fixed = whole(mode, "mode", 0, 1) == 1
 
-    def place(value: Value, name: str) -> Floats:
-        known = isinstance(value, Pose)
-        return (
-            matrix(value, name) if known else kinematics.forward(controller.model, _joints(value, name), controller.tcp)
-        )
-
-    def make(here: Floats) -> Move:
-        end = place(goal, "pose_to")
+    def make(here: Floats, before: Move | None) -> LineMove:
+        end, place = _pose(task, goal, "pose_to"), _pose(task, via, "pose_via")[:3, 3]
         if fixed:
-            end[:3, :3] = kinematics.forward(controller.model, here, controller.tcp)[:3, :3]
+            end[:3, :3] = _forward(task, here)[:3, :3]
         rates = _rates(0.0, acceleration, speed, 0)
-        return ArcMove(controller.model, here, place(via, "pose_via")[:3, 3], end, controller.tcp, *rates)
+        return ArcMove(task.controller.model, here, place, end, task.controller.tcp, *rates)
 
-    yield from _move(task, make)
+    yield from _move(task, make, ArcMove, radius)
 
 
 @function("servoj", "q, a=0, v=0, t=0.002, lookahead_time=0.1, gain=300", waits=True)
