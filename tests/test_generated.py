@@ -54,7 +54,10 @@ def test_table_of_functions_is_fresh(tmp_path: Path) -> None:
     assert file.read_text("utf-8") == committed, "run `python tools/generate_functions.py` and commit"
 
 
-@pytest.mark.parametrize(("tool", "page"), [("rapid", "rapid-instructions.md"), ("rapl", "rapl-commands.md")])
+@pytest.mark.parametrize(
+    ("tool", "page"),
+    [("rapid", "rapid-instructions.md"), ("rapl", "rapl-commands.md"), ("urscript", "urscript-functions.md")],
+)
 def test_tables_of_languages_are_fresh(tool: str, page: str, tmp_path: Path) -> None:
     file = tmp_path / page
     subprocess.run([sys.executable, ROOT / "tools" / f"generate_{tool}.py", file], check=True)

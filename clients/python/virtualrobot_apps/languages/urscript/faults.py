@@ -4,7 +4,7 @@ from __future__ import annotations
 
 
 class ScriptFault(Exception):
-    """What a script can't do; its message says what, and why."""
+    """Fault that ends a script; its message says what can't be done, and why."""
 
 
 class ScriptHalted(Exception):

@@ -1,4 +1,4 @@
-"""Where the robot is, its kinematics, its tool and its load."""
+"""State of the robot: where it is, its kinematics, its tool and its load."""
 
 from __future__ import annotations
 
