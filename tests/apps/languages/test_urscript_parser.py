@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from virtualrobot_apps.languages.core.diagnostics import ProgramError
 from virtualrobot_apps.languages.urscript.lexer import KEYWORDS
+from virtualrobot_apps.languages.urscript.pieces import pieces
 from virtualrobot_apps.languages.urscript.table import BUILTINS, lacking_names
 from virtualrobot_apps.languages.urscript.task import load
 
@@ -68,6 +69,7 @@ def test_each_fault_has_its_place_and_the_next_statement_is_still_looked_at() ->
         ("textmsg(\0)", "1:9: the character '\\x00' can't stand here"),
         ("a = " + "(" * 10_000, "1:54: more than 50 things are within each other here"),
         ("a = 1" + " + 1" * 10_000, "1:197: more than 50 things are within each other here"),
+        ("while True:\n" * 16 + "sync()\n" + "end\n" * 16, "16:1: more than 15 loops are within each other here"),
         ("while True:\n" * 1000, "50:7: more than 50 things are within each other here"),
     ],
 )
@@ -144,6 +146,25 @@ def test_brackets_go_over_lines_and_labels_and_comments_are_left_out() -> None:
 
 def test_p_is_a_pose_or_a_variable() -> None:
     assert said("p = p[1, 2, 3, 0, 0, 0]\np[0] = p[1] + p [2]\ntextmsg(p)") == ["p[5, 2, 3, 0, 0, 0]"]
+
+
+def test_programs_are_whole_with_their_last_end_and_lines_with_their_newline() -> None:
+    program = 'def one():\n  if True: sync() end # end\n  textmsg("end")\nend\n'
+    cases = [
+        ("", [], ""),
+        ("sync()", [], "sync()"),
+        ("sync()\nsync()\n", ["sync()\nsync()\n"], ""),
+        (program, [program], ""),
+        (program + "one()\n", [program + "one()\n"], ""),
+        ("# head\n" + program, ["# head\n" + program], ""),
+        (program * 2 + "sec two():\n", [program, program], "sec two():\n"),
+        ("sync()\n" + program, ["sync()\n", program], ""),
+        ("end\n" + program[:-4], ["end\n"], program[:-4]),
+    ]
+    for text, whole, rest in cases:
+        assert pieces(text) == (whole, rest), text
+    for cut in range(len(program)):
+        assert pieces(program[:cut]) == ([], program[:cut])
 
 
 def test_what_works_is_not_among_what_is_refused() -> None:

@@ -404,3 +404,75 @@ def test_a_blend_that_nothing_joins_in_time_stands_at_its_end() -> None:
         """
     )
     assert played.said == ["near", "True"]
+
+
+CONTROLLED = """def controlled():
+  global mode = 0
+  global goal = get_joint_positions()
+  thread servo():
+    while mode == 1:
+      enter_critical
+      q = goal
+      exit_critical
+      servoj(q, t=get_steptime(), lookahead_time=0.03, gain=2000)
+    end
+    stopj(4.0)
+  end
+  socket_open("127.0.0.1", PORT, "reverse")
+  handle = 0
+  timeout = 0.0
+  while mode > -2:
+    enter_critical
+    got = socket_read_binary_integer(8, "reverse", timeout)
+    if got[0] > 0:
+      timeout = got[1] / 1000
+      if mode != got[8]:
+        mode = got[8]
+        join handle
+        if mode == 1:
+          goal = get_joint_positions()
+          handle = run servo()
+        end
+      end
+      i = 0
+      while i < 6:
+        goal[i] = got[i + 2] / 1000000
+        i = i + 1
+      end
+    else:
+      textmsg("timed out")
+      mode = -2
+      kill handle
+      stopj(4.0)
+      halt
+    end
+    exit_critical
+  end
+end
+"""
+"""A script of the shape that drivers of ROS upload: setpoints by a socket, followed by a thread, with a timeout."""
+
+
+def test_setpoints_by_a_socket_are_followed_each_cycle_until_they_end(server: socket.socket) -> None:
+    controller = Controller(SimulatedArm(HOME))
+    run_script(controller, CONTROLLED.replace("PORT", str(server.getsockname()[1])))
+    server.settimeout(10.0)
+    controller.cycle()
+    peer, _ = server.accept()
+    with peer:
+        peer.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+        targets = []
+        for number in range(200):
+            goal = np.round((HOME + np.array([0.0, 0.0, 0.0, 0.0, 0.0, 0.001 * number])) * 1e6).astype(int)
+            peer.sendall(struct.pack(">8i", 20, *goal, 1))
+            controller.cycle()
+            targets.append(controller.target[5])
+        # One setpoint a cycle, in their order; the last one is late by less than twenty.
+        assert (np.diff(targets) > -1e-9).all() and len(np.unique(np.round(targets, 6))) > 150
+        assert targets[-1] == pytest.approx(0.001 * 199, abs=0.02)
+        for _ in range(2000):
+            controller.cycle()
+            if controller.program is None:
+                break
+    assert controller.logged == ["timed out"] and not controller.words
+    np.testing.assert_array_equal(controller.body.read()[1], 0.0)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import socket
 import struct
 import time
@@ -11,6 +10,7 @@ from collections.abc import Callable
 from virtualrobot_apps.emulators.ur import dashboard, exchange
 from virtualrobot_apps.emulators.ur.controller import Controller
 from virtualrobot_apps.emulators.ur.scripts import run_script
+from virtualrobot_apps.languages.urscript.pieces import pieces
 
 DASHBOARD, PRIMARY, SECONDARY, REALTIME, RTDE = 29999, 30001, 30002, 30003, 30004
 PORTS = (DASHBOARD, PRIMARY, SECONDARY, REALTIME, RTDE)
@@ -18,7 +18,8 @@ _SLOW = 1 << 20
 """Bytes that wait for a client at which it is let go: it reads nothing."""
 _LATE = 0.1
 """Lateness (s) after which cycles are not made up for: the emulated controller has stood still."""
-_END = re.compile(r"^end\s*\Z", re.MULTILINE)
+_LONGEST = 1 << 22
+"""Bytes of a script that isn't whole at which its client is let go."""
 _STATE_SECONDS = 0.1
 
 
@@ -31,6 +32,8 @@ class Client:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         self.connection, self.port, self.session = connection, port, session
         self.got, self.waiting, self.ended = bytearray(), bytearray(), False
+        self.looked = 0
+        """Number of bytes of a script that isn't whole yet, as it was looked at."""
 
     def receive(self) -> None:
         """Take what has come; `ended` where nothing more will."""
@@ -150,14 +153,17 @@ class Server:
             self.controller.take(taken)
 
     def _script(self, client: Client) -> None:
-        """Run a script once it is whole: a definition with its `end`, or a line by itself."""
-        if not client.got.endswith(b"\n") and not client.ended:
+        """Run scripts once they are whole: a definition with its `end`, or lines."""
+        if len(client.got) == client.looked and not client.ended:
             return
-        text = client.got.decode(errors="replace")
-        if not text.strip() or (re.match(r"\s*(def|sec)\b", text) and not _END.search(text)):
-            return
-        client.got.clear()
-        run_script(self.controller, text)
+        whole, rest = pieces(client.got.decode(errors="replace"))
+        if client.ended and rest.strip():
+            whole, rest = [*whole, rest], ""
+        client.got[:] = rest.encode()
+        client.looked = len(client.got)
+        client.ended |= client.looked > _LONGEST
+        for text in whole:
+            run_script(self.controller, text)
 
     def run(self, over: Callable[[], bool]) -> None:
         """Go on in real time until `over`, or the arm is gone."""

@@ -17,6 +17,9 @@ from virtualrobot_apps.languages.urscript.table import BUILTINS, Builtin, lackin
 
 builtin.load()
 
+LOOPS = 15
+"""Number of loops that may be within each other."""
+
 
 @dataclass(slots=True)
 class Checked:
@@ -116,9 +119,10 @@ class Checker:
             elif optional:
                 self._tell(parameter.at, f"{parameter.name!r} needs a value, since the parameter before it has one")
             optional = optional or parameter.value is not None
-        self._block(function.body, False)
+        self._block(function.body, 0)
 
-    def _block(self, body: list[tree.Statement], in_loop: bool) -> None:
+    def _block(self, body: list[tree.Statement], loops: int) -> None:
+        """Look at statements that are within so many loops."""
         for one in body:
             match one:
                 case tree.Assign():
@@ -130,16 +134,18 @@ class Checker:
                 case tree.If():
                     for condition, arm in one.arms:
                         self._value(condition)
-                        self._block(arm, in_loop)
-                    self._block(one.otherwise or [], in_loop)
+                        self._block(arm, loops)
+                    self._block(one.otherwise or [], loops)
                 case tree.While():
                     self._value(one.condition)
-                    self._block(one.body, True)
+                    if loops == LOOPS:
+                        self._tell(one.at, f"more than {LOOPS} loops are within each other here")
+                    self._block(one.body, loops + 1)
                 case tree.Return():
                     if one.value is not None:
                         self._value(one.value)
                 case tree.Word(word="break" | "continue"):
-                    if not in_loop:
+                    if not loops:
                         self._tell(one.at, f"{one.word!r} stands in loops alone")
                 case tree.OfThread():
                     self._value(one.handle)

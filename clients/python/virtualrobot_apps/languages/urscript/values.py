@@ -10,6 +10,13 @@ from typing import Any, TypeAlias
 
 from virtualrobot_apps.languages.urscript.faults import ScriptFault
 
+LONGEST = 1 << 20
+"""Characters of the longest string."""
+ELEMENTS = 100_000
+"""Elements of the longest list."""
+_WHOLE = 1 << 53
+"""Size from which on a product is no whole number any more."""
+
 Value: TypeAlias = Any
 """A number, a string, True or False, a list, a Pose, a Struct, or the handle of a thread."""
 
@@ -32,9 +39,15 @@ def kind_of(value: Value) -> str:
     return names.get(type(value), "no value" if value is None else "a thread")
 
 
+def _count(value: Value) -> int:
+    return sum(map(_count, value)) if isinstance(value, list) else 1
+
+
 def copied(value: Value) -> Value:
     """Return a value of its own."""
     if isinstance(value, list):
+        if any(isinstance(one, list) for one in value) and _count(value) > ELEMENTS:
+            raise ScriptFault(f"a list has at most {ELEMENTS} elements, those of the lists in it included")
         return type(value)(copied(one) for one in value)
     return Struct((name, copied(one)) for name, one in value.items()) if type(value) is Struct else value
 
@@ -68,9 +81,19 @@ def _listed(operator: str, left: Value, right: Value) -> Value:
 
 def add(left: Value, right: Value) -> Value:
     """Return left + right; strings are joined."""
-    if (is_number(left) and is_number(right)) or (type(left) is str and type(right) is str):
+    if is_number(left) and is_number(right):
         return left + right
+    if type(left) is str and type(right) is str:
+        return joined(left, right)
     return _listed("+", left, right)
+
+
+def joined(left: str, right: str) -> str:
+    """Return two strings as one."""
+    made = left + right
+    if len(made) > LONGEST:
+        raise ScriptFault(f"a string has at most {LONGEST} characters")
+    return made
 
 
 def subtract(left: Value, right: Value) -> Value:
@@ -80,7 +103,10 @@ def subtract(left: Value, right: Value) -> Value:
 
 def multiply(left: Value, right: Value) -> Value:
     """Return left * right."""
-    return left * right if is_number(left) and is_number(right) else _listed("*", left, right)
+    if not (is_number(left) and is_number(right)):
+        return _listed("*", left, right)
+    product = left * right
+    return product if -_WHOLE < product < _WHOLE else float(product)
 
 
 def divide(left: Value, right: Value) -> Value:
@@ -188,4 +214,4 @@ def text(value: Value) -> str:
         return f"{'p' if isinstance(value, Pose) else ''}[{', '.join(text(one) for one in value)}]"
     if type(value) is Struct:
         return f"struct({', '.join(f'{name}={text(one)}' for name, one in value.items())})"
-    return str(value)
+    return str(value) if isinstance(value, int | str) else kind_of(value)

@@ -6,10 +6,7 @@ from virtualrobot_apps.languages.urscript.builtin.arithmetic import whole
 from virtualrobot_apps.languages.urscript.faults import ScriptFault
 from virtualrobot_apps.languages.urscript.lexer import number_value
 from virtualrobot_apps.languages.urscript.table import function
-from virtualrobot_apps.languages.urscript.values import Value, kind_of, text
-
-LONGEST = 1 << 20
-"""Characters of the longest string."""
+from virtualrobot_apps.languages.urscript.values import Value, joined, kind_of, text
 
 
 def string(value: Value, name: str) -> str:
@@ -22,10 +19,7 @@ def string(value: Value, name: str) -> str:
 @function("str_cat", "op1, op2")
 def _str_cat(task: object, first: Value, second: Value) -> str:
     """Two values as one string."""
-    made = text(first) + text(second)
-    if len(made) > LONGEST:
-        raise ScriptFault(f"a string has at most {LONGEST} characters")
-    return made
+    return joined(text(first), text(second))
 
 
 @function("str_len", "str")
