@@ -223,6 +223,32 @@ def test_registers_and_outputs_are_shared_with_clients() -> None:
     assert (told["output_bit_registers32_to_63"], told["output_bit_register_100"]) == (1 << 8, True)
 
 
+def test_flags_stay_from_script_to_script() -> None:
+    controller = Controller(SimulatedArm(HOME))
+    Played("set_flag(31, True)\nset_flag(0, get_flag(31))\nset_flag(31, False)", controller=controller)
+    assert Played("textmsg(get_flag(0), get_flag(31))", controller=controller).said == ["TrueFalse"]
+
+
+def test_the_jacobian_is_that_of_the_differences() -> None:
+    played = Played(
+        """
+        q = get_target_joint_positions()
+        d = 0.0001
+        x = get_forward_kin(q)
+        q[1] = q[1] + d
+        y = get_forward_kin(q)
+        j = get_jacobian()
+        textmsg(norm((y[0] - x[0]) / d - j[0, 1]) < 0.001, norm((y[2] - x[2]) / d - j[2][1]) < 0.001)
+        popup("words", blocking=True)
+        """
+    )
+    assert played.said == [
+        "TrueTrue",
+        "Popup: words",
+        "script:10: nobody can close a popup that blocks here: words",
+    ]
+
+
 def test_a_watchdog_stops_a_script_whose_client_is_silent() -> None:
     controller = Controller(SimulatedArm(HOME))
     run_script(
@@ -284,6 +310,9 @@ def test_a_secondary_program_runs_beside_and_takes_no_time() -> None:
     run_script(controller, "sec late():\nsleep(1)\nset_standard_digital_out(5, True)\nend\n")
     assert controller.words[-1][2] == "the secondary program 'late' takes time, and was ended where it waited"
     assert controller.digital_outputs == 1 << 4
+    run_script(controller, "sec moving():\nmovej([0, 0, 0, 0, 0, 0])\nend\n")
+    assert controller.words[-1][2] == "script:2: a secondary program (sec) can't move the robot"
+    assert controller.move is None
 
 
 def test_a_script_speaks_with_a_server(server: socket.socket) -> None:

@@ -102,7 +102,7 @@ class Controller:
         self.cycles = 0
         self.inputs: dict[str, object] = {}
         self.registers: dict[str, object] = {}
-        self.digital_inputs = self.digital_outputs = 0
+        self.digital_inputs = self.digital_outputs = self.flags = 0
         self.slider = 1.0
         self.tcp, self.mass = np.eye(4), 0.0
         self.center: tuple[float, ...] = (0.0, 0.0, 0.0)

@@ -28,6 +28,8 @@ class RobotTask(ScriptTask):
 
     def moves(self, move: Move) -> None:
         """Have the controller make a move, which is the current thread's."""
+        if self.loaded.secondary:
+            raise ScriptFault("a secondary program (sec) can't move the robot")
         self.controller.move = self._move = move
         self._mover, self._blending = self.thread, None
 

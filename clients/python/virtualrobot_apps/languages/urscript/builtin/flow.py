@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from virtualrobot_apps.languages.urscript.builtin.arithmetic import number
 from virtualrobot_apps.languages.urscript.faults import ScriptFault
 from virtualrobot_apps.languages.urscript.table import function
-from virtualrobot_apps.languages.urscript.values import Value, text
+from virtualrobot_apps.languages.urscript.values import Value, text, truth
 
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.urscript.task import ScriptTask
@@ -39,3 +39,11 @@ def _get_steptime(task: ScriptTask) -> float:
 def _textmsg(task: ScriptTask, first: Value, second: Value) -> None:
     """Writes one or two values, one after the other, to the log."""
     task.write(text(first) + text(second))
+
+
+@function("popup", 's, title="Popup", warning=False, error=False, blocking=False')
+def _popup(task: ScriptTask, message: Value, title: Value, warning: Value, error: Value, blocking: Value) -> None:
+    """Writes words to the log; one that blocks ends the script, since nobody can close it here."""
+    task.write(f"{text(title)}: {text(message)}")
+    if truth(blocking):
+        raise ScriptFault(f"nobody can close a popup that blocks here: {text(message)}")

@@ -205,3 +205,27 @@ def _get_target_payload_cog(task: RobotTask) -> list[float]:
 def _get_joint_torques(task: RobotTask) -> list[float]:
     """Torques of the joints (Nm): 0, since an emulated arm knows no forces."""
     return [0.0] * 6
+
+
+@function("get_jacobian", "q=none, tcp=none")
+def _get_jacobian(task: RobotTask, positions: Value, tcp: Value) -> list[list[float]]:
+    """Jacobian of the tool at joint positions, as a matrix: rows are of m/s and rad/s, columns of the joints."""
+    here = task.controller.body.read()[0] if positions is None else np.array(numbers(positions, "q", 6))
+    return kinematics.jacobian(task.controller.model, here, _tcp(task, tcp)).tolist()
+
+
+@function("zero_ftsensor")
+def _zero_ftsensor(task: RobotTask) -> None:
+    """Takes the forces of now for none; they are 0 all the time, since an emulated arm knows no forces."""
+
+
+@function("get_tcp_force")
+def _get_tcp_force(task: RobotTask) -> list[float]:
+    """Force and torque at the tool (N, Nm): 0, since an emulated arm knows no forces."""
+    return [0.0] * 6
+
+
+@function("force")
+def _force(task: RobotTask) -> float:
+    """Size of the force at the tool (N): 0, since an emulated arm knows no forces."""
+    return 0.0

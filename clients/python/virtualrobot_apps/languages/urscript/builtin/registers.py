@@ -81,6 +81,19 @@ def _read_output_float_register(task: RobotTask, address: Value) -> Value:
     return task.controller.registers.get(f"output_double_register_{whole(address, 'address', 0, _LAST)}", 0.0)
 
 
+@function("set_flag", "n, b")
+def _set_flag(task: RobotTask, place: Value, value: Value) -> None:
+    """Sets one of 32 flags, which stay from script to script."""
+    bit = 1 << whole(place, "n", 0, 31)
+    task.controller.flags = task.controller.flags & ~bit | (bit if truth(value) else 0)
+
+
+@function("get_flag", "n")
+def _get_flag(task: RobotTask, place: Value) -> bool:
+    """Level of a flag."""
+    return bool(task.controller.flags >> whole(place, "n", 0, 31) & 1)
+
+
 @function("rtde_set_watchdog", 'variable_name, min_frequency, action="pause"')
 def _rtde_set_watchdog(task: RobotTask, variable: Value, frequency: Value, action: Value) -> None:
     """Stops the script where clients set an input less often; a frequency (Hz) of 0 watches nothing."""
