@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import socket
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ from tests.drivers.peers import ADDRESS
 from tests.drivers.ur_controllers import ControllerProcess, host
 from tests.kernels import KernelProcess, Stubs
 from tests.tiers import Draws
+from tests.waiting import until
 
 HOME = np.array([0.0, -1.57, 1.57, -1.57, -1.57, 0.0])
 
@@ -222,6 +224,38 @@ def test_what_the_kernel_refuses_is_a_protective_stop() -> None:
     play(controller, "movej([0, -1.57, 1.57, -1.57, -1.57, 7.0], a=15.0, v=3.0)\n")
     assert controller.safety is SafetyMode.PROTECTIVE_STOP
     assert any("joint joint_6 would be at" in text for _, _, text in controller.words)
+
+
+def test_a_script_comes_in_pieces_and_its_log_and_faults_are_told() -> None:
+    controller = made()
+    server = Server(controller, ADDRESS)
+    try:
+        with socket.create_connection((ADDRESS, 30002)) as connection:
+            connection.setblocking(False)
+            got = bytearray()
+
+            def told(words: bytes) -> bool:
+                server.cycle()
+                with contextlib.suppress(BlockingIOError):
+                    got.extend(connection.recv(65536))
+                return words in got
+
+            script = b"# mine\ndef mine():\n  textmsg(get_steptime())\n  sleep(10)\nend\nrun program\n"
+            connection.sendall(script[:40])
+            for _ in range(5):
+                server.cycle()
+            assert controller.program is None
+            connection.sendall(script[40:])
+            until(lambda: told(b"0.002"))
+            assert controller.program is not None and controller.program.name == "mine"
+            connection.sendall(b"movj([1, 2])\n")
+            until(lambda: told(b"syntax_error_on_line:1: there is no function 'movj'; did you mean 'movej'?"))
+            assert controller.program is not None
+            connection.sendall(b"textmsg([1][2])\n")
+            until(lambda: told(b"script:1: the index 2 is outside 0 to 0"))
+            assert controller.program is None
+    finally:
+        server.close()
 
 
 def test_nonsense_ends_a_connection_and_nothing_else() -> None:

@@ -273,12 +273,14 @@ def test_a_protective_stop_ends_the_script() -> None:
 @pytest.mark.parametrize(
     ("statement", "expected"),
     [
-        ("movej([0, 0])", "q has 6 numbers, and this is [0, 0]"),
+        ("movej([0, 0])", "q has 6 finite numbers, and this is [0, 0]"),
         ("movej([0, 0, 0, 0, 0, 0], v=0)", "v is above 0, not 0"),
         ("movel(p[9, 0, 0, 0, 0, 0])", "no posture near"),
         ("movel(get_target_tcp_pose(), r=-1)", "r is 0 or more, not -1"),
         ("servoj(get_target_joint_positions(), t=0)", "t is above 0, not 0"),
         ("speedj([9, 0, 0, 0, 0, 0])", "qd has speeds of at most 6.283 rad/s, not [9, 0, 0, 0, 0, 0]"),
+        ("movej([1e200 * 1e200, 0, 0, 0, 0, 0])", "q has 6 finite numbers, and this is [inf, 0, 0, 0, 0, 0]"),
+        ("speedj([0, 0, 0, 0, 0, 0], 1e200 * 1e200)", "a is a finite number, not inf"),
         ("set_payload(-1)", "m is 0 or more kg, not -1"),
         ("set_digital_out(10, True)", "n is a whole number from 0 to 9, not 10"),
         ("force_mode(p[0, 0, 0, 0, 0, 0], [0], [0], 2, [0])", "'force_mode' can't be used here yet"),

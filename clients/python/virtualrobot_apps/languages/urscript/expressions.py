@@ -19,6 +19,8 @@ PRIORITIES = {
     **dict.fromkeys(("*", "/", "%"), 6),
 }
 """Strength with which each operator binds; that of `not` is 3."""
+LARGEST = 1e300
+"""Size of the numbers that a script may have."""
 DEEPEST = 50
 """Number of brackets, signs and operators that may be within each other."""
 
@@ -91,7 +93,11 @@ class ExpressionParser(WordReader):
             return self.parts(tree.Name(at, value))
         if kind == "number":
             self.next += 1
-            return tree.Number(at, number_value(value))
+            number = number_value(value)
+            if not abs(number) < LARGEST:
+                self.diagnostics.add(self.source, at, f"the number {value} is too large")
+                number = 0
+            return tree.Number(at, number)
         if kind == "text":
             self.next += 1
             return tree.Text(at, value[1:-1])

@@ -82,4 +82,4 @@ def number_value(word: str) -> int | float:
     """Return the value of a number: whole unless it has a point or an exponent."""
     if word[:2] in ("0x", "0X"):
         return int(word, 16)
-    return int(word) if word.isdigit() else float(word)
+    return int(word) if word.isdigit() and len(word) < 300 else float(word)

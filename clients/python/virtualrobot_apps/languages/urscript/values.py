@@ -163,7 +163,7 @@ def order(operator: str, left: Value, right: Value) -> bool:
 
 
 def _place(values: list[Value], index: Value) -> int:
-    if not is_number(index) or index != math.floor(index):
+    if not is_number(index) or not math.isfinite(index) or index != math.floor(index):
         raise ScriptFault(f"an index is a whole number, not {text(index)}")
     if not 0 <= index < len(values):
         raise ScriptFault(f"the index {int(index)} is outside 0 to {len(values) - 1}")

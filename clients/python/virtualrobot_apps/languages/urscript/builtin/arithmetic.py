@@ -15,20 +15,23 @@ def number(value: Value, name: str) -> float:
     """Return a number; `name` is what it is called."""
     if not is_number(value):
         raise ScriptFault(f"{name} is a number, not {kind_of(value)}")
+    if not math.isfinite(value):
+        raise ScriptFault(f"{name} is a finite number, not {text(value)}")
     return value
 
 
 def whole(value: Value, name: str, least: int = -(2**31), most: int = 2**31 - 1) -> int:
     """Return a whole number from `least` to `most`."""
-    if not is_number(value) or value != math.floor(value) or not least <= value <= most:
+    if not is_number(value) or not math.isfinite(value) or value != math.floor(value) or not least <= value <= most:
         raise ScriptFault(f"{name} is a whole number from {least} to {most}, not {text(value)}")
     return int(value)
 
 
 def numbers(values: Value, name: str, count: int | None = None) -> list[float]:
     """Return a list or pose of numbers, of so many where that is said."""
-    if not isinstance(values, list) or not all(map(is_number, values)) or count not in (None, len(values)):
-        said = "numbers" if count is None else f"{count} numbers"
+    fit = isinstance(values, list) and all(is_number(one) and math.isfinite(one) for one in values)
+    if not fit or count not in (None, len(values)):
+        said = "finite numbers" if count is None else f"{count} finite numbers"
         raise ScriptFault(f"{name} has {said}, and this is {text(values)}")
     return values
 
