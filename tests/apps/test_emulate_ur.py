@@ -20,7 +20,7 @@ from virtualrobot_apps.emulators.ur.orders import obey
 from virtualrobot_apps.emulators.ur.scripts import run_script
 from virtualrobot_apps.emulators.ur.server import Server
 
-from tests.apps.ur_programs import MORE, MOVES, told
+from tests.apps.ur_programs import MORE, MOVES, PATHS, told
 from tests.drivers.peers import ADDRESS
 from tests.drivers.ur_controllers import ControllerProcess, host
 from tests.kernels import KernelProcess, Stubs
@@ -113,6 +113,29 @@ def test_a_program_with_ur_rtde_moves_an_arm(process: ControllerProcess) -> None
     done, joints, asked = said["servoJ"]
     assert done and said["servoStop"]
     np.testing.assert_allclose(joints, asked, atol=1e-3)
+
+
+@pytest.mark.long
+def test_a_program_with_ur_rtde_moves_along_paths_and_jogs() -> None:
+    """Paths with blends are lines that the library puts into its script, and so is a function of the program's own."""
+    process = ControllerProcess(host=host(3))
+    try:
+        said = told(PATHS, process.host)
+    finally:
+        process.kill()
+    done, there, asked = said["moveL"]
+    assert done
+    np.testing.assert_allclose(kinematics.matrix_of(np.array(there)), kinematics.matrix_of(np.array(asked)), atol=1e-3)
+    done, joints = said["moveJ"]
+    assert done
+    np.testing.assert_allclose(joints, HOME, atol=1e-3)
+    started, stopped, way = said["jog"]
+    assert started and stopped and 0.019 < way[2] < 0.05
+    np.testing.assert_allclose(way[:2], 0.0, atol=1e-3)
+    done, speed, stopped = said["speedL"]
+    assert done and stopped
+    np.testing.assert_allclose(speed, [0.0, 0.0, 0.1, 0.0, 0.0, 0.0], atol=5e-3)
+    assert said["within"] == [False, True] and said["forces"] == [[0.0] * 6, True] and said["custom"]
 
 
 @pytest.mark.long
@@ -271,7 +294,7 @@ def test_nonsense_ends_a_connection_and_nothing_else() -> None:
             program.sendall(b"movej(])\n")
             for _ in range(3):
                 server.cycle()
-        assert server.controller.cycles == 18 and said == ["syntax error in 'movej(])'"]
+        assert server.controller.cycles == 18 and said == ["syntax_error_on_line:1: a value is expected here, not ']'"]
         with pytest.raises(OSError, match="in use"):
             Server(made(), ADDRESS)
     finally:

@@ -95,6 +95,31 @@ for _ in range(5000):
     time.sleep(0.002)
 said["protective"] = [receive.isProtectiveStopped(), receive.getSafetyMode(), control.isProgramRunning()]
 """
+PATHS = """
+home = receive.getActualTCPPose()
+
+def beside(x, y, z):
+    return [home[0] + x, home[1] + y, home[2] + z, *home[3:]]
+
+path = [[*beside(0.0, 0.0, 0.06), 0.2, 1.0, 0.02], [*beside(0.0, 0.06, 0.06), 0.2, 1.0, 0.0]]
+said["moveL"] = [control.moveL(path), receive.getActualTCPPose(), path[-1][:6]]
+joints = [[0.1, -1.5, 1.5, -1.5, -1.5, 0.0, 1.0, 2.0, 0.01], [0.0, -1.57, 1.57, -1.57, -1.57, 0.0, 1.0, 2.0, 0.0]]
+said["moveJ"] = [control.moveJ(joints), settled(joints[-1][:6])]
+before = receive.getActualTCPPose()
+said["jog"] = [control.jogStart([0.0, 0.0, 0.05, 0.0, 0.0, 0.0], 0)]
+while receive.getActualTCPPose()[2] < before[2] + 0.02:
+    time.sleep(0.002)
+said["jog"] += [control.jogStop(), [a - b for a, b in zip(receive.getActualTCPPose(), before)]]
+said["speedL"] = [control.speedL([0.0, 0.0, 0.1, 0.0, 0.0, 0.0], 2.0, 0.0)]
+for _ in range(5000):
+    if receive.getActualTCPSpeed()[2] > 0.098:
+        break
+    time.sleep(0.002)
+said["speedL"] += [receive.getActualTCPSpeed(), control.speedStop()]
+said["within"] = [control.isJointsWithinSafetyLimits([7.0, 0, 0, 0, 0, 0]), control.isPoseWithinSafetyLimits(home)]
+said["forces"] = [control.getJointTorques(), control.zeroFtSensor()]
+said["custom"] = control.sendCustomScriptFunction("mine", "set_flag(3, True)")
+"""
 
 
 def told(program: str, host: str) -> dict[str, Any]:

@@ -146,6 +146,14 @@ def test_brackets_go_over_lines_and_labels_and_comments_are_left_out() -> None:
     ) == ["a: [1, 2, 3]"]
 
 
+def test_a_value_may_stand_below_its_assignment_and_reserved_words_begin_a_statement_on_a_line() -> None:
+    """The script of ur-rtde has both, where its library puts numbers into it."""
+    assert said("global a = # a number\n1    global b = # another one\n2  textmsg(a, b)".replace("2  ", "2\n")) == [
+        "12"
+    ]
+    assert said("a = 1 if a == 1: textmsg(a) end") == ["1"]
+
+
 def test_p_is_a_pose_or_a_variable() -> None:
     assert said("p = p[1, 2, 3, 0, 0, 0]\np[0] = p[1] + p [2]\ntextmsg(p)") == ["p[5, 2, 3, 0, 0, 0]"]
 

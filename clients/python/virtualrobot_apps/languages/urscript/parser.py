@@ -15,6 +15,11 @@ from virtualrobot_apps.languages.urscript.expressions import ExpressionParser, T
 
 _ENDS = frozenset(("end", "elif", "else", "end of file"))
 """Words before which the statements of a block are over."""
+_BEGINS = frozenset(
+    """break continue def enter_critical exit_critical global halt if join kill local pass return sec thread
+    while""".split()
+)
+"""Reserved words that begin a statement, and go on with none."""
 _FUNCTIONS = frozenset(("def", "thread", "sec"))
 
 
@@ -110,9 +115,14 @@ class Parser(ExpressionParser):
         return self.take("end")
 
     def line_ends(self) -> None:
-        """Take the end of a statement's line; a word that ends a block may stand on it, too."""
-        if self.kind not in _ENDS:
+        """Take the end of a statement's line; a word that ends a block or begins a statement may stand on it, too."""
+        if self.kind not in _ENDS and self.kind not in _BEGINS:
             self.eat("newline", "the end of the line")
+
+    def assigned(self) -> tree.Expression:
+        """Parse the value of an assignment, which may stand on the next line."""
+        self.take("newline")
+        return self.expression()
 
     def statement(self) -> tree.Statement:
         """Parse a statement."""
@@ -137,7 +147,7 @@ class Parser(ExpressionParser):
             case "local" | "global":
                 where, name = self.at, self.name("the name of a variable")
                 self.eat("=")
-                found = tree.Assign(at, kind, tree.Name(where, name), self.expression())
+                found = tree.Assign(at, kind, tree.Name(where, name), self.assigned())
             case "run" if self.values[self.next] == "program" and self.kinds[self.next + 1] == "newline":
                 # Old scripts end with these words; the program runs without them.
                 self.next += 1
@@ -157,7 +167,7 @@ class Parser(ExpressionParser):
                 self.diagnostics.add(self.source, at, "only a variable, its element or component can be assigned to")
                 raise Failed
             self.next += 1
-            return tree.Assign(at, "", value, self.expression())
+            return tree.Assign(at, "", value, self.assigned())
         if not isinstance(value, tree.Call | tree.Run):
             self.fail("'='" if isinstance(value, tree.Name | tree.Element | tree.Component) else "a call")
         return tree.Do(at, value)
