@@ -190,7 +190,7 @@ def test_scripts_with_any_fault_are_refused_or_run(rng: np.random.Generator) -> 
     \n end \n     thread d ( ) : \n return - 1 \n end \n e = run d ( ) \n join e \n end""".split(" ")
     load(" ".join(words))
     for _ in range(300):
-        changed = list(words)
+        changed: list[str] = list(words)
         for _ in range(rng.integers(1, 4)):
             one, other = rng.integers(0, len(changed)), rng.integers(0, len(words))
             changed[one : one + rng.integers(0, 2)] = [words[other]] * int(rng.integers(0, 3))

@@ -132,7 +132,8 @@ class ScriptTask:
         thread.turns = thread.turns + 1 if heavy else 0
         if thread.turns > TURNS:
             said = "computes without a wait: put sync() or sleep() into its loop"
-            line = thread.work.gi_frame.f_lineno if thread.work.gi_frame else 1
+            frame = getattr(thread.work, "gi_frame", None)
+            line = frame.f_lineno if frame is not None else 1
             raise ScriptFault(f"{self.loaded.source.file}:{line}: {thread.name!r} {said}")
 
     def _place(self, error: BaseException) -> str:

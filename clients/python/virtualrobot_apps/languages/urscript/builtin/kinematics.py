@@ -125,7 +125,8 @@ def _get_inverse_kin(
     task: RobotTask, goal: Value, near: Value, position: Value, orientation: Value, tcp: Value
 ) -> list[float]:
     """Joint positions at which the tool has a pose, near to others; those of now unless others are given."""
-    number(position, "maxPositionError"), number(orientation, "maxOrientationError")
+    number(position, "maxPositionError")
+    number(orientation, "maxOrientationError")
     try:
         return _inverse(task, goal, near, tcp)
     except NoPosture as error:

@@ -176,7 +176,10 @@ def _servoj(
 ) -> Iterator[None]:
     """Has the joints follow positions for a time; a and v count for nothing, as on a controller."""
     positions, controller = _joints(goal, "q"), task.controller
-    number(acceleration, "a"), number(speed, "v"), _positive(ahead, "lookahead_time"), _positive(gain, "gain")
+    for value, name in ((acceleration, "a"), (speed, "v")):
+        number(value, name)
+    for value, name in ((ahead, "lookahead_time"), (gain, "gain")):
+        _positive(value, name)
     cycles = max(1, round(_positive(seconds, "t") / task.dt))
     controller.begin()
     if isinstance(controller.move, Servo):

@@ -31,7 +31,9 @@ def _pose_trans(task: object, first: Value, second: Value) -> Pose:
 @function("pose_inv", "p_from")
 def _pose_inv(task: object, value: Value) -> Pose:
     """Inverse of a pose."""
-    return pose(np.linalg.inv(matrix(value, "p_from")))
+    given, made = matrix(value, "p_from"), np.eye(4)
+    made[:3, :3], made[:3, 3] = given[:3, :3].T, -given[:3, :3].T @ given[:3, 3]
+    return pose(made)
 
 
 @function("pose_add", "p_1, p_2")
