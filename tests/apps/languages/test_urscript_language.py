@@ -264,7 +264,7 @@ def test_a_thread_that_never_waits_lets_others_run_and_ends_the_script() -> None
         ("a = p[1, 2, 3, 4, 5, True]", "2: a pose has numbers alone, and this is a truth: True"),
         (
             "a = [1, 2]\nwhile True:\n  a = [a, a]\nend",
-            "4: a list has at most 100000 elements, those of the lists in it included",
+            "4: a list has at most 10000 elements, those of the lists in it included",
         ),
         ('a = "ab"\nwhile True:\n  a = a + a\nend', "4: a string has at most 1048576 characters"),
         ("s = struct(a=1)\ns.b = 1", "3: this struct has no component 'b'; it has a"),

@@ -12,7 +12,7 @@ from virtualrobot_apps.languages.urscript.faults import ScriptFault
 
 LONGEST = 1 << 20
 """Characters of the longest string."""
-ELEMENTS = 100_000
+ELEMENTS = 10_000
 """Elements of the longest list."""
 _WHOLE = 1 << 53
 """Size from which on a product is no whole number any more."""
@@ -40,16 +40,22 @@ def kind_of(value: Value) -> str:
 
 
 def _count(value: Value) -> int:
-    return sum(map(_count, value)) if isinstance(value, list) else 1
+    if isinstance(value, list):
+        return sum(map(_count, value))
+    return sum(map(_count, value.values())) if type(value) is Struct else 1
 
 
 def copied(value: Value) -> Value:
     """Return a value of its own."""
+    if isinstance(value, list) and any(isinstance(one, list | Struct) for one in value) and _count(value) > ELEMENTS:
+        raise ScriptFault(f"a list has at most {ELEMENTS} elements, those of the lists in it included")
+    return _copied(value)
+
+
+def _copied(value: Value) -> Value:
     if isinstance(value, list):
-        if any(isinstance(one, list) for one in value) and _count(value) > ELEMENTS:
-            raise ScriptFault(f"a list has at most {ELEMENTS} elements, those of the lists in it included")
-        return type(value)(copied(one) for one in value)
-    return Struct((name, copied(one)) for name, one in value.items()) if type(value) is Struct else value
+        return type(value)(map(_copied, value))
+    return Struct((name, _copied(one)) for name, one in value.items()) if type(value) is Struct else value
 
 
 def is_number(value: Value) -> bool:
