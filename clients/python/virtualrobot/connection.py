@@ -317,13 +317,15 @@ class Client:
         """
         return plans.start_plan(self._services, planned, **options)
 
-    def program(self) -> Program:
+    def program(self, spec: motion_pb2.MotionSpec | None = None) -> Program:
         """Return an empty program: moves of several robots, signals, waits and dwells, one after the other.
+
+        With `spec` it is what that says, in the contract's words.
 
         Example:
             >>> client.program().move(robot.ptp("home")).set("gripper", True).dwell(0.2).start()
         """
-        return Program(self._services)
+        return Program(self._services, spec)
 
     def read_program(self, file: str | Path) -> Program:
         """Return what a program file (YAML) says, to be started.

@@ -13,6 +13,7 @@ from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 
 from virtualrobot_kernel.api.author import person
 from virtualrobot_kernel.api.collision import TURN
+from virtualrobot_kernel.api.convert.expansion import flat_program
 from virtualrobot_kernel.api.convert.program import NOTE, program_text
 from virtualrobot_kernel.api.convert.states import motion_message
 from virtualrobot_kernel.api.holding import Holds, check_can_be_held, held_at_start
@@ -193,9 +194,15 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     async def ReadProgram(
         self, request: motion_pb2.ReadProgramRequest, context: object
     ) -> motion_pb2.ReadProgramResponse:
-        """Read a program file."""
-        spec = await self._kernel.read(partial(program_file.parse, request.text, request.uri or "program.yaml"))
-        return motion_pb2.ReadProgramResponse(spec=spec)
+        """Read a program file, or a program, and tell its flat steps if they are wanted."""
+        if request.HasField("spec"):
+            if request.text:
+                raise KernelError("a program is read from its text or its spec: give one of them", field="text")
+            spec = request.spec
+        else:
+            spec = await self._kernel.read(partial(program_file.parse, request.text, request.uri or "program.yaml"))
+        flat, paths = await self._kernel.in_worker(flat_program, spec) if request.flat else (spec, [])
+        return motion_pb2.ReadProgramResponse(spec=flat, step_paths=paths)
 
     async def GetMotion(self, request: motion_pb2.GetMotionRequest, context: object) -> motion_pb2.GetMotionResponse:
         """Tell how a motion is doing."""

@@ -42,7 +42,9 @@ class Program:
     def __init__(self, services: Services, spec: motion_pb2.MotionSpec | None = None) -> None:
         """Begin empty, or with what a spec says; `Client.program` makes one."""
         self._services = services
-        self._spec = motion_pb2.MotionSpec() if spec is None else spec
+        self._spec = motion_pb2.MotionSpec()
+        if spec is not None:
+            self._spec.CopyFrom(spec)
 
     def move(self, *moves: Move, zone: float | None = None, zone_percent: float | None = None) -> Program:
         """Add moves that start and end together.
@@ -297,6 +299,23 @@ class Program:
             ...     print(found.first_violation.step, found.first_violation)
         """
         return plans.check(self._services, self._spec, **options)
+
+    def flat(self) -> list[tuple[str, motion_pb2.ProgramStep]]:
+        """Return the elementary steps that it makes, each with its place in the text, as the contract's messages.
+
+        Repeats, calls, patterns, picks and places are told by what they stand for: `4[2].0` is the first step within
+        step 4 in its third round. Raises InvalidArgumentError where steps decide as the program runs.
+        """
+        request = motion_pb2.ReadProgramRequest(spec=self._spec, flat=True)
+        answer = self._services.motion.ReadProgram(request, timeout=LONG_TIMEOUT_SECONDS)
+        return list(zip(answer.step_paths, answer.spec.steps, strict=True))
+
+    @property
+    def spec(self) -> motion_pb2.MotionSpec:
+        """The program as the contract has it; a copy."""
+        spec = motion_pb2.MotionSpec()
+        spec.CopyFrom(self._spec)
+        return spec
 
     def __len__(self) -> int:
         """Return the number of steps."""

@@ -865,18 +865,24 @@ class StartMotionResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ..., notes: _Optional[_Iterable[_Union[PlanNote, _Mapping]]] = ...) -> None: ...
 
 class ReadProgramRequest(_message.Message):
-    __slots__ = ("text", "uri")
+    __slots__ = ("text", "uri", "spec", "flat")
     TEXT_FIELD_NUMBER: _ClassVar[int]
     URI_FIELD_NUMBER: _ClassVar[int]
+    SPEC_FIELD_NUMBER: _ClassVar[int]
+    FLAT_FIELD_NUMBER: _ClassVar[int]
     text: str
     uri: str
-    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ...) -> None: ...
+    spec: MotionSpec
+    flat: bool
+    def __init__(self, text: _Optional[str] = ..., uri: _Optional[str] = ..., spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., flat: bool = ...) -> None: ...
 
 class ReadProgramResponse(_message.Message):
-    __slots__ = ("spec",)
+    __slots__ = ("spec", "step_paths")
     SPEC_FIELD_NUMBER: _ClassVar[int]
+    STEP_PATHS_FIELD_NUMBER: _ClassVar[int]
     spec: MotionSpec
-    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ...) -> None: ...
+    step_paths: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., step_paths: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class PlanMotionRequest(_message.Message):
     __slots__ = ("spec", "sample_seconds", "expected_structure_revision")

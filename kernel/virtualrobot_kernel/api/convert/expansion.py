@@ -106,6 +106,24 @@ def next_part(text: Text, holds: bool | None = None) -> tuple[list[FlatStep], De
     return found, step
 
 
+def flat_program(spec: motion_pb2.MotionSpec) -> tuple[motion_pb2.MotionSpec, list[str]]:
+    """Return a program with the steps that its text stands for, and their paths; moves become its only step.
+
+    Raises KernelError as `text_of`, and for a step that decides as the program runs.
+    """
+    steps = spec.steps or [motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=spec.moves))]
+    found, decision = next_part(text_of(steps, spec.programs))
+    if decision is not None:
+        raise KernelError(
+            f"step {decision.path} decides as the program runs what comes next, so that it has no flat steps",
+            field=decision.what,
+            step_path=decision.path,
+        )
+    tracking = spec.tracking if spec.HasField("tracking") else None
+    flat = motion_pb2.MotionSpec(steps=[step.message for step in found], tracking=tracking)
+    return flat, [step.path for step in found]
+
+
 def each_once(steps: Sequence[motion_pb2.ProgramStep], programs: Programs, first: int = 0) -> list[FlatStep]:
     """Return each step of a text once, whatever decides whether it is done, in its first round or place."""
     every = _flat(steps, programs, Place(first=first, once=True))

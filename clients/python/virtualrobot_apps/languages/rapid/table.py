@@ -88,7 +88,7 @@ IRMQMessage IsFile ISignalAI ISignalAO ISignalDI ISignalDO ISignalGI ISignalGO I
 IsStopMoveAct IsStopStateEvent IsSyncMoveOn IsVar ITimer IVarValue IWatch Load LoadId MakeDir MechUnitLoad ModExist
 ModTime MotionSup MoveAbsJ MoveC MoveCAO MoveCDO MoveCGO MoveCSync MoveExtJ MoveJ MoveJAO MoveJDO MoveJGO MoveJSync
 MoveL MoveLAO MoveLDO MoveLGO MoveLSync MToolRotCalib MToolTCPCalib NumToDnum Open OpenDir OpMode ORobT PackDNHeader
-PackRawBytes ParIdPosValid ParIdRobValid PathAccLim PathLevel PathRecMoveBwd PathRecMoveFwd PathRecStart PathRecStop
+PackRawBytes ParIdPosValid ParIdRobValid PathLevel PathRecMoveBwd PathRecMoveFwd PathRecStart PathRecStop
 PathResol PDispOff PDispOn PDispSet PFL PFRestart ProcCall ProcerrRecovery ProgMemFree PrxActivRec PulseDO RaiseToUser
 RawBytesLen ReadAnyBin ReadBin ReadBlock ReadCfgData ReadDir ReadErrData ReadMotor ReadNum ReadRawBytes ReadStr
 ReadStrBin ReadVar ReadVarArr ReadWaitTime RelRob RemainingRetries RemoveAllCyclicBool RemoveDir RemoveFile RenameFile

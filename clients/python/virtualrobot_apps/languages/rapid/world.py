@@ -10,7 +10,6 @@ import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from copy import deepcopy
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -25,6 +24,7 @@ from virtualrobot.errors import (
 from virtualrobot.geometry import Matrix
 from virtualrobot.motions.moves import Move
 
+from virtualrobot_apps.languages.core.joint_speed import full_speed, turn_between
 from virtualrobot_apps.languages.core.motion import Step
 from virtualrobot_apps.languages.core.together import GroupQueue
 from virtualrobot_apps.languages.rapid.arcs import Arc
@@ -36,8 +36,6 @@ from virtualrobot_apps.languages.rapid.signals import Signals
 
 ACCELERATION = 5.0
 """Greatest acceleration (m/s²) of the tool centre point on lines and arcs; the joints' limits count besides."""
-PLACES = 8
-"""Number of pieces in which the way of a joint move is looked at for its speed."""
 TOOL, WOBJ = VARIABLES["tool0"][2], VARIABLES["wobj0"][2]
 _CAN_NOT = (UnreachableError, LimitError, SingularityError)
 
@@ -59,7 +57,8 @@ class World(Signals):
         self._velocities = np.array([limits[name].velocity for name in self.joints], dtype=float)
         self._say, self._said = say, set[str]()
         self.configurations, self.linear_configurations = True, True
-        self.speed_share, self.speed_limit, self.acceleration_share = 1.0, math.inf, 1.0
+        self.speed_share, self.speed_limit = 1.0, math.inf
+        self.acceleration_share, self.acceleration_limit = 1.0, math.inf
         self.tool, self.wobj = deepcopy(TOOL), deepcopy(WOBJ)
         self.displacement = np.eye(4)
         self.concurrent = False
@@ -231,13 +230,13 @@ class World(Signals):
 
     def add_line(self, pose: Matrix, velocity: float, zone: float) -> None:
         """Append a line to a pose in the frame of the base, at a speed (m/s), with a zone (m)."""
-        acceleration = ACCELERATION * self.acceleration_share
+        acceleration = min(ACCELERATION * self.acceleration_share, self.acceleration_limit)
         line = self.robot.linear(pose, reference=self.robot.name, velocity=velocity, acceleration=acceleration)
         self._add(line, zone)
 
     def add_arc(self, start: Matrix, via: np.ndarray, pose: Matrix, velocity: float, zone: float) -> None:
         """Append an arc from a pose through a point to another one, as `add_line` does."""
-        acceleration = ACCELERATION * self.acceleration_share
+        acceleration = min(ACCELERATION * self.acceleration_share, self.acceleration_limit)
 
         def arc(through: np.ndarray) -> Move:
             return self.robot.circular(
@@ -290,7 +289,7 @@ class World(Signals):
                 with suppress(ValueError):  # three points on one line, which the kernel refuses
                     length = Arc(start[:3, 3], via, pose[:3, 3]).length
             return length / self.seconds
-        angle, velocity = _angle(start, pose), self._speed(speed)
+        angle, velocity = turn_between(start, pose), self._speed(speed)
         slowest = math.radians(max(speed[1], 1e-3))
         return velocity if angle * velocity <= slowest * length or length < 1e-6 else slowest * length / angle
 
@@ -300,20 +299,14 @@ class World(Signals):
         Where the move has its time (`seconds`), it is that with which the joints take so long at full speed.
         """
         wanted, turning = self._speed(speed), math.radians(max(speed[1], 1e-3))
-        seconds = float(np.max(np.abs(goal - start) / self._velocities))
-        if seconds < 1e-9:
-            return 1.0
         if self.seconds is not None:
-            return float(min(1.0, max(1e-3, seconds / self.seconds)))
-        shares = np.linspace(0.0, 1.0, PLACES + 1)[:, None]
-        ways = [
-            self.robot.solve_forward(dict(zip(self.joints, row, strict=True))).world_t_tcp
-            for row in (start + shares * (goal - start)).tolist()
-        ]
-        each = seconds / PLACES
-        fastest = max(np.linalg.norm(b[:3, 3] - a[:3, 3]) for a, b in pairwise(ways)) / each
-        turns = max(_angle(a, b) for a, b in pairwise(ways)) / each
-        return float(min(1.0, max(1e-3, min(wanted / max(fastest, 1e-9), turning / max(turns, 1e-9)))))
+            seconds = float(np.max(np.abs(goal - start) / self._velocities))
+            return float(min(1.0, max(1e-3, seconds / self.seconds))) if seconds > 0.0 else 1.0
+        full = full_speed(self.robot, self.joints, start, goal, self._velocities)
+        if not full.seconds:
+            return 1.0
+        share = min(wanted / max(full.speed, 1e-9), turning / max(full.turning, 1e-9))
+        return float(min(1.0, max(1e-3, share)))
 
     @contextmanager
     def together(self) -> Iterator[None]:
@@ -368,7 +361,7 @@ class World(Signals):
         self.queue.close()
         velocity = self.velocity(pose, speed, None)
         until = (self.signal_name(signal), self.typed(signal, value))
-        acceleration = ACCELERATION * self.acceleration_share
+        acceleration = min(ACCELERATION * self.acceleration_share, self.acceleration_limit)
         options = {"reference": self.robot.name, "velocity": velocity, "acceleration": acceleration}
         try:
             move = self.robot.linear(pose, until=until, **options)
@@ -466,13 +459,6 @@ def here() -> str:
     while frame.f_back is not None and frame.f_code.co_filename.endswith(".py"):
         frame = frame.f_back
     return f"{frame.f_code.co_filename}:{frame.f_lineno}"
-
-
-def _angle(first: Matrix, second: Matrix) -> float:
-    """Return by how much (rad) two poses are turned against each other."""
-    turn = first[:3, :3].T @ second[:3, :3]
-    sine = np.linalg.norm([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2.0
-    return math.atan2(float(sine), (float(np.trace(turn)) - 1.0) / 2.0)
 
 
 def _told(conf: list[float]) -> str:

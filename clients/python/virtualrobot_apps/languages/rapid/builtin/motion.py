@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from copy import deepcopy
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -150,6 +151,21 @@ def _acc_set(task: RapidTask, share: float, ramp: float) -> None:
     task.world.acceleration_share = min(1.0, max(0.2, share / 100.0))
     if share < 100.0 or ramp < 100.0:
         task.world.note(f"{here()}: AccSet works on lines and arcs alone, and not on the jerk")
+
+
+@instruction("PathAccLim", r"bool AccLim \num AccMax, bool DecelLim \num DecelMax")
+def _path_acc_lim(
+    task: RapidTask, speeding_up: bool, most: float | None, braking: bool, most_braking: float | None
+) -> None:
+    """Limits the acceleration of the tool centre point on lines and arcs (m/s²), to the smaller of both numbers."""
+    limits = [(speeding_up, most, "AccMax"), (braking, most_braking, "DecelMax")]
+    for limited, value, name in limits:
+        if limited and (value is None or value < 0.1):
+            given = "none" if value is None else f"{value:g}"
+            raise RapidFault("ERR_ARGVALERR", f"PathAccLim takes a {name} of 0.1 m/s2 or more, not {given}")
+    task.world.acceleration_limit = min(
+        (value for limited, value, _ in limits if limited and value is not None), default=math.inf
+    )
 
 
 @instruction("VelSet", "num Override, num Max")

@@ -1,0 +1,1 @@
+"""Programs of the kernel written in the languages of robots' controllers."""

@@ -1,0 +1,139 @@
+"""Programs in KRL, for KUKA's controllers: the source file; goals of lines as frames, of joint moves as axes.
+
+Source: KUKA, *KUKA System Software 8.3, Operating and Programming Instructions for System Integrators*: PTP, LIN, CIRC,
+`$TOOL`, `$BASE`, `$VEL.CP` (m/s), `$ACC.CP` (m/s^2), `$APO.CDIS` (mm), `$APO.CPTP` (percent of half the way),
+`BAS(#VEL_PTP, percent)`. A, B, C turn about z, y', x''.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.geometry import Matrix
+
+from virtualrobot_apps.languages.writers.statements import (
+    Comment,
+    Dwell,
+    Goal,
+    Line,
+    Move,
+    PointToPoint,
+    RobotProgram,
+    SetSignal,
+    Statement,
+    UseTool,
+    Value,
+    WaitSignal,
+)
+from virtualrobot_apps.languages.writers.words import (
+    Language,
+    addresses,
+    names_for,
+    number,
+    said,
+    six_joints,
+    zyx_degrees,
+)
+
+ADDRESS = r"\$(OUT|IN|ANOUT|ANIN)\[\d{1,4}\]"
+EXAMPLE = "$OUT[1]"
+LONGEST = 24
+"""Most characters of a name in KRL."""
+_COMPARISONS = {"==": "==", "!=": "<>"}
+
+
+def write(program: RobotProgram, language: Language) -> str:
+    """Return a program in KRL (a .src file).
+
+    `language.signs` are the senses of the axes against those here. Raises InvalidArgumentError for what KRL can't tell,
+    and for signals that have no address.
+    """
+    six_joints(program, "KRL")
+    where = addresses(program, language, ADDRESS, EXAMPLE)
+    signs = np.array(language.signs or [1.0] * 6)
+    if signs.shape != (6,) or not np.isin(signs, (-1.0, 1.0)).all():
+        raise InvalidArgumentError("the signs are six numbers, each 1 or -1, as 1,1,1,1,1,1")
+    (name,) = names_for([program.name], LONGEST).values()
+    writer = _Writer(program, where, signs)
+    body = [f"  {line}" for at, statement in program.statements for line in writer.lines(at, statement)]
+    head = ["&ACCESS RVP", f"DEF {name}( )", "  BAS (#INITMOV, 0)", "  $BASE = {X 0, Y 0, Z 0, A 0, B 0, C 0}"]
+    return "\n".join([*head, *body, "END", ""])
+
+
+class _Writer:
+    def __init__(self, program: RobotProgram, where: dict[str, str], signs: np.ndarray) -> None:
+        self._program, self._where, self._signs = program, where, signs
+        self._set: dict[str, str] = {}
+        self._frame = ""
+
+    def lines(self, at: str, statement: Statement) -> list[str]:
+        """Return the lines of a statement."""
+        if isinstance(statement, UseTool):
+            return [f"$TOOL = {{{_frame(self._program.tools[statement.tool])}}}"]
+        if isinstance(statement, Comment):
+            return [f"; {statement.text}"]
+        if isinstance(statement, Dwell):
+            return [f"WAIT SEC {number(statement.seconds)}"]
+        if isinstance(statement, SetSignal):
+            return [f"{self._where[statement.signal]} = {self._value(at, statement.signal, statement.value)}"]
+        if isinstance(statement, WaitSignal):
+            return self._wait(at, statement)
+        return self._move(statement)
+
+    def _move(self, move: Move) -> list[str]:
+        if isinstance(move, PointToPoint):
+            lines = self._changed("ptp", f"BAS (#VEL_PTP, {number(100.0 * move.share, 6)})")
+            if move.zone is not None:
+                lines += self._changed("cptp", f"$APO.CPTP = {number(200.0 * move.zone.share, 6)}")
+            axes = self._signs * np.degrees(move.goal.joints)
+            told = ", ".join(f"A{place} {number(one)}" for place, one in enumerate(axes.tolist(), 1))
+            return [*lines, f"PTP {{{told}}}{' C_PTP' if move.zone is not None else ''}"]
+        lines = self._changed("cp", f"$VEL.CP = {number(move.speed)}")
+        lines += self._changed("acc", f"$ACC.CP = {number(move.acceleration)}")
+        if move.zone is not None:
+            lines += self._changed("cdis", f"$APO.CDIS = {number(1000.0 * move.zone.meters)}")
+        if move.goal.frame != self._frame:
+            self._frame = move.goal.frame
+            lines.append(f"$BASE = {{{_frame(self._program.frames[self._frame])}}}")
+        ends = f"{_goal(move.goal)}{' C_DIS' if move.zone is not None else ''}"
+        if isinstance(move, Line):
+            return [*lines, f"LIN {ends}"]
+        return [*lines, f"CIRC {_goal(move.via)}, {ends}"]
+
+    def _changed(self, what: str, line: str) -> list[str]:
+        """Return a line that sets something, where that is not so already."""
+        if self._set.get(what) == line:
+            return []
+        self._set[what] = line
+        return [line]
+
+    def _wait(self, at: str, wait: WaitSignal) -> list[str]:
+        address, value = self._where[wait.signal], self._value(at, wait.signal, wait.value)
+        condition = f"{address} {_COMPARISONS.get(wait.comparison, wait.comparison)} {value}"
+        if wait.seconds is None:
+            return [f"WAIT FOR {condition}"]
+        return [
+            f"$TIMER[1] = {number(-1000.0 * wait.seconds)}",
+            "$TIMER_STOP[1] = FALSE",
+            f"WAIT FOR ({condition}) OR $TIMER_FLAG[1]",
+            f"IF NOT ({condition}) THEN",
+            "  HALT",
+            "ENDIF",
+        ]
+
+    def _value(self, at: str, signal: str, value: Value) -> str:
+        analog = "$AN" in self._where[signal]
+        if isinstance(value, bool) == analog:
+            raise said(at, f"{value!r} as a value of {self._where[signal]}", "KRL")
+        return number(value) if analog else str(value).upper()
+
+
+def _goal(goal: Goal) -> str:
+    assert goal.frame_t_tcp is not None
+    return f"{{{_frame(goal.frame_t_tcp)}}}"
+
+
+def _frame(pose: Matrix) -> str:
+    x, y, z = (1000.0 * np.asarray(pose)[:3, 3]).tolist()
+    a, b, c = zyx_degrees(pose)
+    return ", ".join(f"{name} {number(value)}" for name, value in zip("XYZABC", (x, y, z, a, b, c), strict=True))

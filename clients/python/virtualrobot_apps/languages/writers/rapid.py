@@ -1,0 +1,198 @@
+"""Programs in RAPID, for ABB's controllers; `languages/rapid` reads and runs them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from virtualrobot.geometry import Matrix, quaternion_of
+
+from virtualrobot_apps.languages.rapid.configuration import confdata
+from virtualrobot_apps.languages.rapid.predefined import SPEEDS, ZONES
+from virtualrobot_apps.languages.writers.statements import (
+    Comment,
+    Dwell,
+    Goal,
+    Line,
+    Move,
+    PointToPoint,
+    RobotProgram,
+    SetSignal,
+    Statement,
+    UseTool,
+    Value,
+    WaitSignal,
+    Zone,
+)
+from virtualrobot_apps.languages.writers.words import Language, names_for, number, six_joints
+
+LONGEST = 32
+"""Most characters of a name in RAPID."""
+TURNING = 500.0
+"""Speed (degrees/s) at which the tool turns at most in the speeds v5 to v7000."""
+AXES = "[9E9, 9E9, 9E9, 9E9, 9E9, 9E9]"
+NO_LOAD = "[0.001, [0, 0, 0.001], [1, 0, 0, 0], 0, 0, 0]"
+TAKEN = ("main", "tool0", "wobj0")
+_COMPARISONS = {"==": "=", "!=": "<>"}
+_SWITCHES = {"==": "", "!=": "\\NOTEQ, ", "<": "\\LT, ", ">": "\\GT, "}
+
+
+def write(program: RobotProgram, language: Language) -> str:
+    """Return a module in RAPID: tools, work objects, and a procedure main.
+
+    Raises InvalidArgumentError for what RAPID can't tell.
+    """
+    return _Writer(program, language).text()
+
+
+class _Writer:
+    def __init__(self, program: RobotProgram, language: Language) -> None:
+        six_joints(program, "RAPID")
+        self._program, self._signals = program, language.signals
+        named = [name for name in (*program.tools, *(f"in {one}" for one in program.frames)) if name not in ("", "in ")]
+        self._names = names_for(named, LONGEST, TAKEN)
+        signals = [one.signal for _, one in program.statements if isinstance(one, SetSignal | WaitSignal)]
+        self._addresses = names_for(dict.fromkeys(signals), LONGEST, (*TAKEN, *self._names.values()))
+        self._outputs = {one.signal for _, one in program.statements if isinstance(one, SetSignal)}
+        self._tool, self._acceleration = "tool0", math.inf
+
+    def text(self) -> str:
+        """Return the module."""
+        body = [line for _, statement in self._program.statements for line in self._lines(statement)]
+        tools = [
+            f"  TASK PERS tooldata {self._names[name]} := [TRUE, {_pose(pose)}, {NO_LOAD}];"
+            for name, pose in self._program.tools.items()
+            if name
+        ]
+        frames = [
+            f'  TASK PERS wobjdata {self._names[f"in {name}"]} := [FALSE, TRUE, "", {_pose(pose)}, '
+            "[[0, 0, 0], [1, 0, 0, 0]]];"
+            for name, pose in self._program.frames.items()
+            if name
+        ]
+        warning = ["  ! The loads of the tools are not known here: measure them by LoadIdentify."] if tools else []
+        (module,) = names_for([self._program.name], LONGEST, TAKEN).values()
+        lines = [
+            f"MODULE {module}",
+            *warning,
+            *tools,
+            *frames,
+            "",
+            "  PROC main()",
+            *body,
+            "  ENDPROC",
+            "ENDMODULE",
+            "",
+        ]
+        return "\n".join(lines)
+
+    def _lines(self, statement: Statement) -> list[str]:
+        """Return the lines of a statement."""
+        if isinstance(statement, UseTool):
+            self._tool = self._names[statement.tool] if statement.tool else "tool0"
+            return []
+        if isinstance(statement, Comment):
+            return [f"    ! {statement.text}"]
+        if isinstance(statement, Dwell):
+            return [f"    WaitTime \\InPos, {number(statement.seconds)};"]
+        if isinstance(statement, SetSignal):
+            return [f"    {_setting(statement.value)} {self._signal(statement.signal)}, {_number(statement.value)};"]
+        if isinstance(statement, WaitSignal):
+            return [self._wait(statement)]
+        lines = []
+        if not isinstance(statement, PointToPoint) and statement.acceleration != self._acceleration:
+            self._acceleration = statement.acceleration
+            most = number(statement.acceleration)
+            lines.append(f"    PathAccLim TRUE \\AccMax:={most}, TRUE \\DecelMax:={most};")
+        return [*lines, f"    {self._move(statement)};"]
+
+    def _signal(self, name: str) -> str:
+        return self._signals.get(name, self._addresses[name])
+
+    def _wait(self, wait: WaitSignal) -> str:
+        signal, value, most = self._signal(wait.signal), _number(wait.value), ""
+        if wait.seconds is not None:
+            most = f" \\MaxTime:={number(wait.seconds)}"
+        if isinstance(wait.value, bool):
+            wanted = number(float(wait.value == (wait.comparison == "==")))
+            return f"    {'WaitDO' if wait.signal in self._outputs else 'WaitDI'} {signal}, {wanted}{most};"
+        how = _SWITCHES.get(wait.comparison)
+        if how is not None and (isinstance(wait.value, int) or wait.comparison in "<>"):
+            return f"    Wait{'GI' if isinstance(wait.value, int) else 'AI'} {signal}, {how}{value}{most};"
+        comparison = _COMPARISONS.get(wait.comparison, wait.comparison)
+        return f"    WaitUntil \\InPos, {signal} {comparison} {value}{most};"
+
+    def _move(self, move: Move) -> str:
+        frame = move.goal.frame
+        ends = f"{_zone(move.zone)}, {self._tool}" + (f" \\WObj:={self._names[f'in {frame}']}" if frame else "")
+        if isinstance(move, PointToPoint):
+            speed = _joint_speed(move)
+            if move.goal.frame_t_tcp is None or not move.goal.branch:
+                return f"MoveAbsJ {_joints(move.goal)}, {speed}, {ends}"
+            return f"MoveJ {_target(move.goal)}, {speed}, {ends}"
+        speed = _speed(move.speed, TURNING)
+        if isinstance(move, Line):
+            return f"MoveL {_target(move.goal)}, {speed}, {ends}"
+        return f"MoveC {_target(move.via)}, {_target(move.goal)}, {speed}, {ends}"
+
+
+def _joints(goal: Goal) -> str:
+    return f"[[{', '.join(map(number, np.degrees(goal.joints)))}], {AXES}]"
+
+
+def _target(goal: Goal) -> str:
+    assert goal.frame_t_tcp is not None
+    return f"[{_place(goal.frame_t_tcp)}, {_conf(goal)}, {AXES}]"
+
+
+def _place(pose: Matrix) -> str:
+    """Return position and orientation without brackets around both."""
+    return _pose(pose)[1:-1]
+
+
+def _pose(pose: Matrix) -> str:
+    x, y, z, w = quaternion_of(pose).tolist()
+    position = ", ".join(number(1000.0 * one) for one in np.asarray(pose)[:3, 3])
+    return f"[[{position}], [{', '.join(_fine(one) for one in (w, x, y, z))}]]"
+
+
+def _fine(value: float) -> str:
+    return f"{round(value, 14) + 0.0:.15g}"
+
+
+def _conf(goal: Goal) -> str:
+    return f"[{', '.join(number(one) for one in confdata(goal.joints.tolist(), goal.branch))}]"
+
+
+def _speed(speed: float, turning: float) -> str:
+    """Return speed data for m/s and degrees/s."""
+    v = round(1000.0 * speed, 9)
+    if turning == TURNING and v in SPEEDS:
+        return f"v{v:g}"
+    return f"[{number(v)}, {number(turning)}, 5000, 1000]"
+
+
+def _joint_speed(move: PointToPoint) -> str:
+    """Return the speed at which the tool centre point goes where the joints have their share."""
+    turning = math.degrees(move.turning)
+    if 1000.0 * move.speed < 1.0:
+        return _speed(7.0, TURNING if turning < 1e-6 else turning)
+    return _speed(move.speed, TURNING if turning <= TURNING else math.ceil(turning))
+
+
+def _zone(zone: Zone | None) -> str:
+    if zone is None:
+        return "fine"
+    radius = round(1000.0 * zone.meters, 9)
+    if radius in ZONES and radius > 0.0:
+        return f"z{radius:g}"
+    across, turn = number(1.5 * radius), number(0.15 * radius)
+    return f"[FALSE, {number(radius)}, {across}, {across}, {turn}, {across}, {turn}]"
+
+
+def _setting(value: Value) -> str:
+    return "SetDO" if isinstance(value, bool) else "SetGO" if isinstance(value, int) else "SetAO"
+
+
+def _number(value: Value) -> str:
+    return number(float(value))

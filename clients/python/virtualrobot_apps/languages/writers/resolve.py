@@ -1,0 +1,362 @@
+"""Programs of the kernel as one robot's statements: each goal with its joints, as the kernel plans them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from virtualrobot.connection import Client
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.geometry import Matrix, pose_from_quaternion
+from virtualrobot.motions.plans import MotionPlan
+from virtualrobot.motions.program import Program
+from virtualrobot.robots.robot import Robot
+from virtualrobot.v1 import geometry_pb2, motion_pb2, signal_pb2
+
+from virtualrobot_apps.languages.core.joint_speed import full_speed
+from virtualrobot_apps.languages.writers.statements import (
+    Arc,
+    Comment,
+    Dwell,
+    Floats,
+    Goal,
+    Line,
+    Move,
+    PointToPoint,
+    RobotProgram,
+    SetSignal,
+    Statement,
+    UseTool,
+    Value,
+    WaitSignal,
+    Zone,
+)
+
+REST_SECONDS = 0.05
+"""Time (s) that the planned program stands after each move, so that a sample is where the move ends."""
+VELOCITY, ACCELERATION = 0.25, 1.0
+"""Speed (m/s) and acceleration (m/s^2) of lines and arcs that give none; see `Linear` in the contract."""
+SAME = 1e-6
+"""Difference (m, and in rotation matrices) below which a pose is where it was said to be."""
+MOST_TURN = 0.98
+"""Part of a whole turn up to which an arc is told by three points."""
+
+_COMPARISONS = {
+    motion_pb2.COMPARISON_UNSPECIFIED: "==",
+    motion_pb2.COMPARISON_EQUAL: "==",
+    motion_pb2.COMPARISON_NOT_EQUAL: "!=",
+    motion_pb2.COMPARISON_LESS: "<",
+    motion_pb2.COMPARISON_AT_MOST: "<=",
+    motion_pb2.COMPARISON_GREATER: ">",
+    motion_pb2.COMPARISON_AT_LEAST: ">=",
+}
+_REFUSED = {
+    "spline": "a spline can't be told to a controller",
+    "joint_trajectory": "a joint trajectory has times of its own, which no controller's program has",
+    "joint_jog": "a jog is for a person's hand",
+    "cartesian_jog": "a jog is for a person's hand",
+    "wait_part": "a robot does not know where parts are; wait for a sensor's signal",
+}
+_OF_THE_WORLD = {
+    "pick": "here the simulator fixes the part to the tool",
+    "place": "here the simulator lets the part go",
+    "attach": "here the simulator gives a node another parent",
+    "set_allowed_pairs": "here the simulator lets nodes touch",
+}
+ToolSignals = Mapping[str, tuple[str, Value]]
+
+
+def robot_program(
+    client: Client, program: Program, robot: Robot, name: str, tool_signals: ToolSignals | None = None
+) -> RobotProgram:
+    """Return what a program has one robot do from where it stands; nothing moves.
+
+    `tool_signals` tells which signal, and which value of it, brings the robot's tool into a state, by the state's name.
+
+    Raises:
+        InvalidArgumentError: for a step that no controller's program can make, by its place in the text.
+        VirtualRobotError: as `Program.plan`.
+    """
+    return _Resolver(client, robot, program, dict(tool_signals or {})).resolved(name)
+
+
+class _Resolver:
+    """Steps of a program on their way to statements."""
+
+    def __init__(self, client: Client, robot: Robot, program: Program, tool_signals: ToolSignals) -> None:
+        self._client, self._robot, self._tool_signals = client, robot, tool_signals
+        self._whole, self._steps = program, program.flat()
+        self._tools: dict[str, Matrix] = {}
+        self._frames: dict[str, Matrix] = {}
+        self._found: list[tuple[str, Statement]] = []
+        self._notes: list[str] = []
+        self._share = 1.0
+        self._joints = tuple(robot.chain_joint_names)
+        limits = robot.limits
+        self._velocities = np.array([limits[one].velocity for one in self._joints])
+        self._accelerations = np.array([limits[one].acceleration for one in self._joints])
+        self._world_t_base = client.scene.pose(robot.name)
+        self._world_t_flange = client.scene.pose(robot.flange)
+
+    def resolved(self, name: str) -> RobotProgram:
+        """Return the robot's program."""
+        for at, step in self._steps:
+            self._check(at, step)
+        plan, numbers = self._plan()
+        state = self._robot.state
+        here = dict(zip(self._robot.coordinates, state.positions.tolist(), strict=True))
+        joints, place = np.array([here[one] for one in self._joints]), self._in_base(state.world_t_tcp)
+        begin, self._tool = (joints, place), (state.tool, state.tool_center_point)
+        self._use("0")
+        for (at, step), number in zip(self._steps, numbers, strict=True):
+            if not _moves(step):
+                self._other(at, step)
+                continue
+            inside, rest = np.flatnonzero(plan.steps == number), np.flatnonzero(plan.steps == number + 1)[-1]
+            way = plan.robots[self._robot.name]
+            columns = [way.joint_names.index(one) if one in way.joint_names else -1 for one in self._joints]
+            moved = [column >= 0 for column in columns]
+            ways = np.where(moved, way.positions[[*inside, rest]][:, columns], joints)
+            poses = np.stack([place, *map(self._in_base, way.world_t_tcp[[*inside, rest]])])
+            self._found.append((at, self._move(at, step.move, np.vstack([joints, ways]), poses)))
+            joints, place = ways[-1], poses[-1]
+        self._begin(*begin)
+        self._settle_zones()
+        types = self._robot.joint_types
+        return RobotProgram(
+            name,
+            self._robot.name,
+            self._joints,
+            tuple(types[one] == "prismatic" for one in self._joints),
+            self._tools,
+            self._frames,
+            tuple(self._found),
+            tuple(self._notes),
+        )
+
+    def _in_base(self, world_t_node: Matrix) -> Matrix:
+        return np.linalg.inv(self._world_t_base) @ world_t_node
+
+    # What is asked.
+
+    def _check(self, at: str, step: motion_pb2.ProgramStep) -> None:
+        """Raise InvalidArgumentError for a step that no robot's program has."""
+        kind = step.WhichOneof("step") or ""
+        if kind in _REFUSED:
+            raise _refused(at, _REFUSED[kind])
+        for move in step.move.moves:
+            how = move.WhichOneof("move") or ""
+            if move.robot != self._robot.name:
+                raise _refused(at, f"it moves {move.robot!r}, and the program is for {self._robot.name!r}")
+            if how in _REFUSED:
+                raise _refused(at, _REFUSED[how])
+            if move.HasField("group"):
+                raise _refused(at, "a group of the robot's joints has no program of its own")
+            if how == "linear" and move.linear.HasField("until"):
+                raise _refused(at, "a line that searches can't be written yet")
+            if how == "circular" and move.circular.orientation == motion_pb2.ARC_ORIENTATION_WITH_ARC:
+                raise _refused(at, "a tool that turns with its arc can't be written; let it turn to its goal")
+        if len(step.move.moves) > 1:
+            raise _refused(at, "a tool that moves together with its arm can't be written; move one after the other")
+
+    def _plan(self) -> tuple[MotionPlan, list[int]]:
+        """Return the plan without zones, at rest after each move, and the number of each step in it."""
+        spec, numbers = motion_pb2.MotionSpec(), list[int]()
+        for _, step in self._steps:
+            numbers.append(len(spec.steps))
+            spec.steps.add().CopyFrom(step)
+            if _moves(step):
+                spec.steps[-1].move.ClearField("blend_distance_meters")
+                spec.steps[-1].move.ClearField("blend_percent")
+                spec.steps.add().dwell.seconds = REST_SECONDS
+        if not numbers:
+            raise InvalidArgumentError("the program has no steps to write")
+        self._notes += [note.message for note in self._whole.plan(sample_time=1.0).notes]
+        return self._client.program(spec).plan(), numbers
+
+    # Statements.
+
+    def _other(self, at: str, step: motion_pb2.ProgramStep) -> None:
+        """Write a step that moves no arm."""
+        kind = step.WhichOneof("step") or ""
+        if kind == "set_signal":
+            self._found.append((at, SetSignal(step.set_signal.signal, _value(at, step.set_signal.value))))
+        elif kind == "wait_signal":
+            wait, condition = step.wait_signal, step.wait_signal.condition
+            comparison, value = _COMPARISONS[condition.comparison], _value(at, condition.value)
+            self._found.append((at, WaitSignal(condition.signal, comparison, value, wait.timeout_seconds or None)))
+        elif kind == "dwell":
+            self._found.append((at, Dwell(step.dwell.seconds)))
+        elif kind == "set_speed":
+            if step.set_speed.robot in ("", self._robot.name):
+                self._share = step.set_speed.factor
+        elif kind == "select_tool":
+            if step.select_tool.robot == self._robot.name:
+                self._tool = (step.select_tool.tool, step.select_tool.tool_center_point)
+                self._use(at)
+        elif kind == "move":
+            self._move_tool(at, step.move.moves[0].tool_state)
+        else:
+            self._found.append((at, Comment(_OF_THE_WORLD[kind])))
+            self._notes.append(f"step {at}: {_OF_THE_WORLD[kind]}; on a robot the tool's signal has to do it")
+
+    def _move_tool(self, at: str, goal: motion_pb2.ToolStateMove) -> None:
+        if not goal.state:
+            raise _refused(at, "a width of the tool is no signal; bring it into a state, and give --tool-state")
+        if goal.state not in self._tool_signals:
+            raise _refused(
+                at, f"which signal brings the tool into the state {goal.state!r}? Give --tool-state {goal.state}=SIGNAL"
+            )
+        signal, value = self._tool_signals[goal.state]
+        self._found.append((at, SetSignal(signal, value)))
+
+    def _use(self, at: str) -> None:
+        """Work with the chosen tool from here on."""
+        tool, point = self._tool
+        if not tool:
+            self._tools[""] = np.eye(4)
+            self._found.append((at, UseTool("")))
+            return
+        points = self._robot.tool(tool).tool_center_points
+        point = point or next(iter(points), "")
+        tool_t_tcp = points[point] if point else np.eye(4)
+        name = f"{tool}.{point}" if len(points) > 1 else tool
+        self._tools[name] = np.linalg.inv(self._world_t_flange) @ self._client.scene.pose(tool) @ tool_t_tcp
+        self._found.append((at, UseTool(name)))
+
+    def _move(self, at: str, step: motion_pb2.MoveStep, ways: Floats, poses: Matrix) -> Move:
+        """Return a move that passes joints (k, n), and the tool centre point poses (k, 4, 4) in the base's frame."""
+        (move,) = step.moves
+        if move.time_law == motion_pb2.TIME_LAW_TIME_OPTIMAL:
+            self._notes.append(f"step {at}: a controller has a time law of its own, and not one without a jerk limit")
+        kind = move.WhichOneof("move")
+        share = (move.speed_factor or 1.0) * self._share
+        zone = self._zone(at, step, poses)
+        if kind == "point_to_point":
+            to = move.point_to_point
+            goal = self._goal(at, to.pose if to.WhichOneof("goal") == "pose" else None, ways[-1], poses[-1])
+            return self._point_to_point(goal, share, ways[0], zone)
+        wish: Any = move.linear if kind == "linear" else move.circular
+        speed = share * (wish.max_velocity_meters_per_second or VELOCITY)
+        acceleration = wish.max_acceleration_meters_per_second_squared or ACCELERATION
+        goal = self._goal(at, wish.goal, ways[-1], poses[-1])
+        if kind == "linear":
+            return Line(goal, speed, acceleration, zone)
+        return Arc(goal, self._via(at, goal, poses, ways), speed, acceleration, zone)
+
+    def _point_to_point(self, goal: Goal, share: float, start: Floats, zone: Zone | None) -> PointToPoint:
+        full = full_speed(self._robot, self._joints, start, goal.joints, self._velocities)
+        leading = int(np.argmax(np.abs(goal.joints - start) / self._velocities))
+        velocity, acceleration = float(self._velocities[leading]), float(self._accelerations[leading])
+        return PointToPoint(goal, share, share * full.speed, share * full.turning, share * velocity, acceleration, zone)
+
+    def _goal(self, at: str, asked: motion_pb2.PoseGoal | None, joints: Floats, base_t_tcp: Matrix) -> Goal:
+        """Return where a move ends: joints alone where nothing else was asked."""
+        self._frames.setdefault("", np.eye(4))
+        if asked is None:
+            return Goal(joints, base_t_tcp)
+        frame = "" if asked.reference in ("", "world", self._robot.name) else asked.reference
+        if asked.moving:
+            raise _refused(at, "a goal that goes along with what another move moves can't be written")
+        if frame and frame not in self._frames:
+            self._frames[frame] = self._in_base(self._client.scene.pose(frame))
+        frame_t_tcp = np.linalg.inv(self._frames[frame]) @ base_t_tcp
+        wished = _matrix(asked.reference_t_tcp)
+        if asked.reference in ("", "world"):
+            wished = self._in_base(wished)
+        if np.abs(frame_t_tcp - wished).max() <= SAME:
+            frame_t_tcp = wished
+        elif frame:
+            raise _refused(at, f"its frame {frame!r} moves while the program runs, which a robot does not know")
+        return Goal(joints, base_t_tcp, frame, frame_t_tcp, self._branch(joints, base_t_tcp))
+
+    def _branch(self, joints: Floats, base_t_tcp: Matrix) -> str:
+        """Return the name of the posture's branch."""
+        seed = dict(zip(self._joints, joints.tolist(), strict=True))
+        world_t_flange = self._world_t_base @ base_t_tcp @ np.linalg.inv(self._tools[self._tool_name])
+        flange = self._robot.group(tip=self._robot.flange)
+        found = flange.solve_inverse(world_t_flange, seed)
+        return found.configurations[0] if found.configurations else ""
+
+    @property
+    def _tool_name(self) -> str:
+        return next(one.tool for _, one in reversed(self._found) if isinstance(one, UseTool))
+
+    def _via(self, at: str, goal: Goal, poses: Matrix, ways: Floats) -> Goal:
+        """Return the place in the middle of an arc, of those that it passes."""
+        points = poses[:, :3, 3]
+        passed = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(points, axis=0), axis=1))])
+        middle = int(np.argmin(np.abs(passed - 0.5 * passed[-1])))
+        chords = points[middle] - points[0], points[-1] - points[middle], points[-1] - points[0]
+        area = float(np.linalg.norm(np.cross(chords[0], chords[1])))
+        sides = float(np.prod([np.linalg.norm(one) for one in chords]))
+        if area < 1e-12 or passed[-1] > MOST_TURN * np.pi * sides / area:
+            raise _refused(at, "an arc of a whole turn has no three points; write it as two arcs")
+        frame_t_via = np.linalg.inv(self._frames[goal.frame]) @ poses[middle]
+        return Goal(ways[middle], poses[middle], goal.frame, frame_t_via, goal.branch)
+
+    # Zones.
+
+    def _zone(self, at: str, step: motion_pb2.MoveStep, poses: Matrix) -> Zone | None:
+        """Return a zone as radius and share of the move's own way, until the next move's is known."""
+        length = float(np.linalg.norm(np.diff(poses[:, :3, 3], axis=0), axis=1).sum())
+        given = step.WhichOneof("zone")
+        if given == "blend_distance_meters":
+            meters = step.blend_distance_meters
+            return Zone(meters, min(0.5, meters / length) if length > 0.0 else 0.5)
+        if given == "blend_percent":
+            radius = length * step.blend_percent / 100.0
+            self._notes.append(
+                f"step {at}: its zone of {step.blend_percent:g}% is one of {1000.0 * radius:.4g} mm in a language that "
+                "tells its radius"
+            )
+            return Zone(radius, step.blend_percent / 100.0)
+        return None
+
+    def _settle_zones(self) -> None:
+        """Drop zones that lead to no move, as the kernel does."""
+        for place, (at, statement) in enumerate(self._found):
+            if not isinstance(statement, PointToPoint | Line | Arc) or statement.zone is None:
+                continue
+            after = [one for _, one in self._found[place + 1 :] if not isinstance(one, SetSignal | Comment)]
+            if not after or not isinstance(after[0], PointToPoint | Line | Arc):
+                self._found[place] = (at, replace(statement, zone=None))
+
+    def _begin(self, joints: Floats, pose: Matrix) -> None:
+        """Go where the program begins first, where its own first move is no joint move."""
+        moves = [(place, at, one) for place, (at, one) in enumerate(self._found) if not isinstance(one, UseTool)]
+        first = next((one for one in moves if isinstance(one[2], PointToPoint | Line | Arc)), None)
+        if first is not None and isinstance(first[2], Line | Arc):
+            goal = Goal(joints, pose)
+            self._found.insert(first[0], (first[1], self._point_to_point(goal, 0.1, joints, None)))
+            self._notes.append(
+                f"step {first[1]}: it begins where the robot stands now, so the program goes there first"
+            )
+
+
+def _moves(step: motion_pb2.ProgramStep) -> bool:
+    """Return whether a step moves the arm."""
+    return step.WhichOneof("step") == "move" and step.move.moves[0].WhichOneof("move") != "tool_state"
+
+
+def _value(at: str, value: signal_pb2.SignalValue) -> Value:
+    """Return a signal's value; a step that gives none sets it to on."""
+    kind = value.WhichOneof("kind")
+    if kind is None:
+        return True
+    found = getattr(value, kind)
+    if not isinstance(found, bool | int | float):
+        raise _refused(at, "a signal of text or of many values has no place on a controller")
+    return found
+
+
+def _matrix(pose: geometry_pb2.Pose) -> Matrix:
+    p, q = pose.position, pose.orientation
+    turn = [q.x, q.y, q.z, q.w] if pose.HasField("orientation") else [0.0, 0.0, 0.0, 1.0]
+    return pose_from_quaternion([p.x, p.y, p.z], turn)
+
+
+def _refused(at: str, why: str) -> InvalidArgumentError:
+    return InvalidArgumentError(f"step {at} can't be written for a robot: {why}", metadata={"step": at})

@@ -1,0 +1,145 @@
+"""Programs in URScript, for controllers of Universal Robots; `languages/urscript` reads and runs them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from virtualrobot.geometry import Matrix
+
+from virtualrobot_apps.languages.writers.statements import (
+    Comment,
+    Dwell,
+    Goal,
+    Line,
+    Move,
+    PointToPoint,
+    RobotProgram,
+    SetSignal,
+    Statement,
+    UseTool,
+    WaitSignal,
+    Zone,
+)
+from virtualrobot_apps.languages.writers.words import Language, addresses, names_for, number, said, six_joints
+
+ADDRESS = r"(standard|configurable|tool)_(in|out)\[[0-7]\]"
+EXAMPLE = "standard_out[0]"
+TAKEN = ("p", "t", "local", "global", "def", "end", "thread", "sec")
+
+
+def write(program: RobotProgram, language: Language) -> str:
+    """Return a program in URScript: frames as poses, and one function, called at the end.
+
+    Raises InvalidArgumentError for what URScript can't tell, and for signals that have no address.
+    """
+    six_joints(program, "URScript")
+    where = addresses(program, language, ADDRESS, EXAMPLE)
+    frames = names_for((f"frame {one}" for one in program.frames if one), 60, TAKEN)
+    (name,) = names_for([program.name], 60, (*TAKEN, *frames.values())).values()
+    places = [f"  {frames[f'frame {one}']} = {_pose(pose)}" for one, pose in program.frames.items() if one]
+    body = [
+        f"  {line}" for at, statement in program.statements for line in _lines(at, statement, program, where, frames)
+    ]
+    return "\n".join([f"def {name}():", *places, *body, "end", f"{name}()", ""])
+
+
+def _lines(
+    at: str, statement: Statement, program: RobotProgram, where: dict[str, str], frames: dict[str, str]
+) -> list[str]:
+    """Return the lines of a statement."""
+    if isinstance(statement, UseTool):
+        return [f"set_tcp({_pose(program.tools[statement.tool])})"]
+    if isinstance(statement, Comment):
+        return [f"# {statement.text}"]
+    if isinstance(statement, Dwell):
+        return [f"sleep({number(statement.seconds)})"]
+    if isinstance(statement, SetSignal):
+        kind, way, bit = _parts(where[statement.signal])
+        if way != "out":
+            raise said(at, f"an input that is set, {statement.signal!r},", "URScript")
+        return [f"set_{kind}_digital_out({bit}, {_bool(at, statement.value)})"]
+    if isinstance(statement, WaitSignal):
+        return _wait(at, statement, where[statement.signal])
+    return [_move(statement, frames)]
+
+
+def _move(move: Move, frames: dict[str, str]) -> str:
+    ends = _radius(move.zone)
+    if isinstance(move, PointToPoint):
+        joints = ", ".join(_angle(one) for one in move.goal.joints.tolist())
+        acceleration, velocity = number(move.acceleration), number(move.leading)
+        return f"movej([{joints}], a={acceleration}, v={velocity}{ends})"
+    goal = _place(move.goal, frames)
+    speeds = f"a={number(move.acceleration)}, v={number(move.speed)}{ends}"
+    if isinstance(move, Line):
+        return f"movel({goal}, {speeds})"
+    return f"movec({_place(move.via, frames)}, {goal}, {speeds}, mode=0)"
+
+
+def _wait(at: str, wait: WaitSignal, address: str) -> list[str]:
+    kind, way, bit = _parts(address)
+    if wait.comparison not in ("==", "!="):
+        raise said(at, f"a digital signal that is {wait.comparison} a number", "URScript")
+    read = f"get_{kind}_digital_{way}({bit})"
+    wanted = _bool(at, wait.value) == ("True" if wait.comparison == "==" else "False")
+    waiting = f"not {read}" if wanted else read
+    if wait.seconds is None:
+        return [f"while {waiting}:", "  sync()", "end"]
+    return [
+        "waited = 0.0",
+        f"while {waiting}:",
+        f"  if waited >= {number(wait.seconds)}:",
+        f'    popup("{address} did not come within {number(wait.seconds)} s", title="program", error=True)',
+        "    halt",
+        "  end",
+        "  sync()",
+        "  waited = waited + get_steptime()",
+        "end",
+    ]
+
+
+def _parts(address: str) -> tuple[str, str, str]:
+    kind, _, rest = address.partition("_")
+    way, _, bit = rest.rstrip("]").partition("[")
+    return kind, way, bit
+
+
+def _bool(at: str, value: object) -> str:
+    if not isinstance(value, bool):
+        raise said(at, f"a digital signal of {value!r}", "URScript")
+    return str(value)
+
+
+def _place(goal: Goal, frames: dict[str, str]) -> str:
+    assert goal.frame_t_tcp is not None
+    pose = _pose(goal.frame_t_tcp)
+    return f"pose_trans({frames[f'frame {goal.frame}']}, {pose})" if goal.frame else pose
+
+
+def _radius(zone: Zone | None) -> str:
+    return f", r={number(zone.meters)}" if zone is not None else ""
+
+
+def _angle(value: float) -> str:
+    return f"{round(value, 12) + 0.0:.14g}"
+
+
+def _pose(pose: Matrix) -> str:
+    numbers = [*np.asarray(pose)[:3, 3].tolist(), *rotation_vector(pose).tolist()]
+    return f"p[{', '.join(_angle(one) for one in numbers)}]"
+
+
+def rotation_vector(pose: Matrix) -> np.ndarray:
+    """Return the axis of a 4x4 pose's turn, as long as its angle (rad): (3,)."""
+    m = np.asarray(pose)[:3, :3]
+    axis = np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
+    sine, cosine = 0.5 * float(np.linalg.norm(axis)), 0.5 * (float(np.trace(m)) - 1.0)
+    angle = math.atan2(sine, cosine)
+    if sine > 1e-6:
+        return axis * (angle / (2.0 * sine))
+    if cosine > 0.0:
+        return 0.5 * axis
+    squared = 0.5 * (m + np.eye(3))  # of a half turn: the products of the axis' coordinates
+    column = squared[:, int(np.argmax(np.diag(squared)))]
+    return np.pi * column / np.linalg.norm(column)
