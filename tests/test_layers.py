@@ -94,6 +94,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Navigation fits, measures distances and plans by libraries, where they are installed, and writes maps as ROS does.
     f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
+    # What was read of a controller's program is written as a program file.
+    f"{APPS}/languages/writers/command.py": ("virtualrobot_apps", "virtualrobot", "click", "yaml", "google.protobuf"),
     # Each bridge speaks by the library of its protocol, where that is installed.
     f"{APPS}/bridges/modbus.py": ("virtualrobot_apps", "virtualrobot", "pymodbus"),
     f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),

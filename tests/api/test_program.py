@@ -11,7 +11,7 @@ from virtualrobot._wire.signal_values import condition, value_message
 from virtualrobot.v1 import kernel_pb2, motion_pb2, scene_pb2, signal_pb2
 
 from tests.api.asking import IIWA, PANDA, apply, joints, load, refusal, set_signals
-from tests.api.moving import ABORTED, CANCELLED, READY, RUNNING, SUCCEEDED, TICK, finished, linear, motion
+from tests.api.moving import ABORTED, CANCELLED, READY, RUNNING, SUCCEEDED, TICK, circular, finished, linear, motion
 from tests.api.reading import matrix, state, step
 from tests.kernels import Stubs
 
@@ -209,6 +209,29 @@ def test_a_search_finds_and_does_not_find(stepped: Stubs) -> None:
     ended = finished(stepped, stepped.motion.StartMotion(request).motion.id)
     assert (ended.phase, ended.search.found) == (SUCCEEDED, False)
     np.testing.assert_allclose(matrix(ended.search.world_t_tcp)[2, 3], at[2, 3] - 0.1, atol=1e-5)
+
+
+def test_a_search_on_an_arc_ends_on_it(stepped: Stubs) -> None:
+    """A half circle of radius 5 cm about the start shifted by that, in the plane of x and z."""
+    at = ready(stepped)
+    signals(stepped, "touch")
+    arc = circular("arm", shifted(at, x=-0.1), via=shifted(at, x=-0.05, z=-0.05)[:3, 3])
+    arc.circular.until.CopyFrom(condition("touch", True))
+    request = motion_pb2.StartMotionRequest(
+        spec=motion_pb2.MotionSpec(moves=[arc]), on_disconnect=motion_pb2.DISCONNECT_POLICY_CONTINUE
+    )
+    ask = stepped.motion.StartMotion(request).motion
+    step(stepped, 60)
+    turn_on(stepped, "touch")
+    there = matrix(state(stepped, "arm").world_t_tcp)
+    ended = finished(stepped, ask.id)
+    assert (ended.phase, ended.search.found) == (SUCCEEDED, True)
+    np.testing.assert_allclose(matrix(ended.search.world_t_tcp), there, atol=1e-12)
+    end = matrix(state(stepped, "arm").world_t_tcp)
+    for place in (there, end):
+        offset = (place - shifted(at, x=-0.05))[:3, 3]
+        assert np.linalg.norm(offset) == pytest.approx(0.05, abs=1e-5)
+    assert at[0, 3] - 0.1 < end[0, 3] < there[0, 3] < at[0, 3]
 
 
 def test_a_waiting_program_makes_way_at_once(stepped: Stubs) -> None:

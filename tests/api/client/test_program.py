@@ -88,6 +88,15 @@ def test_a_search_takes_what_a_line_takes(arm: Robot) -> None:
     assert arm.positions[2] == pytest.approx(BENT[2], abs=1e-9)
 
 
+def test_an_arc_searches_too(client: Client, arm: Robot) -> None:
+    center = arm.tcp[:3, 3] + (0.03, 0.0, 0.0)
+    arc = arm.circular(center=center, axis=[0, 0, 1], angle=1.0, until=("touch", True))
+    missed = client.program().move(arc).start().search
+    assert missed is not None
+    assert not missed.found
+    np.testing.assert_allclose(missed.world_t_tcp, arm.tcp, atol=1e-6)
+
+
 def test_what_became_of_a_zone_is_told(client: Client, arm: Robot) -> None:
     motion = client.program().move(arm.ptp(BENT), zone=0.05).dwell(0.01).start()
     (note,) = motion.notes

@@ -44,7 +44,7 @@ from tests.apps.languages.rapid import fault_of, faults, loaded, main_prints
         ("RETRY;", "RETRY stands in error handlers alone"),
         ("RAISE;", "RAISE needs the number of an error here"),
         ("RETURN 3;", "RETURN of a PROC takes no value"),
-        ("SearchC reg1;", "SearchC can't be used here yet; see the table of what works"),
+        ("SearchExtJ reg1;", "SearchExtJ can't be used here yet; see the table of what works"),
         ("PERS num p := 1;", "the persistent 'p' must be declared in the module"),
         ("VAR num reg{1,2,3,4};", "an array has at most 3 dimensions, and 'reg' has 4"),
         ("main := 3;", "'main' is a routine; a function is called with parentheses"),

@@ -149,6 +149,37 @@ def test_with_conc_the_program_goes_on_while_the_robot_moves_and_a_path_is_clear
     assert 0.0 < first[0] <= second[0] < 100.0
 
 
+def test_a_search_along_an_arc_stays_on_its_circle(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
+    """By hand: the half circle of radius 50 mm about (50, 0), before what is found, while it brakes, and after it."""
+    client.signals.create("touch")
+    Run(client, HOME)()
+    run = Run(
+        client,
+        r"""
+        VAR robtarget found;
+        CONNECT soon WITH touches;
+        ITimer \Single, 1, soon;
+        SearchC touch, found, Offs(above, 50, 50, 0), Offs(above, 100, 0, 0), v50, tool0 \WObj:=table;
+        TPWrite ValToStr(found.trans);
+        TPWrite ValToStr(CPos(\WObj:=table));
+        SearchC \Stop, touch, found, Offs(above, 50, 50, 0), above, v50, tool0 \WObj:=table;
+        ERROR
+          TPWrite "" \Bool:=ERRNO = ERR_SIGSUPSEARCH;
+          TRYNEXT;
+        """,
+        "VAR intnum soon; TRAP touches SetDO touch, 1; ENDTRAP",
+    )
+    way = in_table(traced(client, run))
+    found, stands, error = run.printed
+    x, y, z = numbers(found)
+    assert (np.hypot(x - 50, y), z) == pytest.approx((50, 150), abs=0.01)
+    assert 1.0 < x < 99.0
+    assert y > 0
+    assert numbers(stands) == pytest.approx([100, 0, 150], abs=0.01)
+    assert error == "TRUE"
+    np.testing.assert_allclose(np.hypot(way[:, 0] - 0.05, way[:, 1]), 0.05, atol=1e-5)
+
+
 def test_a_search_finds_the_place_of_a_signal(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
     client.signals.create("touch")
     run = Run(

@@ -713,8 +713,8 @@ class Group(Face):
         """Return a point-to-point move to where actuators, by name and in their own units, have the joints."""
     def linear(self, reference_t_tcp: PoseLike | str, *, until: Until | None = ..., **options: Unpack[LinearOptions]) -> Order[Move]:
         """Return a straight move of the tool centre point to a 4x4 pose or a target; with `until` a `search`."""
-    def circular(self, via: ArrayLike | None = ..., goal: ArrayLike | None = ..., **options: Unpack[CircularOptions]) -> Order[Move]:
-        """Return a move of the tool centre point along an arc to the 4x4 pose `goal`."""
+    def circular(self, via: ArrayLike | None = ..., goal: ArrayLike | None = ..., *, until: Until | None = ..., **options: Unpack[CircularOptions]) -> Order[Move]:
+        """Return a move of the tool centre point along an arc to the 4x4 pose `goal`; with `until` a search."""
     def spline(self, goals: Iterable[ArrayLike | str], *, references: Sequence[str] | None = ..., **options: Unpack[CartesianOptions]) -> Order[Move]:
         """Return a move of the tool centre point along a smooth curve through 4x4 poses or targets, up to 1,000."""
     def trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., **options: Unpack[TrajectoryOptions]) -> Order[Move]:
@@ -847,8 +847,8 @@ class Robot(Face):
         """Return a point-to-point move to where actuators, by name and in their own units, have the joints."""
     def linear(self, reference_t_tcp: PoseLike | str, *, until: Until | None = ..., **options: Unpack[LinearOptions]) -> Order[Move]:
         """Return a straight move of the tool centre point to a 4x4 pose or a target; with `until` a `search`."""
-    def circular(self, via: ArrayLike | None = ..., goal: ArrayLike | None = ..., **options: Unpack[CircularOptions]) -> Order[Move]:
-        """Return a move of the tool centre point along an arc to the 4x4 pose `goal`."""
+    def circular(self, via: ArrayLike | None = ..., goal: ArrayLike | None = ..., *, until: Until | None = ..., **options: Unpack[CircularOptions]) -> Order[Move]:
+        """Return a move of the tool centre point along an arc to the 4x4 pose `goal`; with `until` a search."""
     def spline(self, goals: Iterable[ArrayLike | str], *, references: Sequence[str] | None = ..., **options: Unpack[CartesianOptions]) -> Order[Move]:
         """Return a move of the tool centre point along a smooth curve through 4x4 poses or targets, up to 1,000."""
     def trajectory(self, times: ArrayLike, positions: ArrayLike, velocities: ArrayLike | None = ..., *, joints: Sequence[str] | None = ..., **options: Unpack[TrajectoryOptions]) -> Order[Move]:

@@ -284,14 +284,18 @@ def linear(place: PoseLike | str, until: Until | None, options: LinearOptions) -
     return motion_pb2.Linear(goal=goal_at(place, options), until=condition, **_rates(options))
 
 
-def circular(via: ArrayLike | None, goal: ArrayLike | None, options: CircularOptions) -> motion_pb2.Circular:
-    """Return an arc of the tool centre point through a point, or about a centre."""
+def circular(
+    via: ArrayLike | None, goal: ArrayLike | None, until: Until | None, options: CircularOptions
+) -> motion_pb2.Circular:
+    """Return an arc of the tool centre point through a point, or about a centre; with `until` a search."""
     center, axis, angle = options.get("center"), options.get("axis"), options.get("angle")
     if (via is None) == (center is None):
         raise InvalidArgumentError("an arc goes through a point or about a centre: give one of via and center")
     if via is not None and (axis is not None or angle is not None):
         raise InvalidArgumentError("axis and angle go with center, not with via")
     arc = motion_pb2.Circular(goal=pose_goal(goal, options), **_rates(options))
+    if until is not None:
+        arc.until.CopyFrom(until_condition(until))
     if options.get("turn_with_arc"):
         arc.orientation = motion_pb2.ARC_ORIENTATION_WITH_ARC
     if via is not None:

@@ -96,13 +96,19 @@ class Mover(Mechanism):
         return self._move(options, LinearOptions, linear=moves.linear(reference_t_tcp, until, options))
 
     def circular(
-        self, via: ArrayLike | None = None, goal: ArrayLike | None = None, **options: Unpack[CircularOptions]
+        self,
+        via: ArrayLike | None = None,
+        goal: ArrayLike | None = None,
+        *,
+        until: moves.Until | None = None,
+        **options: Unpack[CircularOptions],
     ) -> Move:
-        """Return a move of the tool centre point along an arc to the 4x4 pose `goal`.
+        """Return a move of the tool centre point along an arc to the 4x4 pose `goal`; with `until` a search.
 
-        The arc passes the point `via`, (3,) in m, or turns about the option `center`.
+        The arc passes the point `via`, (3,) in m, or turns about the option `center`. `until` is that of `search`, and
+        `Motion.search` tells where the signal was on.
         """
-        return self._move(options, CircularOptions, circular=moves.circular(via, goal, options))
+        return self._move(options, CircularOptions, circular=moves.circular(via, goal, until, options))
 
     def spline(
         self,

@@ -704,20 +704,22 @@ class CartesianJog(_message.Message):
     def __init__(self, translation: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., rotation: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., frame: _Optional[_Union[JogFrame, str]] = ..., node: _Optional[str] = ..., velocity: _Optional[float] = ..., distance: _Optional[float] = ...) -> None: ...
 
 class Circular(_message.Message):
-    __slots__ = ("goal", "via", "center", "orientation", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared")
+    __slots__ = ("goal", "via", "center", "orientation", "max_velocity_meters_per_second", "max_acceleration_meters_per_second_squared", "until")
     GOAL_FIELD_NUMBER: _ClassVar[int]
     VIA_FIELD_NUMBER: _ClassVar[int]
     CENTER_FIELD_NUMBER: _ClassVar[int]
     ORIENTATION_FIELD_NUMBER: _ClassVar[int]
     MAX_VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
     MAX_ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
+    UNTIL_FIELD_NUMBER: _ClassVar[int]
     goal: PoseGoal
     via: _geometry_pb2.Vector3
     center: ArcCenter
     orientation: ArcOrientation
     max_velocity_meters_per_second: float
     max_acceleration_meters_per_second_squared: float
-    def __init__(self, goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., via: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., center: _Optional[_Union[ArcCenter, _Mapping]] = ..., orientation: _Optional[_Union[ArcOrientation, str]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ...) -> None: ...
+    until: SignalCondition
+    def __init__(self, goal: _Optional[_Union[PoseGoal, _Mapping]] = ..., via: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., center: _Optional[_Union[ArcCenter, _Mapping]] = ..., orientation: _Optional[_Union[ArcOrientation, str]] = ..., max_velocity_meters_per_second: _Optional[float] = ..., max_acceleration_meters_per_second_squared: _Optional[float] = ..., until: _Optional[_Union[SignalCondition, _Mapping]] = ...) -> None: ...
 
 class ArcCenter(_message.Message):
     __slots__ = ("position", "axis", "angle_radians")

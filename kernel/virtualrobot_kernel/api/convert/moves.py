@@ -113,7 +113,8 @@ def _circular(robot: str, circular: motion_pb2.Circular, factor: float, what: st
     with_arc = circular.orientation == motion_pb2.ARC_ORIENTATION_WITH_ARC
     speed, acceleration = (not_negative(getattr(circular, name), f"{what}.{name}") for name in RATES)
     reference, moving = circular.goal.reference, circular.goal.moving
-    return Circular(robot, shape, goal, reference, with_arc, factor, speed, acceleration, moving=moving)
+    until = condition_of(circular.until, f"{what}.until") if circular.HasField("until") else None
+    return Circular(robot, shape, goal, reference, with_arc, factor, speed, acceleration, moving=moving, until=until)
 
 
 def _trajectory(robot: str, trajectory: motion_pb2.JointTrajectory, factor: float, what: str) -> JointTrajectory:

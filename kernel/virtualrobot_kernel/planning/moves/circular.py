@@ -1,4 +1,4 @@
-"""Arcs of the tool centre point (CIRC)."""
+"""Arcs of the tool centre point (CIRC), and searches on them."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from virtualrobot_kernel.motion.bounds import TimeLaw
 from virtualrobot_kernel.motion.cartesian_path import CartesianPath
 from virtualrobot_kernel.motion.circle import Center, Via, arc
 from virtualrobot_kernel.motion.plan import Plan, plan_circ
+from virtualrobot_kernel.motion.signals import Condition
 from virtualrobot_kernel.planning.moves.path_move import PathMove
 from virtualrobot_kernel.planning.redundancy import FREE, Redundancy
 from virtualrobot_kernel.world.figures import Pose
@@ -22,7 +23,8 @@ class Circular(PathMove):
 
     All is given in the frame of the node `reference`; reference_t_goal (4, 4) may be None when the centre has an angle.
     `with_arc`: the tool turns as the arc does instead of evenly to the goal's orientation. `moving`: the reference
-    moves with other moves of the same step, and the arc goes along.
+    moves with other moves of the same step, and the arc goes along. `until`: the condition with which it ends before
+    its goal, a search.
     """
 
     shape: Via | Center
@@ -35,6 +37,7 @@ class Circular(PathMove):
     redundancy: Redundancy = FREE
     time_law: TimeLaw = TimeLaw.JERK_LIMITED
     moving: bool = False
+    until: Condition | None = None
 
     @property
     def references(self) -> tuple[str, ...]:
@@ -45,6 +48,11 @@ class Circular(PathMove):
     def moving_reference(self) -> str | None:
         """Reference node where the goal moves along with it; None where it does not."""
         return self.reference if self.moving else None
+
+    @property
+    def search(self) -> Condition | None:
+        """Condition of a signal that ends it; None where it doesn't search."""
+        return self.until
 
     @property
     def path_reference(self) -> str:

@@ -36,6 +36,8 @@ from virtualrobot_apps.languages.rapid.signals import Signals
 
 ACCELERATION = 5.0
 """Greatest acceleration (m/s²) of the tool centre point on lines and arcs; the joints' limits count besides."""
+SHORTEST_ARC = 1e-3
+"""Distance (m) to its end below which what is left of an arc after a search is made as a line."""
 TOOL, WOBJ = VARIABLES["tool0"][2], VARIABLES["wobj0"][2]
 _CAN_NOT = (UnreachableError, LimitError, SingularityError)
 
@@ -230,25 +232,24 @@ class World(Signals):
 
     def add_line(self, pose: Matrix, velocity: float, zone: float) -> None:
         """Append a line to a pose in the frame of the base, at a speed (m/s), with a zone (m)."""
-        acceleration = min(ACCELERATION * self.acceleration_share, self.acceleration_limit)
-        line = self.robot.linear(pose, reference=self.robot.name, velocity=velocity, acceleration=acceleration)
-        self._add(line, zone)
+        self._add(self.robot.linear(pose, **self._along(velocity)), zone)
 
     def add_arc(self, start: Matrix, via: np.ndarray, pose: Matrix, velocity: float, zone: float) -> None:
         """Append an arc from a pose through a point to another one, as `add_line` does."""
-        acceleration = min(ACCELERATION * self.acceleration_share, self.acceleration_limit)
 
         def arc(through: np.ndarray) -> Move:
-            return self.robot.circular(
-                through, pose, reference=self.robot.name, velocity=velocity, acceleration=acceleration
-            )
+            return self.robot.circular(through, pose, **self._along(velocity))
 
         def rest() -> Step:
-            whole, here = Arc(start[:3, 3], via, pose[:3, 3]), self._robot_now()[:3, 3]
-            through = whole.point((whole.share(here) + 1.0) / 2.0)
+            through = _rest_of(start, via, pose, self._robot_now())
             return Step(lambda program: program.move(arc(through), zone=zone or None), True, rest)
 
         self._add(arc(via), zone, rest)
+
+    def _along(self, velocity: float) -> dict[str, Any]:
+        """Return the options of a line or arc in the frame of the base, at a speed (m/s)."""
+        acceleration = min(ACCELERATION * self.acceleration_share, self.acceleration_limit)
+        return {"reference": self.robot.name, "velocity": velocity, "acceleration": acceleration}
 
     def _robot_now(self) -> Matrix:
         """Return where the tool centre point is, in the frame of the base."""
@@ -350,21 +351,31 @@ class World(Signals):
         self.queue.forget_path()
         self._target = self._place = None
 
-    def search_line(
-        self, target: list[Any], signal: str, value: float, speed: list[float], wobj: list[Any] | None, go_on: bool
+    def search(
+        self,
+        via: list[Any] | None,
+        target: list[Any],
+        signal: tuple[str, float],
+        speed: list[float],
+        wobj: list[Any] | None,
+        go_on: bool,
     ) -> list[Any] | None:
-        """Move along a line until a signal has a value; return the place where it had, None where it never did.
+        """Move along a line, or an arc through `via`, until a signal has a value.
 
-        The robot brakes there, and goes to the end of the line then where it shall `go_on`.
+        Return the place where it had, None where it never did. The robot brakes there, and goes on along what is left
+        then where it shall `go_on`.
         """
         pose = self.frame(wobj) @ matrix_of(target)
+        point = None if via is None else (self.frame(wobj) @ matrix_of(via))[:3, 3]
         self.queue.close()
-        velocity = self.velocity(pose, speed, None)
-        until = (self.signal_name(signal), self.typed(signal, value))
-        acceleration = min(ACCELERATION * self.acceleration_share, self.acceleration_limit)
-        options = {"reference": self.robot.name, "velocity": velocity, "acceleration": acceleration}
+        start, velocity = self.place_now(), self.velocity(pose, speed, point)
+        until = (self.signal_name(signal[0]), self.typed(*signal))
+        options = {"until": until, **self._along(velocity)}
         try:
-            move = self.robot.linear(pose, until=until, **options)
+            if point is None:
+                move = self.robot.linear(pose, **options)
+            else:
+                move = self.robot.circular(point, pose, **options)
             found = self.queue.search(self.client.program().move(move))
         except _CAN_NOT as error:
             raise RapidFault("ERR_ROBLIMIT", error.message) from error
@@ -375,7 +386,11 @@ class World(Signals):
         joints = np.array([found.joint_positions[name] for name in self.joints])
         place = self.target_at(joints, self.tool, wobj)
         if go_on:
-            self.add_line(pose, velocity, 0.0)
+            here = self._robot_now()
+            if point is None or np.linalg.norm(pose[:3, 3] - here[:3, 3]) < SHORTEST_ARC:
+                self.add_line(pose, velocity, 0.0)
+            else:
+                self.add_arc(here, _rest_of(start, point, pose, here), pose, velocity, 0.0)
             self.arrived(pose, target)
             self.queue.finish()
         return place
@@ -459,6 +474,12 @@ def here() -> str:
     while frame.f_back is not None and frame.f_code.co_filename.endswith(".py"):
         frame = frame.f_back
     return f"{frame.f_code.co_filename}:{frame.f_lineno}"
+
+
+def _rest_of(start: Matrix, via: np.ndarray, end: Matrix, here: Matrix) -> np.ndarray:
+    """Return the point, (3,) in m, in the middle of what is left of an arc from where the robot is."""
+    whole = Arc(start[:3, 3], via, end[:3, 3])
+    return whole.point((whole.share(here[:3, 3]) + 1.0) / 2.0)
 
 
 def _told(conf: list[float]) -> str:

@@ -154,8 +154,8 @@ class _Resolver:
                 raise _refused(at, _REFUSED[how])
             if move.HasField("group"):
                 raise _refused(at, "a group of the robot's joints has no program of its own")
-            if how == "linear" and move.linear.HasField("until"):
-                raise _refused(at, "a line that searches can't be written yet")
+            if move.linear.HasField("until") or move.circular.HasField("until"):
+                raise _refused(at, "a move that searches can't be written yet")
             if how == "circular" and move.circular.orientation == motion_pb2.ARC_ORIENTATION_WITH_ARC:
                 raise _refused(at, "a tool that turns with its arc can't be written; let it turn to its goal")
         if len(step.move.moves) > 1:

@@ -61,16 +61,13 @@ def _clear_path(task: RapidTask) -> None:
 # Searches.
 
 _FLANKS = r"\switch Flanks | switch PosFlank | switch NegFlank | switch HighLevel | switch LowLevel"
+_HEAD = rf"\switch Stop | switch PStop | switch SStop, signaldi Signal {_FLANKS}, var robtarget SearchPoint"
+_TAIL = r"robtarget ToPoint, speeddata Speed \num V, pers tooldata Tool \pers wobjdata WObj"
 
 
-@instruction(
-    "SearchL",
-    rf"\switch Stop | switch PStop | switch SStop, signaldi Signal {_FLANKS}, var robtarget SearchPoint, "
-    r"robtarget ToPoint, speeddata Speed \num V, pers tooldata Tool \pers wobjdata WObj",
-    lacking="Sup T Corr TLoad",
-)
-def _search_l(
+def _search(
     task: RapidTask,
+    via: list[Any] | None,
     stop: bool | None,
     path_stop: bool | None,
     soft_stop: bool | None,
@@ -85,10 +82,7 @@ def _search_l(
     target: list[Any],
     *ends: Any,  # noqa: ANN401 see move_ends
 ) -> None:
-    """Moves along a line, keeps the place where a signal changes, and stops there with Stop, PStop or SStop.
-
-    Without these the robot brakes there and then goes on to the end.
-    """
+    """Search along a line, or an arc through `via`."""
     speed, v, tool, at, *wobj = ends
     speed, _, wobj = move_ends(task, speed, v, None, [True, 0.0], None, tool, at, *wobj)
     now = task.signal_value(signal)
@@ -99,10 +93,26 @@ def _search_l(
         if now == wanted and not high and not low:
             raise RapidFault("ERR_SIGSUPSEARCH", f"the signal {signal!r} is {now:g} as the search begins")
     stops = bool(stop or path_stop or soft_stop)
-    found = task.world.search_line(target, signal, wanted, speed, wobj, not stops)
+    found = task.world.search(via, target, (signal, wanted), speed, wobj, not stops)
     if found is None:
         raise RapidFault("ERR_WHLSEARCH", f"the signal {signal!r} did not become {wanted:g} on the way")
     holder[index][:] = found
+
+
+@instruction("SearchL", f"{_HEAD}, {_TAIL}", lacking="Sup T Corr TLoad")
+def _search_l(task: RapidTask, *given: Any) -> None:  # noqa: ANN401 see _search
+    """Moves along a line, keeps the place where a signal changes, and stops there with Stop, PStop or SStop.
+
+    Without these the robot brakes there and then goes on to the end.
+    """
+    _search(task, None, *given)
+
+
+@instruction("SearchC", f"{_HEAD}, robtarget CirPoint, {_TAIL}", lacking="Sup T Corr TLoad")
+def _search_c(task: RapidTask, *given: Any) -> None:  # noqa: ANN401 see _search
+    """Moves along an arc as MoveC does, and keeps the place where a signal changes as SearchL does."""
+    before, via, after = given[:11], given[11], given[12:]
+    _search(task, via, *before, *after)
 
 
 # Triggers.
