@@ -1,4 +1,4 @@
-"""What a robot's program says, whatever language it will be written in: one robot, its moves, signals and waits."""
+"""Statements of one robot's program, whatever language it will be written in: moves, signals, waits."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Zone:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Goal:
-    """Where a move ends.
+    """Place where a move ends.
 
     Attributes:
         joints: (n,), rad or m.
@@ -43,7 +43,7 @@ class Goal:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PointToPoint:
-    """All joints evenly to a goal.
+    """Joints that all go evenly to a goal.
 
     Attributes:
         goal: the goal.
@@ -66,7 +66,7 @@ class PointToPoint:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Line:
-    """The tool centre point along a line, at a speed (m/s) with an acceleration (m/s^2)."""
+    """Tool centre point that goes along a line, at a speed (m/s) with an acceleration (m/s^2)."""
 
     goal: Goal
     speed: float
@@ -76,7 +76,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arc:
-    """The tool centre point along an arc through a place in the middle of it, in the frame of the goal; as `Line`."""
+    """Tool centre point that goes along an arc through a place in the middle of it, in the frame of the goal; as `Line`."""
 
     goal: Goal
     via: Goal
@@ -87,14 +87,14 @@ class Arc:
 
 @dataclass(frozen=True, slots=True)
 class UseTool:
-    """Another tool from here on, by its name in `RobotProgram.tools`."""
+    """Tool that is another one from here on, by its name in `RobotProgram.tools`."""
 
     tool: str
 
 
 @dataclass(frozen=True, slots=True)
 class SetSignal:
-    """A signal gets a value."""
+    """Signal that gets a value."""
 
     signal: str
     value: Value
@@ -102,7 +102,7 @@ class SetSignal:
 
 @dataclass(frozen=True, slots=True)
 class WaitSignal:
-    """Stands until a signal compares so with a value; after `seconds`, if given, it is an error."""
+    """Wait until a signal compares so with a value; after `seconds`, if given, it is an error."""
 
     signal: str
     comparison: str
@@ -112,7 +112,7 @@ class WaitSignal:
 
 @dataclass(frozen=True, slots=True)
 class Dwell:
-    """Stands for some seconds."""
+    """Wait of some seconds."""
 
     seconds: float
 

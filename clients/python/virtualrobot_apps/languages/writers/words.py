@@ -16,7 +16,7 @@ from virtualrobot_apps.languages.writers.statements import RobotProgram, SetSign
 
 @dataclass(frozen=True, slots=True)
 class Language:
-    """What a writer needs to know beside the program.
+    """Facts about the controller that a writer needs beside the program.
 
     Attributes:
         signals: where each signal is on the controller, such as `DO[3]`, by its name here.
