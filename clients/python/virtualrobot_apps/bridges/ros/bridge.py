@@ -11,6 +11,8 @@ from virtualrobot.errors import VirtualRobotError
 from virtualrobot_apps.bridges.ros.bridge_file import Choice
 from virtualrobot_apps.bridges.ros.hub import Hub
 from virtualrobot_apps.bridges.ros.rosbridge.rosapi import serve_rosapi
+from virtualrobot_apps.bridges.ros.simuep.scene import SimuepScene
+from virtualrobot_apps.bridges.ros.simuep.topics import SimuepTopics
 from virtualrobot_apps.bridges.ros.simulation.services import Simulation
 from virtualrobot_apps.bridges.ros.transport import Transport
 from virtualrobot_apps.bridges.ros.world import World
@@ -33,10 +35,20 @@ class RosBridge:
         choice: Choice | None = None,
         *,
         bare: bool = False,
+        simuep: SimuepScene | None = None,
         say: Callable[[str], None] = print,
     ) -> None:
-        """Open nothing yet; `bare` calls links as in the URDF, without their robot."""
-        self._client, self._transports, self._say = client, transports, say
+        """Open nothing yet.
+
+        Args:
+            client: of the kernel.
+            transports: what carries the topics.
+            choice: which streams are which topics; all by default.
+            bare: calls links as in the URDF, without their robot.
+            simuep: a scene that names more topics and services.
+            say: is told in words what happens.
+        """
+        self._client, self._transports, self._simuep, self._say = client, transports, simuep, say
         self._choice, self._bare = choice or Choice(), bare
 
     def run(self, until: Callable[[], bool] = lambda: False) -> None:
@@ -61,6 +73,8 @@ class RosBridge:
         serve_rosapi(hub)
         world = World(self._client, hub, self._choice, bare=self._bare, say=self._say)
         await world.update()
+        if self._simuep is not None:
+            SimuepTopics(self._client, hub, self._simuep, self._say).serve()
         simulation = Simulation(self._client, hub, bare=self._bare)
         if serves := await self._kept(simulation):
             simulation.serve()
