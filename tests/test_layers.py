@@ -112,6 +112,10 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "rosbridge/server.py": ("websockets",),
         }.items()
     },
+    # FMUs are loaded by FMPy and made by PythonFMU3, where they are installed.
+    f"{APPS}/fmi/controller.py": ("virtualrobot_apps.fmi", "virtualrobot", "fmpy"),
+    f"{APPS}/fmi/export.py": ("virtualrobot_apps.fmi", "virtualrobot", "pythonfmu3"),
+    f"{APPS}/fmi/slave.py": ("virtualrobot_apps.fmi", "virtualrobot", "pythonfmu3"),
     # The console passes calls of any method on, in bytes: it speaks gRPC and the contract itself, and serves HTTP.
     f"{APPS}/console": ("virtualrobot_apps.console", "virtualrobot", "google", "grpc"),
     f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),

@@ -156,7 +156,7 @@ def _sees(ros: roslibpy.Ros) -> None:
     )
 
 
-def test_what_moves_by_forces_falls(stepped: Client, tmp_path: Path) -> None:
+def test_what_moves_by_forces_falls(steps: Client, tmp_path: Path) -> None:
     """A box of 1 kg under the Moon's gravity: g t^2 / 2 after half a second."""
     file = tmp_path / "moon.xml"
     file.write_text(
@@ -165,9 +165,9 @@ def test_what_moves_by_forces_falls(stepped: Client, tmp_path: Path) -> None:
         </envObject></envObjects></scene>""",
         "utf-8",
     )
-    load_simuep(stepped, file)
-    start, clock = stepped.scene.pose("box")[2, 3], stepped.clock
+    load_simuep(steps, file)
+    start, clock = steps.scene.pose("box")[2, 3], steps.clock
     clock.step(round(0.5 / clock.read().tick_length))
-    fallen = start - stepped.scene.pose("box")[2, 3]
+    fallen = start - steps.scene.pose("box")[2, 3]
     assert fallen == pytest.approx(1.62 * 0.5**2 / 2, rel=0.02)
-    np.testing.assert_allclose(stepped.scene.pose("box")[:2, 3], 0.0, atol=1e-9)
+    np.testing.assert_allclose(steps.scene.pose("box")[:2, 3], 0.0, atol=1e-9)
