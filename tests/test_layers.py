@@ -108,6 +108,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "mapping/sensors.py": ("PIL",),
             "dds": ("cyclonedds",),
             "foxglove_server.py": ("foxglove",),
+            # A robot of ROS is driven from here, so that no plugin needs to know of ROS.
+            "driver.py": ("virtualrobot_sdk", "msgspec", "websockets"),
             "rosbridge/wire.py": ("cbor2", "PIL"),
             "rosbridge/server.py": ("websockets",),
         }.items()
