@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import asyncio
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from virtualrobot import Client
 from virtualrobot.errors import VirtualRobotError
 
 from virtualrobot_apps.bridges.ros.bridge_file import Choice
+from virtualrobot_apps.bridges.ros.file_server import FileServer
 from virtualrobot_apps.bridges.ros.hub import Hub
 from virtualrobot_apps.bridges.ros.rosbridge.rosapi import serve_rosapi
 from virtualrobot_apps.bridges.ros.simuep.scene import SimuepScene
@@ -36,6 +38,7 @@ class RosBridge:
         *,
         bare: bool = False,
         simuep: SimuepScene | None = None,
+        files: Path | None = None,
         say: Callable[[str], None] = print,
     ) -> None:
         """Open nothing yet.
@@ -46,10 +49,11 @@ class RosBridge:
             choice: which streams are which topics; all by default.
             bare: calls links as in the URDF, without their robot.
             simuep: a scene that names more topics and services.
+            files: folder where programs keep files by the file server; without it they keep none.
             say: is told in words what happens.
         """
         self._client, self._transports, self._simuep, self._say = client, transports, simuep, say
-        self._choice, self._bare = choice or Choice(), bare
+        self._choice, self._bare, self._files = choice or Choice(), bare, files
 
     def run(self, until: Callable[[], bool] = lambda: False) -> None:
         """Go on until it is interrupted, or `until` is true, which is asked twice a second.
@@ -71,6 +75,8 @@ class RosBridge:
     async def _run(self, until: Callable[[], bool]) -> None:
         hub = Hub()
         serve_rosapi(hub)
+        files = FileServer(self._client, self._files)
+        files.serve(hub)
         world = World(self._client, hub, self._choice, bare=self._bare, say=self._say)
         await world.update()
         if self._simuep is not None:
@@ -102,6 +108,7 @@ class RosBridge:
             for one in opened:
                 await one.close()
             await simulation.close()
+            files.close()
 
     async def _kept(self, simulation: Simulation) -> bool:
         """Return whether the world could be kept as it is, to which a reset goes back; else it is said why not."""

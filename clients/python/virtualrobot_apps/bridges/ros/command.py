@@ -58,6 +58,12 @@ Examples:
     help="Record all that the topics tell, in the form of ROS 2.",
 )
 @click.option(
+    "--files",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    metavar="FOLDER",
+    help="Let programs such as ROS# keep files of robots in this folder.",
+)
+@click.option(
     "--simuep",
     type=click.Path(path_type=Path, dir_okay=False),
     metavar="SCENE.xml",
@@ -81,6 +87,7 @@ def ros(
     foxglove: bool,
     foxglove_port: int,
     record: Path | None,
+    files: Path | None,
     simuep: Path | None,
     check: bool,
 ) -> None:
@@ -116,7 +123,7 @@ def ros(
         scene = load_simuep(client, simuep, click.echo) if simuep else None
         if scene is not None:
             choice = choice_of(scene, auto)
-        bridge = RosBridge(client, transports, choice, bare=bare_links, simuep=scene, say=click.echo)
+        bridge = RosBridge(client, transports, choice, bare=bare_links, simuep=scene, files=files, say=click.echo)
         if check:
             click.echo("\n".join(bridge.check()))
             return
