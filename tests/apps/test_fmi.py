@@ -129,7 +129,8 @@ class Odd(Fmi3Slave):
     names = {"INPUT": "robot.heading", "OUTPUT": "twist.vx"}
     for word, name in names.items():
         text = text.replace(f'"{word}"', f'"{name}"')
-    source = folder / "odd.py"
+    # A name of its own, since Python keeps modules that it has imported.
+    source = folder / f"odd_{re.sub(r'[^a-z0-9]+', '_', folder.name.lower())}.py"
     source.write_text(text, "utf-8")
     return Path(Builder3.build_FMU(source, folder))
 
