@@ -196,7 +196,7 @@ import json, sys
 import fmpy, numpy as np
 
 file, names, stop, interval = sys.argv[1], json.loads(sys.argv[2]), float(sys.argv[3]), float(sys.argv[4])
-driven = np.array([(0.0, 0.3, 1.0), (stop, 0.3, 1.0)], [("time", float), (names[0], float), ("signals.lamp", float)])
+driven = np.array([(0.0, 0.3, True), (stop, 0.3, True)], [("time", float), (names[0], float), ("signals.lamp", bool)])
 told = fmpy.simulate_fmu(file, stop_time=stop, output_interval=interval, input=driven, output=names[1:])
 print("TOLD", json.dumps([[float(value) for value in row] for row in told.tolist()]))
 """

@@ -18,6 +18,8 @@ from virtualrobot_apps.fmi.names import TWIST, Value, part
 
 COMMANDS = ("positions", "velocities")
 INPUT, OUTPUT = "input", "output"
+UNITS = {"m": {"m": 1}, "rad": {"rad": 1}, "m/s": {"m": 1, "s": -1}, "rad/s": {"rad": 1, "s": -1}}
+"""Units that variables have, by powers of base units; those of joints and of others' signals are not told."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +31,7 @@ class Variable:
         type: `Float64`, `Boolean`, `Int64` or `String`.
         causality: `input` or `output`.
         start: the value at the beginning.
-        unit: of a number, in FMI's words; may be empty.
+        unit: of UNITS; empty where it is not told.
         description: in words.
     """
 
@@ -120,19 +122,18 @@ def plan_cell(
         kind = {bool: "Boolean", int: "Int64", float: "Float64", str: "String"}[type(one.value)]
         name = f"signals.{part(one.name)}"
         causality = INPUT if one.direction == "input" else OUTPUT
-        found.append(Variable(name, kind, causality, one.value, one.unit, one.description))
+        found.append(Variable(name, kind, causality, one.value, description=one.description))
     return Plan(model, address, coordinates, commands, list(sensors), [one.name for one in signals], found)
 
 
 def _of_robot(name: str, coordinates: Sequence[str], command: str, state: Any) -> list[Variable]:  # noqa: ANN401
     own = part(name)
     told = _of_state(name, coordinates, state)
-    found = [Variable(key, "Float64", OUTPUT, value) for key, value in told.items()]
+    units = {f"{own}.heading": "rad", **{f"{own}.position[{axis + 1}]": "m" for axis in range(3)}}
+    found = [Variable(key, "Float64", OUTPUT, value, units.get(key, "")) for key, value in told.items()]
     if command == "twists":
-        units = ("m/s", "m/s", "rad/s")
-        return found + [
-            Variable(f"{own}.twist.{one}", "Float64", INPUT, 0.0, unit) for one, unit in zip(TWIST, units, strict=True)
-        ]
+        speeds = zip(TWIST, ("m/s", "m/s", "rad/s"), strict=True)
+        return found + [Variable(f"{own}.twist.{one}", "Float64", INPUT, 0.0, unit) for one, unit in speeds]
     starts = dict(zip(coordinates, state.positions.tolist(), strict=True))
     return found + [
         Variable(f"{own}.command.{part(one)}", "Float64", INPUT, starts[one] if command == "positions" else 0.0)

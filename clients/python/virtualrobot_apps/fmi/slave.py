@@ -19,10 +19,11 @@ from pythonfmu3 import (
     Fmi3Variability,
     Int64,
     String,
+    Unit,
 )
 from virtualrobot.errors import VirtualRobotError
 
-from virtualrobot_apps.fmi.cell import INPUT, Plan, SteppedCell, Variable
+from virtualrobot_apps.fmi.cell import INPUT, UNITS, Plan, SteppedCell, Variable
 
 PLAN = "plan.json"
 _TYPES: dict[str, Any] = {"Float64": Float64, "Boolean": Boolean, "Int64": Int64, "String": String}
@@ -41,6 +42,8 @@ class Cell(Fmi3Slave):
         self._outputs = {one.name: one.start for one in self._plan.variables if one.causality != INPUT}
         self._client: Any = None
         self._cell: SteppedCell | None = None
+        used = sorted({one.unit for one in self._plan.variables if one.unit})
+        self.register_units([Unit(name, **UNITS[name]) for name in used])
         for one in self._plan.variables:
             self._register(one)
 
@@ -54,6 +57,8 @@ class Cell(Fmi3Slave):
             "getter": partial(values.__getitem__, one.name),
             "setter": partial(values.__setitem__, one.name),
         }
+        if one.unit:
+            options["unit"] = one.unit
         self.register_variable(_TYPES[one.type](one.name, **options), nested=False)
 
     def exit_initialization_mode(self) -> None:
