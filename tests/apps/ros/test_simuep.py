@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import roslibpy
 from virtualrobot import Client
+from virtualrobot_apps.bridges.ros.bridge import RosBridge
 from virtualrobot_apps.bridges.ros.simuep.loading import load_simuep
 from virtualrobot_apps.bridges.ros.simuep.topics import choice_of
 
@@ -86,6 +87,9 @@ def test_a_scene_speaks_by_the_names_of_its_file(client: Client, tmp_path: Path)
     file.write_text(SCENE, "utf-8")
     scene = load_simuep(client, file)
     assert [one.name for one in tmp_path.iterdir() if one.suffix == ".yaml"] == []
+    told_lines = RosBridge(client, [], choice_of(scene, False), simuep=scene).check()
+    assert any(line.split()[:2] == ["/SimUEP/slider/proximity", "std_msgs/msg/String"] for line in told_lines)
+    assert any(line.split()[:2] == ["/SimUEP/slider/pose", "geometry_msgs/msg/PoseStamped"] for line in told_lines)
     with (
         bridge(client, choice_of(scene, False), simuep=scene) as (url, said),
         roslibpy_client(url) as ros,

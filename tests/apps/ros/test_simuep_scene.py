@@ -9,7 +9,7 @@ import pytest
 from virtualrobot.errors import MalformedFileError, MissingFileError
 from virtualrobot_apps.bridges.ros.simuep.elements import parse_elements, read_elements
 from virtualrobot_apps.bridges.ros.simuep.scene import SimuepScene, scene_of
-from virtualrobot_apps.bridges.ros.simuep.topics import choice_of
+from virtualrobot_apps.bridges.ros.simuep.topics import choice_of, lines_of
 
 FIGURE_3 = """<robots prefix="SimUEP">
   <services>
@@ -81,6 +81,12 @@ def test_figure_3_gives_the_puma_its_topics_and_services() -> None:
         "/SimUEP/Puma560/collision": ("sensor_msgs/msg/PointCloud2", "/sensors/Puma560.collision/reading"),
         "/SimUEP/Puma560/proximity": ("std_msgs/msg/String", "/sensors/Puma560.proximity/reading"),
     }
+    assert list(lines_of(found)) == [
+        ("/SimUEP/Puma560/jointState", "sensor_msgs/msg/JointState", "to Puma560"),
+        ("/SimUEP/drawPathService", "virtualrobot_msgs/srv/DrawLines", "service"),
+        ("/SimUEP/enableSensorService", "virtualrobot_msgs/srv/EnableSensor", "service"),
+        ("/SimUEP/setCameraInfoService", "sensor_msgs/srv/SetCameraInfo", "service"),
+    ]
     assert [one.split(":")[1] for one in found.left_out] == ["15"]  # the precision
 
 

@@ -14,7 +14,7 @@ from virtualrobot_apps.bridges.ros.file_server import FileServer
 from virtualrobot_apps.bridges.ros.hub import Hub
 from virtualrobot_apps.bridges.ros.rosbridge.rosapi import serve_rosapi
 from virtualrobot_apps.bridges.ros.simuep.scene import SimuepScene
-from virtualrobot_apps.bridges.ros.simuep.topics import SimuepTopics
+from virtualrobot_apps.bridges.ros.simuep.topics import SimuepTopics, lines_of
 from virtualrobot_apps.bridges.ros.simulation.services import Simulation
 from virtualrobot_apps.bridges.ros.transport import Transport
 from virtualrobot_apps.bridges.ros.world import World
@@ -68,7 +68,8 @@ class RosBridge:
         """Return what there is now, a line for each topic; nothing is served. Raises as `run` does."""
 
         async def lines() -> list[str]:
-            return await World(self._client, Hub(), self._choice, bare=self._bare, say=self._say).lines()
+            world = World(self._client, Hub(), self._choice, bare=self._bare, say=self._say)
+            return await world.lines(lines_of(self._simuep) if self._simuep else ())
 
         return asyncio.run(lines())
 

@@ -72,6 +72,16 @@ def _entries(prefix: str, robot: RobotTopics) -> Iterator[Entry]:
         yield Entry(name, TYPES[one.kind], stream, False, True, one.place)
 
 
+def lines_of(scene: SimuepScene) -> Iterator[tuple[str, str, str]]:
+    """Yield name, type, and what it is of, of each topic that robots hear, and of each service."""
+    for robot in scene.robots:
+        for one in robot.actuators:
+            name = topic_name(scene.prefix, robot.robot, one.name)
+            yield name, JOINT_STATE if one.kind == "joint" else POSE, f"to {robot.robot}"
+    for kind, name in scene.services.items():
+        yield topic_name(scene.prefix, name), SERVICES[kind], "service"
+
+
 class SimuepTopics:
     """Actuators and services of a scene on a hub."""
 
