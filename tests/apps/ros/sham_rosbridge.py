@@ -22,7 +22,8 @@ class ShamRobot:
         goals, canceled: what it was told.
         answers: state, code and words by which goals end; None: they don't end.
         talks: whether it tells its joints.
-        says: what it sends in place of its next message.
+        says: what it sends before its next message.
+        is_deaf: whether it passes over the next cancel.
     """
 
     def __init__(self) -> None:
@@ -33,6 +34,7 @@ class ShamRobot:
         self.answers: tuple[int, int, str] | None = (4, 0, "")
         self.talks = True
         self.says = ""
+        self.is_deaf = False
         self.headers: list[str | None] = []
         self._ticks = 0
         self._open: list[ServerConnection] = []
@@ -54,6 +56,10 @@ class ShamRobot:
                     self._reach(connection, op)
                 elif op["op"] == "cancel_action_goal":
                     self.canceled.append(op["id"])
+                    if self.is_deaf:  # as a server that has not sent the goal on yet
+                        self.is_deaf = False
+                    else:
+                        self._end(connection, op, 5, 0, "")
         except ConnectionClosed:
             pass
         finally:
@@ -72,6 +78,9 @@ class ShamRobot:
             trajectory = op["args"]["trajectory"]
             last = trajectory["points"][-1]["positions"]
             self.positions |= dict(zip(trajectory["joint_names"], last, strict=True))
+        self._end(connection, op, status, code, words)
+
+    def _end(self, connection: ServerConnection, op: dict[str, Any], status: int, code: int, words: str) -> None:
         result = {"error_code": code, "error_string": words}
         head = {"op": "action_result", "id": op["id"], "action": op["action"], "result": True}
         connection.send(json.dumps(head | {"status": status, "values": result}))

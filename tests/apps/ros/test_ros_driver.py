@@ -101,13 +101,13 @@ def test_a_quintic_from_rest_to_rest_is_no_faster_than_its_mean_by_15_eighths() 
 def test_a_stop_cancels_the_goal_and_forgets_the_points(robot: tuple[RosTrajectory, ShamRobot]) -> None:
     driver, sham = robot
     driver.connect()
-    sham.answers = None
+    sham.answers, sham.is_deaf = None, True
     driver.begin(driver.read().positions)
     driver.run([np.zeros(2), np.ones(2)], [1.0, 1.0], 0)
     read_until(driver, lambda _: len(sham.goals) == 1)
     driver.stop()
-    reading = read_until(driver, lambda _: bool(sham.canceled))
-    assert (sham.canceled, reading.mode, reading.done) == ([sham.goals[0]["id"]], Mode.READY, 0)
+    reading = read_until(driver, lambda _: len(sham.canceled) == 2)
+    assert (sham.canceled, reading.mode, reading.done) == ([sham.goals[0]["id"]] * 2, Mode.READY, 0)
     driver.run([np.ones(2)], [1.0], 0)  # nobody follows
     sham.answers = (4, 0, "")
     driver.begin(driver.read().positions)

@@ -47,6 +47,9 @@ PEAK = 1.875
 
 _OPEN_SECONDS, _FIRST_SECONDS = 4.0, 4.0
 _LEAST_SECONDS = 0.05
+_CANCEL_SECONDS = 0.1
+"""Time (s) after which a goal that has not ended is canceled again: one that was just sent may not be known yet."""
+
 _MOST_BYTES = 1 << 20
 _NANO = 1_000_000_000
 
@@ -100,7 +103,8 @@ class RosTrajectory(Driver):
         self._lost = self._said = ""
         self._over: dict[str, tuple[int, dict[str, Any]]] = {}
         self._waiting: deque[tuple[Floats, float]] = deque()
-        self._goal = ""
+        self._goal = self._canceled = ""
+        self._canceled_at = 0.0
         self._target = np.empty(0)
         self._follows = False
         self._done = 0
@@ -115,6 +119,7 @@ class RosTrajectory(Driver):
         settings = self._settings
         self._names, self._newest, self._lost, self._said = settings.joints, None, "", ""
         self._forget()
+        self._canceled = ""
         headers = {"Authorization": f"Bearer {settings.token}"} if settings.token else None
         try:
             self._socket = connect(
@@ -150,6 +155,7 @@ class RosTrajectory(Driver):
             raise DriverFault(lost or f"{self._settings.url} isn't connected")
         if (quiet := time.monotonic() - self._came) > self._settings.silence:
             raise DriverFault(f"{self._settings.joint_states} has been silent for {quiet:.2g} s")
+        self._cancel_again()
         if over is not None:
             self._end_goal(*over)
         if self._follows and not self._goal and self._waiting:
@@ -172,8 +178,9 @@ class RosTrajectory(Driver):
         goal = self._goal
         self._forget()
         if goal and self._socket is not None:
+            self._canceled, self._canceled_at = goal, 0.0
             with contextlib.suppress(DriverFault):  # it is told as it is read
-                self._say(op="cancel_action_goal", id=goal, action=self._settings.action)
+                self._cancel_again()
 
     def close(self) -> None:
         """Close the connection."""
@@ -186,6 +193,17 @@ class RosTrajectory(Driver):
         self._goal, self._follows, self._done = "", False, 0
         with self._changed:
             self._over.clear()
+
+    def _cancel_again(self) -> None:
+        """Cancel the goal that a stop left, until it has ended."""
+        now = time.monotonic()
+        with self._changed:
+            ended = self._over.pop(self._canceled, None) is not None
+        if ended:
+            self._canceled = ""
+        elif self._canceled and now - self._canceled_at > _CANCEL_SECONDS:
+            self._canceled_at = now
+            self._say(op="cancel_action_goal", id=self._canceled, action=self._settings.action)
 
     def _go(self, point: Floats, share: float) -> None:
         """Send a goal: from rest to rest in the time that the longest way of a joint takes at its speed."""
