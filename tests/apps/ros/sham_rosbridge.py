@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import threading
+import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import Any
 
 from websockets.exceptions import ConnectionClosed
@@ -15,7 +16,9 @@ FEW_SECONDS = 0.02
 
 
 class ShamRobot:
-    """A robot with two joints and a gripper, which tells them 50 times a second and is at each goal at once.
+    """A robot with two joints and a gripper, which tells them 50 times a second.
+
+    It is at each goal at once, or goes there by a quintic in the time of the goal.
 
     Attributes:
         positions: where the joints are, by name.
@@ -24,10 +27,14 @@ class ShamRobot:
         talks: whether it tells its joints.
         says: what it sends before its next message.
         is_deaf: whether it passes over the next cancel.
+        is_plugged: whether it serves those who connect.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, at_once: bool = True) -> None:
         """Stand at the begin."""
+        self._at_once = at_once
+        self._stopped = threading.Event()
+        self.is_plugged = True
         self.positions = {"gripper": 0.04, "elbow": 0.5, "shoulder": -0.25}
         self.goals: list[dict[str, Any]] = []
         self.canceled: list[str] = []
@@ -41,6 +48,8 @@ class ShamRobot:
 
     def handle(self, connection: ServerConnection) -> None:
         """Serve a client until it goes."""
+        if not self.is_plugged:
+            return
         assert connection.request is not None
         self.headers.append(connection.request.headers.get("Authorization"))
         self._open.append(connection)
@@ -58,8 +67,10 @@ class ShamRobot:
                     self.canceled.append(op["id"])
                     if self.is_deaf:  # as a server that has not sent the goal on yet
                         self.is_deaf = False
-                    else:
+                    elif self._at_once:
                         self._end(connection, op, 5, 0, "")
+                    else:
+                        self._stopped.set()
         except ConnectionClosed:
             pass
         finally:
@@ -73,12 +84,31 @@ class ShamRobot:
     def _reach(self, connection: ServerConnection, op: dict[str, Any]) -> None:
         if self.answers is None:
             return
+        if not self._at_once:
+            self._stopped.clear()
+            threading.Thread(target=self._go, args=(connection, op), daemon=True).start()
+            return
         status, code, words = self.answers
         if status == 4:
             trajectory = op["args"]["trajectory"]
             last = trajectory["points"][-1]["positions"]
             self.positions |= dict(zip(trajectory["joint_names"], last, strict=True))
         self._end(connection, op, status, code, words)
+
+    def _go(self, connection: ServerConnection, op: dict[str, Any]) -> None:
+        """Go to a goal by a quintic, as ros2_control has a segment with velocities and accelerations of zero."""
+        trajectory = op["args"]["trajectory"]
+        names, point = trajectory["joint_names"], trajectory["points"][-1]
+        starts, due = [self.positions[name] for name in names], point["time_from_start"]
+        began, seconds = time.monotonic(), due["sec"] + 1e-9 * due["nanosec"]
+        share = 0.0
+        while share < 1.0 and not self._stopped.wait(0.005):
+            share = min((time.monotonic() - began) / seconds, 1.0)
+            gone = 10.0 * share**3 - 15.0 * share**4 + 6.0 * share**5
+            for name, start, end in zip(names, starts, point["positions"], strict=True):
+                self.positions[name] = end if share == 1.0 else start + gone * (end - start)
+        with suppress(ConnectionClosed):
+            self._end(connection, op, 4 if share == 1.0 else 5, 0, "")
 
     def _end(self, connection: ServerConnection, op: dict[str, Any], status: int, code: int, words: str) -> None:
         result = {"error_code": code, "error_string": words}
