@@ -129,7 +129,8 @@ def _draws(ros: roslibpy.Ros, client: Client) -> None:
     points = [{"x": 0.0, "y": 0.0, "z": 0.0}, {"x": 1.0, "y": 0.0, "z": 0.0}, {"x": 1.0, "y": 1.0, "z": 0.0}]
     marker = {"ns": "path", "id": 7, "type": 4, "action": 0, "points": points, "color": {"r": 1.0, "a": 1.0}}
     for _ in range(2):
-        assert service(ros, name, type, markers={"markers": [marker]})["success"]
+        answer = service(ros, name, type, markers={"markers": [marker]})
+        assert answer["success"], answer
         assert [one.name for one in client.scene.nodes("annotation")] == ["lines path 7"]
     wrong = service(ros, name, type, markers={"markers": [marker | {"type": 5}]})
     assert (wrong["success"], wrong["message"]) == (False, "a list of lines has two points for each, not 3")

@@ -44,6 +44,10 @@ class Cell(Fmi3Slave):
         self._cell: SteppedCell | None = None
         used = sorted({one.unit for one in self._plan.variables if one.unit})
         self.register_units([Unit(name, **UNITS[name]) for name in used])
+        self.time = 0.0
+        self.register_variable(
+            Float64("time", causality=Fmi3Causality.independent, variability=Fmi3Variability.continuous)
+        )
         for one in self._plan.variables:
             self._register(one)
 

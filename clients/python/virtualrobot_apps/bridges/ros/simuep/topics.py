@@ -213,7 +213,7 @@ def _figures(marker: RosValue) -> list[Figure]:
         segments = points.reshape(-1, 2, 3)
     else:
         segments = np.stack([points[:-1], points[1:]], axis=1)
-    color = [round(255.0 * min(max(part, 0.0), 1.0)) for part in (marker.color.r, marker.color.g, marker.color.b)]
+    color = [min(max(float(part), 0.0), 1.0) for part in (marker.color.r, marker.color.g, marker.color.b)]
     return [lines(segments, color=color)]
 
 
