@@ -76,7 +76,7 @@ SCENE = """<scene>
 </scene>"""
 
 
-def service(ros: roslibpy.Ros, name: str, type: str, **request: object) -> dict[str, object]:
+def service(ros: roslibpy.Ros, name: str, type: str, /, **request: object) -> dict[str, object]:
     return told(roslibpy.Service(ros, name, type).call(roslibpy.ServiceRequest(request)))
 
 
@@ -117,7 +117,7 @@ def test_a_scene_speaks_by_the_names_of_its_file(client: Client, tmp_path: Path)
         answer = service(
             ros, "/SimUEP/enableSensorService", "virtualrobot_msgs/EnableSensor", name="slider.proximity", enable=True
         )
-        assert answer["success"] and client.sensors["slider.proximity"].status().running
+        assert answer["success"] and client.sensors["slider.proximity"].status.running
         wrong = service(ros, "/SimUEP/enableSensorService", "virtualrobot_msgs/EnableSensor", name="eye", enable=True)
         assert not wrong["success"] and "there is no sensor 'eye'; known: " in str(wrong["message"])
         _sees(ros)

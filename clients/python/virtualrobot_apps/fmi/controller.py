@@ -121,11 +121,16 @@ class FmuWire:
         return json.dumps(command_of(outputs))
 
     def close(self) -> None:
-        """End it, and take away what was unpacked."""
+        """End it, and take away what was unpacked; its library stays loaded until this process ends.
+
+        Libraries that run Python, as PythonFMU's, leave objects behind whose code must not go.
+        """
         if self._fmu is not None:
-            for end in (self._fmu.terminate, self._fmu.freeInstance):
-                with suppress(Exception):  # it has failed before
-                    end()
+            free = self._fmu.fmi2FreeInstance if self._version == "2.0" else self._fmu.fmi3FreeInstance
+            with suppress(Exception):  # it has failed before
+                self._fmu.terminate()
+            with suppress(Exception):
+                free(self._fmu.component)
             self._fmu = None
         shutil.rmtree(self._folder, ignore_errors=True)
 
