@@ -117,7 +117,7 @@ def test_a_scene_speaks_by_the_names_of_its_file(client: Client, tmp_path: Path)
         answer = service(
             ros, "/SimUEP/enableSensorService", "virtualrobot_msgs/EnableSensor", name="slider.proximity", enable=True
         )
-        assert answer["success"] and client.sensors["slider.proximity"].status.running
+        assert answer["success"] and client.sensors["slider.proximity"].status.state == "running"
         wrong = service(ros, "/SimUEP/enableSensorService", "virtualrobot_msgs/EnableSensor", name="eye", enable=True)
         assert not wrong["success"] and "there is no sensor 'eye'; known: " in str(wrong["message"])
         _sees(ros)
