@@ -234,5 +234,6 @@ def _calibrate(camera: sensing_pb2.CameraSensor, info: RosValue) -> None:
     fisheye = model == "equidistant"
     camera.projection = sensing_pb2.CAMERA_PROJECTION_FISHEYE if fisheye else sensing_pb2.CAMERA_PROJECTION_PINHOLE
     camera.intrinsics.CopyFrom(sensing_pb2.CameraIntrinsics(fx=matrix[0], fy=matrix[4], cx=matrix[2], cy=matrix[5]))
+    camera.ClearField("horizontal_field_radians")  # the matrix says it
     del camera.distortion[:]
     camera.distortion.extend(numbers.tolist() if numbers.any() else [])
