@@ -114,7 +114,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "rosbridge/server.py": ("websockets",),
         }.items()
     },
-    # FMUs are loaded by FMPy and made by PythonFMU3, where they are installed.
+    # FMUs are loaded by FMPy and made by PythonFMU3, where they are installed; one that controls is a program.
+    f"{APPS}/fmi/wire.py": ("virtualrobot_apps.fmi", "virtualrobot_apps.lockstep", "virtualrobot"),
     f"{APPS}/fmi/controller.py": ("virtualrobot_apps.fmi", "virtualrobot", "fmpy"),
     f"{APPS}/fmi/export.py": ("virtualrobot_apps.fmi", "virtualrobot", "pythonfmu3"),
     f"{APPS}/fmi/slave.py": ("virtualrobot_apps.fmi", "virtualrobot", "pythonfmu3"),

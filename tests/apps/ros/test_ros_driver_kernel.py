@@ -30,11 +30,7 @@ def test_a_robot_of_ros_is_read_and_does_what_its_twin_does(client: Client, star
             "speed": 1.0,
             "silence": 10.0,
         }
-        with pytest.raises(virtualrobot.VirtualRobotError, match="watchdog"):
-            other.drivers.connect("arm", "ros_trajectory", settings)
-        status = other.drivers.connect(
-            "arm", "ros_trajectory", settings, lead=0.4, following_limit=2.0, without_watchdog=True
-        )
+        status = other.drivers.connect("arm", "ros_trajectory", settings)
         assert status.controller.joint_count == 7
         with arm.lease():
             other.drivers.set_mode("arm", "monitor")

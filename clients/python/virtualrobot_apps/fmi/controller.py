@@ -1,18 +1,18 @@
-"""A controller that is an FMU for co-simulation (FMI 2.0, 3.0), as a wire of the lockstep; FMPy loads it."""
+"""A controller that is an FMU for co-simulation (FMI 2.0, 3.0), in the process that `wire` starts; FMPy loads it."""
 
 from __future__ import annotations
 
 import json
 import math
-import shutil
-import tempfile
+import os
+import sys
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import fmpy
 from fmpy.simulation import instantiate_fmu
-from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError, WrongStateError
+from virtualrobot.errors import InvalidArgumentError, MalformedFileError, VirtualRobotError, WrongStateError
 
 from virtualrobot_apps.fmi.names import Value, command_of, flattened, is_command, values_for
 
@@ -20,31 +20,23 @@ VERSIONS = ("2.0", "3.0")
 _STORED = {"Enumeration": {"2.0": "Integer", "3.0": "Int64"}}
 
 
-class FmuWire:
+class FmuController:
     """A controller that is loaded into this process: its inputs are set, it makes a step, its outputs are the command.
 
     Each input has the name of a value of the state, such as `robot.heading`, and each output that counts that of a part
     of a command, such as `twist.vx`; see `names`.
     """
 
-    def __init__(self, file: Path, period: float) -> None:
-        """Load it; it is asked once a period (s).
+    def __init__(self, file: Path, folder: Path, period: float) -> None:
+        """Unpack it into a folder, and load it; it is asked once a period (s).
 
         Raises:
-            MissingFileError: when the file is not there.
             MalformedFileError: when it is no FMU for co-simulation, or has no output that is part of a command.
             WrongStateError: when it can't begin.
         """
-        if not file.is_file():
-            raise MissingFileError(f"{file} is not there")
-        self._folder = tempfile.mkdtemp(prefix="virtualrobot-fmu-")
+        self._folder, self._period, self._steps = str(folder), period, 0
         self._fmu: Any = None
-        self._period, self._steps = period, 0
-        try:
-            self._load(file)
-        except BaseException:
-            self.close()
-            raise
+        self._load(file)
 
     def _load(self, file: Path) -> None:
         try:
@@ -77,33 +69,14 @@ class FmuWire:
         except Exception as error:
             raise WrongStateError(f"the controller {file.name} cannot begin: {_short(error)}") from error
 
-    def send(self, line: str) -> None:
-        """Set its inputs to the values of a state.
+    def step(self, state: dict[str, Any]) -> dict[str, Any] | None:
+        """Return the command after a step at a state; None once it wants to end.
 
         Raises:
             InvalidArgumentError: for an input that the state has no value for.
-        """
-        state = flattened(json.loads(line))
-        for one in self._inputs:
-            values = values_for(one.name, _count(one), state)
-            kind = self._kind(one)
-            number = int if "Int" in kind or kind == "Boolean" else str if kind == "String" else float
-            try:
-                given = [number(value) for value in values]
-            except (ValueError, OverflowError) as error:
-                raise InvalidArgumentError(f"the FMU's input {one.name!r} is {one.type}, not {values[0]!r}") from error
-            self._call(f"set{kind}", [one.valueReference], given)
-        if not self._steps:
-            self._call("exitInitializationMode")
-
-    def receive(self, seconds: float) -> str | None:
-        """Return the command after its step; None once it wants to end.
-
-        Nobody can end what an FMU computes in this process: it takes as long as it likes, whatever `seconds` says.
-
-        Raises:
             WrongStateError: when it has failed.
         """
+        self._set(flattened(state))
         told = self._call("doStep", self._steps * self._period, self._period)
         self._steps += 1
         if isinstance(told, tuple) and told[1]:  # terminateSimulation
@@ -118,21 +91,25 @@ class FmuWire:
             if not all(math.isfinite(value) for value in values if isinstance(value, float)):
                 raise WrongStateError(f"the controller's output {one.name!r} is {values[0]}")
             outputs[one.name] = list(values)
-        return json.dumps(command_of(outputs))
+        return command_of(outputs)
 
-    def close(self) -> None:
-        """End it, and take away what was unpacked; its library stays loaded until this process ends.
+    def terminate(self) -> None:
+        """Let it end as it likes, such as close files."""
+        with suppress(Exception):  # it has failed before
+            self._fmu.terminate()
 
-        Libraries that run Python, as PythonFMU's, leave objects behind whose code must not go.
-        """
-        if self._fmu is not None:
-            free = self._fmu.fmi2FreeInstance if self._version == "2.0" else self._fmu.fmi3FreeInstance
-            with suppress(Exception):  # it has failed before
-                self._fmu.terminate()
-            with suppress(Exception):
-                free(self._fmu.component)
-            self._fmu = None
-        shutil.rmtree(self._folder, ignore_errors=True)
+    def _set(self, state: dict[str, list[Value]]) -> None:
+        for one in self._inputs:
+            values = values_for(one.name, _count(one), state)
+            kind = self._kind(one)
+            number = int if "Int" in kind or kind == "Boolean" else str if kind == "String" else float
+            try:
+                given = [number(value) for value in values]
+            except (ValueError, OverflowError) as error:
+                raise InvalidArgumentError(f"the FMU's input {one.name!r} is {one.type}, not {values[0]!r}") from error
+            self._call(f"set{kind}", [one.valueReference], given)
+        if not self._steps:
+            self._call("exitInitializationMode")
 
     def _kind(self, variable: Any) -> str:  # noqa: ANN401 FMPy's ModelVariable
         return _STORED.get(variable.type, {}).get(self._version, variable.type)
@@ -150,3 +127,28 @@ def _count(variable: Any) -> int:  # noqa: ANN401
 
 def _short(error: Exception) -> str:
     return " ".join(str(error).split())[:300] or type(error).__name__
+
+
+def play(file: Path, folder: Path, period: float) -> None:
+    """Answer each state on the input by a command on the output, a line of JSON each, once `{}` has told the begin.
+
+    What ends it is told as the name of an exception of `virtualrobot.errors`, and its words. What the FMU itself prints
+    goes to the standard error.
+    """
+    with os.fdopen(os.dup(sys.stdout.fileno()), "w", encoding="utf-8", buffering=1) as out:
+        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+        try:
+            fmu = FmuController(file, folder, period)
+            print("{}", file=out)
+            for line in sys.stdin:
+                if (command := fmu.step(json.loads(line))) is None:
+                    break
+                print(json.dumps(command), file=out)
+            fmu.terminate()
+        except VirtualRobotError as error:
+            print(json.dumps({"error": type(error).__name__, "message": str(error)}), file=out)
+
+
+if __name__ == "__main__":
+    play(Path(sys.argv[1]), Path(sys.argv[2]), float(sys.argv[3]))
+    os._exit(0)  # libraries that run Python, as PythonFMU's, leave objects behind whose code has gone

@@ -84,8 +84,10 @@ def lockstep(
 
 
 def _fmu_wire(file: Path, period: float) -> Wire:
-    try:
-        from virtualrobot_apps.fmi.controller import FmuWire
-    except ModuleNotFoundError as error:
-        raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[fmi]'") from error
+    from importlib.util import find_spec
+
+    from virtualrobot_apps.fmi.wire import FmuWire
+
+    if find_spec("fmpy") is None:
+        raise click.UsageError("FMPy is not installed: pip install 'virtualrobot[fmi]'")
     return FmuWire(file, period)

@@ -123,11 +123,13 @@ class World:
         robots = [one.about for one in table if one.content == "joint_states"]
         frames = FrameNames(robots, bare=self._bare)
         naming = Naming(frames, self._client.streams.scan_geometry, self._bases(table, frames))
+        # The readings of a sensor end with it; one that takes its place under its name is watched anew.
+        uids = {one.name: one.uid for one in self._client.scene.nodes()}
         found: dict[str, list[Output]] = {}
         for stream in table:
             if stream.direction != IN:
                 for output in self._choice.outputs(stream, outputs_of(stream, naming)):
-                    key = stream.about if stream.watch == "readings" else ""
+                    key = uids.get(stream.about) if stream.watch == "readings" else ""
                     found.setdefault(f"{stream.watch} {key}", []).append(output)
         for words in self._choice.missing([one.name for one in table]):
             if words not in self._said:
