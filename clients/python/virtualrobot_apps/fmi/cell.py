@@ -117,13 +117,16 @@ def plan_cell(
             Variable(f"{part(name)}.distances[{number + 1}]", "Float64", OUTPUT, distance, "m")
             for number, distance in enumerate(_distances(value))
         ]
-    signals = [one for one in client.signals.read() if not isinstance(one.value, tuple)]
-    for one in signals:
+    signals: list[str] = []
+    for one in client.signals.read():
+        if isinstance(one.value, tuple):  # a group
+            continue
+        signals.append(one.name)
         kind = {bool: "Boolean", int: "Int64", float: "Float64", str: "String"}[type(one.value)]
         name = f"signals.{part(one.name)}"
         causality = INPUT if one.direction == "input" else OUTPUT
         found.append(Variable(name, kind, causality, one.value, description=one.description))
-    return Plan(model, address, coordinates, commands, list(sensors), [one.name for one in signals], found)
+    return Plan(model, address, coordinates, commands, list(sensors), signals, found)
 
 
 def _of_robot(name: str, coordinates: Sequence[str], command: str, state: Any) -> list[Variable]:  # noqa: ANN401

@@ -44,7 +44,7 @@ class FmuController:
             fmpy.extract(str(file), self._folder)
         except Exception as error:  # FMPy and lxml raise what they like
             raise MalformedFileError(f"{file.name} is no FMU: {_short(error)}") from error
-        self._version = description.fmiVersion
+        self._version = str(description.fmiVersion)
         if self._version not in VERSIONS or description.coSimulation is None:
             raise MalformedFileError(
                 f"{file.name} is FMI {self._version}{'' if description.coSimulation else ', not for co-simulation'}; "

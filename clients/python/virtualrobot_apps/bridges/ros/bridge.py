@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -74,9 +75,12 @@ class RosBridge:
         return asyncio.run(lines())
 
     async def _run(self, until: Callable[[], bool]) -> None:
+        with tempfile.TemporaryDirectory(prefix="virtualrobot-files-", ignore_cleanup_errors=True) as folder:
+            await self._serve(until, FileServer(self._client, Path(folder), self._files))
+
+    async def _serve(self, until: Callable[[], bool], files: FileServer) -> None:
         hub = Hub()
         serve_rosapi(hub)
-        files = FileServer(self._client, self._files)
         files.serve(hub)
         world = World(self._client, hub, self._choice, bare=self._bare, say=self._say)
         await world.update()
@@ -109,7 +113,6 @@ class RosBridge:
             for one in opened:
                 await one.close()
             await simulation.close()
-            files.close()
 
     async def _kept(self, simulation: Simulation) -> bool:
         """Return whether the world could be kept as it is, to which a reset goes back; else it is said why not."""

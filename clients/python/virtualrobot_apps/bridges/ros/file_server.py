@@ -10,7 +10,6 @@ import asyncio
 import html
 import re
 import shutil
-import tempfile
 import threading
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -44,11 +43,9 @@ _FILENAME = re.compile(r'filename="([^"]*)"')
 class FileServer:
     """Robots of a world as URDF files with their meshes, and a folder where programs keep theirs."""
 
-    def __init__(self, client: Client, folder: Path | None = None) -> None:
-        """Serve nothing yet; without a folder nothing is kept."""
-        self._client, self._folder = client, folder
-        self._kept = tempfile.TemporaryDirectory(prefix="virtualrobot-files-", ignore_cleanup_errors=True)
-        self._own = Path(self._kept.name)
+    def __init__(self, client: Client, own: Path, folder: Path | None = None) -> None:
+        """Serve nothing yet; files of the robots are written to the folder `own`. Without a `folder` nothing is kept."""
+        self._client, self._own, self._folder = client, own, folder
         self._lock = threading.Lock()
 
     def serve(self, hub: Hub) -> None:
@@ -56,10 +53,6 @@ class FileServer:
         hub.parameters.computed = self.parameter
         hub.serve(Service("/file_server/get_file", GET, _threaded(self._get)))
         hub.serve(Service("/file_server/save_file", SAVE, _threaded(self._save)))
-
-    def close(self) -> None:
-        """Take away what was written for others; raises nothing."""
-        self._kept.cleanup()
 
     def parameter(self, name: str) -> Callable[[], str] | None:
         """Return what gives the value of a parameter, None where it is none of a robot's."""

@@ -235,7 +235,8 @@ def _robots(part: Element, found: SimuepScene) -> None:
             tuple(_topics(robot.child("sensors"), SENSORS, found)),
         )
         found.robots.append(topics)
-        for one in robot.child("sensors").children if robot.child("sensors") else ():
+        sensors = robot.child("sensors")
+        for one in sensors.children if sensors else ():
             if one.tag in ("collision", "proximity"):
                 found.scene["nodes"].append(_feeling(name, one))
 
