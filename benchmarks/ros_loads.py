@@ -195,7 +195,7 @@ def run() -> list[Row]:
         client.load_robot("model://kr6_r700", name="arm")
         settings = virtualrobot.camera(WIDTH, HEIGHT, rate=HERTZ)
         client.scene.add_camera("eye", settings, pose=virtualrobot.looking_at([2, 0, 1], [0, 0, 0.5]))
-        cloud = virtualrobot.range_sensor(virtualrobot.raster(300, 200, 1.0, 0.8), rate=10.0)
+        cloud = virtualrobot.range_sensor(pattern=virtualrobot.raster(300, 200, 1.0, 0.8), rate=10.0)
         client.scene.add_range_sensor("head", cloud, pose=virtualrobot.pose(-2.0, 0.0, 1.0))
         command = [str(Path(sys.executable).with_name("virtualrobot")), "--address", address, "ros", "--port", "0"]
         with process(command, "rosbridge at ") as (url, bridge):

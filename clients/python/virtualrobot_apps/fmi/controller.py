@@ -112,7 +112,8 @@ class FmuController:
             self._call("exitInitializationMode")
 
     def _kind(self, variable: Any) -> str:  # noqa: ANN401 FMPy's ModelVariable
-        return _STORED.get(variable.type, {}).get(self._version, variable.type)
+        kind = str(variable.type)
+        return _STORED.get(kind, {}).get(self._version, kind)
 
     def _call(self, name: str, *arguments: object) -> Any:  # noqa: ANN401
         try:

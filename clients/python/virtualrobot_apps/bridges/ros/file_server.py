@@ -44,7 +44,7 @@ class FileServer:
     """Robots of a world as URDF files with their meshes, and a folder where programs keep theirs."""
 
     def __init__(self, client: Client, own: Path, folder: Path | None = None) -> None:
-        """Serve nothing yet; files of the robots are written to the folder `own`. Without a `folder` nothing is kept."""
+        """Serve nothing yet; robots are written to the folder `own`, and without a `folder` nothing is kept."""
         self._client, self._own, self._folder = client, own, folder
         self._lock = threading.Lock()
 
