@@ -32,7 +32,7 @@ SUITES = (
         "startup",
         "shell",
     ),
-    *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io", "ros"),
+    *("memory", "soak", "faults", "recordings", "history", "journal", "replay", "cell_io", "ros", "ros_loads"),
     *("driver_ticks", "drivers", "driver_ur", "console", "rapid"),
 )
 PACKAGES = (

@@ -110,10 +110,17 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "mapping/sensors.py": ("PIL",),
             "dds": ("cyclonedds",),
             "foxglove_server.py": ("foxglove",),
+            # A robot of ROS is driven from here, so that no plugin needs to know of ROS.
+            "driver.py": ("virtualrobot_sdk", "msgspec", "websockets"),
             "rosbridge/wire.py": ("cbor2", "PIL"),
             "rosbridge/server.py": ("websockets",),
         }.items()
     },
+    # FMUs are loaded by FMPy and made by PythonFMU3, where they are installed; one that controls is a program.
+    f"{APPS}/fmi/wire.py": ("virtualrobot_apps.fmi", "virtualrobot_apps.lockstep", "virtualrobot"),
+    f"{APPS}/fmi/controller.py": ("virtualrobot_apps.fmi", "virtualrobot", "fmpy"),
+    f"{APPS}/fmi/export.py": ("virtualrobot_apps.fmi", "virtualrobot", "pythonfmu3"),
+    f"{APPS}/fmi/slave.py": ("virtualrobot_apps.fmi", "virtualrobot", "pythonfmu3"),
     # The console passes calls of any method on, in bytes: it speaks gRPC and the contract itself, and serves HTTP.
     f"{APPS}/console": ("virtualrobot_apps.console", "virtualrobot", "google", "grpc"),
     f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),

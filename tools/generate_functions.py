@@ -199,6 +199,7 @@ GROUPS = (
             "record",
             "topic",
             "lockstep",
+            "fmu",
             "connections",
             "bridge",
             "ros",

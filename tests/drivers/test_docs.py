@@ -9,6 +9,7 @@ from typing import get_args
 
 import pytest
 from click.testing import CliRunner
+from virtualrobot_apps.bridges.ros import driver as ros_driver
 from virtualrobot_apps.new.driver import BUNDLED, driver
 from virtualrobot_plugins import drivers
 from virtualrobot_plugins.drivers.loopback.settings import What
@@ -27,6 +28,7 @@ def registered() -> dict[str, type]:
         found[name] = config_type
 
     drivers.virtualrobot_register_robot_drivers(register)
+    ros_driver.virtualrobot_register_robot_drivers(register)
     return found
 
 

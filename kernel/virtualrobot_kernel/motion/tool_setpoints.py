@@ -213,9 +213,11 @@ class ToolSetpointMotion(SetpointMotion):
         return brake_together.plane_of(self.now) if self.axes is None else self.axes
 
     def _is_slow(self, q: Array, v: Array) -> bool:
-        """Return whether the tool goes beyond its greatest speed by no more than half of `BEYOND`."""
-        most = self.lead.limits.velocity * (1.0 + 0.5 * BEYOND)
-        return float(np.linalg.norm(self.lead.jacobian(q)[:3] @ v)) <= most * self.lead.weight
+        """Return whether the tool goes and turns beyond its greatest speeds by no more than half of `BEYOND`."""
+        lead, most = self.lead, 1.0 + 0.5 * BEYOND
+        twist = lead.jacobian(q) @ v / lead.weights
+        speed, turning = float(np.linalg.norm(twist[:3])), float(np.linalg.norm(twist[3:]))
+        return speed <= most * lead.limits.velocity and turning <= most * lead.limits.rotation_velocity
 
     def _braked(self, dt: float) -> Self:
         """Return the motion whose joints brake together; the tool is where they have it."""

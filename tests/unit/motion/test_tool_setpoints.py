@@ -180,6 +180,12 @@ def test_a_pose_out_of_reach_ends_a_closed_stream_as_near_as_the_tool_gets() -> 
     assert "comes no nearer than" in now.fault[1] and "a singularity is in the way" in now.fault[1]
 
 
+def check_speeds(now: ToolSetpointMotion) -> None:
+    """Check that the tool goes and turns no faster than it may."""
+    assert np.linalg.norm(now.base_twist[:3]) <= SPEED * (1.0 + BEYOND)
+    assert np.linalg.norm(now.base_twist[3:]) <= TURNING * (1.0 + BEYOND)
+
+
 @pytest.mark.parametrize("mode", [TWIST, POSE])
 @pytest.mark.parametrize("name", ["ur5", "iiwa"])
 def test_random_setpoints_keep_every_limit(mode: SetpointMode, name: str, rng: np.random.Generator) -> None:
@@ -212,9 +218,6 @@ def test_a_tool_is_nowhere_faster_than_its_greatest_speed(
     motion = following(mode, name, np.clip(near, limits.lower + 0.1, limits.upper - 0.1))
     home, run = place(motion), [motion]
 
-    def check(now: ToolSetpointMotion) -> None:
-        assert np.linalg.norm(now.base_twist[:3]) <= SPEED * (1.0 + BEYOND)
-
     for _ in range(3):
         if mode is TWIST:
             way, axis = rng.normal(size=(2, 3))
@@ -230,10 +233,10 @@ def test_a_tool_is_nowhere_faster_than_its_greatest_speed(
             braked = [run[-1].cancel()]
             while not braked[-1].ended:
                 braked.append(braked[-1].advance(TICK, 1.0))
-                check(braked[-1])
+                check_speeds(braked[-1])
             check_limits(braked, limits)
     for now in run:
-        check(now)
+        check_speeds(now)
     check_limits(run, limits)
 
 
@@ -247,7 +250,22 @@ def test_joints_that_would_brake_at_different_times_make_no_tool_fast(number: in
     now = led(following(TWIST, "ur5", q), twist, ticks)[-1].cancel()
     while not now.ended:
         now = now.advance(TICK, 1.0)
-        assert np.linalg.norm(now.base_twist[:3]) <= SPEED * (1.0 + BEYOND)
+        check_speeds(now)
+
+
+@pytest.mark.parametrize("number", [5, 37])
+def test_a_tool_that_turns_at_its_greatest_speed_turns_no_faster_where_it_changes_its_way(number: int) -> None:
+    """Two drawn cases in which it turned 1.11 times as fast as its limit when only its speed along a line was held."""
+    rng = np.random.default_rng(number)
+    q = POSTURES["iiwa"] + rng.uniform(-0.8, 0.8, 7)
+    now = following(TWIST, "iiwa", q)
+    for _ in range(3):
+        way, axis = rng.normal(size=(2, 3))
+        twist = [*(SPEED * way / np.linalg.norm(way)), *(TURNING * axis / np.linalg.norm(axis))]
+        run = led(now, twist, 60)
+        for one in run:
+            check_speeds(one)
+        now = run[-1]
 
 
 def test_the_watchdog_brakes_with_the_first_tick_after_the_timeout() -> None:

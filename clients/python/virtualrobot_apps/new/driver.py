@@ -14,7 +14,7 @@ from virtualrobot_apps.new.writing import Folder, write
 
 DRIVERS = Path(__file__).parent / "drivers"
 """Folder with what all drivers begin with (`common`), and a folder for each pace."""
-BUNDLED = ("abb_egm", "crs", "dynamixel", "kuka_rsi", "loopback", "serial_line", "ur_rtde")
+BUNDLED = ("abb_egm", "crs", "dynamixel", "kuka_rsi", "loopback", "ros_trajectory", "serial_line", "ur_rtde")
 """Names of the bundled drivers, which no other may have."""
 _NAME = re.compile(r"[a-z][a-z0-9_]*")
 

@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import asyncio
+import tempfile
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from virtualrobot import Client
 from virtualrobot.errors import VirtualRobotError
 
 from virtualrobot_apps.bridges.ros.bridge_file import Choice
+from virtualrobot_apps.bridges.ros.file_server import FileServer
 from virtualrobot_apps.bridges.ros.hub import Hub
 from virtualrobot_apps.bridges.ros.rosbridge.rosapi import serve_rosapi
+from virtualrobot_apps.bridges.ros.simuep.scene import SimuepScene
+from virtualrobot_apps.bridges.ros.simuep.topics import SimuepTopics, lines_of
 from virtualrobot_apps.bridges.ros.simulation.services import Simulation
 from virtualrobot_apps.bridges.ros.transport import Transport
 from virtualrobot_apps.bridges.ros.world import World
@@ -33,11 +38,23 @@ class RosBridge:
         choice: Choice | None = None,
         *,
         bare: bool = False,
+        simuep: SimuepScene | None = None,
+        files: Path | None = None,
         say: Callable[[str], None] = print,
     ) -> None:
-        """Open nothing yet; `bare` calls links as in the URDF, without their robot."""
-        self._client, self._transports, self._say = client, transports, say
-        self._choice, self._bare = choice or Choice(), bare
+        """Open nothing yet.
+
+        Args:
+            client: of the kernel.
+            transports: what carries the topics.
+            choice: which streams are which topics; all by default.
+            bare: calls links as in the URDF, without their robot.
+            simuep: a scene that names more topics and services.
+            files: folder where programs keep files by the file server; without it they keep none.
+            say: is told in words what happens.
+        """
+        self._client, self._transports, self._simuep, self._say = client, transports, simuep, say
+        self._choice, self._bare, self._files = choice or Choice(), bare, files
 
     def run(self, until: Callable[[], bool] = lambda: False) -> None:
         """Go on until it is interrupted, or `until` is true, which is asked twice a second.
@@ -52,15 +69,23 @@ class RosBridge:
         """Return what there is now, a line for each topic; nothing is served. Raises as `run` does."""
 
         async def lines() -> list[str]:
-            return await World(self._client, Hub(), self._choice, bare=self._bare, say=self._say).lines()
+            world = World(self._client, Hub(), self._choice, bare=self._bare, say=self._say)
+            return await world.lines(lines_of(self._simuep) if self._simuep else ())
 
         return asyncio.run(lines())
 
     async def _run(self, until: Callable[[], bool]) -> None:
+        with tempfile.TemporaryDirectory(prefix="virtualrobot-files-", ignore_cleanup_errors=True) as folder:
+            await self._serve(until, FileServer(self._client, Path(folder), self._files))
+
+    async def _serve(self, until: Callable[[], bool], files: FileServer) -> None:
         hub = Hub()
         serve_rosapi(hub)
+        files.serve(hub)
         world = World(self._client, hub, self._choice, bare=self._bare, say=self._say)
         await world.update()
+        if self._simuep is not None:
+            SimuepTopics(self._client, hub, self._simuep, self._say).serve()
         simulation = Simulation(self._client, hub, bare=self._bare)
         if serves := await self._kept(simulation):
             simulation.serve()

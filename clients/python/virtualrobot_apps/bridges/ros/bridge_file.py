@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Protocol
 
+from virtualrobot.errors import MalformedFileError
 from virtualrobot.streams.table import Stream
 
 from virtualrobot_apps.bridges.ros.mapping.outputs import Output
@@ -20,6 +22,19 @@ DIRECTIONS = {"OUT": "out", "IN": "in", "GZ_TO_ROS": "out", "ROS_TO_GZ": "in"}
 TWISTS = ("geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped")
 
 
+class Place(Protocol):
+    """Place in a file."""
+
+    @property
+    def line(self) -> int:
+        """Line of the file, from 1."""
+        ...
+
+    def error(self, text: str) -> MalformedFileError:
+        """Return the error that says what is wrong there."""
+        ...
+
+
 @dataclass(frozen=True, eq=False)
 class Entry:
     """A topic of a file.
@@ -30,7 +45,7 @@ class Entry:
         stream: name of the stream.
         incoming: True where the world hears it.
         lazy: whether the stream is watched only while somebody reads the topic.
-        item: where it stands.
+        place: where it stands.
     """
 
     topic: str
@@ -38,7 +53,7 @@ class Entry:
     stream: str
     incoming: bool
     lazy: bool
-    item: Item
+    place: Place
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,11 +73,11 @@ class Choice:
         entries = [one for one in self.entries if one.stream == stream.name and not one.incoming]
         for entry in entries:
             if not outputs:
-                raise entry.item.error(f"nothing of ROS comes of the stream {stream.name}")
+                raise entry.place.error(f"nothing of ROS comes of the stream {stream.name}")
             found = [one for one in outputs if entry.type in ("", one.type)]
             if not found:
                 types = ", ".join(dict.fromkeys(one.type for one in outputs))
-                raise entry.item.error(f"the stream {stream.name} gives {types}, not {entry.type}")
+                raise entry.place.error(f"the stream {stream.name} gives {types}, not {entry.type}")
             yield replace(found[0], topic=entry.topic, lazy=entry.lazy)
         taken = {entry.type or outputs[0].type for entry in entries}
         if self.auto:
@@ -81,7 +96,7 @@ class Choice:
         """Return in words which streams of the file there are not, or not yet."""
         return [
             str(
-                entry.item.error(
+                entry.place.error(
                     f"there is no stream {entry.stream!r} yet{nearest(entry.stream, streams)} it is waited for"
                 )
             )
@@ -101,7 +116,7 @@ def read_choice(path: str | Path, *, auto: bool) -> Choice:
     seen: dict[str, Entry] = {}
     for entry in entries:
         if entry.topic in seen:
-            raise entry.item.error(f"the topic {entry.topic} stands in line {seen[entry.topic].item.line} already")
+            raise entry.place.error(f"the topic {entry.topic} stands in line {seen[entry.topic].place.line} already")
         seen[entry.topic] = entry
     return Choice(fields["auto"].boolean() if "auto" in fields else auto, entries)
 

@@ -21,6 +21,7 @@ Examples:
   virtualrobot ros bridge.yaml --no-auto
   virtualrobot ros --dds --domain 7
   virtualrobot ros --dds --rmw cyclonedds
+  virtualrobot ros --simuep scene.xml
   virtualrobot ros --host 0.0.0.0 --client-token-file rosbridge.token
 """
 
@@ -56,6 +57,18 @@ Examples:
     metavar="FILE.mcap",
     help="Record all that the topics tell, in the form of ROS 2.",
 )
+@click.option(
+    "--files",
+    type=click.Path(path_type=Path, file_okay=False, exists=True),
+    metavar="FOLDER",
+    help="Let programs such as ROS# keep files of robots in this folder.",
+)
+@click.option(
+    "--simuep",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="SCENE.xml",
+    help="Replace the world by this scene file of SimUEP-Robotics, and serve the topics and services that it names.",
+)
 @click.option("--check", is_flag=True, help="Look at the file and at the streams, and serve nothing.")
 @target_options
 def ros(
@@ -74,6 +87,8 @@ def ros(
     foxglove: bool,
     foxglove_port: int,
     record: Path | None,
+    files: Path | None,
+    simuep: Path | None,
     check: bool,
 ) -> None:
     """Tell ROS what a world tells, and hear what it hears, until Ctrl-C.
@@ -84,6 +99,8 @@ def ros(
         from virtualrobot_apps.bridges.ros.bridge import RosBridge
         from virtualrobot_apps.bridges.ros.bridge_file import Choice, read_choice
         from virtualrobot_apps.bridges.ros.rosbridge.server import RosbridgeServer
+        from virtualrobot_apps.bridges.ros.simuep.loading import load_simuep
+        from virtualrobot_apps.bridges.ros.simuep.topics import choice_of
         from virtualrobot_apps.bridges.ros.transport import TransportError
     except ModuleNotFoundError as error:
         raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[ros]'") from error
@@ -91,6 +108,8 @@ def ros(
         raise click.UsageError(
             f"whoever reaches {host} could move the robots: say --client-token-file FILE, or --no-client-token"
         )
+    if mapping and simuep:
+        raise click.UsageError("a BRIDGE.YAML and --simuep both name topics: say one of them")
     choice = read_choice(mapping, auto=auto) if mapping else Choice(auto)
     token = _token(client_token) if client_token else ""
     transports: list[Transport] = [RosbridgeServer(host, port, token=token, origins=origins)]
@@ -101,7 +120,10 @@ def ros(
     if record is not None:
         transports.append(_recorder(record))
     with target.connect("ros bridge") as client:
-        bridge = RosBridge(client, transports, choice, bare=bare_links, say=click.echo)
+        scene = load_simuep(client, simuep, click.echo) if simuep else None
+        if scene is not None:
+            choice = choice_of(scene, auto)
+        bridge = RosBridge(client, transports, choice, bare=bare_links, simuep=scene, files=files, say=click.echo)
         if check:
             click.echo("\n".join(bridge.check()))
             return

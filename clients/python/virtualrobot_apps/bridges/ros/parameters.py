@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
-from collections.abc import Callable
+from collections.abc import Awaitable, Callable
 from typing import Any, TypeAlias
 
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue
@@ -26,6 +27,8 @@ class Parameters:
     def __init__(self) -> None:
         """Hold what a simulation says of itself."""
         self._values: dict[str, Value] = {"/use_sim_time": True}
+        self.computed: Callable[[str], Callable[[], Value] | None] = lambda _: None
+        """Gives what computes the value of a parameter as it is asked for, which takes a while; None for others."""
 
     def names(self) -> list[str]:
         """Return the names of all, sorted."""
@@ -87,10 +90,15 @@ class Parameters:
         return [key for key in sorted(self._values) if key.startswith(f"{name.rstrip('/')}/")]
 
 
-def answers(parameters: Parameters) -> dict[str, tuple[str, Callable[[RosValue], dict[str, object]]]]:
+Answer: TypeAlias = Callable[[RosValue], dict[str, object] | Awaitable[dict[str, object]]]
+
+
+def answers(parameters: Parameters) -> dict[str, tuple[str, Answer]]:
     """Return for each service of rosapi the type, without its package, and the values that it answers."""
 
-    def get(asked: RosValue) -> dict[str, object]:
+    def get(asked: RosValue) -> dict[str, object] | Awaitable[dict[str, object]]:
+        if (compute := parameters.computed(_whole(asked.name))) is not None:
+            return asyncio.to_thread(lambda: {"value": json.dumps(compute())})
         if not parameters.has(asked.name) and asked.default_value:
             return {"value": asked.default_value}
         return {"value": json.dumps(parameters.get(asked.name))}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import tempfile
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import partial
@@ -94,8 +94,8 @@ class World:
         if self._signals:
             self._signals.open()
 
-    async def lines(self) -> list[str]:
-        """Return what there is now, a line for each topic."""
+    async def lines(self, more: Iterable[tuple[str, str, str]] = ()) -> list[str]:
+        """Return what there is now, a line for each topic; `more` are others: name, type, and what it is of."""
         plan = await asyncio.to_thread(self._plan)
         found = [(one.topic, one.type, f"from {one.stream}") for outputs in plan.outputs.values() for one in outputs]
         found += [
@@ -108,6 +108,7 @@ class World:
         for one in await asyncio.to_thread(self._client.signals.read) if self._choice.auto else ():
             for name, way in zip(topics_of(one.name), ("from", "to"), strict=True):
                 found.append((name, TYPES[kind_of(one.value)], f"{way} the signal {one.name}"))
+        found += more
         return aligned([["topic", "type", "stream"], *map(list, sorted(found))], left=3)
 
     def close(self) -> None:
@@ -122,11 +123,13 @@ class World:
         robots = [one.about for one in table if one.content == "joint_states"]
         frames = FrameNames(robots, bare=self._bare)
         naming = Naming(frames, self._client.streams.scan_geometry, self._bases(table, frames))
+        # The readings of a sensor end with it; one that takes its place under its name is watched anew.
+        uids = {one.name: one.uid for one in self._client.scene.nodes()}
         found: dict[str, list[Output]] = {}
         for stream in table:
             if stream.direction != IN:
                 for output in self._choice.outputs(stream, outputs_of(stream, naming)):
-                    key = stream.about if stream.watch == "readings" else ""
+                    key = uids.get(stream.about) if stream.watch == "readings" else ""
                     found.setdefault(f"{stream.watch} {key}", []).append(output)
         for words in self._choice.missing([one.name for one in table]):
             if words not in self._said:

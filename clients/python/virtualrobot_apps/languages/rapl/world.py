@@ -7,15 +7,17 @@ has z.
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
 from virtualrobot import Client
+from virtualrobot.drivers import DriverStatus
 from virtualrobot.errors import LimitError, WrongStateError
 from virtualrobot.geometry import Matrix
 from virtualrobot.motions.moves import Move
 
-from virtualrobot_apps.languages.core.motion import MotionQueue
+from virtualrobot_apps.languages.core.motion import POLL_SECONDS, MotionQueue
 from virtualrobot_apps.languages.core.task import Task
 from virtualrobot_apps.languages.rapl.faults import RaplFault
 from virtualrobot_apps.languages.rapl.locations import Location, pose_of, values_of
@@ -36,6 +38,8 @@ TRIES = 8
 """Number of times that a curve is made slower before it is refused."""
 GRIPPER = "gripper"
 """Signal that stands for the gripper of an arm without one: true where it is closed."""
+ARRIVED = math.radians(0.5)
+"""Distance (rad) of each joint of a real arm from its twin at which it has arrived."""
 NEAR = 0.1
 """Distance (m) from the tool centre point within which a part is gripped."""
 
@@ -80,6 +84,7 @@ class World:
         self._tool = ""
         self._target: np.ndarray | None = None
         self._queue: MotionQueue | None = None
+        self._pause: Callable[[float], None] = time.sleep
         self._find_tool()
 
     def _find_tool(self) -> None:
@@ -98,7 +103,7 @@ class World:
 
     def begin(self, task: Task) -> None:
         """Belong to a task."""
-        self._queue = MotionQueue(self.client, task)
+        self._queue, self._pause = MotionQueue(self.client, task), task.pause
 
     def note(self, message: str) -> None:
         """Tell something that a controller might do otherwise, once."""
@@ -294,8 +299,26 @@ class World:
         self.queue.begun()
 
     def finish(self) -> None:
-        """Wait until the arm stands."""
+        """Wait until the arm stands, and the real one, where a driver has it follow, stands there too."""
         self.queue.finish()
+        while (driver := self._following()) is not None:
+            if np.all(np.abs(driver.positions - self._in_order_of(driver)) <= ARRIVED):
+                return
+            self._pause(POLL_SECONDS)
+
+    def _following(self) -> DriverStatus | None:
+        """Return the driver by which a real arm does what its twin does; raises a fault where that has failed."""
+        driver = next((one for one in self.client.drivers.list() if one.robot == self.robot.name), None)
+        if driver is None or driver.mode != "execute":
+            if driver is not None and driver.halted:
+                raise RaplFault(f"the driver of {self.robot.name!r} stopped following: {driver.text}")
+            return None
+        return driver
+
+    def _in_order_of(self, driver: DriverStatus) -> np.ndarray:
+        """Return the joints (rad) of the twin in the order of a driver's."""
+        positions = dict(zip(self.names, self.actual().tolist(), strict=True))
+        return np.array([positions[name] for name in driver.joint_names])
 
     def halt(self) -> None:
         """Stop the arm on its way."""
@@ -327,6 +350,7 @@ class World:
 
     def grip(self, closed: bool) -> None:
         """Close or open the gripper when the arm stands; hold the part that is there, or let go what is held."""
+        self.finish()
         self.queue.close()
         name = self._before[0]
         if GRIPPER in self.client.signals:
@@ -353,6 +377,7 @@ class World:
         name = self._before[0]
         if name is None:
             raise RaplFault("the arm has no gripper with fingers; mount one")
+        self.finish()
         self.queue.add(lambda program: program.tool_width(self.robot.name, width, name))
         self.queue.close()
 
@@ -360,6 +385,7 @@ class World:
 
     def close(self) -> None:
         """Wait until all is done, and leave the robot with the tool that it had."""
+        self.finish()
         self.queue.close()
         self._restore()
 

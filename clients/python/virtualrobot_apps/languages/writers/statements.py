@@ -76,7 +76,7 @@ class Line:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Arc:
-    """Tool centre point that goes along an arc through a place in the middle of it, in the frame of the goal; as `Line`."""
+    """Tool centre point that goes along an arc through a place in the middle of it; otherwise as `Line`."""
 
     goal: Goal
     via: Goal

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import TypeAlias
 
@@ -128,6 +128,7 @@ def _of_sensor(stream: Stream, naming: Naming) -> Iterator[Output]:
         yield told("wrench", "geometry_msgs/msg/WrenchStamped", lambda m, t: sensors.wrench(m, frame, t))
     elif stream.type == "ContactReading":
         yield told("contacts", "sensor_msgs/msg/PointCloud2", sensors.contacts)
+        yield replace(told("nearest", "std_msgs/msg/String", lambda m, _: sensors.nearest(m)), automatic=False)
     elif stream.type == "EncoderReading":
         yield told("joint_states", "sensor_msgs/msg/JointState", sensors.encoders)
     elif stream.type == "PoseReading":

@@ -113,6 +113,15 @@ def contacts(reading: sensor_pb2.SensorReading, time: int) -> RosValue:
     return cloud(np.array(rows, "<f4").reshape(-1, len(names)), names, "world", time)
 
 
+def nearest(reading: sensor_pb2.SensorReading) -> RosValue | None:
+    """Return which of a robot's links is the nearest to something as `std_msgs/String`; None where none is near.
+
+    The link is called as in the URDF, without its robot.
+    """
+    contacts = reading.contact.contacts  # the nearest first
+    return make("std_msgs/msg/String", data=contacts[0].element.rpartition(".")[2]) if contacts else None
+
+
 def image(pixels: NDArray, encoding: str, frame: str, time: int) -> RosValue:
     """Return pixels (height, width, ...) as `sensor_msgs/Image`; depth is 32FC1 in meters (REP 118)."""
     pixels = np.ascontiguousarray(pixels)

@@ -23,6 +23,7 @@ from virtualrobot_apps.bridges.ros.messages.types import (
     text_of,
 )
 from virtualrobot_apps.bridges.ros.messages.values import default, to_plain
+from virtualrobot_apps.bridges.ros.parameters import Answer
 from virtualrobot_apps.bridges.ros.parameters import answers as serve_parameters
 
 NODE = "/virtualrobot"
@@ -33,7 +34,7 @@ _PARTS = ("goal", "result", "feedback")
 
 def serve_rosapi(hub: Hub) -> None:
     """Add the services of rosapi to a hub."""
-    answers: dict[str, tuple[str, Callable[[RosValue], dict[str, object]]]] = {
+    answers: dict[str, tuple[str, Answer]] = {
         "topics": ("Topics", lambda _: {"topics": [*hub.topics], "types": [one.type for one in hub.topics.values()]}),
         "topics_for_type": ("TopicsForType", lambda asked: {"topics": _of_type(hub.topics.values(), full(asked.type))}),
         "topic_type": ("TopicType", lambda asked: {"type": _type(hub.topics, asked.topic)}),
@@ -67,9 +68,10 @@ def serve_rosapi(hub: Hub) -> None:
         hub.serve(Service(f"/rosapi/{name}", type, partial(_answered, type, answer)))
 
 
-def _answered(type: str, answer: Callable[[RosValue], dict[str, object]], request: RosValue) -> Awaitable[RosValue]:
+def _answered(type: str, answer: Answer, request: RosValue) -> Awaitable[RosValue]:
     async def made() -> RosValue:
-        return make(f"{type}_Response", **answer(request))
+        told = answer(request)
+        return make(f"{type}_Response", **(told if isinstance(told, dict) else await told))
 
     return made()
 

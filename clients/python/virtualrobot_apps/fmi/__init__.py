@@ -1,0 +1,1 @@
+"""FMI: a controller that is a Functional Mock-up Unit (FMU), and a cell that is one."""
