@@ -43,6 +43,13 @@ solid:
       step: [0.12, 0, 0]
 """
 
+GAMEPAD = """() => {
+  const buttons = Array.from({ length: 17 }, () => ({ pressed: false, value: 0 }));
+  navigator.getGamepads = () => [{ id: "Xbox Wireless Controller", connected: true, mapping: "standard",
+                                    axes: [0, 0, 0, 0], buttons }];
+}"""
+"""A gamepad as the browser would tell it."""
+
 DRAWN = '.view .canvas[aria-busy="false"]'
 """The view when it shows all that there is."""
 
@@ -144,6 +151,15 @@ def _drive(client: virtualrobot.Client, page: Page) -> Locator:
     expect(page.locator("#driven")).to_contain_text("0.30 m/s", timeout=60_000.0)
     client.clock.set_stepped()
     return page.get_by_label("Drive", exact=True)
+
+
+def _devices(client: virtualrobot.Client, page: Page) -> Locator:
+    """Show what a gamepad means for an arm."""
+    page.evaluate(GAMEPAD)
+    page.get_by_role("button", name="Gamepad and space mouse").click()
+    panel = page.get_by_role("region", name="Gamepad and space mouse")
+    panel.get_by_text("Hold right_shoulder").wait_for()
+    return panel
 
 
 def _collisions(client: virtualrobot.Client, page: Page) -> None:
@@ -251,6 +267,7 @@ PICTURES: dict[str, Callable[[virtualrobot.Client, Page], Locator | None]] = {
     "trajectory": _trajectory,
     "traces": _traces,
     "drive": _drive,
+    "devices": _devices,
     "collisions": _collisions,
     "parts": _parts,
     "views": _views,

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import virtualrobot
 from playwright.sync_api import expect
+from virtualrobot.v1 import scene_pb2
 
 from tests.apps.console.browsing import PLAIN, browsers, needs_page, opened, row
 from tests.apps.console.consoles import Console
@@ -65,6 +66,24 @@ def test_a_person_adds_a_table_and_a_part(console: Console, stepped: Stubs, step
             until(
                 lambda: np.allclose(client.scene.pose("cylinder"), virtualrobot.pose(-0.35, 0.025, 0.8, yaw=np.pi / 2))
             )
+
+            # Its size and its colour are changed where they stand; a size that is none is refused in words.
+            figures = page.get_by_role("region", name="Figures")
+            figures.get_by_label("Length", exact=True).fill("250")
+            figures.get_by_label("Length", exact=True).press("Tab")
+            until(lambda: np.allclose(client.scene.bounds("cylinder")[1], [0.03, 0.03, 0.125]))
+            figures.get_by_label("Diameter").fill("0")
+            figures.get_by_label("Diameter").press("Enter")
+            expect(page.locator("#last")).to_contain_text("radius")
+            figures.get_by_label("Colour").fill("#00ff00")
+
+            def color() -> tuple[float, float, float]:
+                shown = stepped.scene.GetScene(scene_pb2.GetSceneRequest()).nodes
+                of = next(node for node in shown if node.name == "cylinder").figures[0].material.color
+                return of.red, of.green, of.blue
+
+            until(lambda: color() == (0.0, 1.0, 0.0))
+            np.testing.assert_allclose(client.scene.bounds("cylinder")[1], [0.03, 0.03, 0.125])
 
             # A command of a panel that isn't shown: the panel comes, and the command is done.
             page.keyboard.press("Control+k")

@@ -88,12 +88,27 @@ def test_it_begins_with_a_file(stepped: Stubs, stepped_kernel: KernelProcess, tm
         ("/connections/open", {"text": "- 1", "name": "x.yaml"}, "x.yaml:1: "),
         ("/connections/open", {"text": "#" * 1_000_001, "name": "x.yaml"}, "at most 1000000"),
         ("/connections/open", {"text": 5}, "'text' is a text, not 5"),
+        ("/mapping", {}, "a device is gamepad or space-mouse, not ''"),
+        ("/mapping", {"device": "gamepad", "text": "hold: x", "name": "a.yaml"}, "a.yaml: schema_version is None"),
+        ("/mapping", {"device": "gamepad", "text": "a: &a [1]\nb: [*a, *a]"}, "aliases (*name) are not read"),
+        ("/mapping", {"device": "space-mouse", "text": "[" * 9_999}, "mapping.yaml is not YAML"),
+        ("/mapping", {"device": "space-mouse", "text": "#" * 100_001}, "at most 100000"),
     ],
 )
 def test_what_is_wrong_is_told_in_words(console: Console, path: str, said: dict[str, object], words: str) -> None:
     refused = ask(console, path, said)
     assert 400 <= refused.status < 500, refused.body
     assert words in refused.json["message"]
+
+
+def test_a_mapping_is_told_as_the_command_line_reads_it(console: Console) -> None:
+    usual = ask(console, "/mapping", {"device": "space-mouse"}).json
+    assert (usual["hold"], usual["dead_zone"], usual["frame"], usual["jog"]) == ("left", 0.1, "base", {})
+    assert usual["tool"]["vx"] == {"axis": "y", "sign": -1.0, "buttons": ["", ""]}
+    mine = "{schema_version: 1, hold: a, jog: {2: [x, b]}}"
+    said = ask(console, "/mapping", {"device": "gamepad", "text": mine}).json
+    assert (said["hold"], said["dead_zone"]) == ("a", 0.15)
+    assert said["jog"] == {"2": {"axis": "", "sign": 1.0, "buttons": ["x", "b"]}}
 
 
 def test_what_is_no_object_is_refused(console: Console) -> None:

@@ -90,15 +90,25 @@ def read_mapping(file: Path = USUAL, device: Device = GAMEPAD) -> GamepadMapping
     Raises MissingFileError, or MalformedFileError with the field that is wrong.
     """
     try:
-        document = yaml.safe_load(file.read_text("utf-8"))
+        text = file.read_text("utf-8")
     except OSError as error:
         raise MissingFileError(f"there is no mapping {file}: {error.strerror}") from error
-    except (yaml.YAMLError, UnicodeDecodeError) as error:
+    except UnicodeDecodeError as error:
         raise MalformedFileError(f"{file} is not YAML: {error}", metadata={"file": str(file)}) from error
+    return mapping_of(text, str(file), device)
+
+
+def mapping_of(text: str, name: str, device: Device) -> GamepadMapping:
+    """Return the mapping of a text that is called `name`; raises MalformedFileError with the field that is wrong."""
     try:
-        return _mapping(document, device)
+        # What is named again and again may be endless when it is told.
+        if any(isinstance(event, yaml.AliasEvent) for event in yaml.parse(text, yaml.SafeLoader)):
+            raise ValueError("aliases (*name) are not read: write it out")
+        return _mapping(yaml.safe_load(text), device)
+    except (yaml.YAMLError, RecursionError) as error:
+        raise MalformedFileError(f"{name} is not YAML: {error}", metadata={"file": name}) from error
     except ValueError as error:
-        raise MalformedFileError(f"{file}: {error}", metadata={"file": str(file)}) from error
+        raise MalformedFileError(f"{name}: {error}", metadata={"file": name}) from error
 
 
 def _mapping(document: Any, device: Device) -> GamepadMapping:  # noqa: ANN401  whatever a file may hold

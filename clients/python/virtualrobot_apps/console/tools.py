@@ -1,4 +1,4 @@
-"""Tools of the page that are no calls of the contract: connections between signals, films, files of trajectories.
+"""Tools of the page that are no calls of the contract: connections between signals, films, trajectories, mappings.
 
 Each is a path of the console's own port, with JSON both ways. Whoever asks needs what the kernel would want, a token
 and a role, and what is done is done with that token.
@@ -9,12 +9,13 @@ from __future__ import annotations
 import asyncio
 import json
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
 from google.protobuf import json_format
 from virtualrobot import Client
+from virtualrobot.cli import gamepad_mapping
 from virtualrobot.errors import InvalidArgumentError, VirtualRobotError
 from virtualrobot.motions.moves import messages_of
 from virtualrobot.v1 import token_pb2
@@ -64,6 +65,7 @@ class PageTools:
             ("POST", "/connections/run"): (operator, lambda one: self._wiring.run(one.token)),
             ("POST", "/connections/pause"): (operator, lambda _: self._wiring.pause()),
             ("POST", "/trajectory"): (observer, self._trajectory),
+            ("POST", "/mapping"): (observer, _mapping),
             # Whoever may look may film, as the kernel has it.
             ("GET", "/films"): (observer, lambda _: self._films.state()),
             ("POST", "/films/start"): (observer, self._start_film),
@@ -150,6 +152,28 @@ class PageTools:
             move = robot.read_trajectory(asked.text("name") or "trajectory.csv", asked.text("text"))
         (message,) = messages_of([move])
         return json_format.MessageToDict(message.joint_trajectory)
+
+
+DEVICES = {
+    "gamepad": (gamepad_mapping.GAMEPAD, gamepad_mapping.USUAL),
+    "space-mouse": (gamepad_mapping.SPACE_MOUSE, gamepad_mapping.USUAL_SPACE_MOUSE),
+}
+"""Devices of pages, and the files of their usual mappings."""
+MOST_LETTERS = 100_000
+"""Most letters of a mapping that a page sends."""
+
+
+def _mapping(asked: _Asked) -> object:
+    """Return what a mapping says for a device: that of the text, or the usual one where there is none."""
+    if asked.text("device") not in DEVICES:
+        raise InvalidArgumentError(f"a device is {' or '.join(DEVICES)}, not {asked.text('device')!r}")
+    device, usual = DEVICES[asked.text("device")]
+    if "text" not in asked.said:
+        return asdict(gamepad_mapping.read_mapping(usual, device))
+    name = asked.text("name") or "mapping.yaml"
+    if len(asked.text("text")) > MOST_LETTERS:
+        raise InvalidArgumentError(f"{name} has {len(asked.text('text'))} letters, at most {MOST_LETTERS} are read")
+    return asdict(gamepad_mapping.mapping_of(asked.text("text"), name, device))
 
 
 async def _send_file(path: Path, send: Send) -> None:

@@ -8,8 +8,9 @@ import {
 import { yaml } from "../parts/yaml";
 import { attempt, say } from "./messages";
 import { teach } from "./orders";
+import { ground } from "./parts";
 import { motions } from "./services";
-import { chosen, hearers, states } from "./world";
+import { chosen, hearers, items, states } from "./world";
 
 export type Way = "pointToPoint" | "linear";
 
@@ -31,6 +32,7 @@ const RATE_HERTZ = 20;
 const SCHEMA_VERSION = 1;
 const STILL = 1e-5;
 const MOVED = 1e-3;
+const APPROACH_METERS = 0.1;
 const ROUND_BRACKETS = /[.[]/;
 
 export const lines = signal<readonly Line[]>([]);
@@ -61,6 +63,29 @@ export async function appendMove(way: Way): Promise<void> {
   if (!target) return;
   const goal = { reference: target };
   const move = way === "linear" ? { case: way, value: { goal } } : { case: way, value: { goal: { case: "pose" as const, value: goal } } };
+  append({ case: "move", value: { moves: [{ robot, speedFactor: taughtSpeed.peek(), move }] } });
+}
+
+/** Teaches a target where the chosen robot's tool is, and appends a pick or a place there, with lines to it and away. */
+export async function appendHandling(verb: "pickAt" | "placeAt"): Promise<void> {
+  const robot = chosen.peek(), { tool = "" } = states.peek().get(robot) ?? {};
+  const [open = "", holding = ""] = toolStatesOf(tool);
+  const target = await teach(robot);
+  if (!target) return;
+  const common = { robot, goal: { reference: target }, approachMeters: APPROACH_METERS, retreatMeters: APPROACH_METERS };
+  if (verb === "pickAt") append({ case: verb, value: { ...common, stateBefore: open, state: holding } });
+  else append({ case: verb, value: { ...common, state: open, parent: ground.peek() } });
+}
+
+/** Returns the states of a tool: the first is that in which it holds nothing. */
+export function toolStatesOf(tool: string): string[] {
+  const kind = items.peek().get(tool)?.node.kind;
+  return kind?.case === "tool" ? kind.value.states.map(({ name }) => name) : [];
+}
+
+/** Appends the way to a posture that the robot knows by name, such as home. */
+export function appendPosture(robot: string, posture: string): void {
+  const move = { case: "pointToPoint" as const, value: { goal: { case: "posture" as const, value: posture } } };
   append({ case: "move", value: { moves: [{ robot, speedFactor: taughtSpeed.peek(), move }] } });
 }
 

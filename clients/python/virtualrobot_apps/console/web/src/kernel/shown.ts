@@ -9,8 +9,10 @@ export type SignalsPart = "values" | "connections" | "timing";
 export const signalsPart = signal<SignalsPart>("values");
 
 /** Which panel is open over the view, if any. */
-export const opened = signal<"" | "speeds" | "films">("");
+export const opened = signal<"" | Panel>("");
 
-export function toggle(panel: "speeds" | "films"): void {
+export type Panel = "speeds" | "films" | "devices";
+
+export function toggle(panel: Panel): void {
   opened.value = opened.value === panel ? "" : panel;
 }

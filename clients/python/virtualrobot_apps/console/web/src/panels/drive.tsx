@@ -1,19 +1,16 @@
-// Driving of a craft, while a key, a button or the dead man's button of a gamepad is held.
-import { useSignal } from "@preact/signals";
+// Driving of a craft, while a key or a button is held.
 import { useEffect } from "preact/hooks";
 import type { GetRobotResponse, RobotState } from "../generated/virtualrobot/v1/robot_pb";
 import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
-import { hold, release, speedLimit, turnLimit, wanted, type Twist } from "../kernel/drive";
-import { drivePad, releasePad } from "../kernel/gamepad";
-import { Icon } from "../parts/icons";
+import { craftOf, speedLimit, turnLimit } from "../kernel/leads";
+import { hold, release, wanted, type Parts } from "../kernel/setpoints";
 import { HoldButton } from "./jog_button";
 
-const AHEAD: Twist = [1, 0, 0], BACK: Twist = [-1, 0, 0], LEFT: Twist = [0, 0, 1], RIGHT: Twist = [0, 0, -1];
-const KEYS: Record<string, Twist> = {
+const AHEAD = [1, 0, 0], BACK = [-1, 0, 0], LEFT = [0, 0, 1], RIGHT = [0, 0, -1];
+const KEYS: Record<string, Parts> = {
   KeyW: AHEAD, ArrowUp: AHEAD, KeyS: BACK, ArrowDown: BACK, KeyA: LEFT, ArrowLeft: LEFT, KeyD: RIGHT, ArrowRight: RIGHT,
   KeyQ: [0, 1, 0], KeyE: [0, -1, 0],
 };
-const PAD_MS = 50;
 
 interface Props {
   robot: string;
@@ -21,32 +18,20 @@ interface Props {
   state: RobotState;
 }
 
-/** Returns whether a robot drives by twists; what swims is told its thrusters instead. */
-export function isCraft({ robot }: GetRobotResponse): boolean {
-  return !!robot?.craft?.kinematics && !robot.craft.water;
-}
-
 export function Drive({ robot, about, state }: Props) {
-  const pad = useSignal("");
-  useEffect(() => {
-    const timer = setInterval(() => (pad.value = drivePad(robot)), PAD_MS);
-    return () => {
-      clearInterval(timer);
-      releasePad();
-      release();
-    };
-  }, [robot]);
+  useEffect(() => release, [robot]);
   const keyed = (event: KeyboardEvent) => {
     const parts = KEYS[event.code];
     if (!parts || event.ctrlKey || event.metaKey || event.altKey) return;
     event.preventDefault();
     if (event.type === "keyup") release(event.code);
-    else if (!event.repeat) hold(robot, event.code, parts);
+    else if (!event.repeat) hold(craftOf(robot), event.code, parts);
   };
-  const button = (label: string, icon: string, parts: Twist) => (
-    <HoldButton label={label} icon={icon} begin={() => hold(robot, label, parts)} end={() => release(label)} />
+  const button = (label: string, icon: string, parts: Parts) => (
+    <HoldButton label={label} icon={icon} begin={() => hold(craftOf(robot), label, parts)} end={() => release(label)} />
   );
   const [speed, turning] = speeds(about, state);
+  const [ahead, , turn] = wanted.value.length === 3 ? wanted.value : [0, 0, 0];
   return (
     <section aria-label="Drive">
       <h4>
@@ -62,11 +47,10 @@ export function Drive({ robot, about, state }: Props) {
         {button("Turn right", "rotate-cw", RIGHT)}
         <kbd>W A S D</kbd>
         {button("Back", "arrow-down", BACK)}
-        <span class="muted mono" id="wanted" title="Twist that is told">{wanted.value[0].toFixed(2)} {wanted.value[2].toFixed(2)}</span>
+        <span class="muted mono" id="wanted" title="Twist that is told: m/s ahead, rad/s to the left">{ahead.toFixed(2)} {turn.toFixed(2)}</span>
       </div>
       <Limit label="Greatest speed" unit="m/s" most={1.5} limit={speedLimit} />
       <Limit label="Greatest turn" unit="rad/s" most={2} limit={turnLimit} />
-      <p class="hint"><Icon name="gamepad-2" size={13} /> {pad.value ? `${pad.value}: hold the right shoulder button` : "No gamepad: press one of its buttons"}</p>
     </section>
   );
 }

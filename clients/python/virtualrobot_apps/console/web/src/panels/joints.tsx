@@ -4,12 +4,11 @@ import type { JointDescription, GetRobotResponse, RobotState } from "../generate
 import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
 import { goal } from "../kernel/goal";
 import { jogSpeed } from "../kernel/jog";
+import { MOVING, TURNING } from "../kernel/leads";
 import { NumberField } from "../parts/number_field";
 import { unitOf } from "../parts/numbers";
 import { JogButton } from "./jog_button";
 
-/** Greatest speeds of jogs: rad/s and m/s. */
-const TURNING = 0.8, SLIDING = 0.25;
 /** Range of the slider of a joint without limits, rad and m. */
 const TURN = Math.PI, SLIDE = 1;
 const NEAR = 0.04;
@@ -53,7 +52,7 @@ function Joint({ robot, joint: { name, type, limits }, number, position }: Joint
   const part = (value: number) => Math.max(0, Math.min(1, (value - lower) / (upper - lower || 1)));
   const at = part(position), zero = part(0);
   const wanted = goal.shown.value?.robot === robot ? goal.shown.value.jointPositions[name] : undefined;
-  const speed = Math.min(slides ? SLIDING : TURNING, limits?.velocity || Infinity) * jogSpeed.value;
+  const speed = Math.min(slides ? MOVING : TURNING, limits?.velocity || Infinity) * jogSpeed.value;
   const jog = (sign: number) => () => ({ robot, move: { case: "jointJog" as const, value: { joint: name, velocity: sign * speed } } });
   const want = (value: number) => goal.setJoint(robot, name, Math.max(lower, Math.min(upper, value)));
   const drag = (event: PointerEvent) => {

@@ -1,11 +1,13 @@
 // The pendant: joints, jogs of the tool centre point, where it is, tools, and where the robot shall go.
+import { isCraft } from "../kernel/devices";
 import { goal } from "../kernel/goal";
 import { jogSpeed } from "../kernel/jog";
 import { teach } from "../kernel/orders";
 import { chosen, leases, robotNames, robots, selected, states } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
-import { Drive, isCraft } from "./drive";
+import { DevicesButton, DevicesHeld } from "./devices";
+import { Drive } from "./drive";
 import { Joints } from "./joints";
 import { ToolJog } from "./tool_jog";
 import { Tools } from "./tools";
@@ -25,9 +27,11 @@ export function Pendant() {
             {robotNames.value.map((one) => <option key={one} value={one}>{one}</option>)}
           </select>
           <span class="select readonly" title="The tool that poses are of">{state.tool || "flange"}</span>
+          <DevicesButton />
         </div>
+        <DevicesHeld />
         {lease && <p class="hint warned"><Icon name="lock" size={13} /> {lease.owner} has leased it: others can't move it.</p>}
-        {isCraft(about) && <Drive robot={name} about={about} state={state} />}
+        {isCraft(name) && <Drive robot={name} about={about} state={state} />}
         <Joints robot={name} about={about} state={state} />
         <ToolJog robot={name} />
         <section>

@@ -5,9 +5,10 @@ import type { SignalValue } from "../generated/virtualrobot/v1/signal_pb";
 import { bring, download } from "../kernel/loader";
 import { ground } from "../kernel/parts";
 import * as program from "../kernel/program";
-import { cellSignals, chosen, items, selected, states } from "../kernel/world";
+import { cellSignals, chosen, items, robots, selected, states } from "../kernel/world";
 import { Choice } from "../parts/choice";
 import { Icon } from "../parts/icons";
+import { NodeField } from "../parts/node_field";
 import { NumberField } from "../parts/number_field";
 
 const DWELL_SECONDS = 1;
@@ -63,6 +64,9 @@ function Words({ number, step: { step } }: { number: number; step: ProgramStep }
           <span class="grow" />
         </>
       );
+    case "pickAt":
+    case "placeAt":
+      return <HandlingWords number={number} step={step} />;
     case "setSignal":
       return <SignalWords number={number} name={step.value.signal} value={step.value.value} verb="Set" />;
     case "waitSignal":
@@ -105,6 +109,35 @@ function MoveWords({ number, move: { robot, speedFactor, move } }: { number: num
       <button type="button" class="chip way" disabled={!goal} title="Joints together (PTP), or the tool in a straight line (LIN)" onClick={turn}>{isLine ? "LIN" : move.case === "pointToPoint" ? "PTP" : move.case}</button>
       <span class="muted grow cut">{robot}</span>
       <NumberField label="Speed" value={100 * (speedFactor || 1)} unit="%" decimals={0} write={(to) => edit((one) => (one.speedFactor = Math.min(1, Math.max(0.01, to / 100))))} />
+    </>
+  );
+}
+
+type Handling = Extract<ProgramStep["step"], { case: "pickAt" | "placeAt" }>;
+
+/** A pick or a place: where, of which part or on what, how long the lines there and away are, and how wide the tool is then, or its state. */
+function HandlingWords({ number, step }: { number: number; step: Handling }) {
+  const { robot, goal, approachMeters, state: toolState, widthMeters, part } = step.value;
+  const isPick = step.case === "pickAt";
+  const edit = (changed: (one: Handling["value"]) => void) => program.change(number, ({ step }) => (step.case === "pickAt" || step.case === "placeAt") && changed(step.value));
+  const now = states.value.get(robot), tool = now?.tool ?? "";
+  const options = program.toolStatesOf(tool).map((name) => [name, name] as const);
+  const width = now?.toolWidths[tool];
+  return (
+    <>
+      <Icon name={isPick ? "hand-grab" : "hand-helping"} size={14} color="var(--part)" />
+      <b class="what">{isPick ? "Pick" : "Place"}</b>
+      <button type="button" class="link" title="Select the target" onClick={() => goal?.reference && (selected.value = goal.reference)}>{goal?.reference}</button>
+      {step.case === "placeAt"
+        ? <NodeField label="What it is placed on" name="on" value={step.value.parent || "world"} choose={(name) => edit((one) => Object.assign(one, { parent: name }))} />
+        : <NodeField label="Part that is picked" value={part} placeholder="the nearest part" choose={(name) => edit((one) => (one.part = name))} />}
+      {widthMeters === undefined && <Choice label={`State of ${tool || "the tool"} then`} options={options} chosen={toolState} choose={(to) => edit((one) => (one.state = to))} />}
+      {width !== undefined && (
+        <NumberField label="Width to which the tool is opened or closed then" name="↔" value={1000 * (widthMeters ?? width)} unit="mm" decimals={1}
+          write={(to) => edit((one) => Object.assign(one, { widthMeters: Math.max(0, to / 1000), state: "" }))} />
+      )}
+      <NumberField label="Length of the lines there and away" name="↕" value={1000 * approachMeters} unit="mm" decimals={0}
+        write={(to) => edit((one) => (one.approachMeters = one.retreatMeters = Math.max(0, to / 1000)))} />
     </>
   );
 }
@@ -162,13 +195,16 @@ function Bar() {
   );
 }
 
-/** Adds what is no move: a wait, a tool's state, a signal. */
+/** Adds what is more than a way to here: picks, places, postures, a wait, a tool's state, a signal. */
 function Add() {
   const robot = chosen.value;
   const tools = Object.entries(states.value.get(robot)?.toolStates ?? {});
+  const postures = robots.value.get(robot)?.robot?.postures ?? [];
   const add = (what: string) => {
     const [kind, name] = [what.slice(0, what.indexOf(" ")), what.slice(what.indexOf(" ") + 1)];
     const value = cellSignals.peek().get(name)?.value;
+    if (kind === "pickAt" || kind === "placeAt") void program.appendHandling(kind);
+    if (kind === "posture") program.appendPosture(robot, name);
     if (kind === "dwell") program.append({ case: "dwell", value: { seconds: DWELL_SECONDS } });
     if (kind === "tool") program.appendTool(robot, name, tools.find(([tool]) => tool === name)?.[1] ?? "");
     if (kind === "pick") program.append({ case: "pick", value: { robot } });
@@ -182,6 +218,9 @@ function Add() {
       event.currentTarget.value = "";
     }}>
       <option value="">Add …</option>
+      {states.value.get(robot)?.tool && <option value="pickAt ">Pick here, with approach</option>}
+      {states.value.get(robot)?.tool && <option value="placeAt ">{`Place here on ${ground.value}, with approach`}</option>}
+      {postures.map(({ name }) => <option key={name} value={`posture ${name}`}>{`Go to ${name}`}</option>)}
       <option value="dwell ">Wait for a time</option>
       {tools.map(([tool]) => <option key={tool} value={`tool ${tool}`}>{`Tool: ${tool}`}</option>)}
       {tools.length > 0 && <option value="pick ">Pick the nearest part</option>}

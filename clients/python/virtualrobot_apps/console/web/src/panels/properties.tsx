@@ -1,12 +1,12 @@
 // Properties of what is selected: common ones, and those of its kind as the contract's descriptors tell them.
-import { attach, place, rename, setHidden } from "../kernel/orders";
+import { attach, place, rename, run, setHidden } from "../kernel/orders";
 import { items, moves, robots, selected, states, type Item } from "../kernel/world";
 import { Icon, KindIcon } from "../parts/icons";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
 import { poseOf } from "../view/poses";
+import { Figures } from "./figures";
 import { KindFields } from "./kind_fields";
 import { viewport } from "./view";
-import { run } from "../kernel/orders";
 
 export function Properties() {
   const item = items.value.get(selected.value);
@@ -124,27 +124,6 @@ function Robot({ name }: { name: string }) {
           ))}
         </div>
       )}
-    </section>
-  );
-}
-
-function Figures({ item: { node } }: { item: Item }) {
-  if (node.figures.length === 0) return null;
-  return (
-    <section>
-      <h4>Figures <span class="badge">{node.figures.length}</span></h4>
-      {node.figures.slice(0, 12).map(({ geometry, material, toolState }, place) => {
-        const color = material?.color;
-        const parts = color && [color.red, color.green, color.blue].map((part) => Math.round(255 * part));
-        return (
-          <div key={place} class="entry">
-            <Icon name="box" size={14} color="var(--muted)" />
-            <span class="grow">{geometry.case === "mesh" ? geometry.value.uri.split("/").at(-1) : geometry.case}</span>
-            {toolState && <span class="muted">{toolState}</span>}
-            {parts && <span class="swatch" style={{ background: `rgb(${parts.join(",")})` }} />}
-          </div>
-        );
-      })}
     </section>
   );
 }

@@ -14,6 +14,7 @@ import { inToolAxes, tool, type Tool } from "../view/gizmo";
 import { loading } from "../view/meshes";
 import { Viewport } from "../view/viewport";
 import { CameraInset } from "./camera_inset";
+import { Devices } from "./devices";
 import { Films } from "./films";
 import { Loading } from "./loading";
 import { Placing } from "./placing";
@@ -42,6 +43,7 @@ export function View() {
       <Placing />
       <Speeds />
       <Films />
+      <Devices />
       <Loading />
       <Question />
       <Stopped />
