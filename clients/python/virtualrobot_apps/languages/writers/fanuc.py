@@ -11,16 +11,12 @@ from __future__ import annotations
 import numpy as np
 
 from virtualrobot_apps.languages.writers.statements import (
-    Comment,
-    Dwell,
     Floats,
     Line,
     Move,
     PointToPoint,
     RobotProgram,
     SetSignal,
-    Statement,
-    UseTool,
     Value,
     WaitSignal,
     Zone,
@@ -34,6 +30,7 @@ from virtualrobot_apps.languages.writers.words import (
     six_joints,
     zyx_degrees,
 )
+from virtualrobot_apps.languages.writers.writer import Writer
 
 ADDRESS = r"(DO|DI|RO|RI|AO|AI|GO|GI|F)\[\d{1,4}\]"
 EXAMPLE = "DO[1]"
@@ -52,9 +49,8 @@ def write(program: RobotProgram, language: Language) -> str:
     six_joints(program, "TP")
     where = addresses(program, language, ADDRESS, EXAMPLE)
     (name,) = names_for([program.name], LONGEST).values()
-    writer = _Writer(program, where, language.coupling)
-    lines = [*writer.tools(), "UFRAME_NUM=0"]
-    lines += [line for at, statement in program.statements for line in writer.lines(at, statement)]
+    writer = _Tp(program, where, language.coupling)
+    lines = [*writer.tools(), "UFRAME_NUM=0", *writer.body()]
     if writer.times_out:
         lines += ["END", f"LBL[{TIMEOUT_LABEL}]", "UALM[1]"]
     numbered = [f"{place:4d}:{_padded(line)} ;" for place, line in enumerate(lines, 1)]
@@ -63,9 +59,10 @@ def write(program: RobotProgram, language: Language) -> str:
     return "\n".join([*head, "/MN", *numbered, "/POS", *positions, "/END", ""])
 
 
-class _Writer:
-    def __init__(self, program: RobotProgram, where: dict[str, str], coupling: float) -> None:
-        self._program, self._where, self._coupling = program, where, coupling
+class _Tp(Writer):
+    def __init__(self, program: RobotProgram, signals: dict[str, str], coupling: float) -> None:
+        super().__init__(program, signals)
+        self._coupling = coupling
         self._numbers = {tool: place for place, tool in enumerate(program.tools, 1)}
         self.positions: list[tuple[float, ...]] = []
         self.times_out = False
@@ -74,39 +71,37 @@ class _Writer:
         """Return the lines that set the tools."""
         found = []
         for tool, place in self._numbers.items():
-            x, y, z = (1000.0 * np.asarray(self._program.tools[tool])[:3, 3]).tolist()
-            r, p, w = zyx_degrees(self._program.tools[tool])
+            x, y, z = (1000.0 * np.asarray(self.program.tools[tool])[:3, 3]).tolist()
+            r, p, w = zyx_degrees(self.program.tools[tool])
             found.append(f"!tool {place}: {(tool or 'the flange')[:20]}")
             found.append(f"PR[{place}]=LPOS-LPOS")
             found += [f"PR[{place},{axis}]={number(one)}" for axis, one in enumerate((x, y, z, w, p, r), 1)]
             found.append(f"UTOOL[{place}]=PR[{place}]")
         return found
 
-    def lines(self, at: str, statement: Statement) -> list[str]:
-        """Return the lines of a statement, without their numbers."""
-        if isinstance(statement, UseTool):
-            return [f"UTOOL_NUM={self._numbers[statement.tool]}"]
-        if isinstance(statement, Comment):
-            return [f"!{statement.text[:32]}"]
-        if isinstance(statement, Dwell):
-            return [f"WAIT {number(statement.seconds)}(sec)"]
-        if isinstance(statement, SetSignal):
-            return [f"{self._where[statement.signal]}={self._value(at, statement.signal, statement.value)}"]
-        if isinstance(statement, WaitSignal):
-            return self._wait(at, statement)
-        return [self._move(at, statement)]
+    def use(self, tool: str) -> list[str]:
+        return [f"UTOOL_NUM={self._numbers[tool]}"]
 
-    def _move(self, at: str, move: Move) -> str:
+    def comment(self, text: str) -> str:
+        return f"!{text[:32]}"
+
+    def dwell(self, seconds: float) -> str:
+        return f"WAIT {number(seconds)}(sec)"
+
+    def set(self, at: str, setting: SetSignal) -> str:
+        return f"{self.signals[setting.signal]}={self._value(at, setting.signal, setting.value)}"
+
+    def move(self, at: str, move: Move) -> list[str]:
         if isinstance(move, PointToPoint):
             percent = 100.0 * move.share
             if percent < 1.0:
                 raise said(at, f"a joint move at {number(percent)}% of the speed, less than 1%,", "TP")
-            return f"J {self._place(move.goal.joints)} {number(percent, 6)}% {_corner(move.zone, True)}"
+            return [f"J {self._place(move.goal.joints)} {number(percent, 6)}% {_corner(move.zone, True)}"]
         speed = f"{number(1000.0 * move.speed)}mm/sec"
         if isinstance(move, Line):
-            return f"L {self._place(move.goal.joints)} {speed} {_corner(move.zone, False)}"
+            return [f"L {self._place(move.goal.joints)} {speed} {_corner(move.zone, False)}"]
         via = self._place(move.via.joints)
-        return f"C {via}\n    :  {self._place(move.goal.joints)} {speed} {_corner(move.zone, False)}"
+        return [f"C {via}\n    :  {self._place(move.goal.joints)} {speed} {_corner(move.zone, False)}"]
 
     def _place(self, joints: Floats) -> str:
         degrees = np.degrees(joints)
@@ -116,18 +111,18 @@ class _Writer:
             self.positions.append(told)
         return f"P[{self.positions.index(told) + 1}]"
 
-    def _wait(self, at: str, wait: WaitSignal) -> list[str]:
+    def wait(self, at: str, wait: WaitSignal) -> list[str]:
         value = self._value(at, wait.signal, wait.value)
-        line = f"WAIT {self._where[wait.signal]}{_COMPARISONS.get(wait.comparison, wait.comparison)}{value}"
+        line = f"WAIT {self.signals[wait.signal]}{_COMPARISONS.get(wait.comparison, wait.comparison)}{value}"
         if wait.seconds is None:
             return [line]
         self.times_out = True
         return [f"$WAITTMOUT={number(round(100.0 * wait.seconds))}", f"{line} TIMEOUT,LBL[{TIMEOUT_LABEL}]"]
 
     def _value(self, at: str, signal: str, value: Value) -> str:
-        of_bits = self._where[signal][0] not in "AG"
+        of_bits = self.signals[signal][0] not in "AG"
         if isinstance(value, bool) != of_bits:
-            raise said(at, f"{value!r} as a value of {self._where[signal]}", "TP")
+            raise said(at, f"{value!r} as a value of {self.signals[signal]}", "TP")
         return ("ON" if value else "OFF") if of_bits else number(value)
 
 

@@ -12,16 +12,13 @@ from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 
 from virtualrobot_apps.languages.writers.statements import (
-    Comment,
-    Dwell,
+    Floats,
     Goal,
     Line,
     Move,
     PointToPoint,
     RobotProgram,
     SetSignal,
-    Statement,
-    UseTool,
     Value,
     WaitSignal,
 )
@@ -34,6 +31,7 @@ from virtualrobot_apps.languages.writers.words import (
     six_joints,
     zyx_degrees,
 )
+from virtualrobot_apps.languages.writers.writer import Writer
 
 ADDRESS = r"\$(OUT|IN|ANOUT|ANIN)\[\d{1,4}\]"
 EXAMPLE = "$OUT[1]"
@@ -54,33 +52,28 @@ def write(program: RobotProgram, language: Language) -> str:
     if signs.shape != (6,) or not np.isin(signs, (-1.0, 1.0)).all():
         raise InvalidArgumentError("the signs are six numbers, each 1 or -1, as 1,1,1,1,1,1")
     (name,) = names_for([program.name], LONGEST).values()
-    writer = _Writer(program, where, signs)
-    body = [f"  {line}" for at, statement in program.statements for line in writer.lines(at, statement)]
     head = ["&ACCESS RVP", f"DEF {name}( )", "  BAS (#INITMOV, 0)", "  $BASE = {X 0, Y 0, Z 0, A 0, B 0, C 0}"]
-    return "\n".join([*head, *body, "END", ""])
+    return "\n".join([*head, *_Krl(program, where, signs).body("  "), "END", ""])
 
 
-class _Writer:
-    def __init__(self, program: RobotProgram, where: dict[str, str], signs: np.ndarray) -> None:
-        self._program, self._where, self._signs = program, where, signs
-        self._set: dict[str, str] = {}
-        self._frame = ""
+class _Krl(Writer):
+    def __init__(self, program: RobotProgram, signals: dict[str, str], signs: Floats) -> None:
+        super().__init__(program, signals)
+        self._signs, self._set, self._frame = signs, dict[str, str](), ""
 
-    def lines(self, at: str, statement: Statement) -> list[str]:
-        """Return the lines of a statement."""
-        if isinstance(statement, UseTool):
-            return [f"$TOOL = {{{_frame(self._program.tools[statement.tool])}}}"]
-        if isinstance(statement, Comment):
-            return [f"; {statement.text}"]
-        if isinstance(statement, Dwell):
-            return [f"WAIT SEC {number(statement.seconds)}"]
-        if isinstance(statement, SetSignal):
-            return [f"{self._where[statement.signal]} = {self._value(at, statement.signal, statement.value)}"]
-        if isinstance(statement, WaitSignal):
-            return self._wait(at, statement)
-        return self._move(statement)
+    def use(self, tool: str) -> list[str]:
+        return [f"$TOOL = {{{_frame(self.program.tools[tool])}}}"]
 
-    def _move(self, move: Move) -> list[str]:
+    def comment(self, text: str) -> str:
+        return f"; {text}"
+
+    def dwell(self, seconds: float) -> str:
+        return f"WAIT SEC {number(seconds)}"
+
+    def set(self, at: str, setting: SetSignal) -> str:
+        return f"{self.signals[setting.signal]} = {self._value(at, setting.signal, setting.value)}"
+
+    def move(self, at: str, move: Move) -> list[str]:
         if isinstance(move, PointToPoint):
             lines = self._changed("ptp", f"BAS (#VEL_PTP, {number(100.0 * move.share, 6)})")
             if move.zone is not None:
@@ -94,7 +87,7 @@ class _Writer:
             lines += self._changed("cdis", f"$APO.CDIS = {number(1000.0 * move.zone.meters)}")
         if move.goal.frame != self._frame:
             self._frame = move.goal.frame
-            lines.append(f"$BASE = {{{_frame(self._program.frames[self._frame])}}}")
+            lines.append(f"$BASE = {{{_frame(self.program.frames[self._frame])}}}")
         ends = f"{_goal(move.goal)}{' C_DIS' if move.zone is not None else ''}"
         if isinstance(move, Line):
             return [*lines, f"LIN {ends}"]
@@ -107,8 +100,8 @@ class _Writer:
         self._set[what] = line
         return [line]
 
-    def _wait(self, at: str, wait: WaitSignal) -> list[str]:
-        address, value = self._where[wait.signal], self._value(at, wait.signal, wait.value)
+    def wait(self, at: str, wait: WaitSignal) -> list[str]:
+        address, value = self.signals[wait.signal], self._value(at, wait.signal, wait.value)
         condition = f"{address} {_COMPARISONS.get(wait.comparison, wait.comparison)} {value}"
         if wait.seconds is None:
             return [f"WAIT FOR {condition}"]
@@ -122,9 +115,9 @@ class _Writer:
         ]
 
     def _value(self, at: str, signal: str, value: Value) -> str:
-        analog = "$AN" in self._where[signal]
+        analog = "$AN" in self.signals[signal]
         if isinstance(value, bool) == analog:
-            raise said(at, f"{value!r} as a value of {self._where[signal]}", "KRL")
+            raise said(at, f"{value!r} as a value of {self.signals[signal]}", "KRL")
         return number(value) if analog else str(value).upper()
 
 

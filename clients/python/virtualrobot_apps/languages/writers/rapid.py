@@ -10,21 +10,18 @@ from virtualrobot.geometry import Matrix, quaternion_of
 from virtualrobot_apps.languages.rapid.configuration import confdata
 from virtualrobot_apps.languages.rapid.predefined import SPEEDS, ZONES
 from virtualrobot_apps.languages.writers.statements import (
-    Comment,
-    Dwell,
     Goal,
     Line,
     Move,
     PointToPoint,
     RobotProgram,
     SetSignal,
-    Statement,
-    UseTool,
     Value,
     WaitSignal,
     Zone,
 )
 from virtualrobot_apps.languages.writers.words import Language, names_for, number, six_joints
+from virtualrobot_apps.languages.writers.writer import Writer
 
 LONGEST = 32
 """Most characters of a name in RAPID."""
@@ -42,36 +39,36 @@ def write(program: RobotProgram, language: Language) -> str:
 
     Raises InvalidArgumentError for what RAPID can't tell.
     """
-    return _Writer(program, language).text()
+    six_joints(program, "RAPID")
+    return _Rapid(program, language).text()
 
 
-class _Writer:
+class _Rapid(Writer):
     def __init__(self, program: RobotProgram, language: Language) -> None:
-        six_joints(program, "RAPID")
-        self._program, self._signals = program, language.signals
         named = [name for name in (*program.tools, *(f"in {one}" for one in program.frames)) if name not in ("", "in ")]
         self._names = names_for(named, LONGEST, TAKEN)
         signals = [one.signal for _, one in program.statements if isinstance(one, SetSignal | WaitSignal)]
-        self._addresses = names_for(dict.fromkeys(signals), LONGEST, (*TAKEN, *self._names.values()))
+        known = names_for(dict.fromkeys(signals), LONGEST, (*TAKEN, *self._names.values()))
+        super().__init__(program, {**known, **language.signals})
         self._outputs = {one.signal for _, one in program.statements if isinstance(one, SetSignal)}
         self._tool, self._acceleration = "tool0", math.inf
 
     def text(self) -> str:
         """Return the module."""
-        body = [line for _, statement in self._program.statements for line in self._lines(statement)]
+        body = self.body("    ")
         tools = [
             f"  TASK PERS tooldata {self._names[name]} := [TRUE, {_pose(pose)}, {NO_LOAD}];"
-            for name, pose in self._program.tools.items()
+            for name, pose in self.program.tools.items()
             if name
         ]
         frames = [
             f'  TASK PERS wobjdata {self._names[f"in {name}"]} := [FALSE, TRUE, "", {_pose(pose)}, '
             "[[0, 0, 0], [1, 0, 0, 0]]];"
-            for name, pose in self._program.frames.items()
+            for name, pose in self.program.frames.items()
             if name
         ]
         warning = ["  ! The loads of the tools are not known here: measure them by LoadIdentify."] if tools else []
-        (module,) = names_for([self._program.name], LONGEST, TAKEN).values()
+        (module,) = names_for([self.program.name], LONGEST, TAKEN).values()
         lines = [
             f"MODULE {module}",
             *warning,
@@ -86,41 +83,39 @@ class _Writer:
         ]
         return "\n".join(lines)
 
-    def _lines(self, statement: Statement) -> list[str]:
-        """Return the lines of a statement."""
-        if isinstance(statement, UseTool):
-            self._tool = self._names[statement.tool] if statement.tool else "tool0"
-            return []
-        if isinstance(statement, Comment):
-            return [f"    ! {statement.text}"]
-        if isinstance(statement, Dwell):
-            return [f"    WaitTime \\InPos, {number(statement.seconds)};"]
-        if isinstance(statement, SetSignal):
-            return [f"    {_setting(statement.value)} {self._signal(statement.signal)}, {_number(statement.value)};"]
-        if isinstance(statement, WaitSignal):
-            return [self._wait(statement)]
-        lines = []
-        if not isinstance(statement, PointToPoint) and statement.acceleration != self._acceleration:
-            self._acceleration = statement.acceleration
-            most = number(statement.acceleration)
-            lines.append(f"    PathAccLim TRUE \\AccMax:={most}, TRUE \\DecelMax:={most};")
-        return [*lines, f"    {self._move(statement)};"]
+    def use(self, tool: str) -> list[str]:
+        self._tool = self._names[tool] if tool else "tool0"
+        return []
 
-    def _signal(self, name: str) -> str:
-        return self._signals.get(name, self._addresses[name])
+    def comment(self, text: str) -> str:
+        return f"! {text}"
 
-    def _wait(self, wait: WaitSignal) -> str:
-        signal, value, most = self._signal(wait.signal), _number(wait.value), ""
+    def dwell(self, seconds: float) -> str:
+        return f"WaitTime \\InPos, {number(seconds)};"
+
+    def set(self, at: str, setting: SetSignal) -> str:
+        return f"{_setting(setting.value)} {self.signals[setting.signal]}, {number(setting.value)};"
+
+    def wait(self, at: str, wait: WaitSignal) -> list[str]:
+        signal, value, most = self.signals[wait.signal], number(wait.value), ""
         if wait.seconds is not None:
             most = f" \\MaxTime:={number(wait.seconds)}"
         if isinstance(wait.value, bool):
-            wanted = number(float(wait.value == (wait.comparison == "==")))
-            return f"    {'WaitDO' if wait.signal in self._outputs else 'WaitDI'} {signal}, {wanted}{most};"
+            wanted = number(wait.value == (wait.comparison == "=="))
+            return [f"{'WaitDO' if wait.signal in self._outputs else 'WaitDI'} {signal}, {wanted}{most};"]
         how = _SWITCHES.get(wait.comparison)
         if how is not None and (isinstance(wait.value, int) or wait.comparison in "<>"):
-            return f"    Wait{'GI' if isinstance(wait.value, int) else 'AI'} {signal}, {how}{value}{most};"
+            return [f"Wait{'GI' if isinstance(wait.value, int) else 'AI'} {signal}, {how}{value}{most};"]
         comparison = _COMPARISONS.get(wait.comparison, wait.comparison)
-        return f"    WaitUntil \\InPos, {signal} {comparison} {value}{most};"
+        return [f"WaitUntil \\InPos, {signal} {comparison} {value}{most};"]
+
+    def move(self, at: str, move: Move) -> list[str]:
+        lines = []
+        if not isinstance(move, PointToPoint) and move.acceleration != self._acceleration:
+            self._acceleration = move.acceleration
+            most = number(move.acceleration)
+            lines.append(f"PathAccLim TRUE \\AccMax:={most}, TRUE \\DecelMax:={most};")
+        return [*lines, f"{self._move(move)};"]
 
     def _move(self, move: Move) -> str:
         frame = move.goal.frame
@@ -192,7 +187,3 @@ def _zone(zone: Zone | None) -> str:
 
 def _setting(value: Value) -> str:
     return "SetDO" if isinstance(value, bool) else "SetGO" if isinstance(value, int) else "SetAO"
-
-
-def _number(value: Value) -> str:
-    return number(float(value))

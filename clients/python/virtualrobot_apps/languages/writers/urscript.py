@@ -8,20 +8,17 @@ import numpy as np
 from virtualrobot.geometry import Matrix
 
 from virtualrobot_apps.languages.writers.statements import (
-    Comment,
-    Dwell,
     Goal,
     Line,
     Move,
     PointToPoint,
     RobotProgram,
     SetSignal,
-    Statement,
-    UseTool,
     WaitSignal,
     Zone,
 )
 from virtualrobot_apps.languages.writers.words import Language, addresses, names_for, number, said, six_joints
+from virtualrobot_apps.languages.writers.writer import Writer
 
 ADDRESS = r"(standard|configurable|tool)_(in|out)\[[0-7]\]"
 EXAMPLE = "standard_out[0]"
@@ -38,65 +35,68 @@ def write(program: RobotProgram, language: Language) -> str:
     frames = names_for((f"frame {one}" for one in program.frames if one), 60, TAKEN)
     (name,) = names_for([program.name], 60, (*TAKEN, *frames.values())).values()
     places = [f"  {frames[f'frame {one}']} = {_pose(pose)}" for one, pose in program.frames.items() if one]
-    body = [
-        f"  {line}" for at, statement in program.statements for line in _lines(at, statement, program, where, frames)
-    ]
+    body = _Script(program, where, frames).body("  ")
     return "\n".join([f"def {name}():", *places, *body, "end", f"{name}()", ""])
 
 
-def _lines(
-    at: str, statement: Statement, program: RobotProgram, where: dict[str, str], frames: dict[str, str]
-) -> list[str]:
-    """Return the lines of a statement."""
-    if isinstance(statement, UseTool):
-        return [f"set_tcp({_pose(program.tools[statement.tool])})"]
-    if isinstance(statement, Comment):
-        return [f"# {statement.text}"]
-    if isinstance(statement, Dwell):
-        return [f"sleep({number(statement.seconds)})"]
-    if isinstance(statement, SetSignal):
-        kind, way, bit = _parts(where[statement.signal])
+class _Script(Writer):
+    def __init__(self, program: RobotProgram, signals: dict[str, str], frames: dict[str, str]) -> None:
+        super().__init__(program, signals)
+        self._frames = frames
+
+    def use(self, tool: str) -> list[str]:
+        return [f"set_tcp({_pose(self.program.tools[tool])})"]
+
+    def comment(self, text: str) -> str:
+        return f"# {text}"
+
+    def dwell(self, seconds: float) -> str:
+        return f"sleep({number(seconds)})"
+
+    def set(self, at: str, setting: SetSignal) -> str:
+        kind, way, bit = _parts(self.signals[setting.signal])
         if way != "out":
-            raise said(at, f"an input that is set, {statement.signal!r},", "URScript")
-        return [f"set_{kind}_digital_out({bit}, {_bool(at, statement.value)})"]
-    if isinstance(statement, WaitSignal):
-        return _wait(at, statement, where[statement.signal])
-    return [_move(statement, frames)]
+            raise said(at, f"an input that is set, {setting.signal!r},", "URScript")
+        return f"set_{kind}_digital_out({bit}, {_bool(at, setting.value)})"
 
+    def move(self, at: str, move: Move) -> list[str]:
+        ends = _radius(move.zone)
+        if isinstance(move, PointToPoint):
+            joints = ", ".join(_angle(one) for one in move.goal.joints.tolist())
+            acceleration, velocity = number(move.acceleration), number(move.leading)
+            return [f"movej([{joints}], a={acceleration}, v={velocity}{ends})"]
+        goal = self._place(move.goal)
+        speeds = f"a={number(move.acceleration)}, v={number(move.speed)}{ends}"
+        if isinstance(move, Line):
+            return [f"movel({goal}, {speeds})"]
+        return [f"movec({self._place(move.via)}, {goal}, {speeds}, mode=0)"]
 
-def _move(move: Move, frames: dict[str, str]) -> str:
-    ends = _radius(move.zone)
-    if isinstance(move, PointToPoint):
-        joints = ", ".join(_angle(one) for one in move.goal.joints.tolist())
-        acceleration, velocity = number(move.acceleration), number(move.leading)
-        return f"movej([{joints}], a={acceleration}, v={velocity}{ends})"
-    goal = _place(move.goal, frames)
-    speeds = f"a={number(move.acceleration)}, v={number(move.speed)}{ends}"
-    if isinstance(move, Line):
-        return f"movel({goal}, {speeds})"
-    return f"movec({_place(move.via, frames)}, {goal}, {speeds}, mode=0)"
+    def _place(self, goal: Goal) -> str:
+        assert goal.frame_t_tcp is not None
+        pose = _pose(goal.frame_t_tcp)
+        return f"pose_trans({self._frames[f'frame {goal.frame}']}, {pose})" if goal.frame else pose
 
-
-def _wait(at: str, wait: WaitSignal, address: str) -> list[str]:
-    kind, way, bit = _parts(address)
-    if wait.comparison not in ("==", "!="):
-        raise said(at, f"a digital signal that is {wait.comparison} a number", "URScript")
-    read = f"get_{kind}_digital_{way}({bit})"
-    wanted = _bool(at, wait.value) == ("True" if wait.comparison == "==" else "False")
-    waiting = f"not {read}" if wanted else read
-    if wait.seconds is None:
-        return [f"while {waiting}:", "  sync()", "end"]
-    return [
-        "waited = 0.0",
-        f"while {waiting}:",
-        f"  if waited >= {number(wait.seconds)}:",
-        f'    popup("{address} did not come within {number(wait.seconds)} s", title="program", error=True)',
-        "    halt",
-        "  end",
-        "  sync()",
-        "  waited = waited + get_steptime()",
-        "end",
-    ]
+    def wait(self, at: str, wait: WaitSignal) -> list[str]:
+        address = self.signals[wait.signal]
+        kind, way, bit = _parts(address)
+        if wait.comparison not in ("==", "!="):
+            raise said(at, f"a digital signal that is {wait.comparison} a number", "URScript")
+        read = f"get_{kind}_digital_{way}({bit})"
+        wanted = _bool(at, wait.value) == ("True" if wait.comparison == "==" else "False")
+        waiting = f"not {read}" if wanted else read
+        if wait.seconds is None:
+            return [f"while {waiting}:", "  sync()", "end"]
+        return [
+            "waited = 0.0",
+            f"while {waiting}:",
+            f"  if waited >= {number(wait.seconds)}:",
+            f'    popup("{address} did not come within {number(wait.seconds)} s", title="program", error=True)',
+            "    halt",
+            "  end",
+            "  sync()",
+            "  waited = waited + get_steptime()",
+            "end",
+        ]
 
 
 def _parts(address: str) -> tuple[str, str, str]:
@@ -109,12 +109,6 @@ def _bool(at: str, value: object) -> str:
     if not isinstance(value, bool):
         raise said(at, f"a digital signal of {value!r}", "URScript")
     return str(value)
-
-
-def _place(goal: Goal, frames: dict[str, str]) -> str:
-    assert goal.frame_t_tcp is not None
-    pose = _pose(goal.frame_t_tcp)
-    return f"pose_trans({frames[f'frame {goal.frame}']}, {pose})" if goal.frame else pose
 
 
 def _radius(zone: Zone | None) -> str:
