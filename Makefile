@@ -118,6 +118,7 @@ stubs: $(VENV)/bin/python
 	@$(BIN)/python tools/generate_rapid.py
 	@$(BIN)/python tools/generate_rapl.py
 	@$(BIN)/python tools/generate_urscript.py
+	@$(BIN)/python tools/generate_abb.py
 	@$(BIN)/python tools/generate_aio.py
 
 constraints: $(VENV)/bin/python

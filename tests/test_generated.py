@@ -56,7 +56,12 @@ def test_table_of_functions_is_fresh(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("tool", "page"),
-    [("rapid", "rapid-instructions.md"), ("rapl", "rapl-commands.md"), ("urscript", "urscript-functions.md")],
+    [
+        ("rapid", "rapid-instructions.md"),
+        ("rapl", "rapl-commands.md"),
+        ("urscript", "urscript-functions.md"),
+        ("abb", "abb-resources.md"),
+    ],
 )
 def test_tables_of_languages_are_fresh(tool: str, page: str, tmp_path: Path) -> None:
     file = tmp_path / page

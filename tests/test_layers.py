@@ -88,6 +88,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/new/cells": ("virtualrobot", "numpy", "pytest", "program"),
     # Messages of a foreign protocol, made from a table.
     f"{APPS}/emulators/egm": ("virtualrobot_apps.emulators", "virtualrobot", "numpy", "click", "google.protobuf"),
+    # The emulated ABB controller serves HTTP.
+    f"{APPS}/emulators/abb/server.py": ("virtualrobot_apps", "virtualrobot", "uvicorn"),
     # So is a plugin, which its author goes on with.
     f"{APPS}/new/drivers": ("virtualrobot_sdk", "numpy", "serial", "pytest", "board"),
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from virtualrobot_apps.emulators.abb.command import abb
 from virtualrobot_apps.emulators.egm.command import egm
 from virtualrobot_apps.emulators.ur.command import ur
 
@@ -16,5 +17,6 @@ def emulate() -> None:
     """
 
 
+emulate.add_command(abb)
 emulate.add_command(egm)
 emulate.add_command(ur)

@@ -122,19 +122,28 @@ class Cell:
 
     # The run.
 
-    def run(self, routine: str = "main", static: Sequence[RapidTask] = ()) -> None:
+    def run(
+        self,
+        routine: str = "main",
+        static: Sequence[RapidTask] = (),
+        *,
+        forever: bool = False,
+        idle: Sequence[RapidTask] = (),
+    ) -> None:
         """Run all tasks side by side until they have ended; `static` ones make round after round, and are stopped then.
 
-        The error of one stops all others, and is raised when all have ended; so does Ctrl-C.
+        All do so where they shall run `forever`, and `idle` ones don't run. The error of one stops all others, and is
+        raised when all have ended; so does Ctrl-C.
         """
-        self._ended.clear()
+        self._ended = {task.name.lower() for task in idle}
         for task in self.tasks.values():
-            task.prepare()
+            if not task.prepared:
+                task.prepare()
         errors: list[tuple[RapidTask, BaseException]] = []
 
         def run(task: RapidTask) -> None:
             try:
-                task.run(routine, forever=task in static)
+                task.run(routine, forever=forever or task in static)
             except BaseException as error:
                 errors.append((task, error))
             finally:
@@ -143,12 +152,14 @@ class Cell:
         threads = {
             task.name: threading.Thread(target=run, args=(task,), name=f"rapid {task.name}", daemon=True)
             for task in self.tasks.values()
+            if task not in idle
         }
         for thread in threads.values():
             thread.start()
         why, stopped = "", False
         try:
-            while not stopped and any(threads[one.name].is_alive() for one in self.tasks.values() if one not in static):
+            steady = {task.name for task in static}
+            while not stopped and any(one.is_alive() for name, one in threads.items() if name not in steady):
                 stopped = bool(errors)
                 time.sleep(LOOK_SECONDS)
             why = f"the task {errors[0][0].name} ended by an error" if errors else "the other tasks have ended"
@@ -157,7 +168,7 @@ class Cell:
             raise
         finally:
             for task in self.tasks.values():
-                if threads[task.name].is_alive():
+                if task.name in threads and threads[task.name].is_alive():
                     task.stop(why)
             for thread in threads.values():
                 thread.join()

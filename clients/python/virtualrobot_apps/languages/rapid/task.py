@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import CodeType
@@ -69,16 +69,19 @@ def load(sources: Iterable[Source], signals: Iterable[str] = ()) -> Loaded:
     return load_tasks({"": sources}, signals)[""]
 
 
-def load_tasks(tasks: Mapping[str, Iterable[Source]], signals: Iterable[str] = ()) -> dict[str, Loaded]:
+def load_tasks(
+    tasks: Mapping[str, Iterable[Source]], signals: Iterable[str] = (), *, watched: bool = False
+) -> dict[str, Loaded]:
     """Return the programs of several tasks, by the tasks' names; a persistent that several have is one for them all.
 
+    `watched`: somebody beside the tasks reads and writes persistents, so that programs do when the robot is so far.
     Raises ProgramError with all that is wrong in them.
     """
     diagnostics, signals = Diagnostics(), list(signals)
     sources = {task: list(given) for task, given in tasks.items()}
     modules = {task: [one for source in given for one in parse(source, diagnostics)] for task, given in sources.items()}
     counted = Counter(name for given in modules.values() for name in _persistents(given))
-    common = frozenset(name for name, count in counted.items() if count > 1)
+    common = frozenset(name for name, count in counted.items() if count > 1 or watched)
     checked = {task: check(given, diagnostics, signals, common) for task, given in modules.items()}
     first: dict[str, tuple[str, Datum]] = {}
     for task, one in checked.items():
@@ -121,6 +124,7 @@ class RapidTask(Task):
         open_files: the files that are open.
         handled: give the numbers of the handlers that have some, of the routines at work, the outermost first.
         name: the task's, and `cell` the tasks that it runs beside.
+        prepared: whether all data have their first values, and no run has changed them.
     """
 
     def __init__(
@@ -148,7 +152,7 @@ class RapidTask(Task):
         if name.lower() in self.cell.tasks:
             raise WrongStateError(f"there is a task {name!r} already; give each task a name of its own")
         self.cell.tasks[name.lower()] = self
-        self._prepared = False
+        self.prepared = False
         self.pendant = Pendant(write, answers)
         self.write = self.pendant.write
         self.sockets: set[SocketDevice] = set()
@@ -252,7 +256,7 @@ class RapidTask(Task):
                 exec(code, self._names)
 
         self.cell.set_first_values(self.program.checked.data, set_all)
-        self._prepared = True
+        self.prepared = True
 
     def run(self, name: str = "main", forever: bool = False) -> None:
         """Run a procedure to its end, or again and again, and wait until the robot stands.
@@ -274,9 +278,9 @@ class RapidTask(Task):
         if any(not parameter.optional for parameter, _ in routine.parameters):
             raise WrongStateError(f"the procedure {name!r} takes arguments; run one that takes none")
         try:
-            if not self._prepared:
+            if not self.prepared:
                 self.prepare()
-            self._prepared = False
+            self.prepared = False
             if self._world is not None and not self.has_robot:
                 with self._world.queue.aside():
                     self._rounds(routine, forever)
@@ -309,6 +313,10 @@ class RapidTask(Task):
                 self._called(routine, [])
             self.pause(ROUND_SECONDS)
         self._called(routine, [])
+
+    def report(self, kind: str, number: float | None, lines: Sequence[str]) -> None:
+        """Write an error, a warning or an information into the log, which is the pendant here: its number and lines."""
+        self.write(f"{kind}{'' if number is None else f' {number:g}'}: {'; '.join(lines)}")
 
     def left(self, undo: Callable[[], None]) -> None:
         """Remember the UNDO part of a routine that is left early: it counts unless a handler lets the program go on."""

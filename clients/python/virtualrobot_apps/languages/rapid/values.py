@@ -85,7 +85,7 @@ def value_text(value: Any) -> str:  # noqa: ANN401 any value of RAPID
     if isinstance(value, bool):
         return "TRUE" if value else "FALSE"
     if isinstance(value, str):
-        return f'"{value}"'
+        return '"{}"'.format(value.replace('"', '""'))
     if isinstance(value, list):
         return f"[{','.join(map(value_text, value))}]"
     return number_text(value) if isinstance(value, int | float) else "?"

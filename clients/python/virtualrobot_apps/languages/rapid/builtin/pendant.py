@@ -56,7 +56,7 @@ def _err_write(task: RapidTask, warning: bool | None, information: bool | None, 
     """Writes a message of several lines into the log and on the pendant."""
     task.settle()
     kind = "warning" if warning else "information" if information else "error"
-    task.write(f"{kind}: {'; '.join(line for line in lines if line)}")
+    task.report(kind, None, [line for line in lines if line])
 
 
 @function("UIClientExist", "", "bool")

@@ -65,7 +65,7 @@ def _err_log(task: RapidTask, number: float, warning: bool | None, information: 
     """Writes a message of its number and five words into the log."""
     task.settle()
     kind = "warning" if warning else "information" if information else "error"
-    task.write(f"{kind} {number:g}: {'; '.join(line for line in lines if line)}")
+    task.report(kind, number, [line for line in lines if line])
 
 
 @instruction("ResetRetryCount")

@@ -1,0 +1,266 @@
+"""Server of Robot Web Services 1.0: HTTP with Digest authentication and sessions, and WebSockets of subscriptions."""
+
+from __future__ import annotations
+
+import asyncio
+import secrets
+import time
+from collections.abc import Awaitable, Callable, Mapping
+from dataclasses import dataclass
+from http.cookies import CookieError, SimpleCookie
+from typing import Any, TypeAlias
+from urllib.parse import parse_qs
+
+import uvicorn
+from virtualrobot.errors import VirtualRobotError
+
+from virtualrobot_apps.emulators.abb.answers import Answer, failed, page, state, xhtml
+from virtualrobot_apps.emulators.abb.controller import Controller
+from virtualrobot_apps.emulators.abb.digest import Digest
+from virtualrobot_apps.emulators.abb.refused import RETURN_CODES, Refused
+from virtualrobot_apps.emulators.abb.subscriptions import Subscriptions
+from virtualrobot_apps.emulators.abb.table import Call, find
+
+Event: TypeAlias = dict[str, Any]
+Receive: TypeAlias = Callable[[], Awaitable[Event]]
+Send: TypeAlias = Callable[[Event], Awaitable[None]]
+
+MOST_BYTES = 16 * 1024 * 1024
+"""Size of the longest body."""
+MOST_FIELDS = 3000
+MOST_SESSIONS = 70
+"""Number of sessions at a time, as on a controller."""
+IDLE_SECONDS = 300.0
+"""Time (s) after which a session ends that nobody uses."""
+LOOK_SECONDS = 0.02
+"""Time (s) from one look at what is subscribed to the next."""
+SESSION, NUMBER = "-http-session-", "ABBCX"
+"""Cookies: the session, which nobody can guess, and its number."""
+SUBPROTOCOL = "robapi2_subscription"
+
+
+@dataclass(slots=True)
+class Session:
+    """A client that comes again: its number, and when it was here last (s)."""
+
+    number: int
+    seen: float
+
+
+class Server:
+    """The server, an ASGI application."""
+
+    def __init__(self, controller: Controller, users: dict[str, str]) -> None:
+        """Serve a controller to these users, by name and password."""
+        self._controller, self._digest = controller, Digest(users)
+        self._subscriptions = Subscriptions(controller)
+        self._sessions: dict[str, Session] = {}
+        self._numbers = 0
+
+    async def __call__(self, scope: Event, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if scope["type"] == "http":
+            await self._http(scope, receive, send)
+        elif scope["type"] == "websocket":
+            await self._websocket(scope, receive, send)
+
+    # Who it is.
+
+    def _who(self, scope: Event, method: str) -> tuple[str, list[tuple[str, str]]]:
+        """Return the session of a request and the headers that tell it to the client; raises Denied."""
+        given = _headers(scope)
+        target = scope["raw_path"].decode("latin-1") + ("?" if scope["query_string"] else "")
+        target += scope["query_string"].decode("latin-1")
+        try:
+            cookies = {name: morsel.value for name, morsel in SimpleCookie(given.get("cookie", "")).items()}
+        except CookieError:
+            cookies = {}
+        now = time.monotonic()
+        for key in [key for key, one in self._sessions.items() if now - one.seen > IDLE_SECONDS]:
+            del self._sessions[key]
+        key = cookies.get(SESSION, "")
+        if key not in self._sessions:
+            verdict = self._digest.accepts(given.get("authorization", ""), method, target)
+            if verdict != "yes":
+                raise Denied(self._digest.challenge(verdict == "stale"))
+            number = cookies.get(NUMBER, "")
+            key = next((one for one, held in self._sessions.items() if str(held.number) == number), "")
+        if key:
+            self._sessions[key].seen = now
+            return key, []
+        if len(self._sessions) >= MOST_SESSIONS:
+            said = f"there are {MOST_SESSIONS} sessions already; keep the cookies, or end one by GET /logout"
+            raise Refused("MAX_LIMIT_REACHED", said, 503)
+        self._numbers += 1
+        key = secrets.token_hex(16)
+        self._sessions[key] = Session(self._numbers, now)
+        return key, [
+            ("set-cookie", f"{SESSION}={key}; path=/; httponly"),
+            ("set-cookie", f"{NUMBER}={self._numbers}; path=/; httponly"),
+        ]
+
+    # Calls.
+
+    async def _http(self, scope: Event, receive: Receive, send: Send) -> None:
+        base = f"http://{_headers(scope).get('host', 'localhost')}{scope['path'].rpartition('/')[0]}/"
+        cookies: list[tuple[str, str]] = []
+        as_json = False
+        try:
+            body = await _body(receive)
+            key, cookies = self._who(scope, scope["method"])
+            query = _fields(scope["query_string"])
+            as_json = query.get("json", [""])[0] == "1"
+            answer = await asyncio.to_thread(self._answer, scope, query, body, key, base, as_json)
+        except Denied as denied:
+            words = "Digest authentication is needed: a user of this controller, and the password"
+            answer = failed(401, RETURN_CODES["SYS_CTRL_E_FAIL"], words, base, False)
+            cookies = [("www-authenticate", denied.challenge)]
+        except Refused as refused:
+            answer = failed(refused.status, refused.code, refused.words, base, as_json)
+        headers = [("content-type", answer.kind), ("content-length", str(len(answer.body))), *answer.headers, *cookies]
+        if answer.status == 204:
+            headers = [one for one in headers if not one[0].startswith("content-")]
+        encoded = [(name.encode(), value.encode("latin-1", "replace")) for name, value in headers]
+        await send({"type": "http.response.start", "status": answer.status, "headers": encoded})
+        await send({"type": "http.response.body", "body": answer.body})
+
+    def _answer(
+        self, scope: Event, query: Mapping[str, list[str]], body: bytes, key: str, base: str, as_json: bool
+    ) -> Answer:
+        method, path = scope["method"], scope["path"]
+        if path.rstrip("/") == "/logout" and method == "GET":
+            self._sessions.pop(key, None)
+            return Answer(204)
+        form = {} if method == "PUT" and path.startswith("/fileservice/") else _fields(body)
+        if path == "/subscription" or path.startswith("/subscription/"):
+            return self._subscribe(method, path, form, base)
+        action = query.get("action", form.get("action", [""]))[0]
+        found, names = find(method, path, action)
+        call = Call(self._controller, names, _firsts(query), _firsts(form), body)
+        try:
+            handled = found.run(call)
+        except VirtualRobotError as error:
+            raise Refused("FAIL", str(error), 500) from error
+        if isinstance(handled, Answer):
+            return handled
+        return Answer(204) if handled is None else state(handled, base, as_json)
+
+    # Subscriptions.
+
+    def _subscribe(self, method: str, path: str, form: Mapping[str, list[str]], base: str) -> Answer:
+        if path.rstrip("/") == "/subscription":
+            if method != "POST":
+                raise Refused("UNRESOLVED_URL", f"/subscription takes POST, not {method}", 405)
+            number = self._subscriptions.make(form)
+            host = base.removeprefix("http://").partition("/")[0]
+            links = (
+                f'<a href="subscription/{number}" rel="group"></a><a href="ws://{host}/poll/{number}" rel="self"></a>'
+            )
+            return Answer(201, page("", base, links), headers=(("location", f"ws://{host}/poll/{number}"),))
+        number = _number(path.removeprefix("/subscription/"))
+        if method == "DELETE":
+            self._subscriptions.of(number)
+            self._subscriptions.close(number)
+        elif method == "PUT":
+            self._subscriptions.add(number, form)
+        else:
+            raise Refused("UNRESOLVED_URL", f"{path} takes DELETE, PUT, not {method}", 405)
+        return Answer(200)
+
+    async def _websocket(self, scope: Event, receive: Receive, send: Send) -> None:
+        await receive()  # websocket.connect
+        try:
+            self._who(scope, "GET")
+            number = _number(scope["path"].removeprefix("/poll/"))
+            self._subscriptions.of(number)
+        except (Denied, Refused):
+            await send({"type": "websocket.close", "code": 1008})  # before the handshake: 403
+            return
+        self._subscriptions.claim(number)
+        chosen = SUBPROTOCOL if SUBPROTOCOL in scope["subprotocols"] else None
+        await send({"type": "websocket.accept", "subprotocol": chosen})
+        gone = asyncio.create_task(_gone(receive))
+        try:
+            while not gone.done():
+                links = f'<a href="subscription/{number}" rel="group"></a>'
+                for item in await asyncio.to_thread(self._subscriptions.changes, number):
+                    # Clients look at the first event of a message alone.
+                    await send({"type": "websocket.send", "text": page(xhtml(item), "/", links).decode()})
+                await asyncio.wait([gone], timeout=LOOK_SECONDS)
+        except Refused:  # the subscription was deleted
+            await send({"type": "websocket.close", "code": 1000})
+        except (VirtualRobotError, OSError):  # the kernel or the client is gone
+            pass
+        finally:
+            gone.cancel()
+            self._subscriptions.close(number)
+
+
+class Denied(Exception):
+    """A request of nobody who may come in; `challenge` is what the client has to answer."""
+
+    def __init__(self, challenge: str) -> None:
+        """Keep the challenge."""
+        super().__init__(challenge)
+        self.challenge = challenge
+
+
+async def _gone(receive: Receive) -> None:
+    while (await receive())["type"] != "websocket.disconnect":
+        pass
+
+
+async def _body(receive: Receive) -> bytes:
+    body, more, long = b"", True, False
+    while more:
+        event = await receive()
+        if event["type"] == "http.disconnect":
+            raise Refused("INVALIDARG", "the body is cut off")
+        long = long or len(body) + len(event.get("body", b"")) > MOST_BYTES
+        body = b"" if long else body + event.get("body", b"")
+        more = event.get("more_body", False)
+    if long:
+        raise Refused("MAX_LIMIT_REACHED", f"a body has at most {MOST_BYTES} bytes", 413)
+    return body
+
+
+def _headers(scope: Event) -> dict[str, str]:
+    return {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
+
+
+def _fields(data: bytes) -> dict[str, list[str]]:
+    try:
+        return parse_qs(data.decode(), keep_blank_values=True, max_num_fields=MOST_FIELDS, errors="strict")
+    except ValueError as error:
+        raise Refused("INVALIDARG", f"this is no form in UTF-8 of at most {MOST_FIELDS} fields: {error}") from None
+
+
+def _firsts(fields: Mapping[str, list[str]]) -> dict[str, str]:
+    return {name: values[0] for name, values in fields.items()}
+
+
+def _number(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and len(text) < 10):
+        raise Refused("UNRESOLVED_URL", f"there is no subscription {text!r}", 404)
+    return int(text)
+
+
+def made(application: Server) -> uvicorn.Server:
+    """Return what serves it: HTTP by h11 and WebSockets by websockets."""
+    return uvicorn.Server(
+        uvicorn.Config(
+            application,  # pyright: ignore[reportArgumentType] its own types for the same events
+            interface="asgi3",
+            lifespan="off",
+            http="h11",
+            ws="websockets-sansio",
+            ws_max_size=64 * 1024,
+            ws_per_message_deflate=False,
+            proxy_headers=False,
+            server_header=False,
+            log_config=None,
+            log_level="critical",
+            access_log=False,
+            timeout_graceful_shutdown=1,
+        )
+    )
