@@ -229,7 +229,11 @@ def test_a_controller_that_crashes_has_not_just_ended(ugv: virtualrobot.Client, 
     ("program", "words"),
     [
         (r"import sys; sys.stdout.buffer.write(b'\xff\xfe\x00{}\n'); sys.stdout.flush()", "no JSON: '.*xff.*xfe"),
-        ("import os, time; os.close(1); time.sleep(600)", "has closed its output, and runs on"),
+        pytest.param(
+            "import os, time; os.close(1); time.sleep(600)",
+            "has closed its output, and runs on",
+            marks=pytest.mark.long,
+        ),
     ],
 )
 def test_a_controller_that_writes_no_text_or_nothing_more_has_not_just_ended(

@@ -73,5 +73,6 @@ def world(arm: Path) -> Iterator[type[WorldOfFaults]]:
         yield type("World", (RecordedWorld,), fields)
 
 
+@pytest.mark.long
 def test_whatever_clients_do_the_world_stays_whole(world: type[WorldOfFaults], seed: int, draws: Draws) -> None:
     run(world, seed, draws(30))

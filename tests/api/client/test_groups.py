@@ -110,6 +110,7 @@ def test_a_program_of_both_arms_rounds_the_corners_of_each(client: Client, panda
     np.testing.assert_array_equal(right.positions, before)
 
 
+@pytest.mark.long
 def test_check_path_and_jog_of_a_group(client: Client, pandas: Robot) -> None:
     left = pandas.group("left")
     checked = left.check(left.linear(left.tcp @ pose(x=0.05)), collisions=False)

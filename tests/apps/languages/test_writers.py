@@ -26,6 +26,8 @@ from virtualrobot_apps.languages.writers.words import Language
 from tests.apps.languages.controllers import read_krl, read_tp
 from tests.kernels import KernelProcess
 
+pytestmark = pytest.mark.long
+
 pose = virtualrobot.pose
 TOOL_SIGNALS = {"closed": ("gripper", True), "open": ("gripper", False)}
 

@@ -107,6 +107,7 @@ def test_each_tick_is_the_spline_of_ros2_control(world: Client, ros: roslibpy.Ro
             assert [values[f"{one}/velocity"] for one in JOINTS] == pytest.approx(velocities, abs=1e-6)
 
 
+@pytest.mark.long
 def test_feedback_comes_and_a_cancelled_goal_brakes(world: Client, ros: roslibpy.Ros) -> None:
     far: list[ros2_control.Point] = [(30.0, (2.0, 1.0, 1.0), (), ())]
     goal = Goal(ros, "/arm/follow_joint_trajectory", FOLLOW, {"trajectory": trajectory(far)})
@@ -122,6 +123,7 @@ def test_feedback_comes_and_a_cancelled_goal_brakes(world: Client, ros: roslibpy
     assert last["error"]["positions"] == [0.0, 0.0, 0.0]
 
 
+@pytest.mark.long
 def test_a_goal_takes_over_from_another_without_stopping(world: Client, ros: roslibpy.Ros) -> None:
     first = Goal(
         ros, "/arm/follow_joint_trajectory", FOLLOW, {"trajectory": trajectory([(3.0, (1.0, 0.5, 0.5), (), ())])}
@@ -165,6 +167,7 @@ def test_goals_that_can_not_be_run_are_refused_with_their_code(
     assert not world.robot("arm").state.motion_ids
 
 
+@pytest.mark.long
 def test_trajectories_of_a_topic_take_over_from_each_other(world: Client, ros: roslibpy.Ros) -> None:
     heard = Heard(ros, "/arm/joint_states", "sensor_msgs/JointState")
     topic = roslibpy.Topic(ros, "/arm/joint_trajectory", "trajectory_msgs/JointTrajectory")

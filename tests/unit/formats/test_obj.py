@@ -83,6 +83,7 @@ def both(data: bytes, uri: str, files: dict[str, bytes]) -> tuple[tuple[Submesh,
         return ours, parse_mesh(data, uri, files)
 
 
+@pytest.mark.long
 def test_bundled_files_are_read_as_trimesh_reads_them(rng: np.random.Generator, draws: Draws) -> None:
     """Nearly all of them without trimesh's parser, those of the Panda and the A1 among them."""
     chosen = rng.choice(len(BUNDLED), draws(200), replace=False)

@@ -212,6 +212,7 @@ def test_names_that_multiply_are_refused() -> None:
     assert "triangles" in refused(text)
 
 
+@pytest.mark.long
 def test_many_fine_bodies_are_refused() -> None:
     """A ball of a tenth of a millimeter has some 20,000 triangles; a thousand of them would take gigabytes."""
     balls = ", ".join(["{sphere: {radius: 1}}"] * 1000)
