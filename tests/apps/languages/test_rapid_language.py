@@ -333,6 +333,18 @@ C = math.sqrt(0.5)
 QUARTER_X, QUARTER_Z = (C, C, 0, 0), (C, 0, 0, C)
 
 
+def test_products_of_vectors_are_those_of_geometry() -> None:
+    """By hand: (1, 2, 3) x (4, 5, 6), which is across both, and the volume of a cube."""
+    assert main_prints(
+        r"""
+        VAR pos a := [1, 2, 3];
+        TPWrite "" \Pos:=CrossProd(a, [4, 5, 6]);
+        TPWrite "" \Num:=DotProd(a, CrossProd(a, [4, 5, 6]));
+        TPWrite "" \Num:=DotProd([0, 0, 2], CrossProd([2, 0, 0], [0, 2, 0]));
+        """
+    ) == ["[-3,6,-3]", "0", "8"]
+
+
 def product(p: tuple[float, ...], q: tuple[float, ...]) -> tuple[float, ...]:
     """Return the product of two quaternions, real part first, by Hamilton's rule written out."""
     a, b, c, d = p

@@ -207,6 +207,67 @@ def test_two_arms_and_a_watching_task_run_by_the_command(
     np.testing.assert_allclose(np.degrees(right.state.positions), [-40, 0, 0, 0, 30, 0], atol=1e-6)
 
 
+def test_a_persistent_that_another_task_sets_interrupts_a_move(
+    arms: tuple[virtualrobot.Robot, virtualrobot.Robot], client: virtualrobot.Client, tmp_path: Path
+) -> None:
+    """As public servers have it: one task gets goals, and the other one leaves its way for a new goal."""
+    data = (
+        "PERS jointtarget goal := [[0, 0, 0, 0, 30, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];\n"
+        "PERS bool fresh := FALSE;\nPERS bool done := FALSE;"
+    )
+    motion = rf"""MODULE Motion
+      {data}
+      VAR intnum changed;
+      PERS num left := 0;
+      PROC main()
+        IDelete changed;
+        CONNECT changed WITH on_change;
+        IPers fresh, changed;
+        WaitUntil fresh;
+        fresh := FALSE;
+        SetDO doMoves, 1;
+        MoveAbsJ goal, v50, fine, tool0;
+        TPWrite "there, after " \Num:=left;
+        done := TRUE;
+        EXIT;
+      UNDO
+        TPWrite "a round is over";
+      ENDPROC
+      TRAP on_change
+        IF NOT fresh RETURN;
+        left := left + 1;
+        IF NOT IsStopMoveAct(\FromMoveTask) StopMove;
+        ClearPath;
+        StartMove;
+        ExitCycle;
+      ENDTRAP
+    ENDMODULE
+    """
+    server = rf"""MODULE Server
+      {data}
+      PROC main()
+        goal.robax.rax_1 := 90;
+        fresh := TRUE;
+        WaitDO doMoves, 1;
+        WaitTime 0.5;
+        goal.robax.rax_1 := -10;
+        fresh := TRUE;
+        WaitUntil done;
+        EXIT;
+      ENDPROC
+    ENDMODULE
+    """
+    for name, text in (("motion", motion), ("server", server)):
+        tmp_path.joinpath(f"{name}.mod").write_text(text)
+    words = ["run", str(tmp_path / "motion.mod"), "--robot", "left", "--task", f"T_SERVER={tmp_path}/server.mod"]
+    words += ["--continuous", "--create-signals", "--address", client.address]
+    run = CliRunner().invoke(rapid, words, standalone_mode=False)
+    assert (run.return_value, run.exception) == (0, None), run.output
+    over = "T_ROB1: a round is over"
+    assert run.output.splitlines() == [over, "T_ROB1: there, after 1", over]
+    np.testing.assert_allclose(np.degrees(arms[0].state.positions), [-10, 0, 0, 0, 30, 0], atol=1e-6)
+
+
 def test_an_error_of_one_arm_stops_the_other_on_its_way(
     arms: tuple[virtualrobot.Robot, virtualrobot.Robot], client: virtualrobot.Client, tmp_path: Path
 ) -> None:

@@ -80,18 +80,30 @@ def test_a_program_that_computes_for_ever_is_given_up(steps: virtualrobot.Client
 BEATS = r"""MODULE Beats
   VAR intnum beat;
   VAR intnum rise;
+  VAR intnum other;
   VAR num beats := 0;
+  PERS pos place := [0, 0, 0];
   PROC main()
+    place := [0, 0, 0];
+    CONNECT other WITH on_place;
+    IPers place, other;
     CONNECT beat WITH on_beat;
     ITimer 0.1, beat;
     CONNECT rise WITH on_rise;
     ISignalDO diReady, 1, rise;
     SetDO \SDelay:=0.55, diReady, 1;
-    WaitTime 1.05;
+    WaitTime 1.01;
+    place.y := 2;
+    WaitTime 0.02;
+    place.y := 2;
+    WaitTime 0.02;
     TPWrite "beats" \Num:=beats;
   ENDPROC
   TRAP on_beat
     Incr beats;
+  ENDTRAP
+  TRAP on_place
+    TPWrite "place" \Num:=place.y;
   ENDTRAP
   TRAP on_rise
     TPWrite "rise" \Num:=beats;
@@ -109,7 +121,7 @@ def test_interrupts_come_at_their_times_in_each_run(steps: virtualrobot.Client) 
         task = RapidTask(program, world, lines.append)
         steps.signals["diReady"] = False
         Trial(steps, {task: world}, 10.0).run(task.run)
-        assert lines == ["rise5", "beats10"]
+        assert lines == ["rise5", "place2", "beats10"]
 
 
 def test_times_are_those_of_the_lines(steps: virtualrobot.Client, tmp_path: Path) -> None:

@@ -50,6 +50,10 @@ class Arc:
             return angle / self.angle
         return 1.0 if angle - self.angle < 2.0 * math.pi - angle else 0.0
 
+    def rest(self, point: np.ndarray) -> np.ndarray:
+        """Return the point, (3,), in the middle of what is left of the arc from one of its points."""
+        return self.point((self.share(point) + 1.0) / 2.0)
+
 
 def between(first: Matrix, second: Matrix, share: float) -> Matrix:
     """Return the pose at a share of the way between two: its place on the line, its orientation turned evenly.

@@ -196,6 +196,7 @@ def format_files(files: tuple[Path, ...], only_check: bool) -> int:
     help="What is answered on the pendant, one after the other [lines of the standard input].",
 )
 @_several
+@click.option("--continuous", is_flag=True, help="Begin again each time that it ends, also by ExitCycle.")
 @click.option("--create-signals", is_flag=True, help="Add the signals that it names and the world has not.")
 @target_options
 def run(
@@ -208,6 +209,7 @@ def run(
     answers: tuple[str, ...],
     tasks: tuple[str, ...],
     static: tuple[str, ...],
+    continuous: bool,
     create_signals: bool,
 ) -> int:
     """Run the program that FILEs make together, and show what it writes on its pendant; Ctrl-C stops it on its path.
@@ -226,7 +228,7 @@ def run(
             _create_signals(client, programs.values())
         cell = _cell(client, parts, programs, answers or sys.stdin, folder, listen=listen)
         with at_work(client):
-            cell.run(routine, static=[cell.tasks[name.lower()] for name, _, _ in steady])
+            cell.run(routine, [cell.tasks[name.lower()] for name, _, _ in steady], forever=continuous)
     return 0
 
 

@@ -6,7 +6,9 @@ import threading
 from collections import deque
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
+from copy import deepcopy
 from dataclasses import dataclass
+from typing import Any
 
 from virtualrobot import Client
 from virtualrobot.errors import VirtualRobotError
@@ -17,12 +19,16 @@ from virtualrobot_apps.languages.rapid.faults import CAUGHT, RapidFault, RapidSt
 EDGE = 2.0
 """Trigger value of an interrupt at each change of a signal."""
 LOOK_SECONDS = 0.02
-"""Time (s of the wall clock) from one look at the clock to the next while an interrupt waits for a time."""
+"""Time (s of the wall clock) from one look to the next while an interrupt waits for a time or a persistent."""
 
 
 @dataclass(slots=True)
 class Interrupt:
-    """An interrupt: its trap, whether it sleeps, and what orders it: a signal that gets a value, or a time (s)."""
+    """An interrupt: its trap, whether it sleeps, and what orders it.
+
+    That is a signal that gets a value, a time (s), or a persistent whose value changes: the list that holds it, its
+    index there, and the value before.
+    """
 
     number: float
     trap: Callable[[], object]
@@ -32,6 +38,8 @@ class Interrupt:
     value: float = EDGE
     period: float = 0.0
     due: float = 0.0
+    data: tuple[list[Any], int] | None = None
+    before: object = None
 
 
 class Interrupts:
@@ -90,12 +98,23 @@ class Interrupts:
         with self._lock:
             self._ordered(found)
             found.period, found.due, found.single = period, self._now() + period, single
+        self._begin_looking()
+
+    def on_change(self, number: float, holder: list[Any], index: int, single: bool) -> None:
+        """Order an interrupt when the value that a list holds has changed."""
+        found = self._found(number)
+        with self._lock:
+            self._ordered(found)
+            found.data, found.before, found.single = (holder, index), deepcopy(holder[index]), single
+        self._begin_looking()
+
+    def _begin_looking(self) -> None:
         if self._clock is None and self._watches:
             self._clock = threading.Thread(target=self._tick, name="rapid timer", daemon=True)
             self._clock.start()
 
     def _ordered(self, found: Interrupt) -> None:
-        if found.signal or found.period:
+        if found.signal or found.period or found.data is not None:
             raise RapidFault("ERR_INOISSAFE", "this interrupt is ordered already; IDelete it first")
 
     def delete(self, number: float) -> None:
@@ -154,7 +173,7 @@ class Interrupts:
             return
         self._pending.append(one)
         if one.single:
-            one.signal, one.period = "", 0.0
+            one.signal, one.period, one.data = "", 0.0, None
         self._ask()
 
     def _change(self, values: Mapping[str, SignalValue]) -> None:
@@ -168,8 +187,11 @@ class Interrupts:
                     self._raise(one)
 
     def _pass(self, now: float) -> None:
-        """Do what a time orders."""
+        """Do what a time orders, and what persistents do that have changed."""
         for one in list(self._all.values()):
+            if one.data is not None and (value := one.data[0][one.data[1]]) != one.before:
+                one.before = deepcopy(value)
+                self._raise(one)
             if one.period and now >= one.due:
                 one.due += one.period
                 self._raise(one)
@@ -183,7 +205,7 @@ class Interrupts:
     def _tick(self) -> None:
         with suppress(VirtualRobotError):
             while not self._closed.wait(LOOK_SECONDS):
-                if any(one.period for one in list(self._all.values())):
+                if any(one.period or one.data is not None for one in list(self._all.values())):
                     now = self._now()
                     with self._lock:
                         self._pass(now)

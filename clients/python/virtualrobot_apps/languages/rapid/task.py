@@ -6,7 +6,6 @@ import time
 import traceback
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from types import CodeType
 from typing import Any, NoReturn
@@ -307,10 +306,14 @@ class RapidTask(Task):
                 device.close()
 
     def _rounds(self, routine: RoutineSymbol, forever: bool) -> None:
-        """Call a procedure once, or for ever; ExitCycle ends a round then."""
+        """Call a procedure once, or for ever: ExitCycle ends a round then, and what the robot has not done."""
         while forever:
-            with suppress(CycleEnded):
+            try:
                 self._called(routine, [])
+            except CycleEnded:
+                if isinstance(self._world, World):
+                    self._world.leave_path("ExitCycle")
+                self._undo_left()
             self.pause(ROUND_SECONDS)
         self._called(routine, [])
 
@@ -328,9 +331,13 @@ class RapidTask(Task):
         return then
 
     def _undo(self) -> None:
-        """Do the UNDO parts of the routines that the program was in, the innermost first; a stop is over then."""
+        """Do the UNDO parts of the routines that the program was in; a stop is over then."""
         self.flags.clear()
         self._why = ""
+        self._undo_left()
+
+    def _undo_left(self) -> None:
+        """Do the UNDO parts of the routines that were left early, the innermost first."""
         while self._left:
             try:
                 self._left.pop(0)()

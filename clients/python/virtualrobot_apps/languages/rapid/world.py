@@ -241,7 +241,7 @@ class World(Signals):
             return self.robot.circular(through, pose, **self._along(velocity))
 
         def rest() -> Step:
-            through = _rest_of(start, via, pose, self._robot_now())
+            through = Arc(start[:3, 3], via, pose[:3, 3]).rest(self._robot_now()[:3, 3])
             return Step(lambda program: program.move(arc(through), zone=zone or None), True, rest)
 
         self._add(arc(via), zone, rest)
@@ -346,6 +346,12 @@ class World(Signals):
         except _CAN_NOT as error:
             raise RapidFault("ERR_ROBLIMIT", error.message) from error
 
+    def leave_path(self, why: str) -> None:
+        """Stop the robot on its path, and leave out all that it has not done, also of paths that are put aside."""
+        self.queue.cancel(why)
+        self._levels.clear()
+        self._target = self._place = None
+
     def clear_path(self) -> None:
         """Leave the moves out that are not done."""
         self.queue.forget_path()
@@ -390,7 +396,8 @@ class World(Signals):
             if point is None or np.linalg.norm(pose[:3, 3] - here[:3, 3]) < SHORTEST_ARC:
                 self.add_line(pose, velocity, 0.0)
             else:
-                self.add_arc(here, _rest_of(start, point, pose, here), pose, velocity, 0.0)
+                through = Arc(start[:3, 3], point, pose[:3, 3]).rest(here[:3, 3])
+                self.add_arc(here, through, pose, velocity, 0.0)
             self.arrived(pose, target)
             self.queue.finish()
         return place
@@ -474,12 +481,6 @@ def here() -> str:
     while frame.f_back is not None and frame.f_code.co_filename.endswith(".py"):
         frame = frame.f_back
     return f"{frame.f_code.co_filename}:{frame.f_lineno}"
-
-
-def _rest_of(start: Matrix, via: np.ndarray, end: Matrix, here: Matrix) -> np.ndarray:
-    """Return the point, (3,) in m, in the middle of what is left of an arc from where the robot is."""
-    whole = Arc(start[:3, 3], via, end[:3, 3])
-    return whole.point((whole.share(here[:3, 3]) + 1.0) / 2.0)
 
 
 def _told(conf: list[float]) -> str:

@@ -232,6 +232,13 @@ def _vect_magn(task: object, vector: list[float]) -> float:
     return math.hypot(*vector)
 
 
+@function("CrossProd", "pos Vector1, pos Vector2", "pos")
+def _cross_prod(task: object, first: list[float], second: list[float]) -> list[float]:
+    """Vector product of two vectors."""
+    (a, b, c), (d, e, f) = first, second
+    return [b * f - c * e, c * d - a * f, a * e - b * d]
+
+
 @function("DotProd", "pos Vector1, pos Vector2", "num")
 def _dot_prod(task: object, first: list[float], second: list[float]) -> float:
     """Scalar product of two vectors."""

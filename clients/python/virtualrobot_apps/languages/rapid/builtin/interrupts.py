@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from virtualrobot_apps.languages.rapid.faults import RapidFault
 from virtualrobot_apps.languages.rapid.interrupts import EDGE
@@ -44,6 +44,12 @@ def _i_timer(task: RapidTask, single: bool | None, seconds: float, holder: list[
     """Orders an interrupt each so many seconds of the simulation, or once."""
     task.settle()
     task.interrupts.on_time(holder[index], seconds, bool(single))
+
+
+@instruction("IPers", r"\switch Single, pers any Name, var intnum Interrupt", lacking="SingleSafe")
+def _i_pers(task: RapidTask, single: bool | None, data: list[Any], place: int, holder: list[float], index: int) -> None:
+    """Orders an interrupt each time a persistent has another value, which is looked at 50 times a second."""
+    task.interrupts.on_change(holder[index], data, place, bool(single))
 
 
 @instruction("IDelete", "var intnum Interrupt")

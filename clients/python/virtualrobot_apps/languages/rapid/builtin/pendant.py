@@ -59,6 +59,11 @@ def _err_write(task: RapidTask, warning: bool | None, information: bool | None, 
     task.report(kind, None, [line for line in lines if line])
 
 
+@instruction("SkipWarn")
+def _skip_warn(task: RapidTask) -> None:
+    """Does nothing: the warning that it takes out of a controller's log is not written here."""
+
+
 @function("UIClientExist", "", "bool")
 def _ui_client_exist(task: RapidTask) -> bool:
     """TRUE: somebody answers, or else the question ends the program."""

@@ -39,7 +39,7 @@ def _break(task: RapidTask) -> None:
 
 @instruction("ExitCycle")
 def _exit_cycle(task: RapidTask) -> None:
-    """Ends the round of main: of a static task the next one begins, another one ends."""
+    """Ends the round of main, and the robot's path: static tasks and --continuous begin the next one, others end."""
     raise CycleEnded
 
 
