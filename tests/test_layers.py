@@ -115,6 +115,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             # A robot of ROS is driven from here, so that no plugin needs to know of ROS.
             "driver.py": ("virtualrobot_sdk", "msgspec", "websockets"),
             "rosbridge/wire.py": ("cbor2", "PIL"),
+            "rosbridge/client.py": ("websockets",),
             "rosbridge/server.py": ("websockets",),
         }.items()
     },

@@ -13,6 +13,7 @@ from virtualrobot.errors import VirtualRobotError
 from virtualrobot_apps.bridges.ros.bridge_file import Choice
 from virtualrobot_apps.bridges.ros.file_server import FileServer
 from virtualrobot_apps.bridges.ros.hub import Hub
+from virtualrobot_apps.bridges.ros.map_topic import NAME, TYPE, MapTopic
 from virtualrobot_apps.bridges.ros.rosbridge.rosapi import serve_rosapi
 from virtualrobot_apps.bridges.ros.simuep.scene import SimuepScene
 from virtualrobot_apps.bridges.ros.simuep.topics import SimuepTopics, lines_of
@@ -40,6 +41,7 @@ class RosBridge:
         bare: bool = False,
         simuep: SimuepScene | None = None,
         files: Path | None = None,
+        floor: Path | None = None,
         say: Callable[[str], None] = print,
     ) -> None:
         """Open nothing yet.
@@ -51,17 +53,18 @@ class RosBridge:
             bare: calls links as in the URDF, without their robot.
             simuep: a scene that names more topics and services.
             files: folder where programs keep files by the file server; without it they keep none.
+            floor: map of a floor, a .yaml as map_server has it, which is told as `/map`.
             say: is told in words what happens.
         """
         self._client, self._transports, self._simuep, self._say = client, transports, simuep, say
-        self._choice, self._bare, self._files = choice or Choice(), bare, files
+        self._choice, self._bare, self._files, self._floor = choice or Choice(), bare, files, floor
 
     def run(self, until: Callable[[], bool] = lambda: False) -> None:
         """Go on until it is interrupted, or `until` is true, which is asked twice a second.
 
         Raises:
             TransportError: when a transport can't be opened.
-            MalformedFileError: for a type that a stream doesn't give.
+            MissingFileError, MalformedFileError: for a type that a stream doesn't give, and for a map that is none.
         """
         asyncio.run(self._run(until))
 
@@ -70,7 +73,11 @@ class RosBridge:
 
         async def lines() -> list[str]:
             world = World(self._client, Hub(), self._choice, bare=self._bare, say=self._say)
-            return await world.lines(lines_of(self._simuep) if self._simuep else ())
+            more = [*lines_of(self._simuep)] if self._simuep else []
+            if self._floor is not None:
+                MapTopic(Hub(), self._floor, self._say)
+                more.append((NAME, TYPE, f"of {self._floor}"))
+            return await world.lines(more)
 
         return asyncio.run(lines())
 
@@ -84,6 +91,7 @@ class RosBridge:
         files.serve(hub)
         world = World(self._client, hub, self._choice, bare=self._bare, say=self._say)
         await world.update()
+        floor = None if self._floor is None else MapTopic(hub, self._floor, self._say)
         if self._simuep is not None:
             SimuepTopics(self._client, hub, self._simuep, self._say).serve()
         simulation = Simulation(self._client, hub, bare=self._bare)
@@ -97,6 +105,8 @@ class RosBridge:
             gone = False
             while not until():
                 await asyncio.sleep(LOOK_SECONDS)
+                if floor is not None:
+                    floor.update()
                 try:
                     await world.update()
                     if gone:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import secrets
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,6 +20,8 @@ _EXAMPLES = """
 Examples:
   virtualrobot ros
   virtualrobot ros bridge.yaml --no-auto
+  virtualrobot ros --map floor.yaml
+  virtualrobot ros --server ws://192.168.0.5:9090
   virtualrobot ros --dds --domain 7
   virtualrobot ros --dds --rmw cyclonedds
   virtualrobot ros --simuep scene.xml
@@ -69,6 +72,20 @@ Examples:
     metavar="SCENE.xml",
     help="Replace the world by this scene file of SimUEP-Robotics, and serve the topics and services that it names.",
 )
+@click.option(
+    "--map",
+    "floor",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="MAP.yaml",
+    help="Tell this map of a floor, as `virtualrobot navigate` and map_server have it, as /map.",
+)
+@click.option("--server", metavar="URL", help="Be a client of this rosbridge_server, too: ws://HOST:9090.")
+@click.option(
+    "--server-token-file",
+    "server_token",
+    type=click.Path(path_type=Path, dir_okay=False, exists=True),
+    help="The token in this file goes along, as a bearer's.",
+)
 @click.option("--check", is_flag=True, help="Look at the file and at the streams, and serve nothing.")
 @target_options
 def ros(
@@ -89,6 +106,9 @@ def ros(
     record: Path | None,
     files: Path | None,
     simuep: Path | None,
+    floor: Path | None,
+    server: str | None,
+    server_token: Path | None,
     check: bool,
 ) -> None:
     """Tell ROS what a world tells, and hear what it hears, until Ctrl-C.
@@ -98,6 +118,7 @@ def ros(
     try:
         from virtualrobot_apps.bridges.ros.bridge import RosBridge
         from virtualrobot_apps.bridges.ros.bridge_file import Choice, read_choice
+        from virtualrobot_apps.bridges.ros.rosbridge.client import RosbridgeClient
         from virtualrobot_apps.bridges.ros.rosbridge.server import RosbridgeServer
         from virtualrobot_apps.bridges.ros.simuep.loading import load_simuep
         from virtualrobot_apps.bridges.ros.simuep.topics import choice_of
@@ -108,6 +129,8 @@ def ros(
         raise click.UsageError(
             f"whoever reaches {host} could move the robots: say --client-token-file FILE, or --no-client-token"
         )
+    if floor is not None and find_spec("scipy") is None:
+        raise click.UsageError("a map needs scipy: pip install 'virtualrobot[ros,navigation]'")
     if mapping and simuep:
         raise click.UsageError("a BRIDGE.YAML and --simuep both name topics: say one of them")
     choice = read_choice(mapping, auto=auto) if mapping else Choice(auto)
@@ -117,13 +140,20 @@ def ros(
         transports.append(_dds_node(domain, services=rmw == "cyclonedds"))
     if foxglove:
         transports.append(_foxglove_server(foxglove_port))
+    if server is not None:
+        word = server_token.read_text("utf-8").strip() if server_token else ""
+        transports.append(RosbridgeClient(server, token=word, say=click.echo))
+    elif server_token is not None:
+        raise click.UsageError("--server-token-file is the token of a --server")
     if record is not None:
         transports.append(_recorder(record))
     with target.connect("ros bridge") as client:
         scene = load_simuep(client, simuep, click.echo) if simuep else None
         if scene is not None:
             choice = choice_of(scene, auto)
-        bridge = RosBridge(client, transports, choice, bare=bare_links, simuep=scene, files=files, say=click.echo)
+        bridge = RosBridge(
+            client, transports, choice, bare=bare_links, simuep=scene, files=files, floor=floor, say=click.echo
+        )
         if check:
             click.echo("\n".join(bridge.check()))
             return

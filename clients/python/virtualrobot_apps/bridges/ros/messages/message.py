@@ -55,6 +55,11 @@ class Message:
         return json.dumps(self.plain, separators=(",", ":"), allow_nan=False)
 
     @cached_property
+    def json_with_infinity(self) -> str:
+        """Its text in JSON with `Infinity` and `NaN`, as Python writes them and reads them."""
+        return json.dumps(to_plain(self.value, arrays=True), separators=(",", ":"), default=_listed)
+
+    @cached_property
     def cbor(self) -> bytes:
         """Its bytes in CBOR, with typed arrays."""
         return to_cbor(to_plain(self.value, arrays=True))
@@ -63,6 +68,11 @@ class Message:
     def size(self) -> int:
         """Bytes that it has in CDR."""
         return len(self.cdr)
+
+
+def _listed(value: np.ndarray) -> object:
+    """Return an array as JSON has it: bytes in base64, numbers as they are."""
+    return to_plain(value) if value.dtype == np.uint8 else value.tolist()
 
 
 def to_cbor(value: object) -> bytes:

@@ -41,6 +41,9 @@ class Socket(Protocol):
 class Session:
     """A client that is connected, until `run` ends."""
 
+    subscription = Subscription
+    """Class of its subscriptions."""
+
     def __init__(self, hub: Hub, socket: Socket, token: str = "") -> None:
         """Serve a client; one that has to say the token first does so by the operation `auth`."""
         self.hub, self._socket, self._token = hub, socket, token
@@ -151,7 +154,7 @@ class Session:
             raise HubError(f"{MOST_SUBSCRIPTIONS} subscriptions of this client are open already")
         if not op.get("type") and name not in self.hub.topics:
             raise HubError(f"there is no topic {name}; with a 'type' it is waited for")
-        one = Subscription(name, op, self._ready.set)
+        one = self.subscription(name, op, self._ready.set)
         topic = self.hub.shared(name, known(op["type"]) if op.get("type") else self.hub.topics[name].type)
         self._subscriptions[key] = one
         one.end = self.hub.read(topic, one.take)
