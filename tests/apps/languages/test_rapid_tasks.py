@@ -245,7 +245,10 @@ def test_a_persistent_that_another_task_sets_interrupts_a_move(
     """
     server = rf"""MODULE Server
       {data}
+      VAR jointtarget here;
       PROC main()
+        here := CJointT();
+        TPWrite "at " \Num:=here.robax.rax_1;
         goal.robax.rax_1 := 90;
         fresh := TRUE;
         WaitDO doMoves, 1;
@@ -264,7 +267,7 @@ def test_a_persistent_that_another_task_sets_interrupts_a_move(
     run = CliRunner().invoke(rapid, words, standalone_mode=False)
     assert (run.return_value, run.exception) == (0, None), run.output
     over = "T_ROB1: a round is over"
-    assert run.output.splitlines() == [over, "T_ROB1: there, after 1", over]
+    assert run.output.splitlines() == ["T_SERVER: at 0", over, "T_ROB1: there, after 1", over]
     np.testing.assert_allclose(np.degrees(arms[0].state.positions), [-10, 0, 0, 0, 30, 0], atol=1e-6)
 
 

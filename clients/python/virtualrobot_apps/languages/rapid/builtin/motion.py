@@ -180,9 +180,18 @@ def _vel_set(task: RapidTask, override: float, limit: float) -> None:
 
 
 def _world_of(task: RapidTask, name: str | None) -> World:
-    """Return the world of a task, this one's without a name; its robot is looked at as it is."""
+    """Return the world of a task, this one's without a name; its robot is looked at as it is.
+
+    A task without a robot looks at the only one that others move.
+    """
     if name is None:
-        return task.world
+        others = [one for one in task.cell.tasks.values() if one.has_robot]
+        if task.has_robot or not others:
+            return task.world
+        if len(others) > 1:
+            known = ", ".join(one.name for one in others)
+            raise RapidStopped(f"this task moves no robot; say by \\TaskName whose it is to look at: {known}")
+        name = others[0].name
     found = task.cell.tasks.get(name.lower())
     if found is None:
         known = ", ".join(one.name for one in task.cell.tasks.values())
