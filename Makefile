@@ -1,4 +1,5 @@
 # make run    sets up and shows two arms palletizing in the browser     (ARGS=--headless: without)
+# make serve  the same with an empty cell to build in
 # make test   sets up and checks everything that a change can break: lint, types and tests (minutes; docs/testing.md)
 # make test-all  that, and what takes longer: all models, installations, whole demos
 # make hunt   runs the tests that draw random numbers again and again with fresh seeds   (MINUTES=10 ROOM=unit/motion SEED=1)
@@ -34,13 +35,17 @@ IMAGE := proto/image.binpb
 MAKEFLAGS += --no-print-directory
 # Whatever the shell says: without its bytecode each of some hundred processes compiles the kernel's modules anew.
 export PYTHONDONTWRITEBYTECODE :=
-.PHONY: run test test-all test-long pytest pytest-long hunt durations bench lint ruff pyright pyright-tests buf image stubs constraints picture profiles console wheel clean
+.PHONY: run serve test test-all test-long pytest pytest-long hunt durations bench lint ruff pyright pyright-tests buf image stubs constraints picture profiles console wheel clean
 .DELETE_ON_ERROR:
 
 # Without the page there is still the viewer.
 run: $(VENV)/installed-kernel
 	@$(MAKE) console || true
 	@$(BIN)/virtualrobot demo $(ARGS)
+
+serve: $(VENV)/installed-kernel
+	@$(MAKE) console || true
+	@$(BIN)/virtualrobot serve $(ARGS)
 
 console: $(PAGE)
 
@@ -152,7 +157,7 @@ $(VENV)/bin/python:
 
 $(VENV)/installed-kernel: pyproject.toml constraints.txt | $(VENV)/bin/python
 	@echo "setting up the kernel in $(VENV) ... (once, about 1 minute)"
-	@$(INSTALL) -c constraints.txt -e '.[kernel,closed-form]'
+	@$(INSTALL) -c constraints.txt -e '.[kernel,closed-form,video]'
 	@touch $@
 
 $(VENV)/installed-dev: pyproject.toml constraints.txt | $(VENV)/bin/python

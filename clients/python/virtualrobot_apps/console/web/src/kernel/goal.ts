@@ -34,7 +34,7 @@ class Goals {
   readonly shown = computed<Goal | undefined>(() => this.joints.value ?? this.branches.value[this.branch.value]);
   /** The pose in the world that is wanted; undefined where joints are. */
   readonly pose = signal<AnyPose | undefined>(undefined);
-  #asking = false;
+  #asked: Promise<void> | undefined;
   #next: [string, AnyPose] | undefined;
 
   /** Wants one joint elsewhere; the others stay where they are, or are wanted already. */
@@ -52,20 +52,10 @@ class Goals {
   }
 
   /** Asks for the postures that have the tool centre point at a pose in the world; of quick questions the last one counts. */
-  async ask(robot: string, world_t_tcp: AnyPose): Promise<void> {
+  ask(robot: string, world_t_tcp: AnyPose): Promise<void> {
     this.#next = [robot, world_t_tcp];
-    if (this.#asking) return;
-    this.#asking = true;
-    while (this.#next) {
-      const [of, pose] = this.#next;
-      this.#next = undefined;
-      try {
-        await this.#solve(of, pose);
-      } catch (error) {
-        say(ConnectError.from(error).rawMessage, "error");
-      }
-    }
-    this.#asking = false;
+    this.pose.value = world_t_tcp;
+    return (this.#asked ??= this.#answer());
   }
 
   clear(): void {
@@ -73,8 +63,9 @@ class Goals {
     this.#clearBranches();
   }
 
-  /** Moves the robot to what is shown. */
+  /** Moves the robot to what is shown, once that is what was asked for last. */
   async go(): Promise<void> {
+    await this.#asked;
     const goal = this.shown.peek();
     if (!goal) return;
     const { robot, jointPositions } = goal;
@@ -82,15 +73,30 @@ class Goals {
     const move = line
       ? { case: "linear" as const, value: { goal: { referenceTTcp: this.pose.value } } }
       : { case: "pointToPoint" as const, value: { goal: { case: "joints" as const, value: { jointPositions } } } };
-    if (await run({ moves: [{ robot, speedFactor: 0.5, move }] })) this.clear();
+    if (await run({ moves: [{ robot, speedFactor: 0.5, move }] }) && this.shown.peek() === goal) this.clear();
   }
 
   get isPose(): boolean {
     return this.branches.value.length > 0;
   }
 
+  async #answer(): Promise<void> {
+    while (this.#next) {
+      const [robot, pose] = this.#next;
+      this.#next = undefined;
+      try {
+        await this.#solve(robot, pose);
+      } catch (error) {
+        say(ConnectError.from(error).rawMessage, "error");
+      }
+    }
+    this.#asked = undefined;
+  }
+
   async #solve(robot: string, pose: AnyPose): Promise<void> {
     const said = await robots.solveInverse({ robot, referenceTTcp: pose });
+    // Nothing is wanted any more, or joints are.
+    if (this.pose.peek() === undefined) return;
     const joints = said.jointNames, numbers = said.solutions ? ofArray(said.solutions) : new Float64Array();
     const found = Array.from({ length: joints.length ? numbers.length / joints.length : 0 }, (_, row) => ({
       robot,
@@ -98,7 +104,6 @@ class Goals {
       jointPositions: Object.fromEntries(joints.map((joint, place) => [joint, numbers[row * joints.length + place]])),
     }));
     this.joints.value = undefined;
-    this.pose.value = pose;
     this.branch.value = 0;
     this.branches.value = found;
     this.reach.value = found.length > 0 ? "reached" : "unreachable";
@@ -106,6 +111,7 @@ class Goals {
   }
 
   #clearBranches(): void {
+    this.#next = undefined;
     this.pose.value = undefined;
     this.branches.value = [];
     this.branch.value = 0;

@@ -49,7 +49,7 @@ export async function listModels(): Promise<void> {
 
 /** Adds a model of the catalogue where a person has said; a gripper goes to the chosen robot's flange with `mountOn`. */
 export async function addModel(model: KnownModel, at?: Place, mountOn = ""): Promise<boolean> {
-  const name = placingName.peek().trim();
+  const name = mountOn ? "" : placingName.peek().trim();
   const done = await loading(model.name, (course) =>
     importModel({ uri: `model://${model.name}`, name, parentTNode: poseAt(mountOn ? undefined : at), mountOn }, course));
   if (done) placing.value = undefined;

@@ -1,8 +1,8 @@
 // What people ask of the kernel, besides jogs and STOP.
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { ConnectError } from "@connectrpc/connect";
-import type { Pose } from "../generated/virtualrobot/v1/geometry_pb";
 import { BusyPolicy, DisconnectPolicy, MotionPhase, type MotionSpecSchema } from "../generated/virtualrobot/v1/motion_pb";
+import type { Node } from "../generated/virtualrobot/v1/nodes_pb";
 import type { CommandSchema } from "../generated/virtualrobot/v1/scene_pb";
 import type { SignalValue } from "../generated/virtualrobot/v1/signal_pb";
 import { attempt, say } from "./messages";
@@ -11,8 +11,31 @@ import * as world from "./world";
 
 type Commands = MessageInitShape<typeof CommandSchema>["command"];
 
-/** Changes the world by commands, all of them or none; returns whether they were applied. */
-export async function apply(...commands: Commands[]): Promise<boolean> {
+/** The last change that this page has asked for: each begins when the one before has been answered. */
+let last: Promise<unknown> = Promise.resolve();
+
+/** Changes the world by commands, all of them or none, after all earlier changes; returns whether they were applied. */
+export function apply(...commands: Commands[]): Promise<boolean> {
+  return inTurn(() => send(...commands));
+}
+
+/** Changes one field of a node, named as the contract names it: `edit` changes the node as the kernel has it after all earlier changes. */
+export function change(name: string, field: string, edit: (node: Node) => void): Promise<boolean> {
+  return inTurn(async () => {
+    const [node] = (await attempt(scenes.getScene({ names: [name] })))?.nodes ?? [];
+    if (!node) return false;
+    edit(node);
+    return send({ case: "updateNode", value: { name, node, updateMask: { paths: [field] } } });
+  });
+}
+
+function inTurn(make: () => Promise<boolean>): Promise<boolean> {
+  const done = last.then(make);
+  last = done.catch(() => {});
+  return done;
+}
+
+async function send(...commands: Commands[]): Promise<boolean> {
   return (await attempt(scenes.apply({ commands: commands.map((command) => ({ command })) }))) !== undefined;
 }
 
@@ -22,11 +45,6 @@ export function rename(name: string, to: string): Promise<boolean> {
 
 export function setHidden(name: string, hidden: boolean): Promise<boolean> {
   return apply({ case: "updateNode", value: { name, node: { hidden }, updateMask: { paths: ["hidden"] } } });
-}
-
-export function place(name: string, parent_t_node: Pose): Promise<boolean> {
-  const value = { name, node: { parentTNode: parent_t_node }, updateMask: { paths: ["parent_t_node"] } };
-  return apply({ case: "updateNode", value });
 }
 
 export function attach(name: string, parent: string): Promise<boolean> {

@@ -46,15 +46,16 @@ export function Adding() {
     <form class="adding" aria-label="Add a thing" onSubmit={(event) => (event.preventDefault(), void submit())} onKeyDown={(event) => event.key === "Escape" && (isOpen.value = false)}>
       <Choice label="What is added" options={SHAPES} chosen={one} choose={(to) => (shape.value = to)} />
       <label class="field words"><b>Name</b><input aria-label="Name of the new thing" placeholder={freeName(one)} value={name.value} onInput={(event) => (name.value = event.currentTarget.value)} /></label>
+      <span class="muted">Size, mm</span>
       <div class="pose">
         {SIZES[one].map(([short, label], at) => (
-          <Number key={label} short={short} label={label} unit="mm" positive text={size[at]} write={(text) => (sizes.value = { ...sizes.value, [one]: size.with(at, text) })} />
+          <Number key={label} short={short} label={label} unit="" positive text={size[at]} write={(text) => (sizes.value = { ...sizes.value, [one]: size.with(at, text) })} />
         ))}
       </div>
-      <span class="muted" title="Where the middle of its underside is in the world">Stands at</span>
+      <span class="muted" title="Where the middle of its underside is in the world">Stands at, mm</span>
       <div class="pose">
         {["X", "Y", "Z"].map((axis, at) => (
-          <Number key={axis} short={axis} label={`Stands at ${axis}`} unit="mm" text={stands.value[at]} write={(text) => (stands.value = stands.value.with(at, text))} />
+          <Number key={axis} short={axis} label={`Stands at ${axis}`} unit="" text={stands.value[at]} write={(text) => (stands.value = stands.value.with(at, text))} />
         ))}
       </div>
       {one !== "table" && (
@@ -86,7 +87,7 @@ function Number({ short, label, unit, text, positive, write }: NumberProps) {
   const value = read(text);
   const wrong = value === undefined || (positive && value <= 0);
   return (
-    <label class={`field ${wrong ? "wrong" : ""}`} title={`${label}, ${unit}`}>
+    <label class={`field ${wrong ? "wrong" : ""}`} title={unit ? `${label}, ${unit}` : label}>
       <b>{short}</b>
       <input class="mono" aria-label={label} aria-invalid={wrong} inputMode="decimal" value={text} onFocus={(event) => event.currentTarget.select()} onInput={(event) => write(event.currentTarget.value)} />
       <i>{unit}</i>

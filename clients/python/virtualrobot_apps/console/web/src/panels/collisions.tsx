@@ -260,7 +260,7 @@ function Settings() {
   const now = settings.value, cost = guardCost.value;
   if (!now) return <div class="list" />;
   const all = collisions.nameOf(now.mode) ?? "off";
-  const pad = selected.value && items.value.get(selected.value)?.node.figures.length && !now.paddings.some(({ node }) => node === selected.value);
+  const pad = (items.value.get(selected.value)?.node.figures.length ?? 0) > 0 && !now.paddings.some(({ node }) => node === selected.value);
   return (
     <div class="list" role="list" aria-label="What is done about collisions">
       <div class="entry" role="listitem">

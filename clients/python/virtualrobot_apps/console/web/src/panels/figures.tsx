@@ -1,7 +1,6 @@
 // The figures of a node: sizes of primitives and colours, changed where they stand.
-import { clone } from "@bufbuild/protobuf";
-import { FigureSchema, type Figure } from "../generated/virtualrobot/v1/nodes_pb";
-import { apply } from "../kernel/orders";
+import type { Figure } from "../generated/virtualrobot/v1/nodes_pb";
+import { change } from "../kernel/orders";
 import type { Item } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { NumberField } from "../parts/number_field";
@@ -11,11 +10,7 @@ const MILLIMETERS = 1000;
 
 export function Figures({ item: { name, node } }: { item: Item }) {
   if (node.figures.length === 0) return null;
-  const write = (place: number, edit: (figure: Figure) => void) => {
-    const figures = node.figures.map((figure) => clone(FigureSchema, figure));
-    edit(figures[place]);
-    void apply({ case: "updateNode", value: { name, node: { figures }, updateMask: { paths: ["figures"] } } });
-  };
+  const write = (place: number, edit: (figure: Figure) => void) => void change(name, "figures", ({ figures }) => figures[place] && edit(figures[place]));
   return (
     <section aria-label="Figures">
       <h4>Figures <span class="badge">{node.figures.length}</span></h4>

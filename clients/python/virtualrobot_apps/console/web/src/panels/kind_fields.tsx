@@ -1,8 +1,8 @@
 // The fields of a node's kind, from the contract's descriptors: nothing here knows a kind by name.
-import { clone, ScalarType, type DescField, type DescMessage, type Message } from "@bufbuild/protobuf";
+import { ScalarType, type DescField, type DescMessage, type Message } from "@bufbuild/protobuf";
 import { reflect } from "@bufbuild/protobuf/reflect";
-import { NodeSchema, type Node } from "../generated/virtualrobot/v1/nodes_pb";
-import { apply } from "../kernel/orders";
+import { NodeSchema } from "../generated/virtualrobot/v1/nodes_pb";
+import { change } from "../kernel/orders";
 import type { Item } from "../kernel/world";
 import { NumberField } from "../parts/number_field";
 import { DEGREES } from "../parts/numbers";
@@ -31,12 +31,8 @@ export function KindFields({ item }: { item: Item }) {
   if (field?.message === undefined || value === undefined) return null;
   const rows = rowsOf(field.message, value);
   if (rows.length === 0) return null;
-  const write = (path: DescField[], to: unknown) => {
-    const changed = clone(field.message!, value) as Message;
-    setAt(field.message!, changed, path, to);
-    const node = { kind: { case: kind, value: changed } } as Partial<Node>;
-    void apply({ case: "updateNode", value: { name: item.name, node: node as never, updateMask: { paths: [field.name] } } });
-  };
+  const write = (path: DescField[], to: unknown) =>
+    void change(item.name, field.name, (node) => node.kind.case === kind && setAt(field.message!, node.kind.value!, path, to));
   return (
     <section aria-label="Settings">
       <h4>Settings</h4>

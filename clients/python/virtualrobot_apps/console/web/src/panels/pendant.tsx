@@ -43,7 +43,7 @@ export function Pendant() {
             </button>
             <NotationChoice />
           </h4>
-          <PoseFields pose={goal.pose.value ?? state.worldTTcp} write={(pose) => void goal.ask(name, pose)} />
+          <PoseFields pose={goal.pose.value ?? state.worldTTcp} write={(edit) => void goal.ask(name, edit(goal.pose.peek() ?? states.peek().get(name)?.worldTTcp))} />
         </section>
         <Tools robot={name} state={state} />
         <Branches />

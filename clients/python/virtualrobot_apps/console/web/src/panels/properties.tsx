@@ -1,7 +1,10 @@
 // Properties of what is selected: common ones, and those of its kind as the contract's descriptors tell them.
-import { attach, place, rename, run, setHidden } from "../kernel/orders";
+import { create } from "@bufbuild/protobuf";
+import { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
+import { attach, change, rename, run, setHidden } from "../kernel/orders";
 import { items, moves, robots, selected, states, type Item } from "../kernel/world";
 import { Icon, KindIcon } from "../parts/icons";
+import type { AnyPose } from "../parts/numbers";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
 import { poseOf } from "../view/poses";
 import { Figures } from "./figures";
@@ -44,7 +47,8 @@ function Pose({ item: { name, parent, kind, node } }: { item: Item }) {
   void moves.value;
   const places = viewport.current?.solids.places, here = places?.get(name), below = places?.get(parent);
   const pose = here ? poseOf(below ? below.clone().invert().multiply(here) : here) : node.parentTNode;
-  return <PoseFields pose={pose} write={kind === "link" ? undefined : (to) => void place(name, to as never)} />;
+  const write = (edit: (pose?: AnyPose) => AnyPose) => void change(name, "parent_t_node", (one) => (one.parentTNode = create(PoseSchema, edit(one.parentTNode))));
+  return <PoseFields pose={pose} write={kind === "link" ? undefined : write} />;
 }
 
 interface TextProps {

@@ -28,10 +28,13 @@ export function read(text: string): number | undefined {
   return trimmed === "" || !Number.isFinite(value) ? undefined : value;
 }
 
-/** Returns the angles about the fixed axes x, y and z, in this order (roll, pitch, yaw), in radians. */
+const LEAST_ANGLE = 1e-6 - Math.PI;
+
+/** Returns the angles about the fixed axes x, y and z, in this order (roll, pitch, yaw), in radians; half a turn is positive. */
 export function rollPitchYaw({ x, y, z, w }: Rotation): [number, number, number] {
   const pitch = Math.asin(Math.max(-1, Math.min(1, 2 * (w * y - z * x))));
-  return [Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), pitch, Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))];
+  const roll = Math.atan2(2 * (w * x + y * z), 1 - 2 * (x * x + y * y)), yaw = Math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z));
+  return [roll < LEAST_ANGLE ? -roll : roll, pitch, yaw < LEAST_ANGLE ? -yaw : yaw];
 }
 
 /** Returns the rotation of `rollPitchYaw`'s angles. */

@@ -17,30 +17,22 @@ export function NotationChoice() {
 
 interface Props {
   pose?: AnyPose;
-  /** Takes the pose as it is written; without it numbers are only shown. */
-  write?: (pose: AnyPose) => void;
+  /** Takes what a field makes of a pose when it is written; without it numbers are only shown. */
+  write?: (edit: (pose?: AnyPose) => AnyPose) => void;
 }
 
 export function PoseFields({ pose, write }: Props) {
   const position = positionOf(pose), orientation = orientationOf(pose);
   const angles = rollPitchYaw(orientation);
-  const move = (place: number, value: number) => {
-    const [x, y, z] = position.with(place, value / 1000);
-    write?.({ position: { x, y, z }, orientation });
-  };
-  const turn = (place: number, value: number) => {
-    const [x, y, z] = position, [roll, pitch, yaw] = angles.with(place, value / DEGREES);
-    write?.({ position: { x, y, z }, orientation: ofRollPitchYaw(roll, pitch, yaw) });
-  };
   return (
     <div class="pose">
       {AXES.map((axis, place) => (
         <NumberField key={axis} label={axis.toUpperCase()} name={axis.toUpperCase()} color={COLORS[place]} unit="mm" decimals={2}
-          value={1000 * position[place]} write={write && ((value) => move(place, value))} />
+          value={1000 * position[place]} write={write && ((value) => write((one) => moved(one, place, value / 1000)))} />
       ))}
       {notation.value === "rpy" && ["Roll", "Pitch", "Yaw"].map((label, place) => (
         <NumberField key={label} label={label} name={`R${AXES[place]}`} color={COLORS[place]} unit="°" decimals={2}
-          value={DEGREES * angles[place]} write={write && ((value) => turn(place, value))} />
+          value={DEGREES * angles[place]} write={write && ((value) => write((one) => turned(one, place, value / DEGREES)))} />
       ))}
       {notation.value === "vector" && rotationVector(orientation).map((value, place) => (
         <NumberField key={place} label={`Rotation vector ${AXES[place]}`} name={`r${AXES[place]}`} unit="rad" decimals={4} value={value} />
@@ -50,4 +42,14 @@ export function PoseFields({ pose, write }: Props) {
       ))}
     </div>
   );
+}
+
+function moved(pose: AnyPose | undefined, place: number, value: number): AnyPose {
+  const [x, y, z] = positionOf(pose).with(place, value);
+  return { position: { x, y, z }, orientation: orientationOf(pose) };
+}
+
+function turned(pose: AnyPose | undefined, place: number, value: number): AnyPose {
+  const [x, y, z] = positionOf(pose), [roll, pitch, yaw] = rollPitchYaw(orientationOf(pose)).with(place, value);
+  return { position: { x, y, z }, orientation: ofRollPitchYaw(roll, pitch, yaw) };
 }
