@@ -50,6 +50,11 @@ Examples:
     flag_value="127.0.0.1",
     help="Let sockets of programs listen, at this address [127.0.0.1].",
 )
+@click.option(
+    "--motion-programs",
+    is_flag=True,
+    help="Run what abb-motion-program-exec uploads: a module and its signals are added.",
+)
 @click.option("--create-signals", is_flag=True, help="Add the signals that modules name and the world has not.")
 @click.option("--until-input-ends", is_flag=True, help="End with the standard input: with the program that started it.")
 @target_options
@@ -63,6 +68,7 @@ def abb(
     password: str,
     folder: Path | None,
     listen: str | None,
+    motion_programs: bool,
     create_signals: bool,
     until_input_ends: bool,
 ) -> None:
@@ -92,10 +98,13 @@ def abb(
         listening.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         typed: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         answers = iter(typed.get, None)
+        creates = create_signals or motion_programs
         controller = Controller(
-            client, robots, files, create_signals=create_signals, listen_at=listen, write=click.echo, answers=answers
+            client, robots, files, create_signals=creates, listen_at=listen, write=click.echo, answers=answers
         )
         stack.callback(controller.close)
+        if motion_programs:
+            controller.load_motion_programs()
         for text in modules:
             found = re.fullmatch(r"((?P<task>\w+)=)?(?P<file>.+)", text, re.DOTALL)
             assert found is not None

@@ -34,6 +34,7 @@ from virtualrobot_apps.languages.rapid.world import World
 CYCLES = ("once", "forever")
 KEPT = {"pers": ("pers",), "all": ("pers", "var")}
 """Storages whose values stay: when the program pointer is set to main, and when main begins anew by itself."""
+MOTION_PROGRAMS = Path(__file__).parent / "motion_program_exec.mod"
 END_SECONDS = 15.0
 """Time (s of the wall clock) that a program has to end that was stopped for good."""
 
@@ -154,6 +155,12 @@ class Controller:
                 raise Refused("NAMEEXIST", f"{unit.name} has a module {name!r} already; say replace=true")
             self._load(self._modules() | {unit.name: {**others, name: source}}, {(unit.name, name.lower())})
         return name
+
+    def load_motion_programs(self) -> None:
+        """Load what runs the programs that abb-motion-program-exec uploads into all tasks; the way is logged."""
+        for task in self.units:
+            self.load_module(task, Source(MOTION_PROGRAMS.read_text("utf-8"), MOTION_PROGRAMS.name), replace=True)
+        self.client.signals["motion_program_log_motion"] = True
 
     def unload_module(self, task: str, name: str) -> None:
         """Take a module out of a task."""
