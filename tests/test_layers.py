@@ -44,7 +44,7 @@ ROOMS: dict[str, tuple[str, ...]] = {
     "formats": ("messages", "numeric", "shapes", "world"),
     "scenes": ("formats", "messages", "world"),
     "collision": ("motion", "numeric", "planning", "shapes", "world"),
-    "paths": ("collision", "motion", "planning", "world"),
+    "paths": ("collision", "motion", "numeric", "planning", "world"),
     "crafts": ("components", "motion", "planning", "world"),
     "drivers": ("components", "inputs", "motion", "numeric", "world"),
     "physics": ("collision", "components", "numeric", "shapes", "world"),
@@ -215,7 +215,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # FCL holds the interpreter's lock: whoever asks it goes through the bounded calls of this room.
     f"{KERNEL}/collision": room("collision", "fcl", "virtualrobot_sdk"),
     # OMPL holds the interpreter's lock: it runs in a process of its own, and only this file imports it.
-    f"{KERNEL}/paths": room("paths"),
+    f"{KERNEL}/paths": room("paths", "virtualrobot_sdk"),
     f"{KERNEL}/paths/search.py": room("paths", "ompl"),
     f"{KERNEL}/sensing": room("sensing", "virtualrobot_sdk"),
     f"{KERNEL}/drivers": room("drivers", "virtualrobot_sdk"),

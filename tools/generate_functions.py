@@ -108,8 +108,9 @@ GROUPS = (
             "program": "motions.program:Program",
             "stream": "motions.setpoints:SetpointStream",
             "client.paths": "motions.paths:Paths",
+            "tool_path": "motions.tool_paths:ToolPath",
         },
-        functions=("inertial",),
+        functions=("inertial", "path_frames"),
         client=(
             *("check", "check_plan", "motions", "move_together", "plan", "program", "read_program", "robot"),
             *("speed_factor", "start_plan", "stop", "targets"),

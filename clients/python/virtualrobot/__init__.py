@@ -44,6 +44,8 @@ if TYPE_CHECKING:
     from virtualrobot.motions.state import PlanReference as PlanReference
     from virtualrobot.motions.state import Search as Search
     from virtualrobot.motions.steps import Pattern as Pattern
+    from virtualrobot.motions.tool_paths import ToolPath as ToolPath
+    from virtualrobot.motions.tool_paths import path_frames as path_frames
     from virtualrobot.physics import JointMotor as JointMotor
     from virtualrobot.progress import Progress as Progress
     from virtualrobot.robots.dynamics import inertial as inertial
@@ -121,6 +123,7 @@ _MODULES = {
     ),
     "motions.moves": ("Move",),
     "motions.paths": ("FreePath",),
+    "motions.tool_paths": ("ToolPath", "path_frames"),
     "motions.plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
     "motions.program": ("Program",),
     "sensors.range_sensors": ("RangeReading", "beams", "fan", "range_sensor", "raster", "ring", "spinning"),

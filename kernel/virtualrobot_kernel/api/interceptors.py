@@ -52,6 +52,7 @@ WORK = {
     "/virtualrobot.v1.MotionService/PlanMotion": "planning",
     "/virtualrobot.v1.MotionService/CheckMotion": "checking a motion",
     "/virtualrobot.v1.PathService/FindPath": "looking for a path",
+    "/virtualrobot.v1.PathService/FindToolPath": "looking for a way along a tool path",
     "/virtualrobot.v1.SceneService/ImportModel": "loading a model",
     "/virtualrobot.v1.SceneService/LoadScene": "loading a scene",
 }

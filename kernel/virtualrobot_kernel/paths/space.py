@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache, partial
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,6 @@ from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.program import Program
-from virtualrobot_kernel.paths.query import PathQuery
 from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.world.state import Snapshot
 
@@ -35,6 +35,40 @@ REACH = 0.2
 """Greatest length of a tree's edges, as a share of the diagonal of the room that the joints have; as OMPL has it."""
 
 
+class Moved(Protocol):
+    """Joints that a query is about, (k,), and their limits; see `PathQuery`."""
+
+    @property
+    def q_index(self) -> NDArray[np.int32]:
+        """Places of the joints in q."""
+        ...
+
+    @property
+    def lower(self) -> Floats:
+        """Lower limits."""
+        ...
+
+    @property
+    def upper(self) -> Floats:
+        """Upper limits."""
+        ...
+
+    @property
+    def ratios(self) -> Floats:
+        """Ratios (a, k) of actuators with limits of their own."""
+        ...
+
+    @property
+    def least(self) -> Floats:
+        """Least of ratios @ q."""
+        ...
+
+    @property
+    def most(self) -> Floats:
+        """Greatest of ratios @ q."""
+        ...
+
+
 class PathSpace:
     """Configurations of one arm in a world in which all else stands; used by one thread at a time.
 
@@ -42,9 +76,7 @@ class PathSpace:
     fingers that are closed, at whatever posture rounding makes them touch.
     """
 
-    def __init__(
-        self, scene: CollisionScene, snapshot: Snapshot, query: PathQuery, given_up: Callable[[], bool]
-    ) -> None:
+    def __init__(self, scene: CollisionScene, snapshot: Snapshot, query: Moved, given_up: Callable[[], bool]) -> None:
         """Take the world at the start of the path, and what tells that nobody waits any more."""
         self._scene, self._snapshot, self._query, self._given_up = scene, snapshot, query, given_up
         self.start: Floats = snapshot.state.q[query.q_index]
@@ -64,6 +96,12 @@ class PathSpace:
         self.checks += 1
         self._scene.place(standing_at(self._snapshot, self._query.q_index, q))
         return self._scene.first_touching(self._robots, self._counts)
+
+    def contacts(self, configurations: Floats) -> list[Pair | None]:
+        """Return what touches, as `contact` tells it, at each of some configurations (m, k)."""
+        certain = self._certain.places(configurations)
+        self.checks += int(certain.sum())
+        return [None if free else self.contact(q) for q, free in zip(configurations, certain.tolist(), strict=True)]
 
     def within(self, q: Floats) -> bool:
         """Return whether joints and actuators are within their limits at q, (k,) or (m, k)."""
@@ -131,24 +169,26 @@ class PathSpace:
 
         Its begin is free: what is not inside of something gets there only through its surface.
         """
-        self.checks += 1
-        return self._first_on(joint_line(begin, end))
+        return self.first_on(joint_line(begin, end))
 
     def meets_program(self, program: Program, index: NDArray[np.int32]) -> SweptContact | None:
         """Return the first contact of a program from the start, whose columns are at `index` in q: proven."""
-        self.checks += 1
         for begin, stage in zip(program.begins, program.stages, strict=False):
             if stage.plan is None:
                 continue
             assert np.array_equal(index[list(stage.columns)], self._query.q_index), "it moves the arm's joints alone"
             (track,) = stage.plan.tracks
-            contact = self._first_on(track.path)
+            contact = self.first_on(track.path)
             if contact is not None:
                 return replace(contact, time=begin + nominal_time(track.time_law, contact.time, 0.0))
         return None
 
-    def _first_on(self, path: PiecewisePolynomial) -> SweptContact | None:
-        """Return the first contact on a path of the arm's joints, by its parameter; what is certain is not asked."""
+    def first_on(self, path: PiecewisePolynomial) -> SweptContact | None:
+        """Return the first contact on a path of the arm's joints, by its parameter: proven, not sampled.
+
+        Its begin is free.
+        """
+        self.checks += 1
         way = of_path(self._snapshot.state.q, self._query.q_index, path)
         for begin, end in self._certain.doubts(way, 0.5 * RESOLUTION):
             contact = first_contact(

@@ -81,6 +81,8 @@ from virtualrobot.motions.steps import NodeNamed as NodeNamed
 from virtualrobot.motions.steps import Pattern as Pattern
 from virtualrobot.motions.steps import PickAtOptions as PickAtOptions
 from virtualrobot.motions.steps import PlaceAtOptions as PlaceAtOptions
+from virtualrobot.motions.tool_paths import Floats as Floats
+from virtualrobot.motions.tool_paths import ToolPathProgress as ToolPathProgress
 from virtualrobot.physics import JointMotor as JointMotor
 from virtualrobot.physics import PhysicsStatus as PhysicsStatus
 from virtualrobot.plugins import Component as Component
@@ -105,7 +107,7 @@ from virtualrobot.robots.mover import _LinearStart as _LinearStart
 from virtualrobot.robots.mover import _MoveStart as _MoveStart
 from virtualrobot.robots.mover import _PointToPointStart as _PointToPointStart
 from virtualrobot.robots.mover import _TrajectoryStart as _TrajectoryStart
-from virtualrobot.robots.odometry import Floats as Floats
+from virtualrobot.robots.odometry import Floats as virtualrobot_robots_odometry_Floats
 from virtualrobot.robots.odometry import OdometryReading as OdometryReading
 from virtualrobot.robots.redundancy import Lock as Lock
 from virtualrobot.robots.redundancy import Prefer as Prefer
@@ -562,6 +564,8 @@ class Paths(Face):
     """Free ways in the world of one kernel."""
     def find(self, robot: Named, goal: Mapping[str, float] | str | ArrayLike, *, start: Mapping[str, float] | None = ..., reference: str = ..., configuration: str | None = ..., planner: str = ..., seed: int = ..., time_limit: float | None = ..., speed_factor: float | None = ..., zone_percent: float | None = ..., group: str | tuple[str, str] | None = ..., progress: Callable[[PathProgress], None] | None = ...) -> Order[FreePath]:
         """Return a path on which an arm touches nothing that it may not. Nothing moves."""
+    def find_tool_path(self, robot: Named, frames: ArrayLike, velocity: float, *, tolerance: Mapping[str, float | tuple[float, float] | str] | None = ..., reference: str = ..., acceleration: float | None = ..., time_limit: float | None = ..., group: str | tuple[str, str] | None = ..., progress: Callable[[ToolPathProgress], None] | None = ...) -> Order[ToolPath]:
+        """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not."""
 
 class Program(Face):
     """Steps that one motion makes one after the other, planned as a whole before anything moves."""
@@ -618,6 +622,25 @@ class Program(Face):
         """The program as the contract has it; a copy."""
     def __len__(self) -> int:
         """Return the number of steps."""
+
+class ToolPath(Face):
+    """A way of an arm that leads its tool along n frames and touches nothing that it may not."""
+    joint_names: tuple[str, ...]
+    times: Floats
+    positions: Floats
+    freedoms: Floats
+    length: float
+    held: tuple[float, float]
+    duration: float
+    program: Program
+    planning_time: float
+    checks: int
+    searches: int
+    @property
+    def start_joints(self) -> Order[dict[str, float]]:
+        """Joints at the start of the path, by name."""
+    def start(self, **options: Unpack[StartOptions]) -> Order[Motion]:
+        """Go along the path; the options are those of `Robot`."""
 
 class SetpointStream(Face):
     """Joints that follow the setpoints which this program sends; `Robot.stream` opens one. A context manager."""
@@ -782,9 +805,9 @@ class Odometry(Face):
         """Return the place as of the last update."""
     def update(self, encoders: EncoderReading | None = ...) -> Order[OdometryReading]:
         """Return where the craft should be by now."""
-    def reckon(self, encoders: Sequence[EncoderReading]) -> Order[Floats]:
+    def reckon(self, encoders: Sequence[EncoderReading]) -> Order[virtualrobot_robots_odometry_Floats]:
         """Return where the craft should have been, (n, 3) x, y (m) and heading (rad), at readings of its encoders."""
-    def drift(self, true_pose: ArrayLike | None = ...) -> Order[Floats]:
+    def drift(self, true_pose: ArrayLike | None = ...) -> Order[virtualrobot_robots_odometry_Floats]:
         """Return by how much the last update is off: x, y (m) and heading (rad, within half a turn), shape (3,)."""
 
 class Postures(Face):

@@ -14,12 +14,18 @@ from virtualrobot._wire.messages import group_message, joint_map, value_or_defau
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import shown
 from virtualrobot._wire.transport import Waiting
-from virtualrobot.errors import UnknownNameError, WrongStateError
+from virtualrobot.errors import UnknownNameError
 from virtualrobot.motions import moves
 from virtualrobot.motions.motion import Motion, StartOptions
 from virtualrobot.motions.program import Program
 from virtualrobot.motions.steps import Named, name_of
-from virtualrobot.robots.description import joints_now
+from virtualrobot.motions.tool_paths import (
+    ToolPath,
+    ToolPathProgress,
+    check_at_start,
+    tool_path_message,
+    tool_path_of,
+)
 from virtualrobot.robots.named_goals import is_target
 from virtualrobot.v1 import motion_pb2, path_pb2
 
@@ -34,9 +40,6 @@ PLANNERS = {
 }
 """The planners by the names that OMPL gives them."""
 PLANNER_NAMES = {number: name for name, number in PLANNERS.items()}
-
-AT_START = 1e-4
-"""Largest distance of each joint from the path's start, in rad or m."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,14 +96,8 @@ class FreePath:
 
         Raises WrongStateError when the robot is not at the path's start: nobody has looked at the way from elsewhere.
         """
-        robot = self.program._spec.steps[0].move.moves[0].robot
-        here = joints_now(self._services, robot)
-        for name, value in zip(self.joint_names, self.waypoints[0].tolist(), strict=True):
-            if abs(here[name] - value) > AT_START:
-                raise WrongStateError(
-                    f"{robot!r} is not where the path starts: {name!r} is at {here[name]:.6g} and not at {value:.6g}; "
-                    "move it there, or look for a path from here"
-                )
+        start = dict(zip(self.joint_names, self.waypoints[0].tolist(), strict=True))
+        check_at_start(self._services, self.program, start)
         return self.program.start(**options)
 
 
@@ -191,6 +188,66 @@ class Paths:
         finally:
             waiting.end()
         return self._path(last)
+
+    def find_tool_path(
+        self,
+        robot: Named,
+        frames: ArrayLike,
+        velocity: float,
+        *,
+        tolerance: Mapping[str, float | tuple[float, float] | str] | None = None,
+        reference: str = "world",
+        acceleration: float | None = None,
+        time_limit: float | None = None,
+        group: str | tuple[str, str] | None = None,
+        progress: Callable[[ToolPathProgress], None] | None = None,
+    ) -> ToolPath:
+        """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not.
+
+        Nothing moves. All else stands as it does now; the part that the robot holds goes along. For arms of six joints
+        that turn, with a spherical wrist.
+
+        Args:
+            robot: the robot, or its name.
+            frames: (n, 4, 4) of the tool centre point, on a smooth curve, such as `path_frames` makes.
+            velocity: the speed of the frame along the path (m/s).
+            tolerance: how far the tool may be from its frame, by axis: `x`, `y`, `z` in m along those of the frame,
+                `rotation_x`, `rotation_y`, `rotation_z` in rad about them, one after the other. A number is as far
+                either way, two are from where to where, and `free` is any turn. It is on the frame else.
+            reference: the node in whose frame the frames are.
+            acceleration: the greatest one to that speed and from it (m/s^2), 1 by default.
+            time_limit: in s, 30 by default.
+            group: the group of the robot whose tool is led, by name or as (base link, tip link); by default its own
+                chain.
+            progress: is called about four times a second; what it raises ends the search. Without it the client's
+                `on_progress` is told.
+
+        Raises:
+            UnreachableError: where no posture reaches the path, or nothing was found in time.
+            LimitError: where a joint can't be there, or can't be so fast; tolerances and speeds that nobody means.
+            CollisionError: where all that the tolerances allow touches something.
+            SingularityError: where the arm would have to pass a singularity.
+            InvalidArgumentError: for frames and tolerances that make no sense.
+            UnknownNameError: for a robot or node that there is not.
+        """
+        request = path_pb2.FindToolPathRequest(
+            robot=name_of(robot),
+            group=group_message(group),
+            path=tool_path_message(frames, reference, velocity, acceleration, tolerance or {}),
+            time_limit_seconds=value_or_default(time_limit, "time_limit"),
+        )
+        last = path_pb2.FindToolPathResponse()
+        waiting = Waiting("looking for a way along a tool path", self._services.channel.on_progress)
+        try:
+            with self._services.path.FindToolPath(request) as stream:
+                for last in stream:
+                    if progress is not None:
+                        progress(ToolPathProgress(last.elapsed_seconds, last.searches, last.checks))
+                    else:
+                        waiting.tell(f"{last.searches} searches, {last.checks} checks")
+        finally:
+            waiting.end()
+        return tool_path_of(self._services, last)
 
     def _path(self, last: path_pb2.FindPathResponse) -> FreePath:
         path = last.path

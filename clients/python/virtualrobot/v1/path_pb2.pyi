@@ -93,3 +93,87 @@ class Waypoint(_message.Message):
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
     positions: _containers.RepeatedScalarFieldContainer[float]
     def __init__(self, positions: _Optional[_Iterable[float]] = ...) -> None: ...
+
+class AxisTolerance(_message.Message):
+    __slots__ = ("lower", "upper", "free")
+    LOWER_FIELD_NUMBER: _ClassVar[int]
+    UPPER_FIELD_NUMBER: _ClassVar[int]
+    FREE_FIELD_NUMBER: _ClassVar[int]
+    lower: float
+    upper: float
+    free: bool
+    def __init__(self, lower: _Optional[float] = ..., upper: _Optional[float] = ..., free: bool = ...) -> None: ...
+
+class ToolPath(_message.Message):
+    __slots__ = ("frames", "reference", "x", "y", "z", "rotation_x", "rotation_y", "rotation_z", "velocity_meters_per_second", "acceleration_meters_per_second_squared")
+    FRAMES_FIELD_NUMBER: _ClassVar[int]
+    REFERENCE_FIELD_NUMBER: _ClassVar[int]
+    X_FIELD_NUMBER: _ClassVar[int]
+    Y_FIELD_NUMBER: _ClassVar[int]
+    Z_FIELD_NUMBER: _ClassVar[int]
+    ROTATION_X_FIELD_NUMBER: _ClassVar[int]
+    ROTATION_Y_FIELD_NUMBER: _ClassVar[int]
+    ROTATION_Z_FIELD_NUMBER: _ClassVar[int]
+    VELOCITY_METERS_PER_SECOND_FIELD_NUMBER: _ClassVar[int]
+    ACCELERATION_METERS_PER_SECOND_SQUARED_FIELD_NUMBER: _ClassVar[int]
+    frames: _geometry_pb2.NumericArray
+    reference: str
+    x: AxisTolerance
+    y: AxisTolerance
+    z: AxisTolerance
+    rotation_x: AxisTolerance
+    rotation_y: AxisTolerance
+    rotation_z: AxisTolerance
+    velocity_meters_per_second: float
+    acceleration_meters_per_second_squared: float
+    def __init__(self, frames: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., reference: _Optional[str] = ..., x: _Optional[_Union[AxisTolerance, _Mapping]] = ..., y: _Optional[_Union[AxisTolerance, _Mapping]] = ..., z: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_x: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_y: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_z: _Optional[_Union[AxisTolerance, _Mapping]] = ..., velocity_meters_per_second: _Optional[float] = ..., acceleration_meters_per_second_squared: _Optional[float] = ...) -> None: ...
+
+class FindToolPathRequest(_message.Message):
+    __slots__ = ("robot", "group", "path", "time_limit_seconds")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    GROUP_FIELD_NUMBER: _ClassVar[int]
+    PATH_FIELD_NUMBER: _ClassVar[int]
+    TIME_LIMIT_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    group: _nodes_pb2.GroupSelection
+    path: ToolPath
+    time_limit_seconds: float
+    def __init__(self, robot: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., path: _Optional[_Union[ToolPath, _Mapping]] = ..., time_limit_seconds: _Optional[float] = ...) -> None: ...
+
+class FindToolPathResponse(_message.Message):
+    __slots__ = ("stamp", "elapsed_seconds", "searches", "checks", "path")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    ELAPSED_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    SEARCHES_FIELD_NUMBER: _ClassVar[int]
+    CHECKS_FIELD_NUMBER: _ClassVar[int]
+    PATH_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    elapsed_seconds: float
+    searches: int
+    checks: int
+    path: FoundToolPath
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., elapsed_seconds: _Optional[float] = ..., searches: _Optional[int] = ..., checks: _Optional[int] = ..., path: _Optional[_Union[FoundToolPath, _Mapping]] = ...) -> None: ...
+
+class FoundToolPath(_message.Message):
+    __slots__ = ("joint_names", "times", "positions", "freedoms", "length_meters", "held_from_seconds", "held_until_seconds", "duration_seconds", "spec", "planning_seconds")
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    TIMES_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    FREEDOMS_FIELD_NUMBER: _ClassVar[int]
+    LENGTH_METERS_FIELD_NUMBER: _ClassVar[int]
+    HELD_FROM_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    HELD_UNTIL_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    SPEC_FIELD_NUMBER: _ClassVar[int]
+    PLANNING_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    times: _geometry_pb2.NumericArray
+    positions: _geometry_pb2.NumericArray
+    freedoms: _geometry_pb2.NumericArray
+    length_meters: float
+    held_from_seconds: float
+    held_until_seconds: float
+    duration_seconds: float
+    spec: _motion_pb2.MotionSpec
+    planning_seconds: float
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., freedoms: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., length_meters: _Optional[float] = ..., held_from_seconds: _Optional[float] = ..., held_until_seconds: _Optional[float] = ..., duration_seconds: _Optional[float] = ..., spec: _Optional[_Union[_motion_pb2.MotionSpec, _Mapping]] = ..., planning_seconds: _Optional[float] = ...) -> None: ...

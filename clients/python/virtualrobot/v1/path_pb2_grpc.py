@@ -40,6 +40,11 @@ class PathServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_path__pb2.FindPathRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_path__pb2.FindPathResponse.FromString,
                 _registered_method=True)
+        self.FindToolPath = channel.unary_stream(
+                '/virtualrobot.v1.PathService/FindToolPath',
+                request_serializer=virtualrobot_dot_v1_dot_path__pb2.FindToolPathRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_path__pb2.FindToolPathResponse.FromString,
+                _registered_method=True)
 
 
 class PathServiceServicer(object):
@@ -56,6 +61,18 @@ class PathServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def FindToolPath(self, request, context):
+        """How an arm leads its tool along a path with freedom: which posture, and which of the poses that the tolerances allow,
+        so that the tool keeps its speed, joints keep their limits, and nothing touches that may not. All else stands as it
+        does now. For arms of six joints that turn, the last three about axes that meet (a spherical wrist), the second one at
+        a right angle to the first and parallel to the third. Nothing moves; the path comes with a motion that can be started.
+        Where there is none, the refusal tells the place, the frame that is nearest, the joint if it is one's, and the reason.
+        The search ends when the client goes away.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
 
 def add_PathServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -63,6 +80,11 @@ def add_PathServiceServicer_to_server(servicer, server):
                     servicer.FindPath,
                     request_deserializer=virtualrobot_dot_v1_dot_path__pb2.FindPathRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_path__pb2.FindPathResponse.SerializeToString,
+            ),
+            'FindToolPath': grpc.unary_stream_rpc_method_handler(
+                    servicer.FindToolPath,
+                    request_deserializer=virtualrobot_dot_v1_dot_path__pb2.FindToolPathRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_path__pb2.FindToolPathResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -93,6 +115,33 @@ class PathService(object):
             '/virtualrobot.v1.PathService/FindPath',
             virtualrobot_dot_v1_dot_path__pb2.FindPathRequest.SerializeToString,
             virtualrobot_dot_v1_dot_path__pb2.FindPathResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def FindToolPath(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_stream(
+            request,
+            target,
+            '/virtualrobot.v1.PathService/FindToolPath',
+            virtualrobot_dot_v1_dot_path__pb2.FindToolPathRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_path__pb2.FindToolPathResponse.FromString,
             options,
             channel_credentials,
             insecure,

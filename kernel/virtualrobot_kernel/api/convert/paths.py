@@ -34,9 +34,9 @@ PERCENT = 50.0
 """Greatest zone in percent, and the default one."""
 
 
-def path_options(request: path_pb2.FindPathRequest) -> PathOptions:
-    """Return the options of a path search; raise KernelError that names the field that is wrong."""
-    seconds = finite(request.time_limit_seconds, "time_limit_seconds") or SECONDS
+def time_limit(value: float, default: float) -> float:
+    """Return the time of a search in s; raise KernelError for one that makes no sense."""
+    seconds = finite(value, "time_limit_seconds") or default
     if not 0.0 < seconds <= MOST_SECONDS:
         raise LimitError(
             f"time_limit_seconds must be above 0 and at most {MOST_SECONDS:g}, not {seconds:g}",
@@ -44,6 +44,12 @@ def path_options(request: path_pb2.FindPathRequest) -> PathOptions:
             value=seconds,
             upper=MOST_SECONDS,
         )
+    return seconds
+
+
+def path_options(request: path_pb2.FindPathRequest) -> PathOptions:
+    """Return the options of a path search; raise KernelError that names the field that is wrong."""
+    seconds = time_limit(request.time_limit_seconds, SECONDS)
     factor = speed_factor(request.speed_factor, "speed_factor")
     percent = finite(request.blend_percent, "blend_percent") if request.HasField("blend_percent") else PERCENT
     if not 0.0 <= percent <= PERCENT:

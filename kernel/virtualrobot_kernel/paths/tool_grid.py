@@ -1,0 +1,147 @@
+"""Ladder of a tool path: its rungs, the combinations of free values on each, and the postures of both."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise, product
+
+import numpy as np
+from numpy.typing import NDArray
+from virtualrobot_sdk.compiled.closed import BRANCHES, inverse_many
+from virtualrobot_sdk.poses import inverse
+
+from virtualrobot_kernel.motion.free_path import FramePath, frame_t_tool
+from virtualrobot_kernel.numeric.ladder import cheapest_way, turns_of
+from virtualrobot_kernel.paths.tool_query import Tolerances, ToolPathQuery
+
+Floats = NDArray[np.float64]
+Integers = NDArray[np.int64]
+
+RUNG, RUNG_TURN, MOST_RUNGS = 0.005, 0.1, 400
+"""Distance (m) and turn of the frames (rad) from rung to rung, and about how many there are at the most."""
+
+NEAREST = 0.7
+"""Part of that distance by which frames must be apart to be rungs all of them."""
+
+STEPS = (2e-3, np.radians(10.0))
+"""Distance of two free values in a row, in m and in rad."""
+
+FEWEST, MOST = 3, 36
+"""Number of values of a tolerance with ends at least, and of any at the most."""
+
+MOST_NODES = 60_000
+"""Greatest number of combinations on all rungs together."""
+
+SHARE = 0.9
+"""Part of its greatest speed that a joint may have on the mean from rung to rung: between them it may have more."""
+
+CHANGE, WISH = 0.05, 0.02
+"""Cost of a step of a free value, and of one that is as far from its frame as its tolerance is wide; as squares."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Grid:
+    """Combinations of free values (g, 6), those from which each is reached (g, w), what that costs, and itself."""
+
+    values: Floats
+    neighbours: Integers
+    changes: Floats
+    wish: Floats
+
+
+def grid_of(tolerances: Tolerances, rungs: int) -> Grid:
+    """Return the combinations of what tolerances leave free, fewer where there are many rungs."""
+    bounds, endless = tolerances.bounds, tolerances.endless
+    width = bounds[1] - bounds[0]
+    counts = np.ones(6, np.int64)
+    for axis in range(6):
+        if endless[axis]:
+            counts[axis] = MOST
+        elif width[axis] > 0.0:
+            counts[axis] = np.clip(np.ceil(width[axis] / STEPS[axis > 2]) + 1, FEWEST, MOST)
+    while counts.prod() * rungs > MOST_NODES and counts.max() > FEWEST:
+        counts[counts.argmax()] -= 1
+    ends = np.where(endless, [[-np.pi], [np.pi]], bounds).T.tolist()
+    axes = [
+        np.linspace(lower, upper, count, not ring)
+        for (lower, upper), count, ring in zip(ends, counts.tolist(), endless.tolist(), strict=True)
+    ]
+    places = np.array(list(product(*(range(count) for count in counts.tolist()))))
+    values = np.array(list(product(*axes)))
+    offsets = np.array(list(product(*((-1, 0, 1) if count > 1 else (0,) for count in counts.tolist()))))
+    reached = places[:, None] + offsets
+    inside = ((reached >= 0) & (reached < counts) | endless).all(axis=2)
+    rows = np.ravel_multi_index(tuple(np.moveaxis(reached % counts, 2, 0)), tuple(counts.tolist()))
+    scale = np.where(endless, np.pi, np.where(width > 0.0, width, 1.0))
+    return Grid(
+        values,
+        np.where(inside, rows, -1),
+        CHANGE * (offsets**2).sum(axis=1, dtype=np.float64),
+        WISH * ((values / scale) ** 2).sum(axis=1),
+    )
+
+
+def rungs_of(path: FramePath) -> Floats:
+    """Return the parameters (n,) of rungs, n >= 4: frames, as far as they are not too near, and places between them."""
+    turn = RUNG_TURN * path.length / max(path.curve.angle, 1e-9)
+    step = max(min(RUNG, turn, path.length / 8.0), path.length / MOST_RUNGS) / path.length
+    kept = [0.0]
+    for place in path.frames[1:-1].tolist():
+        if min(place - kept[-1], 1.0 - place) >= NEAREST * step:
+            kept.append(place)
+    kept.append(1.0)
+    parts = [np.linspace(begin, end, max(1, round((end - begin) / step)), False) for begin, end in pairwise(kept)]
+    return np.append(np.concatenate(parts), 1.0)
+
+
+class Ladder:
+    """Postures of an arm on all rungs of a tool path, and the search among those that are not blocked."""
+
+    def __init__(self, query: ToolPathQuery, path: FramePath, arm: Floats, velocity: Floats) -> None:
+        """Solve all rungs for an arm of `spherical_wrist`, whose joints have greatest velocities (k,) in rad/s."""
+        self.rungs = rungs_of(path)
+        self.grid = grid_of(query.tolerances, len(self.rungs))
+        self._limits = np.stack([query.lower, query.upper])
+        offsets = np.array([frame_t_tool(one) for one in self.grid.values]) @ inverse(query.tip_t_tcp)
+        frames = np.array([path.pose(float(s)) for s in self.rungs])
+        tips = np.ascontiguousarray((frames[:, None] @ offsets).reshape(-1, 4, 4))
+        q, wrist = np.empty((len(tips), BRANCHES, 6)), np.empty((len(tips), BRANCHES))
+        inverse_many(arm, tips, q, wrist)
+        shape = len(self.rungs), len(self.grid.values), BRANCHES
+        self.q, self._wrist = q.reshape(*shape, 6), wrist.reshape(shape)
+        self.blocked = np.zeros(shape, np.int8)
+        seconds = np.diff(self.rungs) * path.length / query.velocity
+        self.most = np.minimum(SHARE * velocity * seconds[:, None], 0.9 * np.pi)
+        self._turns = int(np.prod(turns_of(self._limits)))
+
+    def excess(self) -> Floats:
+        """Return by how much each joint is beyond its limits at the best turns, (n, g, b, k); inf without a posture."""
+        lower, upper = self._limits
+        middle = np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), self.q)
+        near = self.q - 2.0 * np.pi * np.round((self.q - middle) / (2.0 * np.pi))
+        beyond = np.maximum(lower - near, near - upper)
+        return np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
+
+    def searched(self) -> tuple[int, Integers, Floats]:
+        """Return the number of rungs that are reached, combination and branch on each (n, 2), and joints (n, k)."""
+        n, g, b, k = self.q.shape
+        back, way, joints = np.empty((n, g * b * self._turns), np.int32), np.zeros((n, 2), np.int64), np.zeros((n, k))
+        grid = self.grid
+        reached = cheapest_way(
+            *(self.q, self._wrist, self.blocked, self._limits, self.most),
+            *(grid.neighbours, grid.changes, grid.wish, back, way, joints),
+        )
+        return reached, way, joints
+
+    def around(self, combination: int, reach: int) -> Integers:
+        """Return the combinations that are up to `reach` steps of free values from one, with itself."""
+        found = np.array([combination])
+        for _ in range(reach):
+            found = np.unique(self.grid.neighbours[found])
+            found = found[found >= 0]
+        return found
+
+    def block(self, rung: int, combination: int, branch: int, reach: int) -> None:
+        """Block a posture, and those that are up to `reach` rungs and steps of free values from it."""
+        first = max(0, rung - reach)
+        self.blocked[first : rung + reach + 1, self.around(combination, reach), branch] = 1
