@@ -200,7 +200,7 @@ def test_the_dashboard_answers() -> None:
     def asked(line: str) -> str:
         return dashboard.answer(controller, line)
 
-    assert asked("PolyscopeVersion").startswith("URSoftware 5.11.0.108249")
+    assert asked("PolyscopeVersion").startswith("URSoftware 5.26.0.0")
     assert (asked("robotmode"), asked("safetymode")) == ("Robotmode: RUNNING", "Safetymode: NORMAL")
     assert (asked("load a.urp"), asked("play")) == ("File not found: a.urp", "Failed to execute: play")
     assert asked("dance") == 'could not understand: "dance"'

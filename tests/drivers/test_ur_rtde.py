@@ -98,7 +98,7 @@ def test_it_tells_what_the_controller_is(setup: Setup) -> None:
     setup.connect()
     about = setup.about
     assert (about.joints, about.rate, about.watchdog) == (6, 500.0, BUSY)
-    assert (about.model, about.version, about.serial) == ("Universal Robots UR5", "5.11.0.108249", "20195500001")
+    assert (about.model, about.version, about.serial) == ("Universal Robots UR5", "5.26.0.0", "20195500001")
     setup.controller.digital_inputs = 0b100000000000000101
     reading = setup.cycle()
     np.testing.assert_array_equal(reading.positions, HOME)

@@ -58,10 +58,10 @@ class ControllerProcess:
         """Have it go on."""
         self._process.send_signal(signal.SIGCONT)
 
-    def kill(self) -> None:
-        """End it at once."""
+    def kill(self) -> str:
+        """End it at once; return what it has said since it listens."""
         self._process.kill()
-        self._process.communicate()
+        return self._process.communicate()[0]
 
     def mend(self) -> None:
         """Have it go on, or start it anew where it was killed."""

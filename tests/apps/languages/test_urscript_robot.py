@@ -8,48 +8,16 @@ from __future__ import annotations
 
 import socket
 import struct
-import textwrap
 from collections.abc import Iterator
 
 import numpy as np
 import pytest
 from virtualrobot_apps.emulators.body import SimulatedArm
-from virtualrobot_apps.emulators.ur import kinematics
 from virtualrobot_apps.emulators.ur.controller import Controller, SafetyMode
-from virtualrobot_apps.emulators.ur.kinematics import Floats
 from virtualrobot_apps.emulators.ur.scripts import run_script
 
+from tests.apps.languages.urscript_robot import HOME, Played
 from tests.waiting import until
-
-HOME = np.array([0.0, -1.57, 1.57, -1.57, -1.57, 0.0])
-
-
-class Played:
-    """A controller that has played a script, and where its setpoint has been in each cycle."""
-
-    def __init__(self, statements: str, cycles: int = 5000, controller: Controller | None = None) -> None:
-        """Play statements of a program to its end."""
-        self.controller = controller or Controller(SimulatedArm(HOME))
-        targets = []
-        run_script(self.controller, f"def tried():\n{textwrap.dedent(statements)}\nend\n")
-        while self.controller.program is not None and len(targets) < cycles:
-            self.controller.cycle()
-            targets.append(self.controller.target.copy())
-        self.targets = np.array(targets)
-
-    @property
-    def said(self) -> list[str]:
-        """Lines of its log, and what is wrong."""
-        return [*self.controller.logged, *(text for _, _, text in self.controller.words)]
-
-    @property
-    def places(self) -> Floats:
-        """Positions (n, 3) of the TCP in each cycle."""
-        return np.array([self.pose(one)[:3, 3] for one in self.targets])
-
-    def pose(self, positions: Floats) -> Floats:
-        """Return the pose (4, 4) of the TCP."""
-        return kinematics.forward(self.controller.model, positions, self.controller.tcp)
 
 
 @pytest.fixture
@@ -209,13 +177,14 @@ def test_registers_and_outputs_are_shared_with_clients() -> None:
         set_configurable_digital_out(0, True)
         set_digital_out(9, get_digital_in(3))
         textmsg(get_digital_out(9), get_configurable_digital_out(1))
+        sync()
         write_output_integer_register(48, 0)
         """,
         controller=controller,
     )
     assert played.said == [
         *("-71.5", "TrueTrue", "-32", "TrueTrue", "TrueFalse"),
-        "script:15: address is a whole number from 0 to 47, not 48",
+        "script:16: address is a whole number from 0 to 47, not 48",
     ]
     assert controller.digital_outputs == 1 << 1 | 1 << 8 | 1 << 17
     told = controller.tell()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable, Mapping
 from enum import IntEnum
 from typing import Protocol
@@ -23,6 +24,8 @@ SETTLED = 1e-5
 """Distance (rad) of the arm from a setpoint that doesn't move at which it is left to itself."""
 _LOGGED = 1000
 """Lines of the log of one cycle that are kept."""
+REMEMBERED = 1000
+"""Cycles that the arm's past is known for."""
 SETTLE_CYCLES = 500
 """Cycles after which an arm that doesn't get there is left to itself, too."""
 
@@ -87,7 +90,7 @@ class Controller:
         self,
         body: Body,
         model: str = "ur5e",
-        version: tuple[int, int, int, int] = (5, 11, 0, 108249),
+        version: tuple[int, int, int, int] = (5, 26, 0, 0),
         serial: str = "20195500001",
         rate: float = 500.0,
     ) -> None:
@@ -103,13 +106,21 @@ class Controller:
         self.inputs: dict[str, object] = {}
         self.registers: dict[str, object] = {}
         self.digital_inputs = self.digital_outputs = self.flags = 0
+        self.analog_inputs, self.analog_outputs = [0.0, 0.0], [0.0, 0.0]
+        """Volts; those of an output that is a current are amperes."""
+        self.voltages = 0b1111
+        """Analog inputs (bits 0, 1) and outputs (2, 3) that are voltages; others are currents."""
         self.slider = 1.0
         self.tcp, self.mass = np.eye(4), 0.0
         self.center: tuple[float, ...] = (0.0, 0.0, 0.0)
+        self.inertia: tuple[float, ...] = (0.0,) * 6
         self.program: Program | None = None
         self.watchdog: Watchdog | None = None
         self.move: Move | None = None
         self.target, self.velocity = body.read()
+        self.acceleration = np.zeros(6)
+        self.past: deque[Floats] = deque([self.target], REMEMBERED)
+        """Positions (6,) of the arm after each cycle, the newest last."""
         self.words: list[tuple[int, int, str]] = []
         """Messages that haven't gone out yet: number of the error, its argument, words."""
         self.logged: list[str] = []
@@ -149,8 +160,11 @@ class Controller:
                 self.say(207, 0, f"RTDE watchdog: {variable} was not written in time, the program is stopped")
         if self.program is not None and not self.program.cycle(self):
             self.end_program()
+        before = self.velocity
         self._advance()
+        self.acceleration = (self.velocity - before) / self.dt
         self.body.advance(self.dt)
+        self.past.append(self.body.read()[0])
 
     def _advance(self) -> None:
         if self.move is not None and self.mode is RobotMode.RUNNING:
@@ -238,6 +252,13 @@ class Controller:
             mask = values.get(f"{name}_digital_output_mask")
             if isinstance(mask, int) and mask:
                 self.set_outputs(mask << shift, int(self.inputs.get(f"{name}_digital_output", 0)) << shift)  # type: ignore[call-overload]
+        mask = values.get("standard_analog_output_mask")
+        for number in range(2) if isinstance(mask, int) else ():
+            if mask >> number & 1:
+                share = float(np.clip(float(self.inputs.get(f"standard_analog_output_{number}", 0.0)), 0.0, 1.0))  # type: ignore[arg-type]
+                voltage = int(self.inputs.get("standard_analog_output_type", 0)) >> number & 1  # type: ignore[call-overload]
+                self.voltages = self.voltages & ~(4 << number) | voltage << 2 + number
+                self.analog_outputs[number] = 10.0 * share if voltage else 0.004 + 0.016 * share
         if values.get("speed_slider_mask"):
             self.slider = float(np.clip(float(self.inputs.get("speed_slider_fraction", 1.0)), 0.0, 1.0))  # type: ignore[arg-type]
 
@@ -303,6 +324,7 @@ class Controller:
             "actual_qd": velocities,
             "target_q": self.target if self._follows else positions,
             "target_qd": self.velocity,
+            "target_qdd": self.acceleration,
             "actual_TCP_pose": actual,
             "target_TCP_pose": target if self._follows else actual,
             "actual_TCP_speed": kinematics.jacobian(model, positions, self.tcp) @ velocities,
@@ -318,8 +340,14 @@ class Controller:
             "target_speed_fraction": self.slider,
             "actual_digital_input_bits": self.digital_inputs,
             "actual_digital_output_bits": self.digital_outputs,
+            "standard_analog_input0": self.analog_inputs[0],
+            "standard_analog_input1": self.analog_inputs[1],
+            "standard_analog_output0": self.analog_outputs[0],
+            "standard_analog_output1": self.analog_outputs[1],
+            "analog_io_types": self.voltages,
             "payload": self.mass,
             "payload_cog": self.center,
+            "payload_inertia": self.inertia,
             **self.inputs,
             **self.registers,
         }

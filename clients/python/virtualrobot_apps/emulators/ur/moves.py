@@ -17,6 +17,8 @@ _DAMPING = 1e-6
 """Square of the smallest singular value at which velocities of the TCP are half of what is wanted."""
 _SHORTEST = 1e-6
 """Way (m, rad) of the shortest move that another one may join."""
+_BEHIND = np.radians(170.0)
+"""Angle (rad) between the way of the TCP and that to a pose above which the pose is behind it."""
 _FASTEST = np.pi
 """Speed (rad/s) of the fastest joint at which velocities of the TCP are kept: near a singularity they are less."""
 
@@ -131,9 +133,18 @@ class LineMove:
     """
 
     def __init__(
-        self, model: Model, start: Floats, pose: Floats, tcp: Floats, speed: float, acceleration: float
+        self,
+        model: Model,
+        start: Floats,
+        pose: Floats,
+        tcp: Floats,
+        speed: float,
+        acceleration: float,
+        begin: float = 0.0,
     ) -> None:
         """Go from the joints `start` (6,) to the TCP's `pose` (4, 4), m/s and m/s^2; rad/s where it turns alone.
+
+        It is at the speed `begin` already.
 
         Raises NoPosture where the end can't be reached along the line.
         """
@@ -141,7 +152,7 @@ class LineMove:
         self._shift = pose[:3, 3] - self._from[:3, 3]
         self._turn = kinematics.rotation_vector(pose[:3, :3] @ self._from[:3, :3].T)
         self._length = self._measure()
-        self._ramp = Ramp(self._length, speed, acceleration)
+        self._ramp = Ramp(self._length, speed, acceleration, begin)
         self.goal, self.over = pose, False
         self.blends = float(np.linalg.norm(self._shift)) > _SHORTEST
         positions = start
@@ -188,8 +199,7 @@ class BlendedLine(LineMove):
         self._bend = Bend(now[:3, 3], corner[:3, 3], self._last[:3, 3], lambda step: float(np.linalg.norm(step)))
         self._first, self._rest = now, pose
         self._rest_length = length * (1.0 - share)
-        super().__init__(model, start, pose, tcp, speed, acceleration)
-        self._ramp = Ramp(self._length, speed, acceleration, before._ramp.now)
+        super().__init__(model, start, pose, tcp, speed, acceleration, before._ramp.now)
 
     def _measure(self) -> float:
         return self._bend.length + self._rest_length
@@ -212,7 +222,15 @@ class ArcMove(LineMove):
     """movec: the TCP goes along the arc of a circle through three places, and turns about one axis meanwhile."""
 
     def __init__(
-        self, model: Model, start: Floats, via: Floats, pose: Floats, tcp: Floats, speed: float, acceleration: float
+        self,
+        model: Model,
+        start: Floats,
+        via: Floats,
+        pose: Floats,
+        tcp: Floats,
+        speed: float,
+        acceleration: float,
+        begin: float = 0.0,
     ) -> None:
         """Go from the joints `start` (6,) past the place `via` (3,) to the TCP's `pose` (4, 4), as a line does.
 
@@ -233,7 +251,7 @@ class ArcMove(LineMove):
         side = np.cross(self._axis, self._arm)
         end = chord - centre
         self._angle = float(np.arctan2(end @ side, end @ self._arm)) % (2.0 * np.pi)
-        super().__init__(model, start, pose, tcp, speed, acceleration)
+        super().__init__(model, start, pose, tcp, speed, acceleration, begin)
         self.blends = False
 
     def _measure(self) -> float:
@@ -241,6 +259,56 @@ class ArcMove(LineMove):
 
     def _place(self, share: float) -> Floats:
         return self._centre + kinematics.rotation(self._axis * self._angle * share) @ self._arm
+
+
+class TangentArc:
+    """servoc: the TCP goes on as it moves, along the arc of a circle that leads to a pose; from rest along a line.
+
+    Attributes:
+        goal: the TCP's pose where it ends, (4, 4).
+        blends: the next one may join it before its end.
+    """
+
+    def __init__(
+        self,
+        model: Model,
+        start: Floats,
+        velocity: Floats,
+        pose: Floats,
+        tcp: Floats,
+        speed: float,
+        acceleration: float,
+    ) -> None:
+        """Go from the joints `start` (6,), at their `velocity` (6,), to the TCP's `pose` (4, 4), as a line does.
+
+        Raises NoPosture where the pose is behind the TCP, or the way can't be gone along.
+        """
+        first = kinematics.forward(model, start, tcp)[:3, 3]
+        chord = pose[:3, 3] - first
+        along = (kinematics.jacobian(model, start, tcp) @ velocity)[:3]
+        begin, length = float(np.linalg.norm(along)), float(np.linalg.norm(chord))
+        self.goal, self.blends = pose, True
+        self._way: LineMove
+        aside = np.cross(along, chord)
+        # Angle of the way to the chord: the arc turns by twice as much, and its middle is half its tangent aside.
+        angle = float(np.arctan2(np.linalg.norm(aside), along @ chord))
+        if begin < _SHORTEST or length < _SHORTEST or angle < _SHORTEST:
+            self._way = LineMove(model, start, pose, tcp, speed, acceleration, begin if length >= _SHORTEST else 0.0)
+            return
+        if angle > _BEHIND:
+            raise kinematics.NoPosture("servoc can't turn back at once: its pose is behind the tool")
+        out = np.cross(chord, aside)
+        via = first + chord / 2.0 + out / np.linalg.norm(out) * (length / 2.0 * np.tan(angle / 2.0))
+        self._way = ArcMove(model, start, via, pose, tcp, speed, acceleration, begin)
+
+    @property
+    def over(self) -> bool:
+        """It moves nothing more."""
+        return self._way.over
+
+    def advance(self, here: Floats, velocity: Floats, seconds: float) -> Floats:
+        """Return the next setpoint."""
+        return self._way.advance(here, velocity, seconds)
 
 
 class Servo:
@@ -300,5 +368,5 @@ class Stop:
         return here if self.over else here + velocity * (left / fastest) * seconds
 
 
-PLANNED = (JointMove, LineMove)
+PLANNED = (JointMove, LineMove, TangentArc)
 """Moves that the controller plans itself, and its speed slider slows."""

@@ -19,6 +19,14 @@ ORDERS: dict[str, Callable[[Controller], None]] = {
 }
 
 
+def _number(text: str, most: float) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if 0.0 <= value <= most else None
+
+
 def obey(controller: Controller, line: str) -> str:
     """Do what a line orders; return what is wrong with it, empty where nothing is."""
     words = line.split()
@@ -29,17 +37,18 @@ def obey(controller: Controller, line: str) -> str:
             bit = 1 << int(number)
             controller.digital_inputs = controller.digital_inputs & ~bit | (bit if level == "on" else 0)
             return ""
+        case ["analog", "0" | "1" as number, voltage]:
+            if (value := _number(voltage, 10.0)) is None:
+                return f"an analog input is from 0 to 10 V, not {voltage}"
+            controller.analog_inputs[int(number)] = value
+            return ""
         case ["speed", share]:
-            try:
-                value = float(share)
-            except ValueError:
-                value = -1.0
-            if 0.0 <= value <= 1.0:
-                controller.slider = value
-                return ""
-            return f"speed is a share from 0 to 1, not {share}"
+            if (value := _number(share, 1.0)) is None:
+                return f"speed is a share from 0 to 1, not {share}"
+            controller.slider = value
+            return ""
     order = ORDERS.get(" ".join(words))
     if order is None:
-        return f"{line.strip()!r} is none of {', '.join(ORDERS)}, input 0..17 on|off, speed 0..1"
+        return f"{line.strip()!r} is none of {', '.join(ORDERS)}, input 0..17 on|off, analog 0..1 0..10, speed 0..1"
     order(controller)
     return ""

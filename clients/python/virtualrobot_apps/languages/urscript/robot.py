@@ -57,11 +57,16 @@ class ScriptProgram:
         self._task = RobotTask(loaded, controller)
 
     def cycle(self, controller: Controller) -> bool:
-        """Do what the script does in one cycle; return whether it goes on."""
+        """Do what the script does in one cycle; return whether it goes on.
+
+        A cycle that ends by a fault sets no registers: a client that reads them must not take it for done.
+        """
+        before = dict(controller.registers)
         try:
             # The last move goes to its end, whatever its radius.
             return self._task.cycle() or self._task.blending is not None
         except ScriptFault as fault:
+            controller.registers = before
             controller.say(255, 0, str(fault))
             return False
 

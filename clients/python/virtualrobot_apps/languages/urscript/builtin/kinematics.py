@@ -8,7 +8,8 @@ import numpy as np
 
 from virtualrobot_apps.emulators.ur import kinematics
 from virtualrobot_apps.emulators.ur.kinematics import Floats, NoPosture
-from virtualrobot_apps.languages.urscript.builtin.arithmetic import number, numbers
+from virtualrobot_apps.emulators.ur.moves import JointMove, LineMove, TangentArc
+from virtualrobot_apps.languages.urscript.builtin.arithmetic import number, numbers, whole
 from virtualrobot_apps.languages.urscript.builtin.poses import matrix, pose
 from virtualrobot_apps.languages.urscript.faults import ScriptFault
 from virtualrobot_apps.languages.urscript.table import function
@@ -17,6 +18,8 @@ from virtualrobot_apps.languages.urscript.values import Pose, Value, text
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.urscript.robot import RobotTask
 
+_STEP = 1e-4
+"""Time (s) over which the Jacobian's change is taken."""
 _TURN = 2.0 * np.pi
 """Range (rad) of each joint to either side, as the data sheets have it."""
 
@@ -47,6 +50,13 @@ def _get_joint_positions(task: RobotTask) -> list[float]:
     return task.controller.body.read()[0].tolist()
 
 
+@function("get_actual_joint_positions_history", "steps=0")
+def _get_actual_joint_positions_history(task: RobotTask, steps: Value) -> list[float]:
+    """Positions of the joints (rad) so many cycles ago."""
+    past = task.controller.past
+    return past[-1 - whole(steps, "steps", 0, len(past) - 1)].tolist()
+
+
 @function("get_target_joint_positions")
 def _get_target_joint_positions(task: RobotTask) -> list[float]:
     """Positions (rad) where the joints shall be."""
@@ -65,6 +75,12 @@ def _get_target_joint_speeds(task: RobotTask) -> list[float]:
     return task.controller.velocity.tolist()
 
 
+@function("get_target_joint_accelerations")
+def _get_target_joint_accelerations(task: RobotTask) -> list[float]:
+    """Accelerations (rad/s^2) that the joints shall have."""
+    return task.controller.acceleration.tolist()
+
+
 @function("get_actual_tcp_pose")
 def _get_actual_tcp_pose(task: RobotTask) -> Pose:
     """Pose of the tool."""
@@ -75,6 +91,15 @@ def _get_actual_tcp_pose(task: RobotTask) -> Pose:
 def _get_target_tcp_pose(task: RobotTask) -> Pose:
     """Pose where the tool shall be."""
     return _forward(task, _target(task), task.controller.tcp)
+
+
+@function("get_target_waypoint")
+def _get_target_waypoint(task: RobotTask) -> Pose:
+    """Pose of the tool at the end of the move that runs; as get_target_tcp_pose where none does."""
+    move = task.controller.move
+    if isinstance(move, JointMove):
+        return _forward(task, move.goal, task.controller.tcp)
+    return pose(move.goal) if isinstance(move, (LineMove, TangentArc)) else _get_target_tcp_pose(task)
 
 
 @function("get_actual_tool_flange_pose")
@@ -183,11 +208,11 @@ def _set_payload(task: RobotTask, mass: Value, center: Value) -> None:
 
 @function("set_target_payload", "m, cog=none, inertia=none, transition_time=0")
 def _set_target_payload(task: RobotTask, mass: Value, center: Value, inertia: Value, seconds: Value) -> None:
-    """Sets the load as set_payload does; its inertia and the time of the change are of no effect on the twin."""
-    if inertia is not None:
-        numbers(inertia, "inertia", 6)
+    """Sets the load as set_payload does, and its inertia (kg m^2: xx, yy, zz, xy, xz, yz), at once."""
+    values = None if inertia is None else tuple(numbers(inertia, "inertia", 6))
     number(seconds, "transition_time")
     _load(task, mass, center)
+    task.controller.inertia = values or task.controller.inertia
 
 
 @function("get_target_payload")
@@ -202,6 +227,12 @@ def _get_target_payload_cog(task: RobotTask) -> list[float]:
     return list(task.controller.center)
 
 
+@function("get_target_payload_inertia")
+def _get_target_payload_inertia(task: RobotTask) -> list[float]:
+    """Inertia of what the robot carries (kg m^2): xx, yy, zz, xy, xz, yz."""
+    return list(task.controller.inertia)
+
+
 @function("get_joint_torques")
 def _get_joint_torques(task: RobotTask) -> list[float]:
     """Torques of the joints (Nm): 0, since an emulated arm knows no forces."""
@@ -213,6 +244,17 @@ def _get_jacobian(task: RobotTask, positions: Value, tcp: Value) -> list[list[fl
     """Jacobian of the tool at joint positions, as a matrix: rows are of m/s and rad/s, columns of the joints."""
     here = task.controller.body.read()[0] if positions is None else np.array(numbers(positions, "q", 6))
     return kinematics.jacobian(task.controller.model, here, _tcp(task, tcp)).tolist()
+
+
+@function("get_jacobian_time_derivative", "q=none, qd=none, tcp=none")
+def _get_jacobian_time_derivative(task: RobotTask, positions: Value, speeds: Value, tcp: Value) -> list[list[float]]:
+    """Change of the Jacobian in time at joint positions and velocities, those of now unless others are given."""
+    here, velocity = task.controller.body.read()
+    here = here if positions is None else np.array(numbers(positions, "q", 6))
+    velocity = velocity if speeds is None else np.array(numbers(speeds, "qd", 6))
+    model, tool = task.controller.model, _tcp(task, tcp)
+    after, before = (kinematics.jacobian(model, here + way * velocity, tool) for way in (_STEP, -_STEP))
+    return ((after - before) / (2.0 * _STEP)).tolist()
 
 
 @function("zero_ftsensor")

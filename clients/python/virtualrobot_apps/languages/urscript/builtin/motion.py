@@ -22,6 +22,7 @@ from virtualrobot_apps.emulators.ur.moves import (
     Servo,
     Speed,
     Stop,
+    TangentArc,
 )
 from virtualrobot_apps.languages.urscript.builtin.arithmetic import number, numbers, whole
 from virtualrobot_apps.languages.urscript.builtin.poses import matrix
@@ -58,8 +59,8 @@ def _rates(length: float, acceleration: Value, speed: Value, seconds: Value) -> 
 
 def _move(
     task: RobotTask,
-    make: Callable[[Floats, Move | None], JointMove | LineMove],
-    kind: type[JointMove | LineMove],
+    make: Callable[[Floats, Move | None], JointMove | LineMove | TangentArc],
+    kind: type[JointMove | LineMove | TangentArc],
     radius: Value,
 ) -> Iterator[None]:
     """Make a move once what was stopped stands, and wait for its end, or until it is within its radius (m).
@@ -79,7 +80,7 @@ def _move(
     except NoPosture as error:
         raise ScriptFault(str(error)) from error
     task.moves(move)
-    goal = move.goal if isinstance(move, LineMove) else _forward(task, move.goal)
+    goal = _forward(task, move.goal) if isinstance(move, JointMove) else move.goal
     blends = radius > 0.0 and move.blends
     while controller.move is move or (controller.move is None and controller.moving):
         if blends and np.linalg.norm(goal[:3, 3] - _forward(task, controller.target)[:3, 3]) <= radius:
@@ -168,6 +169,21 @@ def _movec(
         return ArcMove(task.controller.model, here, place, end, task.controller.tcp, *rates)
 
     yield from _move(task, make, ArcMove, radius)
+
+
+@function("servoc", "pose, a=1.2, v=0.25, r=0", waits=True)
+def _servoc(task: RobotTask, goal: Value, acceleration: Value, speed: Value, radius: Value) -> Iterator[None]:
+    """Moves the tool to a pose along an arc that goes on as the tool moves, from rest along a line."""
+    controller, end, rates = task.controller, _pose(task, goal, "pose"), _rates(0.0, acceleration, speed, 0)
+    if not controller.moving and np.abs(_forward(task, controller.begin()) - end).max() < 1e-6:
+        yield
+        return
+
+    def make(here: Floats, before: Move | None) -> TangentArc:
+        velocity = np.zeros(6) if before is None else controller.velocity
+        return TangentArc(controller.model, here, velocity, end, controller.tcp, *rates)
+
+    yield from _move(task, make, TangentArc, radius)
 
 
 @function("servoj", "q, a=0, v=0, t=0.002, lookahead_time=0.1, gain=300", waits=True)
