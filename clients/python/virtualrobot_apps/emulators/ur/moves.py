@@ -287,7 +287,7 @@ class TangentArc:
         chord = pose[:3, 3] - first
         along = (kinematics.jacobian(model, start, tcp) @ velocity)[:3]
         begin, length = float(np.linalg.norm(along)), float(np.linalg.norm(chord))
-        self.goal, self.blends = pose, True
+        self.goal, self.blends, self.over = pose, True, False
         self._way: LineMove
         aside = np.cross(along, chord)
         # Angle of the way to the chord: the arc turns by twice as much, and its middle is half its tangent aside.
@@ -301,14 +301,11 @@ class TangentArc:
         via = first + chord / 2.0 + out / np.linalg.norm(out) * (length / 2.0 * np.tan(angle / 2.0))
         self._way = ArcMove(model, start, via, pose, tcp, speed, acceleration, begin)
 
-    @property
-    def over(self) -> bool:
-        """It moves nothing more."""
-        return self._way.over
-
     def advance(self, here: Floats, velocity: Floats, seconds: float) -> Floats:
         """Return the next setpoint."""
-        return self._way.advance(here, velocity, seconds)
+        goal = self._way.advance(here, velocity, seconds)
+        self.over = self._way.over
+        return goal
 
 
 class Servo:
