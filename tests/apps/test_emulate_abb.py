@@ -412,6 +412,7 @@ def test_files_stay_below_their_folder(abb: Served, tmp_path: Path) -> None:
     assert asked(abb, "/fileservice/$HOME/x", "PUT", data=b"0" * (17 * 1024 * 1024)).status_code == 413
 
 
+@pytest.mark.long
 def test_every_resource_that_is_read_tells_the_same_in_xhtml_and_json(abb: Served) -> None:
     rws = abb.client()
     load(rws, MODULE)
@@ -486,7 +487,7 @@ def test_what_is_asked_wrongly_is_told(abb: Served) -> None:
     assert not abb.controller.listeners
 
 
-@pytest.mark.parametrize("count", [100, pytest.param(2000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [50, pytest.param(2000, marks=pytest.mark.long)])
 def test_malformed_requests_break_nothing(abb: Served, rng: np.random.Generator, count: int) -> None:
     rws = abb.client()
     rws.get_execution_state()
@@ -533,6 +534,7 @@ def test_two_robots_have_a_task_each(client: virtualrobot.Client, tmp_path: Path
         assert rws.get_rapid_variable("count") == "3" and not rws.get_tasks()["T_ROB1"].active
 
 
+@pytest.mark.long
 def test_the_command_serves_until_its_input_ends(
     kernel: KernelProcess, arm: virtualrobot.Robot, tmp_path: Path
 ) -> None:
