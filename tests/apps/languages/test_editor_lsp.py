@@ -1,0 +1,494 @@
+"""Language server: RAPID and URScript as an editor sees them, by the client of pygls, which others have written.
+
+pygls takes the types of messages from the protocol's own metamodel, and refuses what is not of them.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import io
+import json
+import sys
+from collections.abc import Awaitable, Callable, Coroutine
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+from lsprotocol import types
+from pygls.exceptions import JsonRpcException
+from pygls.lsp.client import BaseLanguageClient
+from virtualrobot_apps.languages.core.source import Source
+from virtualrobot_apps.languages.editor.channel import Channel
+from virtualrobot_apps.languages.editor.lsp import LanguageServer
+from virtualrobot_apps.languages.editor.rapid import RapidAnalysis, together
+from virtualrobot_apps.languages.editor.text import Positions
+from virtualrobot_apps.languages.editor.urscript import UrscriptAnalysis
+
+from tests.waiting import PATIENCE_SECONDS
+
+COMMAND = [sys.executable, "-m", "virtualrobot", "editor", "lsp"]
+
+CELL = r"""MODULE Cell
+  CONST robtarget home := [[1,2,3],[1,0,0,0],[0,0,0,0],[9e9,9e9,9e9,9e9,9e9,9e9]];
+  RECORD box
+    pos size;
+    num weight;
+  ENDRECORD
+  VAR box boxes{3};
+  ! Adds up,
+  ! and multiplies.
+  LOCAL FUNC num summed(num x \switch More)
+    VAR num y;
+    FOR i FROM 1 TO 3 DO
+      y := y + i;
+    ENDFOR
+    RETURN y * x;
+  ENDFUNC
+  PROC main()
+    boxes{1}.size.x := summed(2 \More);
+    MoveL home, v100, fine, tool0;
+    TPWrite "home" \Num:=boxes{2}.weight; ! about it
+    helped 3;
+    GOTO over;
+    over:
+    CONNECT no_such WITH came;
+  ENDPROC
+  TRAP came
+  ENDTRAP
+ENDMODULE
+"""
+WRONG = "an interrupt must be a variable (intnum)"
+"""The fault of the module, where no_such stands."""
+ENDS = ["ENDFUNC", "ENDPROC", "ENDTRAP"]
+BESIDE = "MODULE Other\n  PROC helped(num a)\n  ENDPROC\nENDMODULE\n"
+
+SCRIPT = """global speed = 0.5
+# Moves up.
+def up(by, a=1.2):
+  local place = get_actual_tcp_pose()
+  def inner():
+    return speed
+  end
+  movel(pose_add(place, p[0, 0, by, 0, 0, 0]), a, inner())
+end
+thread watch():
+  sync()
+end
+up(0.1)
+"""
+
+
+def at(text: str, marked: str) -> int:
+    """Return the place in a text that a bar marks in a piece of it."""
+    before, _, after = marked.partition("|")
+    assert text.count(before + after) == 1
+    return text.index(before + after) + len(before)
+
+
+def rapid(text: str = CELL, *others: str) -> RapidAnalysis:
+    """Return what a module means beside others."""
+    return RapidAnalysis(Source(text, "0.mod"), [Source(one, f"{n}.mod") for n, one in enumerate(others, 1)])
+
+
+# RAPID.
+
+
+@pytest.mark.parametrize(
+    ("marked", "told"),
+    [
+        ("MoveL ho|me", ["CONST robtarget home := [[1,2,3]", "Module Cell."]),
+        ("v1|00", ["CONST speeddata v100 := [100,500,5000,1000]", "Comes with the language."]),
+        ("Move|L", ["MoveL ", "robtarget ToPoint", "Moves the tool centre point along a line to a place."]),
+        (":= su|mmed(2", [r"FUNC num summed(num x \switch More)", "Adds up,\nand multiplies.", "Module Cell."]),
+        (r"2 \Mo|re", [r"\switch More", "Parameter."]),
+        ("{2}.weig|ht", ["num weight", "Component of box."]),
+        ("{1}.size.x|", ["num x", "Component of pos."]),
+        ("y + |i", ["num i", "Variable of the loop."]),
+        ("y * |x", ["num x", "Parameter."]),
+        (r"\Nu|m", ["num Num"]),
+        ("help|ed", ["PROC helped(num a)", "Module Other."]),
+        ("po|s size", ["pos: num x, num y, num z"]),
+    ],
+)
+def test_a_word_of_rapid_is_told_of(marked: str, told: list[str]) -> None:
+    found = rapid(CELL, BESIDE).hover(at(CELL, marked))
+    assert [one for one in told if one not in found] == []
+
+
+@pytest.mark.parametrize("marked", ["! ab|out", '"ho|me"', "ENDMOD|ULE", "[[1,|2,3]"])
+def test_what_is_no_name_is_told_nothing_of(marked: str) -> None:
+    assert rapid(CELL, BESIDE).hover(at(CELL, marked)) == ""
+
+
+def test_an_instruction_that_is_refused_is_told_so() -> None:
+    text = "MODULE a\nPROC main()\n SoftAct 1, 20;\nENDPROC\nENDMODULE\n"
+    assert rapid(text).hover(at(text, "Soft|Act")) == "SoftAct can't be used here yet."
+
+
+@pytest.mark.parametrize(
+    ("marked", "file", "line", "name"),
+    [
+        ("MoveL ho|me", "0.mod", 2, "home"),
+        (":= su|mmed(2", "0.mod", 10, "summed"),
+        (r"2 \Mo|re", "0.mod", 10, "More"),
+        ("y + |i", "0.mod", 12, "i"),
+        ("RETURN |y", "0.mod", 11, "y"),
+        ("VAR b|ox", "0.mod", 3, "box"),
+        ("GOTO ov|er", "0.mod", 23, "over"),
+        ("WITH ca|me", "0.mod", 26, "came"),
+        ("help|ed", "1.mod", 2, "helped"),
+    ],
+)
+def test_a_name_of_rapid_leads_to_its_declaration(marked: str, file: str, line: int, name: str) -> None:
+    found = rapid(CELL, BESIDE).definition(at(CELL, marked))
+    assert found is not None
+    source = found.source
+    assert (source.file, source.line(found.begin), source.text[found.begin : found.end]) == (file, line, name)
+
+
+def test_what_comes_with_the_language_has_no_declaration() -> None:
+    assert rapid().definition(at(CELL, "v1|00")) is None
+    assert rapid().definition(at(CELL, "Move|L")) is None
+
+
+def test_names_are_those_of_the_place() -> None:
+    words = {one.label for one in rapid(CELL, BESIDE).completion(at(CELL, "RETURN |y"))}
+    assert {"x", "y", "More", "home", "summed", "helped", "MoveL", "v100", "WHILE"} <= words
+    assert "i" not in words
+    assert "i" in {one.label for one in rapid().completion(at(CELL, "y := |y"))}
+    assert "y" not in {one.label for one in rapid().completion(at(CELL, "MoveL |home"))}
+
+
+@pytest.mark.parametrize(
+    ("marked", "words"),
+    [
+        ("boxes{1}.|size", ["size", "weight"]),
+        ("{1}.size.|x", ["x", "y", "z"]),
+        (r"2 \|More", ["More"]),
+        (r"\Nu|m:=", ["Num", "Bool", "Pos", "Orient", "Dnum"]),
+        ("! about| it", []),
+        ('"ho|me"', []),
+    ],
+)
+def test_what_can_stand_here_is_completed(marked: str, words: list[str]) -> None:
+    assert [one.label for one in rapid(CELL, BESIDE).completion(at(CELL, marked))] == words
+
+
+def test_types_are_completed_after_var() -> None:
+    words = [one.label for one in rapid().completion(at(CELL, "VAR b|ox"))]
+    assert {"box", "num", "robtarget", "intnum"} <= set(words)
+    assert "MoveL" not in words
+
+
+def test_a_statement_that_is_being_written_is_completed() -> None:
+    text = CELL.replace("MoveL home, v100, fine, tool0;", "boxes{1}.size.")
+    assert [one.label for one in rapid(text).completion(at(text, "boxes{1}.size.|\n"))] == ["x", "y", "z"]
+
+
+def test_the_symbols_of_rapid_are_a_tree() -> None:
+    (module,) = rapid().symbols()
+    assert (module.name, module.kind.name) == ("Cell", "MODULE")
+    assert [(one.name, one.kind.name, one.detail) for one in module.within] == [
+        ("home", "CONSTANT", "robtarget"),
+        ("box", "STRUCT", ""),
+        ("boxes", "VARIABLE", "box"),
+        ("summed", "FUNCTION", "FUNC num"),
+        ("main", "FUNCTION", "PROC"),
+        ("came", "EVENT", "TRAP"),
+    ]
+    ends = [CELL[one.begin : one.end].split()[-1] for one in module.within]
+    assert ends == ["[[1,2,3],[1,0,0,0],[0,0,0,0],[9e9,9e9,9e9,9e9,9e9,9e9]];", "ENDRECORD", "boxes{3};", *ENDS]
+
+
+def test_a_program_is_the_modules_that_declare_what_it_uses() -> None:
+    def module(name: str, declared: str, used: str = "") -> Source:
+        return Source(f"MODULE {name}\nPROC {declared}()\n{used}\nENDPROC\nENDMODULE\n", f"{name}.mod")
+
+    first, second = module("a", "main", "one;"), module("b", "one", "two;")
+    third, other, again = module("c", "two"), module("d", "main", "two;"), module("e", "three", "main;")
+    assert together(first, [third, second, other, again]) == [first, second, third]
+
+
+def test_modules_that_use_each_other_have_no_fault_alone_some() -> None:
+    assert [one.message for one in rapid(CELL.replace("no_such", "boxes{1}.weight"), BESIDE).diagnostics] == []
+    (alone,) = rapid(CELL.replace("no_such", "boxes{1}.weight")).diagnostics
+    assert (alone.line, alone.column, alone.message) == (21, 5, "there is no procedure 'helped'")
+
+
+def test_every_beginning_of_a_program_can_be_asked_about() -> None:
+    for end in range(0, len(CELL), 7):
+        text = CELL[:end]
+        analysis = rapid(text)
+        analysis.hover(end)
+        analysis.definition(end)
+        analysis.completion(end)
+        analysis.symbols()
+
+
+# URScript.
+
+
+def script(text: str = SCRIPT) -> UrscriptAnalysis:
+    """Return what a script means."""
+    return UrscriptAnalysis(Source(text, "a.script"))
+
+
+@pytest.mark.parametrize(
+    ("marked", "told"),
+    [
+        ("pose_ad|d", ["pose_add(p_1, p_2)"]),
+        ("\nu|p(0.1)", ["def up(by, a=1.2)", "Moves up."]),
+        ("(pla|ce,", ["local place = get_actual_tcp_pose()", "Variable of up."]),
+        ("return spe|ed", ["global speed = 0.5", "Global variable."]),
+        ("0, b|y,", ["def up(by, a=1.2):", "Variable of up."]),
+    ],
+)
+def test_a_word_of_urscript_is_told_of(marked: str, told: list[str]) -> None:
+    found = script().hover(at(SCRIPT, marked))
+    assert [one for one in told if one not in found] == []
+
+
+@pytest.mark.parametrize(
+    ("marked", "line", "name"),
+    [
+        ("\nu|p(0.1)", 3, "up"),
+        ("(pla|ce,", 4, "place"),
+        ("return spe|ed", 1, "speed"),
+        (" inn|er()\n", 5, "inner"),
+        ("0, b|y,", 3, "by"),
+    ],
+)
+def test_a_name_of_urscript_leads_to_its_declaration(marked: str, line: int, name: str) -> None:
+    text = SCRIPT.replace("a, inner())", "a, 1)\n  x = inner()")
+    found = script(text).definition(at(text, marked))
+    assert found is not None
+    assert (found.source.line(found.begin), found.source.text[found.begin : found.end]) == (line, name)
+
+
+def test_urscript_is_completed_and_has_symbols() -> None:
+    words = [one.label for one in script().completion(at(SCRIPT, "movel(|pose"))]
+    assert {"by", "place", "speed", "up", "movel", "while"} <= set(words)
+    assert script().completion(at(SCRIPT, "# Mo|ves")) == []
+    up, watch, speed = script().symbols()
+    assert [(one.name, one.kind.name) for one in (up, watch, speed)] == [
+        ("up", "FUNCTION"),
+        ("watch", "EVENT"),
+        ("speed", "VARIABLE"),
+    ]
+    assert [one.name for one in up.within] == ["inner"]
+
+
+def test_every_beginning_of_a_script_can_be_asked_about() -> None:
+    for end in range(0, len(SCRIPT), 5):
+        analysis = script(SCRIPT[:end])
+        analysis.hover(end)
+        analysis.definition(end)
+        analysis.completion(end)
+        analysis.symbols()
+
+
+# Positions.
+
+
+def test_columns_are_units_of_utf_16() -> None:
+    """A letter beyond the first plane is two units (Unicode 15, 3.9, D91)."""
+    positions = Positions(Source("! 𝄞é\nab"))
+    assert positions.position(3) == {"line": 0, "character": 4}
+    assert positions.place({"line": 0, "character": 4}) == 3
+    assert positions.place({"line": 0, "character": 99}) == 4
+    assert positions.place({"line": 1, "character": 1}) == 6
+    assert positions.place({"line": 9, "character": 0}) == 7
+    assert [positions.place(positions.position(one)) for one in range(8)] == list(range(8))
+
+
+# The server.
+
+
+class Editor(BaseLanguageClient):
+    """An editor that keeps what it is told."""
+
+    def __init__(self) -> None:
+        """Begin without diagnostics."""
+        super().__init__("tests", "1")
+        self.told: asyncio.Queue[types.PublishDiagnosticsParams] = asyncio.Queue()
+
+    async def diagnostics(self, uri: str, version: int | None) -> list[types.Diagnostic]:
+        """Return the diagnostics of a text in a version."""
+        while True:
+            found = await asyncio.wait_for(self.told.get(), PATIENCE_SECONDS)
+            if found.uri == uri and found.version == version:
+                return list(found.diagnostics)
+
+    def open(self, uri: str, text: str, language: str = "rapid") -> None:
+        """Open a text, in version 1."""
+        self.text_document_did_open(types.DidOpenTextDocumentParams(types.TextDocumentItem(uri, language, 1, text)))
+
+    def change(self, uri: str, version: int, text: str) -> None:
+        """Give a text anew."""
+        self.text_document_did_change(
+            types.DidChangeTextDocumentParams(
+                types.VersionedTextDocumentIdentifier(version=version, uri=uri),
+                [types.TextDocumentContentChangeWholeDocument(text)],
+            )
+        )
+
+
+def edited(work: Callable[[Editor], Coroutine[Any, Any, None]]) -> None:
+    """Do something with an editor that has begun a server, and end that."""
+
+    async def session() -> None:
+        editor = Editor()
+
+        @editor.feature(types.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
+        def told(found: types.PublishDiagnosticsParams) -> None:
+            editor.told.put_nowait(found)
+
+        await editor.start_io(*COMMAND)
+        try:
+            begun = await answered(
+                editor.initialize_async(types.InitializeParams(capabilities=types.ClientCapabilities()))
+            )
+            assert begun.server_info is not None and begun.server_info.name == "virtualrobot"
+            editor.initialized(types.InitializedParams())
+            await work(editor)
+            await answered(editor.shutdown_async(None))
+            editor.exit(None)
+            process = editor._server
+            assert process is not None and await asyncio.wait_for(process.wait(), PATIENCE_SECONDS) == 0
+        finally:
+            with suppress(ProcessLookupError):
+                if editor._server is not None and editor._server.returncode is None:
+                    editor._server.kill()
+            await editor.stop()
+
+    asyncio.run(session())
+
+
+async def answered(call: Awaitable[Any]) -> Any:  # noqa: ANN401 as pygls has it
+    """Return the answer of a call."""
+    return await asyncio.wait_for(call, PATIENCE_SECONDS)
+
+
+def test_an_editor_is_served(tmp_path: Path) -> None:
+    file, other = tmp_path / "cell.mod", tmp_path / "other.mod"
+    other.write_text(BESIDE)
+    uri, here = file.as_uri(), types.TextDocumentIdentifier(file.as_uri())
+
+    def position(marked: str) -> types.Position:
+        found = Positions(Source(CELL)).position(at(CELL, marked))
+        return types.Position(found["line"], found["character"])
+
+    async def work(editor: Editor) -> None:
+        editor.open(uri, CELL)
+        (fault,) = await editor.diagnostics(uri, 1)
+        assert (fault.message, fault.severity) == (WRONG, types.DiagnosticSeverity.Error)
+        assert (fault.range.start, fault.range.end) == (position("CONNECT |no"), position("no_such| WITH"))
+        hover = await answered(editor.text_document_hover_async(types.HoverParams(here, position("MoveL ho|me"))))
+        assert "CONST robtarget home" in hover.contents.value
+        nothing = await answered(editor.text_document_hover_async(types.HoverParams(here, position("! ab|out"))))
+        assert nothing is None
+        where = await answered(editor.text_document_definition_async(types.DefinitionParams(here, position("hel|ped"))))
+        assert (where.uri, where.range.start) == (other.as_uri(), types.Position(1, 7))
+        words = await answered(
+            editor.text_document_completion_async(types.CompletionParams(here, position("boxes{1}.|size")))
+        )
+        assert [one.label for one in words.items] == ["size", "weight"]
+        (module,) = await answered(editor.text_document_document_symbol_async(types.DocumentSymbolParams(here)))
+        assert [one.name for one in module.children] == ["home", "box", "boxes", "summed", "main", "came"]
+        options = types.FormattingOptions(tab_size=4, insert_spaces=True)
+        (edit,) = await answered(editor.text_document_formatting_async(types.DocumentFormattingParams(here, options)))
+        assert edit.range.start == types.Position(0, 0)
+        assert edit.new_text.splitlines()[0] == "MODULE Cell"
+        # A module that another one needs, changed in the editor, counts before its file.
+        editor.open(other.as_uri(), BESIDE.replace("helped", "gone"))
+        assert [one.message for one in await editor.diagnostics(uri, 1)] == [
+            "there is no procedure 'helped'",
+            WRONG,
+        ]
+        editor.text_document_did_close(types.DidCloseTextDocumentParams(types.TextDocumentIdentifier(other.as_uri())))
+        assert [one.message for one in await editor.diagnostics(uri, 1)] == [WRONG]
+        # Of texts that come fast the newest is checked.
+        for version in range(2, 60):
+            editor.change(uri, version, CELL)
+        editor.change(uri, 60, CELL.replace("no_such", "boxes{1}.weight"))
+        assert await editor.diagnostics(uri, 60) == []
+        with pytest.raises(JsonRpcException, match="is open in one of"):
+            await answered(
+                editor.text_document_hover_async(
+                    types.HoverParams(types.TextDocumentIdentifier("file:///none.mod"), types.Position(0, 0))
+                )
+            )
+
+    edited(work)
+
+
+def test_faults_of_urscript_are_told_and_a_broken_text_is_not_laid_out() -> None:
+    async def work(editor: Editor) -> None:
+        editor.open("untitled:a", "def a():\n  movel(1\n  b()\nend\n", "urscript")
+        found = await editor.diagnostics("untitled:a", 1)
+        assert found and found[0].source == "urscript"
+        options = types.FormattingOptions(tab_size=4, insert_spaces=True)
+        here = types.TextDocumentIdentifier("untitled:a")
+        assert (
+            await answered(editor.text_document_formatting_async(types.DocumentFormattingParams(here, options))) is None
+        )
+        editor.open("untitled:b", "MODULE a\nPROC\nENDMODULE\n")
+        assert await editor.diagnostics("untitled:b", 1)
+        with pytest.raises(JsonRpcException, match="a text with faults is left as it is: untitled:b:3:"):
+            here = types.TextDocumentIdentifier("untitled:b")
+            await answered(editor.text_document_formatting_async(types.DocumentFormattingParams(here, options)))
+        editor.open("untitled:c", "MODULE a\nVAR num x:=" + "(" * 20000 + "\nENDMODULE\n")
+        (deep,) = await editor.diagnostics("untitled:c", 1)
+        assert "too deep" in deep.message
+
+    edited(work)
+
+
+def served(sent: bytes) -> tuple[int, bytes]:
+    """Return the exit code of a server that gets bytes, and what it has answered."""
+    answers = io.BytesIO()
+    return LanguageServer(Channel(io.BytesIO(sent), answers)).run(), answers.getvalue()
+
+
+def test_messages_that_are_none_are_refused_by_their_codes() -> None:
+    """Codes of errors: JSON-RPC 2.0, 5.1, and Language Server Protocol 3.17, ErrorCodes."""
+
+    def message(**fields: object) -> bytes:
+        text = json.dumps({"jsonrpc": "2.0", **fields}).encode()
+        return (
+            b"Content-Length: %d\r\nContent-Type: application/vscode-jsonrpc; charset=utf-8\r\n\r\n" % len(text) + text
+        )
+
+    sent = [
+        message(id=1, method="textDocument/hover", params={}),
+        b"Content-Length: 3\r\n\r\n{a}",
+        message(id=2, method="initialize", params={}),
+        message(id=3, method="initialize", params={}),
+        message(id=4, method="no/such"),
+        message(id=5, method="textDocument/hover", params={"textDocument": 3}),
+        message(id=6, method="textDocument/hover", params=[]),
+        message(method="textDocument/didOpen", params={"textDocument": {}}),
+        message(method="no/such"),
+        message(id=7),
+        message(id=8, method="shutdown"),
+        message(id=9, method="textDocument/hover", params={}),
+        message(method="exit"),
+    ]
+    ended, answers = served(b"".join(sent))
+    assert ended == 0
+    found = [json.loads(one[: one.rindex(b"}") + 1]) for one in answers.split(b"\r\n\r\n")[1:]]
+    codes = [(one.get("id"), one["error"]["code"]) for one in found if "error" in one]
+    # The text that is no JSON is answered by whoever reads, as soon as it comes.
+    assert sorted(codes, key=str) == sorted(
+        {(1, -32002), (3, -32600), (4, -32601), (5, -32602), (6, -32602), (9, -32600), (None, -32600), (None, -32700)},
+        key=str,
+    )
+    assert [one["method"] for one in found if "method" in one] == ["window/logMessage"]
+
+
+@pytest.mark.parametrize(
+    "sent", [b"", b"hello\r\n\r\n", b"Content-Length: -3\r\n\r\n", b"Content-Length: 99999999999\r\n\r\n"]
+)
+def test_a_channel_without_an_editor_ends(sent: bytes) -> None:
+    assert served(sent) == (1, b"")
