@@ -12,6 +12,7 @@ import socket
 import sys
 import threading
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any, BinaryIO
 
 import click
@@ -62,12 +63,9 @@ class Channel:
     def send(self, message: dict[str, Any]) -> None:
         """Send a message; one that nobody reads any more is lost."""
         text = json.dumps(message, ensure_ascii=False, separators=(",", ":")).encode("utf-8", "replace")
-        try:
-            with self._lock:
-                self._sink.write(b"Content-Length: %d\r\n\r\n" % len(text) + text)
-                self._sink.flush()
-        except (OSError, ValueError):
-            pass
+        with self._lock, suppress(OSError, ValueError):
+            self._sink.write(b"Content-Length: %d\r\n\r\n" % len(text) + text)
+            self._sink.flush()
 
 
 def serve(session: Callable[[Channel], int], port: int | None) -> int:
@@ -80,11 +78,15 @@ def serve(session: Callable[[Channel], int], port: int | None) -> int:
         source, sink = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
         os.dup2(2, 1)
         sys.stdout = sys.stderr
-        with source, sink:
-            return session(Channel(source, sink))
+        code = 1
+        with suppress(OSError), source, sink:
+            code = session(Channel(source, sink))
+        return code
     with socket.create_server(("127.0.0.1", port)) as server:
         click.echo(f"listening at 127.0.0.1:{server.getsockname()[1]}", err=True)
         while True:
             editor, _ = server.accept()
-            with editor, editor.makefile("rb") as source, editor.makefile("wb") as sink:
+            editor.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            # An editor that has gone leaves what it didn't read.
+            with suppress(OSError), editor, editor.makefile("rb") as source, editor.makefile("wb") as sink:
                 session(Channel(source, sink))
