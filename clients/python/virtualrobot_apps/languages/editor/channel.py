@@ -23,7 +23,7 @@ _LONGEST_LINE = 1024
 
 
 class ChannelError(Exception):
-    """What came is no message; the channel can't be read on."""
+    """Bytes that are no message; the channel can't be read on."""
 
 
 class Channel:

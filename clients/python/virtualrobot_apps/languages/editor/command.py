@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import click
+from virtualrobot.cli.options import Target, target_options
 
 _EXAMPLES = """
 \b
@@ -20,8 +21,11 @@ _port = click.option(
 
 
 @click.group(epilog=_EXAMPLES, short_help="Serve editors: diagnostics, hover, completion, and a debugger.")
-def editor() -> None:
+@target_options
+@click.pass_context
+def editor(ctx: click.Context, target: Target) -> None:
     """Servers that editors start, for programs in RAPID and URScript."""
+    ctx.obj = target
 
 
 @editor.command()
@@ -40,7 +44,8 @@ def lsp(port: int | None) -> int:
 
 @editor.command()
 @_port
-def dap(port: int | None) -> int:
+@target_options
+def dap(target: Target, port: int | None) -> int:
     """Serve an editor by the Debug Adapter Protocol: programs in RAPID, with or without a robot.
 
     Breakpoints, steps, the call stack with program and motion pointer, and variables that can be edited.
@@ -48,4 +53,4 @@ def dap(port: int | None) -> int:
     from virtualrobot_apps.languages.editor.channel import serve
     from virtualrobot_apps.languages.editor.dap import DebugAdapter
 
-    return serve(lambda channel: DebugAdapter(channel).run(), port)
+    return serve(lambda channel: DebugAdapter(channel, target).run(), port)

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from virtualrobot.errors import VirtualRobotError
 
@@ -20,6 +20,9 @@ from virtualrobot_apps.languages.editor.channel import Channel, ChannelError
 from virtualrobot_apps.languages.editor.launch import Launch, WrongLaunch
 from virtualrobot_apps.languages.rapid.debugger import RUNS, DebuggedTask, Place
 from virtualrobot_apps.languages.rapid.inspection import Slot, WrongExpression
+
+if TYPE_CHECKING:
+    from virtualrobot.cli.options import Target
 
 _CAPABILITIES = {
     "supportsConfigurationDoneRequest": True,
@@ -39,9 +42,9 @@ class Refused(Exception):
 class DebugAdapter:
     """Debug adapter of one editor and one program."""
 
-    def __init__(self, channel: Channel) -> None:
-        """Begin without a program."""
-        self._channel = channel
+    def __init__(self, channel: Channel, target: Target) -> None:
+        """Begin without a program; `target` is the kernel of one that moves a robot."""
+        self._channel, self._target = channel, target
         self._sent = self._numbered = 0
         self._lock = threading.Lock()
         self._launch: Launch | None = None
@@ -152,7 +155,7 @@ class DebugAdapter:
     def _launched(self, given: Mapping[str, Any]) -> None:
         if self._launch is not None:
             raise Refused("a program is launched already")
-        self._launch = Launch(given, self._write)
+        self._launch = Launch(given, self._target, self._write)
         for number, task in enumerate(self._launch.tasks, 1):
             task.stopped = self._stopper(number)
         self._after = lambda: self._event("initialized")

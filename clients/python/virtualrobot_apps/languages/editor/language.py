@@ -68,7 +68,7 @@ class Symbol:
 
 
 class Analysis(Protocol):
-    """What one text means, alone or with others."""
+    """Meaning of one text, alone or with others."""
 
     diagnostics: list[Diagnostic]
 

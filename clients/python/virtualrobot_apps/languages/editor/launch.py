@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +17,12 @@ from virtualrobot_apps.languages.rapid.world import World
 
 if TYPE_CHECKING:
     from virtualrobot import Client
+    from virtualrobot.cli.options import Target
 
 OWN = "T_ROB1"
 """Name of the task of `program`."""
 
-_KNOWN: dict[str, type | tuple[type, ...]] = {
+KNOWN: dict[str, type | tuple[type, ...]] = {
     "program": (str, list),
     "robot": str,
     "address": str,
@@ -42,16 +44,17 @@ class WrongLaunch(Exception):
 class Launch:
     """Tasks that are debugged; `close` ends what they use."""
 
-    def __init__(self, given: Mapping[str, Any], write: Callable[[str], None]) -> None:
+    def __init__(self, given: Mapping[str, Any], target: Target, write: Callable[[str], None]) -> None:
         """Load the program, and connect to the kernel where a robot is asked for; nothing runs yet.
 
-        `write` gets each line of a pendant. Raises WrongLaunch, ProgramError, or an error of the kernel.
+        The kernel is `target`, unless the launch gives another address. `write` gets each line of a pendant. Raises
+        WrongLaunch, ProgramError, or an error of the kernel.
         """
-        for name, kinds in _KNOWN.items():
+        for name, kinds in KNOWN.items():
             if name in given and not isinstance(given[name], kinds):
                 told = " or ".join(one.__name__ for one in (kinds if isinstance(kinds, tuple) else (kinds,)))
                 raise WrongLaunch(f"{name!r} of a launch is a {told}, not {given[name]!r}")
-        self._given = given
+        self._given, self._target = given, target
         parts = [(OWN, _files(given.get("program"), "program"), given.get("robot"), False)]
         for one in given.get("tasks", ()):
             if not isinstance(one, dict) or not isinstance(one.get("name"), str):
@@ -93,9 +96,8 @@ class Launch:
         self._static = [task for task, (*_, static) in zip(self.tasks, parts, strict=True) if static]
 
     def _connected(self) -> Client:
-        from virtualrobot import connect
-
-        return self._opened.enter_context(connect(self._given.get("address"), on_progress=None))
+        target = replace(self._target, address=self._given.get("address", self._target.address))
+        return self._opened.enter_context(target.connect("debugger"))
 
     def run(self) -> None:
         """Run all tasks to their end; raises the error of one that ended by it."""

@@ -80,7 +80,7 @@ def together(source: Source, beside: Sequence[Source]) -> list[Source]:
 
 
 class RapidAnalysis:
-    """What a source means, with those that are one program with it."""
+    """Meaning of a source, with those that are one program with it."""
 
     def __init__(self, source: Source, beside: Sequence[Source]) -> None:
         """Check the program."""

@@ -29,7 +29,7 @@ class _Scope:
 
 
 class UrscriptAnalysis:
-    """What a script means."""
+    """Meaning of a script."""
 
     def __init__(self, source: Source, beside: Sequence[Source] = ()) -> None:
         """Check the script; a script is one source."""
