@@ -18,7 +18,7 @@ import pytest
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.rapid.task import RapidTask, load
 
-from tests.waiting import PATIENCE_SECONDS
+from tests.waiting import PATIENCE_SECONDS, until
 
 COMMAND = [sys.executable, "-m", "virtualrobot", "editor", "dap"]
 
@@ -359,6 +359,23 @@ def test_a_pause_stops_a_loop_and_the_end_of_the_session_ends_it(editor: Editor,
     editor.stops("pause")
     editor.ask("terminate")
     assert editor.ends(130) == ["undone"]
+
+
+def test_what_the_pendant_asks_is_answered_in_the_console(editor: Editor, file: Path) -> None:
+    asks = (
+        'MODULE a\nPROC main()\nVAR num n;\nTPReadNum n, "How many?";\nTPReadNum n, "Really?";\nTPWrite "n" \\Num:=n;\n'
+    )
+    file.write_text(f"{asks}ENDPROC\nENDMODULE\n")
+    editor.launch(file, answers=["3"])
+    until(lambda: "Really?" in editor.lines)
+
+    def answered() -> bool:
+        with suppress(Failed):  # it has shown its question, and doesn't wait yet
+            return editor.ask("evaluate", expression="5", context="repl") == {"result": "", "variablesReference": 0}
+        return False
+
+    until(answered)
+    assert editor.ends()[-1] == "n5"
 
 
 def test_an_error_ends_the_program_with_its_place(editor: Editor, file: Path) -> None:

@@ -331,6 +331,8 @@ class DebugAdapter:
         return {"value": slot.text, **self._shown(task, place, slot)}
 
     def _evaluate(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        if given.get("context") == "repl" and self._program.answer(str(given["expression"])):
+            return {"result": "", "variablesReference": 0}
         if given.get("frameId") is None:
             raise Refused("an expression is computed where a task stands; choose an entry of its call stack")
         task, place = self._frame(given["frameId"])

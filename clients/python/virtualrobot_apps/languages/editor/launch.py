@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import queue
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -66,6 +68,7 @@ class Launch:
         if len({*names}) < len(names):
             raise WrongLaunch(f"each task has a name of its own, not {', '.join(name for name, *_ in parts)}")
         self._opened = ExitStack()
+        self._typed: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         try:
             client = self._connected() if any(robot for _, _, robot, _ in parts) else None
             sources = {name: [read_source(file) for file in files] for name, files, _, _ in parts}
@@ -73,7 +76,7 @@ class Launch:
             programs = load_tasks(sources, signals, debugged=True)
             self.cell = Cell()
             self.tasks: list[DebuggedTask] = []
-            answers = iter([str(one) for one in given.get("answers", ())])
+            answers = chain(map(str, given.get("answers", ())), iter(self._typed.get, None))
             folder = given.get("files")
             for name, _, robot, _ in parts:
                 where = f"{name}: " if len(parts) > 1 else ""
@@ -104,8 +107,17 @@ class Launch:
         routine = str(self._given.get("routine", "main"))
         self.cell.run(routine, self._static, forever=bool(self._given.get("continuous")))
 
+    def answer(self, text: str) -> bool:
+        """Answer what a task asks on its pendant; return whether one asks."""
+        asks = any(one.pendant.waits for one in self.tasks)
+        if asks:
+            self._typed.put(text)
+        return asks
+
     def close(self) -> None:
-        """End the connection to the kernel."""
+        """End the connection to the kernel, and the wait for answers."""
+        for _ in self.tasks:
+            self._typed.put(None)
         self._opened.close()
 
 
