@@ -9,8 +9,8 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property
+from weakref import WeakKeyDictionary
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics
 from virtualrobot_apps.languages.core.source import Source
@@ -22,7 +22,7 @@ from virtualrobot_apps.languages.rapid.check import check
 from virtualrobot_apps.languages.rapid.layout import formatted
 from virtualrobot_apps.languages.rapid.lexer import KEYWORDS, pieces_of, words_of
 from virtualrobot_apps.languages.rapid.meaning import LACKING, predefined
-from virtualrobot_apps.languages.rapid.parser import parse
+from virtualrobot_apps.languages.rapid.parser import Parser
 from virtualrobot_apps.languages.rapid.predefined import CONSTANTS
 from virtualrobot_apps.languages.rapid.symbols import Datum, ModuleScope, RoutineSymbol
 from virtualrobot_apps.languages.rapid.table import BUILTINS, Builtin
@@ -34,6 +34,8 @@ builtin.load()
 
 _STORAGES = ("var", "pers", "const")
 _BEFORE_TYPES = frozenset((*_STORAGES, "func", "record", "alias"))
+_NAMED_AFTER = {**dict.fromkeys((*_STORAGES, "func", "alias"), 2), **dict.fromkeys(("proc", "trap", "record"), 1)}
+"""Number of words after which the name comes that a declaration declares."""
 _OPENING, _CLOSING = frozenset("([{"), frozenset(")]}")
 _LONGEST = 400
 """Count of letters of the longest declaration that is shown whole."""
@@ -41,31 +43,63 @@ _LONGEST = 400
 Meant = Datum | RoutineSymbol | Builtin | tree.Record | tree.Alias | tree.Parameter
 
 
-@dataclass(frozen=True, slots=True)
 class _Text:
     """Words of a source, the names in it, and those that it declares for all modules, in small letters."""
 
-    words: Words
-    names: frozenset[str]
-    declared: frozenset[str]
+    def __init__(self, words: Words) -> None:
+        """Keep the words; names are looked for when they are asked for."""
+        self.words = words
+
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """All names in it."""
+        words = self.words
+        return frozenset(value for kind, value in zip(words.kinds, words.values, strict=True) if kind == "name")
+
+    @cached_property
+    def lower(self) -> frozenset[str]:
+        """All names in it, in small letters."""
+        return frozenset(map(str.lower, self.names))
+
+    @cached_property
+    def declared(self) -> frozenset[str]:
+        """Names that its modules declare, but for local ones."""
+        found, within = set(), ""
+        kinds, values = self.words.kinds, self.words.values
+        for number, kind in enumerate(kinds):
+            if within:
+                within = "" if kind in (within, "endmodule") else within
+            elif kind in _NAMED_AFTER:
+                name = number + _NAMED_AFTER[kind]
+                if kinds[number - 1] != "local" and name < len(kinds):
+                    found.add(values[name].lower())
+                within = "" if kind in (*_STORAGES, "alias") else f"end{kind}"
+        return frozenset(found)
 
 
-@lru_cache(maxsize=128)
+_TEXTS: WeakKeyDictionary[Source, _Text] = WeakKeyDictionary()
+"""Texts of sources that were read, as long as somebody has these."""
+
+
 def _text(source: Source) -> _Text:
-    unheard = Diagnostics()
-    words = words_of(source, unheard)
-    declarations = [one for module in parse(source, unheard) for one in module.declarations if one.scope != "local"]
-    return _Text(
-        words,
-        frozenset(value.lower() for kind, value in zip(words.kinds, words.values, strict=True) if kind == "name"),
-        frozenset(one.name.lower() for one in declarations if one.name),
-    )
+    if source not in _TEXTS:
+        _TEXTS[source] = _Text(words_of(source, Diagnostics()))
+    return _TEXTS[source]
+
+
+def _parsed(source: Source, diagnostics: Diagnostics) -> list[tree.Module]:
+    """Return the modules of a source, whose words are kept."""
+    parser = Parser(source, diagnostics)
+    _TEXTS[source] = _Text(Words(parser.kinds, parser.values, parser.starts, parser.ends))
+    return parser.file()
 
 
 def together(source: Source, beside: Sequence[Source]) -> list[Source]:
     """Return a source and those of the others that are one program with it."""
     chosen, own = [source], _text(source)
-    names, declared = set(own.names), set(own.declared)
+    if not beside:
+        return chosen
+    names, declared = set(own.lower), set(own.declared)
     more = True
     while more:
         more = False
@@ -73,7 +107,7 @@ def together(source: Source, beside: Sequence[Source]) -> list[Source]:
             text = _text(other)
             if other not in chosen and text.declared & (names - declared) and not text.declared & declared:
                 chosen.append(other)
-                names |= text.names
+                names |= text.lower
                 declared |= text.declared
                 more = True
     return chosen
@@ -85,7 +119,9 @@ class RapidAnalysis:
     def __init__(self, source: Source, beside: Sequence[Source]) -> None:
         """Check the program."""
         diagnostics = Diagnostics()
-        modules = [one for each in together(source, beside) for one in parse(each, diagnostics)]
+        modules = _parsed(source, diagnostics)
+        for other in together(source, beside)[1:]:
+            modules += _parsed(other, diagnostics)
         self._checked = check(modules, diagnostics)
         self.diagnostics = [one for one in diagnostics.sorted() if one.file == source.file]
         self._source, self._words = source, _text(source).words
