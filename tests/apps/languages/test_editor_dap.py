@@ -387,6 +387,36 @@ def test_an_error_ends_the_program_with_its_place(editor: Editor, file: Path) ->
     assert f"sums.mod:{line('total := total /')}: ERR_DIVZERO" in written[1]
 
 
+def test_an_error_that_nothing_handles_is_looked_at_where_it_was(editor: Editor, file: Path) -> None:
+    file.write_text(SUMS.replace("y := x * x", "y := 1 / (x - 2)"))
+    editor.ask("initialize")
+    editor.ask("launch", program=str(file))
+    editor.event("initialized")
+    editor.ask("setExceptionBreakpoints", filters=["uncaught"])
+    editor.ask("configurationDone")
+    found = editor.event("stopped")
+    assert (found["reason"], found["text"]) == ("exception", "ERR_DIVZERO: a division by zero")
+    assert editor.stack() == [("squared", line("y := x")), ("add", line("sum := ")), ("main", line("add total"))]
+    assert editor.variables(editor.scopes()["Routine"]) == {"x": "2", "y": "0"}
+    assert editor.value("i * 10", 2) == "20"
+    editor.ask("next", threadId=1)
+    assert "ERR_DIVZERO" in editor.ends(1)[-1]
+
+
+def test_an_endless_recursion_has_a_stack_of_a_thousand(editor: Editor, file: Path) -> None:
+    file.write_text(SUMS.replace("y := x * x", "y := squared(x)"))
+    editor.ask("initialize")
+    editor.ask("launch", program=str(file))
+    editor.event("initialized")
+    editor.ask("setExceptionBreakpoints", filters=["uncaught"])
+    editor.ask("configurationDone")
+    assert editor.event("stopped")["reason"] == "exception"
+    found = editor.ask("stackTrace", threadId=1, startFrame=5, levels=2)
+    assert len(found["stackFrames"]) == 2 and 100 < found["totalFrames"] <= 1000
+    editor.ask("continue", threadId=1)
+    assert "ERR_STACK" in editor.ends(1)[-1]
+
+
 def test_tasks_are_threads_that_stop_by_themselves(editor: Editor, file: Path, tmp_path: Path) -> None:
     first, second = tmp_path / "first.mod", tmp_path / "second.mod"
     first.write_text(

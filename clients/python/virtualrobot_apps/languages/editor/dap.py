@@ -24,12 +24,15 @@ from virtualrobot_apps.languages.rapid.inspection import Slot, WrongExpression
 if TYPE_CHECKING:
     from virtualrobot.cli.options import Target
 
+UNCAUGHT = "uncaught"
+"""Filter of exceptions: a task stops where an error was that nothing has handled."""
 _CAPABILITIES = {
     "supportsConfigurationDoneRequest": True,
     "supportsConditionalBreakpoints": True,
     "supportsEvaluateForHovers": True,
     "supportsSetVariable": True,
     "supportsTerminateRequest": True,
+    "exceptionBreakpointFilters": [{"filter": UNCAUGHT, "label": "Errors that nothing handles", "default": True}],
 }
 _STOPPED_CODE = 130
 """Exit code of a program that somebody has stopped, as that of a command that Ctrl-C ends."""
@@ -57,7 +60,7 @@ class DebugAdapter:
             "initialize": self._initialize,
             "launch": self._launched,
             "setBreakpoints": self._set_breakpoints,
-            "setExceptionBreakpoints": lambda given: {"breakpoints": []},
+            "setExceptionBreakpoints": self._set_exception_breakpoints,
             "configurationDone": self._configured,
             "threads": self._threads,
             "stackTrace": self._stack_trace,
@@ -222,6 +225,10 @@ class DebugAdapter:
             if one.fault:
                 told[-1]["message"] = one.fault
         return {"breakpoints": told}
+
+    def _set_exception_breakpoints(self, given: Mapping[str, Any]) -> None:
+        for task in self._program.tasks:
+            task.stops_at_errors = UNCAUGHT in given["filters"]
 
     # Where tasks stand.
 

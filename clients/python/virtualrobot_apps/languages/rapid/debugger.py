@@ -9,7 +9,8 @@ from __future__ import annotations
 import queue
 import sys
 import threading
-from collections.abc import Callable, Mapping
+import traceback
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future
 from concurrent.futures import TimeoutError as TooLate
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from typing import Any, TypeVar
 from virtualrobot.errors import VirtualRobotError
 
 from virtualrobot_apps.languages.rapid import tree
-from virtualrobot_apps.languages.rapid.faults import CAUGHT, RapidFault, as_fault
+from virtualrobot_apps.languages.rapid.faults import CAUGHT, RapidFault, RapidStopped, as_fault
 from virtualrobot_apps.languages.rapid.inspection import Inspection, Slot, WrongExpression
 from virtualrobot_apps.languages.rapid.symbols import ModuleScope, RoutineSymbol
 from virtualrobot_apps.languages.rapid.task import RapidTask
@@ -27,6 +28,9 @@ from virtualrobot_apps.languages.rapid.types import BOOL
 
 LONGEST_SECONDS = 1.0
 """Time (s of the wall clock) that an expression may take."""
+
+_MOST_FRAMES = 1000
+"""Number of entries of the call stack that are shown of an endless recursion."""
 
 RUNS = "the program runs; it stands after a breakpoint or a pause"
 """Words for what can be done only where a task stands."""
@@ -60,21 +64,22 @@ class DebuggedTask(RapidTask):
     """A task that a debugger looks at; its program was loaded as `debugged`.
 
     Attributes:
-        stopped: is called, by the task's thread, where it stands: with `entry`, `breakpoint`, `step` or `pause`, and
-            words about it.
+        stopped: is called, by the task's thread, where it stands: with `entry`, `breakpoint`, `step`, `pause` or
+            `exception`, and words about it.
         stops_first: it stops before its first statement.
+        stops_at_errors: it stops where an error was that nothing has handled, and ends then.
     """
 
     def __init__(self, *args: Any, **named: Any) -> None:  # noqa: ANN401 as RapidTask has them
         """Set up the data; nothing runs yet. Arguments are those of a task."""
         super().__init__(*args, **named)
         self.stopped: Callable[[str, str], None] = lambda reason, told: None
-        self.stops_first = False
+        self.stops_first = self.stops_at_errors = False
         self._breakpoints: Mapping[str, Mapping[int, Breakpoint]] = {}
         self._step, self._depth = "", 0
         self._pausing = self._computing = self._given_up = False
         self._last: tuple[FrameType, int] | None = None
-        self._frame: FrameType | None = None
+        self._standing: list[tuple[FrameType, int]] = []
         self._jobs: queue.SimpleQueue[Callable[[], None] | None] = queue.SimpleQueue()
         self._lock = threading.Lock()
         self._files = frozenset(self.program.files)
@@ -105,7 +110,7 @@ class DebuggedTask(RapidTask):
             return
         elif self.stops_first:
             reason = "entry"
-        elif self._step == "in" or (self._step and self._deep(frame) <= self._depth):
+        elif self._step == "in" or (self._step and self._deep(self._frames(frame)) <= self._depth):
             reason = "step"
         at = None if again else self._breakpoints.get(frame.f_code.co_filename, {}).get(line)
         if at is not None and not reason:
@@ -114,20 +119,39 @@ class DebuggedTask(RapidTask):
         if reason:
             self.stops_first = self._pausing = False
             self._step = ""
-            self._stand(frame, reason, told)
+            self._stand(self._frames(frame), reason, told)
 
-    def _deep(self, frame: FrameType | None) -> int:
+    def _deep(self, frames: Iterable[tuple[FrameType, int]]) -> int:
         """Return how many routines are at work; an error handler is in its routine."""
-        return sum(one.f_code.co_name in self.inspection.routines for one in self._frames(frame))
+        return sum(one.f_code.co_name in self.inspection.routines for one, _ in frames)
 
-    def _frames(self, frame: FrameType | None) -> list[FrameType]:
-        """Return the frames of the program's routines, the innermost first."""
+    def _frames(self, frame: FrameType | None) -> list[tuple[FrameType, int]]:
+        """Return the frames of the program's routines with their lines, the innermost first."""
         found = []
         while frame is not None:
-            if frame.f_code.co_filename in self._files and frame.f_code.co_name != "<module>":
-                found.append(frame)
+            if self._is_own(frame):
+                found.append((frame, frame.f_lineno))
             frame = frame.f_back
         return found
+
+    def _is_own(self, frame: FrameType) -> bool:
+        return frame.f_code.co_filename in self._files and frame.f_code.co_name != "<module>"
+
+    def _undo(self) -> None:
+        """Stand where an error was, if that was asked for, and do the UNDO parts."""
+        error = sys.exc_info()[1]
+        if self.stops_at_errors and isinstance(error, (*CAUGHT, VirtualRobotError, RecursionError)):
+            cause = error.__cause__ if isinstance(error, RapidStopped) else None
+            told = str(as_fault(error)) if isinstance(error, CAUGHT) else str(error)
+            frames = [
+                (one, number)
+                for each in (error, cause)
+                for one, number in traceback.walk_tb(None if each is None else each.__traceback__)
+                if self._is_own(one)
+            ]
+            if frames:
+                self._stand(frames[: -_MOST_FRAMES - 1 : -1], "exception", told)
+        super()._undo()
 
     def _is_so(self, at: Breakpoint, frame: FrameType) -> tuple[bool, str]:
         """Return whether a breakpoint's condition is true, or why it can't be told, which stops the task, too."""
@@ -138,17 +162,17 @@ class DebuggedTask(RapidTask):
         except WrongExpression as error:
             return True, f"the condition can't be computed: {error}"
 
-    def _stand(self, frame: FrameType, reason: str, told: str) -> None:
+    def _stand(self, frames: list[tuple[FrameType, int]], reason: str, told: str) -> None:
         """Stand until somebody has the task go on, and compute meanwhile what is asked for."""
         with self._lock:
-            self._frame = frame
+            self._standing = frames
         self.stopped(reason, told)
-        while self._frame is not None and not self._why:
+        while self._standing and not self._why:
             job = self._jobs.get()
             if job is not None:
                 job()
         with self._lock:
-            self._frame = None
+            self._standing = []
         while not self._jobs.empty():  # nobody waits in vain
             job = self._jobs.get()
             if job is not None:
@@ -159,7 +183,7 @@ class DebuggedTask(RapidTask):
     @property
     def stands(self) -> bool:
         """True where the task stands before a statement."""
-        return self._frame is not None
+        return bool(self._standing)
 
     def go_on(self, step: str = "") -> None:
         """Have a task that stands go on: to the next statement (`in`), that of the same routine (`over`), or its end.
@@ -167,11 +191,11 @@ class DebuggedTask(RapidTask):
         `out` goes on to the next statement of whoever called the routine; without a step it goes on for good.
         """
         with self._lock:
-            if self._frame is None:
+            if not self._standing:
                 raise WrongExpression(RUNS)
             self._step = step
-            self._depth = self._deep(self._frame) - (step == "out")
-            self._frame = None
+            self._depth = self._deep(self._standing) - (step == "out")
+            self._standing = []
         self._jobs.put(None)
 
     def halt(self) -> None:
@@ -217,8 +241,7 @@ class DebuggedTask(RapidTask):
 
     def stack(self) -> list[Place]:
         """Return the call stack from the program pointer on, and last, where the robot is elsewhere, its place."""
-        frames = self._frames(self._frame)
-        found = [Place(self._title(one), one.f_code.co_filename, one.f_lineno, one) for one in frames]
+        found = [Place(self._title(one), one.f_code.co_filename, number, one) for one, number in self._standing]
         file, _, line = self.motion_pointer().rpartition(":")
         if file:
             found.append(Place("motion pointer", file, int(line), None))
@@ -265,7 +288,7 @@ class DebuggedTask(RapidTask):
                 future.set_exception(error)
 
         with self._lock:
-            if self._frame is None:
+            if not self._standing:
                 raise WrongExpression(RUNS)
             self._jobs.put(job)
         try:
