@@ -1,8 +1,12 @@
-"""Debug adapter of RAPID: programs that compute, debugged over TCP by a client written after the protocol."""
+"""Debug adapter of RAPID: programs debugged over TCP by a client written after the protocol.
+
+Each message, to and fro, is compared with the protocol's own JSON schema, which Microsoft's debugpy has with it.
+"""
 
 from __future__ import annotations
 
 import json
+import math
 import queue
 import re
 import socket
@@ -11,14 +15,18 @@ import sys
 import threading
 from collections.abc import Iterator
 from contextlib import suppress
+from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import pytest
+import virtualrobot
+from jsonschema import Draft4Validator, ValidationError
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.rapid.task import RapidTask, load
 
-from tests.waiting import PATIENCE_SECONDS, until
+from tests.waiting import PATIENCE_SECONDS, repeated, until
 
 COMMAND = [sys.executable, "-m", "virtualrobot", "editor", "dap"]
 
@@ -79,6 +87,25 @@ class Failed(Exception):
     """A request that was refused."""
 
 
+@cache
+def schema(kind: str) -> Draft4Validator:
+    """Return what validates messages of a kind, as StoppedEvent."""
+    found = find_spec("debugpy")
+    assert found is not None and found.submodule_search_locations
+    folder = Path(found.submodule_search_locations[0]) / "_vendored/pydevd/_pydevd_bundle/_debug_adapter"
+    definitions = json.loads((folder / "debugProtocol.json").read_text())["definitions"]
+    assert kind in definitions
+    return Draft4Validator({"$ref": f"#/definitions/{kind}", "definitions": definitions})
+
+
+def kind_of(message: dict[str, Any]) -> str:
+    """Return the name that the schema has for the kind of a message."""
+    name = message["event"] if message["type"] == "event" else message["command"]
+    if message["type"] == "response" and not message["success"]:
+        return "ErrorResponse"
+    return f"{name[0].upper()}{name[1:]}{message['type'].capitalize()}"
+
+
 class Editor:
     """An editor's side of the protocol."""
 
@@ -89,6 +116,7 @@ class Editor:
         self.events: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         self._answers: queue.SimpleQueue[dict[str, Any] | None] = queue.SimpleQueue()
         self.lines: list[str] = []
+        self.heard: list[dict[str, Any]] = []
         threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self) -> None:
@@ -97,6 +125,7 @@ class Editor:
                 length = re.fullmatch(rb"Content-Length: (\d+)\r\n", header)
                 assert length is not None and self._source.readline() == b"\r\n"
                 message = json.loads(self._source.read(int(length[1])))
+                self.heard.append(message)
                 if message["type"] == "response":
                     self._answers.put(message)
                 elif message["event"] == "output":
@@ -113,14 +142,14 @@ class Editor:
     def ask(self, command: str, **arguments: Any) -> dict[str, Any]:  # noqa: ANN401 JSON
         """Return the body of the answer to a request; raises Failed for a refusal."""
         self._number += 1
-        self.send(
-            json.dumps({"seq": self._number, "type": "request", "command": command, "arguments": arguments}).encode()
-        )
+        request = {"seq": self._number, "type": "request", "command": command, "arguments": arguments}
+        self.send(json.dumps(request).encode())
         answer = self._answers.get(timeout=PATIENCE_SECONDS)
         assert answer is not None and (answer["command"], answer["request_seq"]) == (command, self._number)
         if not answer["success"]:
             assert answer["body"]["error"]["variables"]["told"] == answer["message"]
             raise Failed(answer["message"])
+        schema(kind_of(request)).validate(request)
         return answer.get("body", {})
 
     def event(self, name: str) -> dict[str, Any]:
@@ -198,9 +227,12 @@ def editor(port: int) -> Iterator[Editor]:
     """Return an editor that is connected."""
     with socket.create_connection(("127.0.0.1", port), PATIENCE_SECONDS) as connection:
         with connection.makefile("rb") as source, connection.makefile("wb") as sink:
-            yield Editor(source, sink)
+            editor = Editor(source, sink)
+            yield editor
             with suppress(OSError, ValueError):
                 connection.shutdown(socket.SHUT_RDWR)
+    for message in editor.heard:
+        schema(kind_of(message)).validate(message)
 
 
 @pytest.fixture
@@ -209,6 +241,13 @@ def file(tmp_path: Path) -> Path:
     found = tmp_path / "sums.mod"
     found.write_text(SUMS)
     return found
+
+
+def test_the_schema_refuses_what_is_no_message() -> None:
+    event = {"seq": 1, "type": "event", "event": "stopped", "body": {"reason": "step"}}
+    schema("StoppedEvent").validate(event)
+    with pytest.raises(ValidationError):
+        schema("StoppedEvent").validate({**event, "body": {"threadId": 1}})
 
 
 def test_a_program_runs_to_its_end(editor: Editor, file: Path) -> None:
@@ -389,7 +428,7 @@ def test_an_error_ends_the_program_with_its_place(editor: Editor, file: Path) ->
 
 def test_an_error_that_nothing_handles_is_looked_at_where_it_was(editor: Editor, file: Path) -> None:
     file.write_text(SUMS.replace("y := x * x", "y := 1 / (x - 2)"))
-    editor.ask("initialize")
+    editor.ask("initialize", adapterID="rapid")
     editor.ask("launch", program=str(file))
     editor.event("initialized")
     editor.ask("setExceptionBreakpoints", filters=["uncaught"])
@@ -405,7 +444,7 @@ def test_an_error_that_nothing_handles_is_looked_at_where_it_was(editor: Editor,
 
 def test_an_endless_recursion_has_a_stack_of_a_thousand(editor: Editor, file: Path) -> None:
     file.write_text(SUMS.replace("y := x * x", "y := squared(x)"))
-    editor.ask("initialize")
+    editor.ask("initialize", adapterID="rapid")
     editor.ask("launch", program=str(file))
     editor.event("initialized")
     editor.ask("setExceptionBreakpoints", filters=["uncaught"])
@@ -423,7 +462,7 @@ def test_tasks_are_threads_that_stop_by_themselves(editor: Editor, file: Path, t
         'MODULE A\nPERS bool go := FALSE;\nPROC main()\nWaitUntil go;\nTPWrite "went";\nENDPROC\nENDMODULE\n'
     )
     second.write_text('MODULE B\nPERS bool go;\nPROC main()\ngo := TRUE;\nTPWrite "said";\nENDPROC\nENDMODULE\n')
-    editor.ask("initialize")
+    editor.ask("initialize", adapterID="rapid")
     editor.ask("launch", program=str(first), tasks=[{"name": "T_OTHER", "program": str(second)}])
     editor.event("initialized")
     editor.breakpoints(second, {"line": 4})
@@ -434,6 +473,60 @@ def test_tasks_are_threads_that_stop_by_themselves(editor: Editor, file: Path, t
     assert editor.lines == []
     editor.ask("continue", threadId=2)
     assert sorted(editor.ends()) == ["T_OTHER: said", "T_ROB1: went"]
+
+
+MOVES = r"""MODULE Moves
+  VAR num count;
+  CONST jointtarget low := [[0,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  CONST jointtarget high := [[40,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]];
+  PROC main()
+    MoveAbsJ low, v100, z50, tool0;
+    MoveAbsJ high, v100, z50, tool0;
+    count := count + 1;
+    MoveAbsJ low, v1000, fine, tool0;
+  ENDPROC
+ENDMODULE
+"""
+
+
+def test_the_motion_pointer_is_where_the_robot_is(editor: Editor, steps: virtualrobot.Client, tmp_path: Path) -> None:
+    """In a world whose time stands still the program is two moves ahead of the robot; then the robot does one."""
+    arm = steps.load_robot("model://irb120", name="arm")
+    file = tmp_path / "moves.mod"
+    file.write_text(MOVES)
+    editor.launch(file, 8, robot="arm", address=steps.address)
+    assert editor.stops("breakpoint") == [("main", 8), ("motion pointer", 6)]
+    pointer = editor.ask("stackTrace", threadId=1)["stackFrames"][1]
+    assert (pointer["presentationHint"], pointer["source"]["name"]) == ("subtle", "moves.mod")
+    assert editor.ask("scopes", frameId=pointer["id"]) == {"scopes": []}
+    with pytest.raises(Failed, match="not where the robot is"):
+        editor.ask("evaluate", expression="count", frameId=pointer["id"])
+
+    def second() -> bool:
+        steps.clock.step(50)
+        return editor.stack() == [("main", 8), ("motion pointer", 7)]
+
+    until(second)
+
+    # The robot ends the moves that it has, and the program still stands.
+    def ended() -> bool:
+        steps.clock.step(200)
+        return editor.stack() == [("main", 8)]
+
+    until(ended)
+    assert arm.state.positions[0] == pytest.approx(math.radians(40.0), abs=1e-6)
+    editor.ask("continue", threadId=1)
+    with repeated(lambda: steps.clock.step(50)):
+        assert editor.ends() == []
+    assert arm.state.positions[0] == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_robot_that_is_not_there_is_refused(editor: Editor, steps: virtualrobot.Client, file: Path) -> None:
+    editor.ask("initialize", adapterID="rapid")
+    with pytest.raises(Failed, match="there is no robot 'arn'"):
+        editor.ask("launch", program=str(file), robot="arn", address=steps.address)
+    with pytest.raises(Failed, match="no kernel answers at"):
+        editor.ask("launch", program=str(file), robot="arm", address="127.0.0.1:1")
 
 
 @pytest.mark.parametrize(
@@ -453,7 +546,7 @@ def test_a_launch_that_is_wrong_is_refused(
     wrong = tmp_path / "wrong.mod"
     wrong.write_text("MODULE a\nPROC main()\nnothing;\nENDPROC\nENDMODULE\n")
     text = json.dumps(launched).replace("{file}", str(file)).replace("{wrong}", str(wrong))
-    editor.ask("initialize")
+    editor.ask("initialize", adapterID="rapid")
     with pytest.raises(Failed, match=re.escape(told)):
         editor.ask("launch", **json.loads(text))
 
@@ -463,7 +556,7 @@ def test_requests_at_the_wrong_time_are_refused(editor: Editor, file: Path) -> N
         ("configurationDone", {}, "no program is launched"),
         ("threads", {}, "no program is launched"),
         ("attach", {}, "there is no request 'attach'"),
-        ("initialize", {"linesStartAt1": False}, "'linesStartAt1' is true here"),
+        ("initialize", {"adapterID": "rapid", "linesStartAt1": False}, "'linesStartAt1' is true here"),
         ("setBreakpoints", {}, "KeyError: 'source'"),
     ]:
         with pytest.raises(Failed, match=told):

@@ -121,6 +121,13 @@ def test_what_is_no_name_is_told_nothing_of(marked: str) -> None:
     assert rapid(CELL, BESIDE).hover(at(CELL, marked)) == ""
 
 
+def test_an_argument_is_known_after_others() -> None:
+    text = CELL.replace("{2}.weight", r"{2}.weight DIV 2 + summed(1 \More) \Bool:=NOT TRUE \Dnum:=1")
+    assert "bool Bool" in rapid(text).hover(at(text, r"\Bo|ol"))
+    assert "dnum Dnum" in rapid(text).hover(at(text, r"\Dn|um"))
+    assert r"\switch More" in rapid(text).hover(at(text, r"summed(1 \Mo|re"))
+
+
 def test_an_instruction_that_is_refused_is_told_so() -> None:
     text = "MODULE a\nPROC main()\n SoftAct 1, 20;\nENDPROC\nENDMODULE\n"
     assert rapid(text).hover(at(text, "Soft|Act")) == "SoftAct can't be used here yet."

@@ -80,7 +80,13 @@ class Launch:
             folder = given.get("files")
             for name, _, robot, _ in parts:
                 where = f"{name}: " if len(parts) > 1 else ""
-                world = None if client is None else World(client, robot, write) if robot else Signals(client)
+                world = (
+                    None
+                    if client is None
+                    else World(client, robot, lambda note: write(f"note: {note}"))
+                    if robot
+                    else Signals(client)
+                )
                 task = DebuggedTask(
                     programs[name],
                     world,

@@ -325,11 +325,12 @@ class LanguageServer:
 
 
 def _symbol(one: Symbol, positions: Positions) -> dict[str, Any]:
+    name_end = one.name_begin + len(one.name)
     found: dict[str, Any] = {
         "name": one.name,
         "kind": int(one.kind),
-        "range": positions.range(one.begin, one.end),
-        "selectionRange": positions.range(one.name_begin, one.name_begin + len(one.name)),
+        "range": positions.range(one.begin, max(one.end, name_end)),  # it has the name, in a broken text, too
+        "selectionRange": positions.range(one.name_begin, name_end),
         "children": [_symbol(inner, positions) for inner in one.within],
     }
     if one.detail:

@@ -359,7 +359,9 @@ class RapidAnalysis:
                 number = self._back(number)
             elif kind == "(":
                 return self._meant(number - 1) if number and words.kinds[number - 1] == "name" else None
-            elif kind in (";", ":=") or kind in KEYWORDS:
+            elif kind == ":=" and (number < 2 or words.kinds[number - 2] != "\\"):
+                return None
+            elif kind == ";" or kind in _STATEMENTS:
                 return None
             elif kind == "name" and (number == 0 or words.kinds[number - 1] in _BEGINNERS):
                 return self._named(words.values[number], words.starts[number])
@@ -440,7 +442,9 @@ class RapidAnalysis:
         return list(found.values())
 
 
-_BEGINNERS = frozenset((";", ":", *KEYWORDS))
+_STATEMENTS = KEYWORDS - frozenset("true false and or xor not div mod".split())
+"""Reserved words that stand in no expression."""
+_BEGINNERS = frozenset((";", ":", *_STATEMENTS))
 """Words after which a statement begins."""
 
 
