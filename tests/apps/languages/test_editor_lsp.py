@@ -14,17 +14,19 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 from pygls.lsp.client import BaseLanguageClient
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.editor.channel import Channel
-from virtualrobot_apps.languages.editor.lsp import LanguageServer
+from virtualrobot_apps.languages.editor.lsp import LanguageServer, symbol_message
 from virtualrobot_apps.languages.editor.rapid import RapidAnalysis, together
 from virtualrobot_apps.languages.editor.text import Positions
 from virtualrobot_apps.languages.editor.urscript import UrscriptAnalysis
 
+from tests.tiers import Draws
 from tests.waiting import PATIENCE_SECONDS
 
 COMMAND = [sys.executable, "-m", "virtualrobot", "editor", "lsp"]
@@ -293,6 +295,39 @@ def test_every_beginning_of_a_script_can_be_asked_about() -> None:
         analysis.definition(end)
         analysis.completion(end)
         analysis.symbols()
+
+
+def contained(symbols: list[dict[str, Any]]) -> bool:
+    """Return whether the names of symbols are in their ranges, as the protocol has it."""
+
+    def at(place: dict[str, int]) -> tuple[int, int]:
+        return place["line"], place["character"]
+
+    for one in symbols:
+        whole, name = one["range"], one["selectionRange"]
+        if not at(whole["start"]) <= at(name["start"]) <= at(name["end"]) <= at(whole["end"]):
+            return False
+    return all(contained(one["children"]) for one in symbols)
+
+
+def test_a_damaged_text_can_be_asked_about(rng: np.random.Generator, draws: Draws) -> None:
+    for _ in range(draws(250)):
+        whole = str(rng.choice([CELL, SCRIPT]))
+        text = whole
+        for _ in range(rng.integers(1, 5)):
+            begin, place = (int(one) for one in rng.integers(0, len(text), 2))
+            end = begin + int(rng.choice([1, 3, 10, 60]))
+            letter = str(rng.choice(list('()[]{}.\\;:="! a1')))
+            changed = [text[:begin] + text[end:], text[:place] + text[begin:end] + text[place:]]
+            text = str(rng.choice([*changed, text[:begin] + letter + text[end:]])) or ";"
+        analysis, positions = (script if whole == SCRIPT else rapid)(text), Positions(Source(text))
+        for at_place in rng.integers(0, len(text) + 1, 20):
+            analysis.hover(int(at_place))
+            analysis.definition(int(at_place))
+        analysis.completion(int(rng.integers(0, len(text) + 1)))
+        assert contained([symbol_message(one, positions) for one in analysis.symbols()])
+        for one in analysis.diagnostics:
+            positions.word(one.line, one.column)
 
 
 # Positions.

@@ -310,7 +310,7 @@ class LanguageServer:
 
     def _symbols(self, given: Mapping[str, Any]) -> Any:  # noqa: ANN401 JSON
         document = self._document(given)
-        return [_symbol(one, document.positions) for one in self._analysis(document).symbols()]
+        return [symbol_message(one, document.positions) for one in self._analysis(document).symbols()]
 
     def _formatting(self, given: Mapping[str, Any]) -> Any:  # noqa: ANN401 JSON
         document = self._document(given)
@@ -324,14 +324,15 @@ class LanguageServer:
         return [] if text == document.source.text else [{"range": document.positions.whole(), "newText": text}]
 
 
-def _symbol(one: Symbol, positions: Positions) -> dict[str, Any]:
+def symbol_message(one: Symbol, positions: Positions) -> dict[str, Any]:
+    """Return a symbol as the protocol has it."""
     name_end = one.name_begin + len(one.name)
     found: dict[str, Any] = {
         "name": one.name,
         "kind": int(one.kind),
         "range": positions.range(one.begin, max(one.end, name_end)),  # it has the name, in a broken text, too
         "selectionRange": positions.range(one.name_begin, name_end),
-        "children": [_symbol(inner, positions) for inner in one.within],
+        "children": [symbol_message(inner, positions) for inner in one.within],
     }
     if one.detail:
         found["detail"] = one.detail
