@@ -69,6 +69,12 @@ SUMS = r"""MODULE Sums
   UNDO
     TPWrite "undone";
   ENDPROC
+  FUNC num leaves()
+    EXIT;
+  ENDFUNC
+  FUNC num deep(num x)
+    RETURN deep(x + 1);
+  ENDFUNC
   FUNC num endless()
     WHILE TRUE DO
     ENDWHILE
@@ -379,6 +385,8 @@ def test_expressions_are_those_of_rapid(editor: Editor, file: Path) -> None:
         ("x x", "the end of the expression is expected here, not 'x'"),
         ("boxes{3}", "the index 3 is outside 1 to 2"),
         ("[1,2]", "what these values are of is not clear here"),
+        ("leaves()", "this would end the program"),
+        ("deep(1)", "maximum recursion depth"),
         ("endless()", "this takes longer than 1 s"),
         ("(" * 5000, "brackets are too deep"),
     ]:

@@ -19,8 +19,16 @@ from typing import Any, TypeVar
 
 from virtualrobot.errors import VirtualRobotError
 
+from virtualrobot_apps.languages.core.task import TaskStopped
 from virtualrobot_apps.languages.rapid import tree
-from virtualrobot_apps.languages.rapid.faults import CAUGHT, RapidFault, RapidStopped, as_fault
+from virtualrobot_apps.languages.rapid.faults import (
+    CAUGHT,
+    CycleEnded,
+    ProgramEnded,
+    RapidFault,
+    RapidStopped,
+    as_fault,
+)
 from virtualrobot_apps.languages.rapid.inspection import Inspection, Slot, WrongExpression
 from virtualrobot_apps.languages.rapid.symbols import ModuleScope, RoutineSymbol
 from virtualrobot_apps.languages.rapid.task import RapidTask
@@ -284,8 +292,10 @@ class DebuggedTask(RapidTask):
         def job() -> None:
             try:
                 future.set_result(work())
-            except BaseException as error:
+            except WrongExpression as error:
                 future.set_exception(error)
+            except (Exception, TaskStopped) as error:  # whoever asks waits for an answer
+                future.set_exception(WrongExpression(f"{type(error).__name__}: {error}"))
 
         with self._lock:
             if not self._standing:
@@ -305,6 +315,8 @@ class DebuggedTask(RapidTask):
             raise WrongExpression(str(as_fault(error))) from error
         except (VirtualRobotError, RecursionError) as error:
             raise WrongExpression(str(error)) from error
+        except ProgramEnded as error:
+            raise WrongExpression("this would end the program") from error
         finally:
             self._computing = False
 
