@@ -23,7 +23,6 @@ from virtualrobot_apps.languages.core.task import TaskStopped
 from virtualrobot_apps.languages.rapid import tree
 from virtualrobot_apps.languages.rapid.faults import (
     CAUGHT,
-    CycleEnded,
     ProgramEnded,
     RapidFault,
     RapidStopped,
