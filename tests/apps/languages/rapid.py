@@ -22,19 +22,24 @@ def source(text: str) -> Source:
     return Source(textwrap.dedent(text).strip() + "\n", "test.mod")
 
 
-def printed(text: str) -> list[str]:
-    """Return the lines that a program writes on the pendant, which are the same where a debugger looks at it."""
+def printed(text: str, *, once: bool = False) -> list[str]:
+    """Return the lines that a program writes on the pendant, which are the same where a debugger looks at it.
+
+    `once`: it can be run once alone.
+    """
     lines: list[str] = []
     RapidTask(loaded(text), write=lines.append).run()
+    if once:
+        return lines
     debugged: list[str] = []
     DebuggedTask(load_tasks({"": [source(text)]}, debugged=True)[""], write=debugged.append).run()
     assert debugged == lines
     return lines
 
 
-def main_prints(statements: str, more: str = "") -> list[str]:
+def main_prints(statements: str, more: str = "", *, once: bool = False) -> list[str]:
     """Return the lines that statements of the procedure main write, beside other declarations."""
-    return printed(f"MODULE Tried\n{more}\nPROC main()\n{statements}\nENDPROC\nENDMODULE")
+    return printed(f"MODULE Tried\n{more}\nPROC main()\n{statements}\nENDPROC\nENDMODULE", once=once)
 
 
 def faults(text: str) -> list[str]:
