@@ -492,6 +492,7 @@ MOVES = r"""MODULE Moves
     MoveAbsJ high, v100, z50, tool0;
     count := count + 1;
     MoveAbsJ low, v1000, fine, tool0;
+    SetDO doDone, 1;
   ENDPROC
 ENDMODULE
 """
@@ -502,7 +503,9 @@ def test_the_motion_pointer_is_where_the_robot_is(editor: Editor, steps: virtual
     arm = steps.load_robot("model://irb120", name="arm")
     file = tmp_path / "moves.mod"
     file.write_text(MOVES)
-    editor.launch(file, 8, robot="arm", address=steps.address)
+    with pytest.raises(Failed, match="doDone"):
+        editor.ask("launch", program=str(file), robot="arm", address=steps.address)
+    editor.launch(file, 8, robot="arm", address=steps.address, createSignals=True)
     assert editor.stops("breakpoint") == [("main", 8), ("motion pointer", 6)]
     pointer = editor.ask("stackTrace", threadId=1)["stackFrames"][1]
     assert (pointer["presentationHint"], pointer["source"]["name"]) == ("subtle", "moves.mod")
@@ -527,6 +530,7 @@ def test_the_motion_pointer_is_where_the_robot_is(editor: Editor, steps: virtual
     with repeated(lambda: steps.clock.step(50)):
         assert editor.ends() == []
     assert arm.state.positions[0] == pytest.approx(0.0, abs=1e-6)
+    assert steps.signals["doDone"] is True
 
 
 def test_a_robot_that_is_not_there_is_refused(editor: Editor, steps: virtualrobot.Client, file: Path) -> None:

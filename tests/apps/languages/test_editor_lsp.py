@@ -376,7 +376,7 @@ class Editor(BaseLanguageClient):
         )
 
 
-def edited(work: Callable[[Editor], Coroutine[Any, Any, None]]) -> None:
+def edited(*works: Callable[[Editor], Coroutine[Any, Any, None]]) -> None:
     """Do something with an editor that has begun a server, and end that."""
 
     async def session() -> None:
@@ -393,7 +393,8 @@ def edited(work: Callable[[Editor], Coroutine[Any, Any, None]]) -> None:
             )
             assert begun.server_info is not None and begun.server_info.name == "virtualrobot"
             editor.initialized(types.InitializedParams())
-            await work(editor)
+            for work in works:
+                await work(editor)
             await answered(editor.shutdown_async(None))
             editor.exit(None)
             process = editor._server
@@ -410,6 +411,24 @@ def edited(work: Callable[[Editor], Coroutine[Any, Any, None]]) -> None:
 async def answered(call: Awaitable[Any]) -> Any:  # noqa: ANN401 as pygls has it
     """Return the answer of a call."""
     return await asyncio.wait_for(call, PATIENCE_SECONDS)
+
+
+async def broken(editor: Editor) -> None:
+    """Open a script and modules with faults: they are told, and such texts are not laid out."""
+    editor.open("untitled:a", "def a():\n  movel(1\n  b()\nend\n", "urscript")
+    found = await editor.diagnostics("untitled:a", 1)
+    assert found and found[0].source == "urscript"
+    options = types.FormattingOptions(tab_size=4, insert_spaces=True)
+    here = types.TextDocumentIdentifier("untitled:a")
+    assert await answered(editor.text_document_formatting_async(types.DocumentFormattingParams(here, options))) is None
+    editor.open("untitled:b", "MODULE a\nPROC\nENDMODULE\n")
+    assert await editor.diagnostics("untitled:b", 1)
+    with pytest.raises(JsonRpcException, match="a text with faults is left as it is: untitled:b:3:"):
+        here = types.TextDocumentIdentifier("untitled:b")
+        await answered(editor.text_document_formatting_async(types.DocumentFormattingParams(here, options)))
+    editor.open("untitled:c", "MODULE a\nVAR num x:=" + "(" * 20000 + "\nENDMODULE\n")
+    (deep,) = await editor.diagnostics("untitled:c", 1)
+    assert "too deep" in deep.message
 
 
 def test_an_editor_is_served(tmp_path: Path) -> None:
@@ -462,29 +481,7 @@ def test_an_editor_is_served(tmp_path: Path) -> None:
                 )
             )
 
-    edited(work)
-
-
-def test_faults_of_urscript_are_told_and_a_broken_text_is_not_laid_out() -> None:
-    async def work(editor: Editor) -> None:
-        editor.open("untitled:a", "def a():\n  movel(1\n  b()\nend\n", "urscript")
-        found = await editor.diagnostics("untitled:a", 1)
-        assert found and found[0].source == "urscript"
-        options = types.FormattingOptions(tab_size=4, insert_spaces=True)
-        here = types.TextDocumentIdentifier("untitled:a")
-        assert (
-            await answered(editor.text_document_formatting_async(types.DocumentFormattingParams(here, options))) is None
-        )
-        editor.open("untitled:b", "MODULE a\nPROC\nENDMODULE\n")
-        assert await editor.diagnostics("untitled:b", 1)
-        with pytest.raises(JsonRpcException, match="a text with faults is left as it is: untitled:b:3:"):
-            here = types.TextDocumentIdentifier("untitled:b")
-            await answered(editor.text_document_formatting_async(types.DocumentFormattingParams(here, options)))
-        editor.open("untitled:c", "MODULE a\nVAR num x:=" + "(" * 20000 + "\nENDMODULE\n")
-        (deep,) = await editor.diagnostics("untitled:c", 1)
-        assert "too deep" in deep.message
-
-    edited(work)
+    edited(work, broken)
 
 
 def served(sent: bytes) -> tuple[int, bytes]:
