@@ -418,9 +418,12 @@ async def broken(editor: Editor) -> None:
     editor.open("untitled:a", "def a():\n  movel(1\n  b()\nend\n", "urscript")
     found = await editor.diagnostics("untitled:a", 1)
     assert found and found[0].source == "urscript"
+    editor.change("untitled:a", 2, "def a():\nsync()\nend\n")
+    assert await editor.diagnostics("untitled:a", 2) == []
     options = types.FormattingOptions(tab_size=4, insert_spaces=True)
     here = types.TextDocumentIdentifier("untitled:a")
-    assert await answered(editor.text_document_formatting_async(types.DocumentFormattingParams(here, options))) is None
+    (edit,) = await answered(editor.text_document_formatting_async(types.DocumentFormattingParams(here, options)))
+    assert edit.new_text == "def a():\n  sync()\nend\n"
     editor.open("untitled:b", "MODULE a\nPROC\nENDMODULE\n")
     assert await editor.diagnostics("untitled:b", 1)
     with pytest.raises(JsonRpcException, match="a text with faults is left as it is: untitled:b:3:"):

@@ -34,7 +34,7 @@ def lsp(port: int | None) -> int:
     """Serve an editor by the Language Server Protocol: RAPID and URScript.
 
     It tells faults as they are written, and what words mean and where they are declared, completes words, and lays
-    RAPID out.
+    texts out.
     """
     from virtualrobot_apps.languages.editor.channel import serve
     from virtualrobot_apps.languages.editor.lsp import LanguageServer

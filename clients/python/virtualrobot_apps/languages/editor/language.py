@@ -97,12 +97,12 @@ class Language:
         name: as editors call it.
         endings: how its files end, in small letters.
         analyze: returns what a source means; it is given the sources of its language beside it.
+        formatted: lays a source out, or raises ProgramError.
         beside: whether sources of one folder can be one program.
-        formatted: lays a source out, or raises ProgramError; None where there is nothing for that.
     """
 
     name: str
     endings: tuple[str, ...]
     analyze: Callable[[Source, Sequence[Source]], Analysis]
+    formatted: Callable[[Source], str]
     beside: bool = False
-    formatted: Callable[[Source], str] | None = None

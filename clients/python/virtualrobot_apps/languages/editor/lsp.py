@@ -314,8 +314,6 @@ class LanguageServer:
 
     def _formatting(self, given: Mapping[str, Any]) -> Any:  # noqa: ANN401 JSON
         document = self._document(given)
-        if document.language.formatted is None:
-            return None
         try:
             text = document.language.formatted(document.source)
         except ProgramError as error:

@@ -479,5 +479,5 @@ def _shown(source: Source, node: tree.Declaration | tree.For) -> str:
     return text if len(text) <= _LONGEST else f"{text[:_LONGEST]}..."
 
 
-RAPID = Language("rapid", (".mod", ".modx", ".sys", ".sysx", ".prg"), RapidAnalysis, True, formatted)
+RAPID = Language("rapid", (".mod", ".modx", ".sys", ".sysx", ".prg"), RapidAnalysis, formatted, beside=True)
 """RAPID, with the endings of ABB's files; those with x are in UTF-8."""

@@ -12,6 +12,7 @@ from virtualrobot_apps.languages.editor.language import Item, ItemKind, Language
 from virtualrobot_apps.languages.editor.text import code, comment_above
 from virtualrobot_apps.languages.urscript import tree
 from virtualrobot_apps.languages.urscript.check import check, statements_of
+from virtualrobot_apps.languages.urscript.layout import formatted
 from virtualrobot_apps.languages.urscript.lexer import KEYWORDS, words_of
 from virtualrobot_apps.languages.urscript.parser import parse
 from virtualrobot_apps.languages.urscript.table import BUILTINS, Builtin, lacking_names
@@ -204,5 +205,5 @@ def _header(source: Source, function: tree.Function) -> str:
     return source.text[function.at :].partition("\n")[0].partition("#")[0].strip().removesuffix(":").rstrip()
 
 
-URSCRIPT = Language("urscript", (".script", ".urscript"), UrscriptAnalysis)
+URSCRIPT = Language("urscript", (".script", ".urscript"), UrscriptAnalysis, formatted)
 """URScript; a script is one file."""
