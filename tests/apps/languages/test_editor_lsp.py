@@ -511,6 +511,8 @@ def test_messages_that_are_none_are_refused_by_their_codes() -> None:
         message(id=5, method="textDocument/hover", params={"textDocument": 3}),
         message(id=6, method="textDocument/hover", params=[]),
         message(method="textDocument/didOpen", params={"textDocument": {}}),
+        message(method="textDocument/didOpen", params={"textDocument": {"uri": "untitled:a.mod", "text": ""}}),
+        message(id=10, method="textDocument/hover", params={"textDocument": {"uri": "untitled:a.mod"}, "position": 1}),
         message(method="no/such"),
         message(id=7),
         message(id=8, method="shutdown"),
@@ -523,10 +525,20 @@ def test_messages_that_are_none_are_refused_by_their_codes() -> None:
     codes = [(one.get("id"), one["error"]["code"]) for one in found if "error" in one]
     # The text that is no JSON is answered by whoever reads, as soon as it comes.
     assert sorted(codes, key=str) == sorted(
-        {(1, -32002), (3, -32600), (4, -32601), (5, -32602), (6, -32602), (9, -32600), (None, -32600), (None, -32700)},
+        {
+            (1, -32002),
+            (3, -32600),
+            (4, -32601),
+            (5, -32602),
+            (6, -32602),
+            (10, -32602),
+            (9, -32600),
+            (None, -32600),
+            (None, -32700),
+        },
         key=str,
     )
-    assert [one["method"] for one in found if "method" in one] == ["window/logMessage"]
+    assert [one["params"]["type"] for one in found if one.get("method") == "window/logMessage"] == [1]
 
 
 @pytest.mark.parametrize(

@@ -122,7 +122,7 @@ class DebugAdapter:
             if isinstance(error, ProgramError):
                 told = "\n".join(map(str, error.diagnostics[:20]))
             self._fail(answer, told)
-        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        except Exception as error:  # such as a KeyError for what a request lacks
             self._fail(answer, f"{command}: {type(error).__name__}: {error}")
         self._send(answer)
         after, self._after = self._after, None

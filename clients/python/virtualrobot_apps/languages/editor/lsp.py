@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import queue
 import threading
+import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from importlib.metadata import PackageNotFoundError, version
@@ -131,8 +132,8 @@ class LanguageServer:
             self._answer_error(message["id"], error.code, str(error))
         except RecursionError:
             self._answer_error(message["id"], _REQUEST_FAILED, TOO_DEEP)
-        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-            self._answer_error(message["id"], _INVALID_PARAMS, f"{method}: {type(error).__name__}: {error}")
+        except Exception as error:  # the editor goes on with its other requests
+            self._answer_error(message["id"], _INTERNAL, _log(method, error))
         else:
             self._channel.send({"jsonrpc": "2.0", "id": message["id"], "result": result})
 
@@ -162,11 +163,11 @@ class LanguageServer:
         elif self._initialized and method in self._notices:
             try:
                 self._notices[method](given)
-            except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
-                told = f"{method}: {type(error).__name__}: {error}"
-                self._channel.send(
-                    {"jsonrpc": "2.0", "method": "window/logMessage", "params": {"type": 1, "message": told}}
-                )
+            except Exception as error:  # a notification has no answer
+                self._tell_log(_log(method, error))
+
+    def _tell_log(self, told: str) -> None:
+        self._channel.send({"jsonrpc": "2.0", "method": "window/logMessage", "params": {"type": 1, "message": told}})
 
     # Texts.
 
@@ -255,6 +256,9 @@ class LanguageServer:
             diagnostics = self._analysis(document).diagnostics
         except RecursionError:
             diagnostics = [Diagnostic(document.source.file, 1, 1, TOO_DEEP)]
+        except Exception as error:  # other texts are served still
+            self._tell_log(_log(f"check of {uri}", error))
+            return
         found = [
             {
                 "range": document.positions.word(one.line, one.column),
@@ -275,19 +279,29 @@ class LanguageServer:
     # Requests.
 
     def _document(self, given: Mapping[str, Any]) -> Document:
-        uri = str(given["textDocument"]["uri"])
+        try:
+            uri = str(given["textDocument"]["uri"])
+        except (KeyError, TypeError):
+            raise Refused(_INVALID_PARAMS, "the parameters have a 'textDocument' with its 'uri'") from None
         if uri not in self._documents:
             raise Refused(_INVALID_PARAMS, f"no text {uri!r} is open in one of the languages that are served")
         return self._documents[uri]
 
+    def _at(self, given: Mapping[str, Any], document: Document) -> int:
+        """Return the place that a request is about."""
+        try:
+            return document.positions.place(given["position"])
+        except (KeyError, TypeError, ValueError):
+            raise Refused(_INVALID_PARAMS, "the parameters have a 'position' with 'line' and 'character'") from None
+
     def _hover(self, given: Mapping[str, Any]) -> Any:  # noqa: ANN401 JSON
         document = self._document(given)
-        told = self._analysis(document).hover(document.positions.place(given["position"]))
+        told = self._analysis(document).hover(self._at(given, document))
         return {"contents": {"kind": "markdown", "value": told}} if told else None
 
     def _definition(self, given: Mapping[str, Any]) -> Any:  # noqa: ANN401 JSON
         document = self._document(given)
-        found = self._analysis(document).definition(document.positions.place(given["position"]))
+        found = self._analysis(document).definition(self._at(given, document))
         if found is None:
             return None
         if found.source is document.source:
@@ -299,7 +313,7 @@ class LanguageServer:
     def _completion(self, given: Mapping[str, Any]) -> Any:  # noqa: ANN401 JSON
         document = self._document(given)
         items = []
-        for one in self._analysis(document).completion(document.positions.place(given["position"])):
+        for one in self._analysis(document).completion(self._at(given, document)):
             item: dict[str, Any] = {"label": one.label, "kind": int(one.kind)}
             if one.detail:
                 item["detail"] = one.detail
@@ -320,6 +334,12 @@ class LanguageServer:
             first = replace(error.diagnostics[0], file=Path(document.source.file).name)
             raise Refused(_REQUEST_FAILED, f"a text with faults is left as it is: {first}") from error
         return [] if text == document.source.text else [{"range": document.positions.whole(), "newText": text}]
+
+
+def _log(method: str, error: Exception) -> str:
+    """Return what is told of a fault of the server itself, whose traceback goes to standard error."""
+    traceback.print_exception(error)
+    return f"{method}: {type(error).__name__}: {error}"
 
 
 def symbol_message(one: Symbol, positions: Positions) -> dict[str, Any]:
