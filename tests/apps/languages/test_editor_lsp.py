@@ -17,7 +17,7 @@ from typing import Any
 import pytest
 from lsprotocol import types
 from pygls.exceptions import JsonRpcException
-from pygls.lsp.client import BaseLanguageClient
+from pygls.lsp.client import LanguageClient
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.editor.channel import Channel
 from virtualrobot_apps.languages.editor.lsp import LanguageServer
@@ -32,7 +32,7 @@ WRONG = "an interrupt must be a variable (intnum)"
 """The fault of the module, where no_such stands."""
 
 
-class Editor(BaseLanguageClient):
+class Editor(LanguageClient):
     """An editor that keeps what it is told."""
 
     def __init__(self) -> None:

@@ -134,6 +134,7 @@ class Launch:
 def _files(given: object, of: str) -> list[Path]:
     """Return the files of a task, with all of their folders, as editors name them."""
     found = given if isinstance(given, list) else [given]
-    if not found or not all(isinstance(one, str) and one for one in found):
+    names = [one for one in found if isinstance(one, str) and one]
+    if not names or len(names) < len(found):
         raise WrongLaunch(f"'program' is the file of {of}, or a list of its files, not {given!r}")
-    return [Path(one).resolve() for one in found]
+    return [Path(one).resolve() for one in names]

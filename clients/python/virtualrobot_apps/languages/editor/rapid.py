@@ -469,7 +469,7 @@ def _name_at(words: Words, node: tree.Module | tree.Declaration | tree.Parameter
 def _shown(source: Source, node: tree.Declaration | tree.For) -> str:
     """Return a declaration as it is written, of a routine the header."""
     words = _text(source).words
-    last = {tree.Record: "endrecord"}.get(type(node), ";")
+    last = "endrecord" if isinstance(node, tree.Record) else ";"
     number = bisect_right(words.starts, node.at) - 1
     if isinstance(node, tree.Routine):
         last = ")" if node.kind != "trap" else "name"

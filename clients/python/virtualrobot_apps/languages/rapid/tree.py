@@ -295,7 +295,7 @@ BLOCKS = ("declarations", "body", "handler", "undo", "backward", "arms", "cases"
 """Fields that hold declarations and statements."""
 
 
-def statements_within(node: Module | Routine | Statement) -> Iterator[Statement]:
+def statements_within(node: Module | Declaration | Statement) -> Iterator[Statement]:
     """Yield the statements within a node, those in their blocks too, in the order of the text."""
     for name in BLOCKS:
         for one in getattr(node, name, None) or ():
