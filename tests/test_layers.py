@@ -129,7 +129,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),
     # For its pages it runs what another command runs, too.
     f"{APPS}/console/wiring.py": ("virtualrobot_apps", "virtualrobot"),
-    f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot", "uvicorn"),
+    f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot_apps.asgi", "virtualrobot", "uvicorn"),
+    f"{APPS}/asgi.py": ("uvicorn",),
     # Recorded files are read by the libraries of their formats, and PNGs drawn by Pillow, where these are installed.
     f"{APPS}/topic/recorded.py": (
         "virtualrobot_apps",
