@@ -405,7 +405,7 @@ def test_the_motion_pointer_is_where_the_robot_is(editor: Editor, steps: virtual
 
 def test_a_robot_that_is_not_there_is_refused(editor: Editor, steps: virtualrobot.Client, file: Path) -> None:
     editor.ask("initialize", adapterID="rapid")
-    with pytest.raises(Failed, match="there is no robot 'arn'"):
+    with pytest.raises(Failed, match="there is no robot named 'arn'"):
         editor.ask("launch", program=str(file), robot="arn", address=steps.address)
     with pytest.raises(Failed, match="no kernel answers at"):
         editor.ask("launch", program=str(file), robot="arm", address="127.0.0.1:1")
