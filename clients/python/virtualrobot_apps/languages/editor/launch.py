@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from virtualrobot_apps.languages.core.source import read_source
 from virtualrobot_apps.languages.rapid.cell import Cell
-from virtualrobot_apps.languages.rapid.command import create_signals
+from virtualrobot_apps.languages.rapid.command import add_signals
 from virtualrobot_apps.languages.rapid.debugger import DebuggedTask
 from virtualrobot_apps.languages.rapid.signals import Signals
 from virtualrobot_apps.languages.rapid.task import load_tasks
@@ -77,7 +77,7 @@ class Launch:
             signals = list(client.signals) if client is not None else []
             programs = load_tasks(sources, signals, debugged=True)
             if client is not None and given.get("createSignals"):
-                create_signals(client, programs.values())
+                add_signals(client, programs.values())
             self.cell = Cell()
             self.tasks: list[DebuggedTask] = []
             answers = chain(map(str, given.get("answers", ())), iter(self._typed.get, None))
