@@ -98,6 +98,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
     # What was read of a controller's program is written as a program file.
     f"{APPS}/languages/writers/command.py": ("virtualrobot_apps", "virtualrobot", "click", "yaml", "google.protobuf"),
+    # Curves of IGES and STEP are read by Open CASCADE, where it is installed.
+    f"{APPS}/curves/opencascade.py": ("OCP",),
     # Each bridge speaks by the library of its protocol, where that is installed.
     f"{APPS}/bridges/modbus.py": ("virtualrobot_apps", "virtualrobot", "pymodbus"),
     f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),
