@@ -19,6 +19,7 @@ from virtualrobot_apps.languages.writers.command import program as command
 
 from tests.apps.cad_files import curve_element
 from tests.apps.cad_files import vda as vda_file
+from tests.tiers import Draws
 
 Floats = NDArray[np.float64]
 SP1 = """SP1 = CURVE / 4, 0., 1., 2., 2.7, 4.,
@@ -108,11 +109,11 @@ def test_points_are_joined_by_lines_and_keep_their_normals() -> None:
 
 
 @pytest.mark.parametrize("arcs", [False, True])
-def test_a_way_is_nowhere_off_the_curve(rng: np.random.Generator, arcs: bool, draws: object) -> None:
+def test_a_way_is_nowhere_off_the_curve(rng: np.random.Generator, arcs: bool, draws: Draws) -> None:
     """Each point of its lines and arcs is within the tolerance of a fine polyline of the curve."""
     tolerance = 1e-4
     counts = []
-    for _ in range(draws(10)):  # type: ignore[operator] the fixture gives a function
+    for _ in range(draws(10)):
         coefficients = 0.2 * rng.normal(size=(4, 3))
         curve = Curve("C", (polynomial(coefficients),))
         (way,) = ways([curve], tolerance, arcs=arcs)
@@ -240,4 +241,4 @@ def test_the_command_lists_curves_without_a_kernel(tmp_path: Path) -> None:
         f"K: {100 * np.pi:.6g} mm from (100, 0, 5) to (-100, 0, 5)",
     ]
     done = CliRunner().invoke(command, ["curves", str(tmp_path / "part.vda"), "--tool-axis", "down"])
-    assert done.exit_code == 2 and "--tool-axis takes three numbers, as 0,0,-1, not down" in done.output
+    assert done.exit_code == 2 and "'down' is not numbers with commas between them" in done.output

@@ -6,17 +6,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
-from virtualrobot.cli.options import Target, target_options
+from virtualrobot.cli.options import FiniteRange, Numbers, Target, target_options
 
 from virtualrobot_apps.languages.writers.options import LANGUAGES, language_options, wanted, write
 
 if TYPE_CHECKING:
     from virtualrobot_apps.curves.curve import Curve
 
-SHOWN = 1e-6
-"""Tolerance (m) of the lengths that are shown."""
-
-_above_zero = click.FloatRange(min=0.0, min_open=True)
+_above_zero = FiniteRange(min=0.0, min_open=True)
 
 
 @click.command()
@@ -26,6 +23,7 @@ _above_zero = click.FloatRange(min=0.0, min_open=True)
 @click.option("--reference", metavar="NODE", default="world", show_default=True, help="Where the file's origin is.")
 @click.option(
     "--tool-axis",
+    type=Numbers(3),
     metavar="X,Y,Z",
     default="0,0,-1",
     show_default=True,
@@ -60,7 +58,7 @@ def curves(
     coupling: float,
     names: tuple[str, ...],
     reference: str,
-    tool_axis: str,
+    tool_axis: tuple[float, ...],
     no_turn: bool,
     speed: float,
     tolerance: float,
@@ -78,10 +76,6 @@ def curves(
     from virtualrobot_apps.languages.core.command import only_robot
     from virtualrobot_apps.languages.writers.resolve import robot_program
 
-    try:
-        axis = [float(one) for one in tool_axis.split(",")]
-    except ValueError:
-        raise click.UsageError(f"--tool-axis takes three numbers, as 0,0,-1, not {tool_axis}") from None
     facts = wanted({}, signs, coupling)
     found = read_curves(file, names)
     if language is None:
@@ -95,7 +89,7 @@ def curves(
             client,
             arm,
             ways(found, 0.5 * tolerance),
-            axis,
+            tool_axis,
             speed=speed,
             approach=approach,
             tolerance=0.5 * tolerance,
@@ -114,9 +108,6 @@ def _line(curve: Curve) -> str:
     """Return a line about a curve, in mm."""
     import numpy as np
 
-    from virtualrobot_apps.curves.way import ways
-
-    (way,) = ways([curve], SHOWN, arcs=False)
     shown = np.round(1000.0 * curve.ends, 6) + 0.0
     begin, end = (", ".join(f"{one:.6g}" for one in point) for point in shown.tolist())
-    return f"{curve.name}: {1000.0 * way.lengths().sum():.6g} mm from ({begin}) to ({end})"
+    return f"{curve.name}: {1000.0 * curve.length:.6g} mm from ({begin}) to ({end})"

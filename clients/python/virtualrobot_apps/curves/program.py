@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 from virtualrobot import Client, Program, Robot, pose
-from virtualrobot.errors import InvalidArgumentError, VirtualRobotError
+from virtualrobot.errors import InvalidArgumentError, UnknownNameError, VirtualRobotError
 
 from virtualrobot_apps.curves.curve import Floats
 from virtualrobot_apps.curves.way import Way, frames
@@ -18,7 +18,7 @@ LEAST_ZONE = 1e-4
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Following:
-    """What leads a tool along ways.
+    """Steps that lead a tool along ways.
 
     Attributes:
         program: the steps.
@@ -31,7 +31,7 @@ class Following:
     def error(self, error: VirtualRobotError) -> VirtualRobotError:
         """Return an error of planning with the point of the curve that its step leads to."""
         step = error.metadata.get("step", "")
-        if not step.isdigit() or int(step) >= len(self.places):
+        if not step.isdigit() or int(step) >= len(self.places) or isinstance(error, UnknownNameError):
             return error
         words = f"{self.places[int(step)]}: {error.message}"
         return type(error)(words, error.reason, error.metadata, error.code)

@@ -60,7 +60,7 @@ def read(text: str, file: str) -> list[Curve]:
 
 
 class _Wrong(Exception):
-    """What is wrong with an element."""
+    """Fault of an element."""
 
 
 class _Numbers:
