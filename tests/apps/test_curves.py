@@ -11,7 +11,7 @@ from click.testing import CliRunner
 from numpy.typing import NDArray
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError, WrongStateError
 from virtualrobot_apps.curves import reading, vda
-from virtualrobot_apps.curves.curve import Curve, points_on, polyline, polynomial
+from virtualrobot_apps.curves.curve import Curve, directions, points_on, polyline, polynomial
 from virtualrobot_apps.curves.program import _zones
 from virtualrobot_apps.curves.reading import read_curves
 from virtualrobot_apps.curves.way import Way, frames, ways
@@ -106,6 +106,16 @@ def test_points_are_joined_by_lines_and_keep_their_normals() -> None:
     np.testing.assert_allclose(way.tangents, [[1, 0, 0], [np.sqrt(0.5), np.sqrt(0.5), 0], [0, 1, 0]], atol=1e-15)
     (way,) = ways([mdi], 1e-4)
     np.testing.assert_allclose(frames(way, [1.0, 0.0, 0.0])[:, :3, 2], [[0, 0, -1], [-0.6, 0, -0.8]], atol=1e-15)
+
+
+def test_a_curve_has_a_direction_where_it_stands_still() -> None:
+    """(t^3, 0, 0) has no derivative at 0; ((2 t - 1)^2, (2 t - 1)^3, 0) none at 1/2, where it turns back along x."""
+    cube = polynomial(np.array([[0.0] * 3, [0.0] * 3, [0.0] * 3, [1.0, 0.0, 0.0]]))
+    np.testing.assert_allclose(directions(cube, [0.0, 1.0]), [[1.0, 0.0, 0.0]] * 2, atol=1e-12)
+    cusp = np.array([[1.0, -1.0, 0.0], [-4.0, 6.0, 0.0], [4.0, -12.0, 0.0], [0.0, 8.0, 0.0]])
+    np.testing.assert_allclose(directions(polynomial(cusp), [0.5]), [[1.0, 0.0, 0.0]], atol=1e-3)
+    (way,) = ways([Curve("CUSP", (polynomial(cusp),))], 1e-3)
+    assert np.isfinite(way.tangents).all() and np.isfinite(way.corners()).all()
 
 
 @pytest.mark.parametrize("arcs", [False, True])

@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 SAME = 1e-9
 """Distance (m) up to which points are the same."""
 NUDGE = 1e-4
-"""Part of a piece from which its direction is told at an end where its derivative is zero."""
+"""Part of a piece whose chord tells its direction where its derivative is zero."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,15 +67,15 @@ def points_on(piece: Floats, parameters: ArrayLike) -> tuple[Floats, Floats]:
     return points, (slope[:, :3] - slope[:, 3:] * points) / at[:, 3:]
 
 
-def directions(piece: Floats) -> Floats:
-    """Return the unit directions (2, 3) in which a piece begins and ends."""
-    places, slopes = points_on(piece, [0.0, NUDGE, 1.0 - NUDGE, 1.0])
-    ends = slopes[[0, 3]]
-    sizes = np.linalg.norm(ends, axis=1)
-    secants = np.stack([places[1] - places[0], places[3] - places[2]])
-    flat = sizes <= 1e-6 * np.linalg.norm(piece[:, :3] / piece[:, 3:] - places[0], axis=1).max()
-    ends[flat] = secants[flat]
-    return ends / np.linalg.norm(ends, axis=1)[:, None]
+def directions(piece: Floats, parameters: ArrayLike) -> Floats:
+    """Return the unit directions (n, 3) of a piece at parameters (n,); where it stands still, of what comes next."""
+    at = np.asarray(parameters, dtype=np.float64)
+    _, slopes = points_on(piece, at)
+    flat = np.linalg.norm(slopes, axis=1) <= 1e-6 * np.ptp(piece[:, :3] / piece[:, 3:], axis=0).max()
+    if flat.any():
+        begin = np.minimum(at[flat], 1.0 - NUDGE)
+        slopes[flat] = points_on(piece, begin + NUDGE)[0] - points_on(piece, begin)[0]
+    return slopes / np.linalg.norm(slopes, axis=1)[:, None]
 
 
 def polynomial(coefficients: Floats) -> Floats:

@@ -1,7 +1,8 @@
 """VDA-FS, the surface interface of the German car makers, version 2.0: its curves.
 
-Sources: DIN 66301 (VDA-FS); F. Glaschick and others' reader in COVISE (`ReadVDAFS`, R. Beller, Stuttgart 1997), whose
-circles are in degrees; the example of a curve in DIN 66301, which OpenVDAFS has as `examples/CURVE_SP1.vda`.
+Sources: the example of a curve in DIN 66301, which OpenVDAFS has as `examples/CURVE_SP1.vda`, and its reader of the
+format (MIT); COVISE's reader (`ReadVDAFS`, R. Beller, Stuttgart 1997), by which circles are in degrees. The standard
+itself was not read.
 """
 
 from __future__ import annotations
@@ -24,7 +25,7 @@ MOST_ORDER = 26
 OTHERS = frozenset(("BEGINSET", "ENDSET", "CONS", "FACE", "GROUP", "POINT", "SURF", "TOP", "TMAT"))
 """Elements that hold no curve of their own."""
 
-_ELEMENT = re.compile(r"\s*([A-Z][A-Z0-9]*)\s*=\s*([A-Z]+)\s*(?:/(.*))?", re.IGNORECASE)
+_ELEMENT = re.compile(r"\s*([A-Z]\w*)\s*=\s*([A-Z]+)\s*(?:/(.*))?", re.IGNORECASE)
 
 
 @dataclass(slots=True)

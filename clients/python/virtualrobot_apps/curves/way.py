@@ -125,9 +125,7 @@ def _way(curves: list[Curve], tolerance: float, arcs: bool) -> Way:
         for number, piece in enumerate(curve.pieces):
             stretches = list(_stretches(piece, 0.0, 1.0, tolerance, arcs))
             at = np.array([0.0, *(end for end, _ in stretches)])
-            on, slopes = points_on(piece, at)
-            slopes[[0, -1]] = directions(piece)
-            slopes /= np.linalg.norm(slopes, axis=1)[:, None]
+            (on, _), slopes = points_on(piece, at), directions(piece, at)
             if not points:
                 points.append(on[0])
                 places.append(f"{curve.name}, point 1")
