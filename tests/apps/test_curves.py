@@ -116,6 +116,9 @@ def test_a_curve_has_a_direction_where_it_stands_still() -> None:
     np.testing.assert_allclose(directions(polynomial(cusp), [0.5]), [[1.0, 0.0, 0.0]], atol=1e-3)
     (way,) = ways([Curve("CUSP", (polynomial(cusp),))], 1e-3)
     assert np.isfinite(way.tangents).all() and np.isfinite(way.corners()).all()
+    loop = polynomial(1e-5 * np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 0.0], [-1.0, -2.0, 0.0], [0.0, 1.0, 0.0]]))
+    (way,) = ways([Curve("LOOP", (loop,))], 1e-3)  # from 0 to 0, and all of it within the tolerance
+    assert len(way.points) == 3 and np.isfinite(way.corners()).all()
 
 
 @pytest.mark.parametrize("arcs", [False, True])
@@ -157,6 +160,7 @@ def test_curves_that_meet_are_one_way_also_backwards() -> None:
     )
     one, other = ways([first, second, apart], 1e-4)
     np.testing.assert_allclose(one.points[:, :2], [[0, 0], [0.01, 0], [0.01, 0.01]])
+    assert len(ways([first, Curve("N", second.pieces, np.tile([0.0, 0.0, 1.0], (2, 1)))], 1e-4)) == 2
     assert one.places == ("A, point 1", "A, point 2", "B, point 2") and len(other.points) == 2
 
 

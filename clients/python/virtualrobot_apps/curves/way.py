@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from virtualrobot.errors import InvalidArgumentError
 
-from virtualrobot_apps.curves.curve import Curve, Floats, directions, points_on
+from virtualrobot_apps.curves.curve import SAME, Curve, Floats, directions, points_on
 
 SAMPLES = 9
 """Points of a stretch, its ends among them, at which it is compared with a line and an arc."""
@@ -69,14 +69,14 @@ class Way:
 def ways(curves: Iterable[Curve], tolerance: float, *, arcs: bool = True, joint: float = 1e-5) -> list[Way]:
     """Return the ways along curves: each from where the last one ends, if that is within `joint` (m).
 
-    A curve whose end is there is followed backwards. Lines, and arcs if they are wanted, are at most `tolerance` (m)
-    away from the curve.
+    A curve whose end is there is followed backwards, and one with normals never goes on from one without. Lines, and
+    arcs if they are wanted, are at most `tolerance` (m) away from the curve.
     """
     if not tolerance > 0.0:
         raise InvalidArgumentError(f"the tolerance is {tolerance:g} m; it must be above 0")
     runs: list[list[Curve]] = []
     for curve in curves:
-        if runs:
+        if runs and (curve.normals is None) == (runs[-1][-1].normals is None):
             gaps = np.linalg.norm(curve.ends - runs[-1][-1].ends[1], axis=1)
             if gaps.min() <= joint:
                 runs[-1].append(curve if gaps[0] <= joint else curve.reversed())
@@ -119,7 +119,6 @@ def frames(way: Way, axis: ArrayLike, *, turn: bool = True) -> Floats:
 def _way(curves: list[Curve], tolerance: float, arcs: bool) -> Way:
     places, points, vias, normals = list[str](), list[Floats](), list[Floats](), list[Floats]()
     arrive, leave = list[Floats](), list[Floats]()
-    told = all(curve.normals is not None for curve in curves)
     for curve in curves:
         count = 1
         for number, piece in enumerate(curve.pieces):
@@ -130,7 +129,7 @@ def _way(curves: list[Curve], tolerance: float, arcs: bool) -> Way:
                 points.append(on[0])
                 places.append(f"{curve.name}, point 1")
                 arrive.append(slopes[0])
-                if told and curve.normals is not None:
+                if curve.normals is not None:
                     normals.append(curve.normals[0])
             leave += list(slopes[:-1])
             arrive += list(slopes[1:])
@@ -138,14 +137,14 @@ def _way(curves: list[Curve], tolerance: float, arcs: bool) -> Way:
             vias += [via for _, via in stretches]
             places += [f"{curve.name}, point {count + one}" for one in range(1, len(at))]
             count += len(stretches)
-            if told and curve.normals is not None:
+            if curve.normals is not None:
                 normals += list(np.linspace(curve.normals[number], curve.normals[number + 1], len(at))[1:])
     leave.append(arrive[-1])
     tangents = np.array(arrive) + np.array(leave)
     back = np.linalg.norm(tangents, axis=1) < 1e-6  # where it turns back there is no halfway
     tangents[back] = np.array(leave)[back]
     tangents /= np.linalg.norm(tangents, axis=1)[:, None]
-    return Way(tuple(places), np.array(points), tangents, np.array(vias), np.array(normals) if told else None)
+    return Way(tuple(places), np.array(points), tangents, np.array(vias), np.array(normals) if normals else None)
 
 
 def _stretches(
@@ -165,10 +164,12 @@ def _stretches(
 
 
 def _off_line(points: Floats) -> float:
-    """Return the greatest distance of points (k, 3) from the line between the first and the last."""
+    """Return the greatest distance of points (k, 3) from the line between the first and the last, if that is one."""
     chord = points[-1] - points[0]
     size = chord @ chord
-    shares = np.clip((points - points[0]) @ chord / size, 0.0, 1.0) if size > 0.0 else np.zeros(len(points))
+    if size <= SAME**2:
+        return np.inf
+    shares = np.clip((points - points[0]) @ chord / size, 0.0, 1.0)
     return float(np.linalg.norm(points - points[0] - shares[:, None] * chord, axis=1).max())
 
 
