@@ -188,8 +188,13 @@ def test_corners_are_rounded_off_within_the_tolerance() -> None:
         sides = [points[at + side] - points[at] for side in (-1, 1)]
         before, behind = (points[at] + zones[at] * one / np.linalg.norm(one) for one in sides)
         assert np.linalg.norm(0.25 * (before + 2 * points[at] + behind) - points[at]) <= 1e-3 + 1e-12
-    assert zones[1] == pytest.approx(0.001) and zones[2] == pytest.approx(0.001)  # half of the line between
+    assert zones[1] == zones[2] == pytest.approx(0.001)  # half of the line between
     assert not _zones(way, 1e-6)[1:3].any()  # the tool stops instead
+    (circle,) = read("K = CIRCLE / 0., 0., 0., 100., 1., 0., 0., 0., 1., 0., 0., 180.")
+    (way,) = ways([circle], 1e-6)
+    np.testing.assert_allclose(way.radii(), 0.1)
+    zone = _zones(way, 1e-4)[1]
+    assert np.hypot(0.1, zone) - 0.1 == pytest.approx(0.5e-4, rel=1e-3)  # off its tangent
 
 
 @pytest.mark.parametrize(

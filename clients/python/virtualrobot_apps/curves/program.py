@@ -83,10 +83,12 @@ def following(
 def _zones(way: Way, tolerance: float) -> Floats:
     """Return the radii (n,) in m of the corners at the points; 0 where the tool stops.
 
-    A parabola that leaves a corner of angle a at the radius r passes it at r sin(a / 2) / 2.
+    Half of the tolerance is for the corner: a parabola that leaves one of angle a at the radius r passes it at
+    r sin(a / 2) / 2. The other half is for arcs, which are off their tangent by r^2 / 2 R at the radius r.
     """
-    lengths, bends = way.lengths(), np.sin(0.5 * way.corners())
-    most = np.concatenate([[0.0], 0.5 * np.minimum(lengths[:-1], lengths[1:]), [0.0]])
+    lengths, bends, radii = way.lengths(), np.sin(0.5 * way.corners()), way.radii()
+    most = np.minimum(0.5 * lengths, np.sqrt(radii * tolerance))
+    most = np.concatenate([[0.0], np.minimum(most[:-1], most[1:]), [0.0]])
     with np.errstate(divide="ignore"):
-        zones = np.minimum(most, 2.0 * tolerance / bends)
+        zones = np.minimum(most, tolerance / bends)
     return np.where(zones >= LEAST_ZONE, zones, 0.0)

@@ -51,6 +51,15 @@ class Way:
         )
         return np.where(np.isnan(halves), steps, halves)
 
+    def radii(self) -> Floats:
+        """Return the radii (n - 1,) of the arcs in m, those of the circles through three points; lines have no end."""
+        first, second, chord = self.vias - self.points[:-1], self.points[1:] - self.vias, np.diff(self.points, axis=0)
+        sides = np.prod([np.linalg.norm(one, axis=1) for one in (first, second, chord)], axis=0)
+        lines = np.isnan(sides)
+        return np.where(
+            lines, np.inf, sides / np.where(lines, 1.0, 2.0 * np.linalg.norm(np.cross(first, chord), axis=1))
+        )
+
     def _slopes(self) -> tuple[Floats, Floats]:
         """Return the unit directions (n - 1, 3) in which each line and arc ends, and begins."""
         arrive, leave = [], []
