@@ -96,8 +96,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Navigation fits, measures distances and plans by libraries, where they are installed, and writes maps as ROS does.
     f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
-    # What was read of a controller's program is written as a program file.
-    f"{APPS}/languages/writers/command.py": ("virtualrobot_apps", "virtualrobot", "click", "yaml", "google.protobuf"),
+    # Programs for controllers are read from, and written as, program files in the contract's words.
+    f"{APPS}/languages/writers": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "yaml", "google.protobuf"),
     # Curves of IGES and STEP are read by Open CASCADE, where it is installed.
     f"{APPS}/curves/opencascade.py": ("OCP",),
     # Each bridge speaks by the library of its protocol, where that is installed.

@@ -412,6 +412,7 @@ def test_files_stay_below_their_folder(abb: Served, tmp_path: Path) -> None:
     assert asked(abb, "/fileservice/$HOME/x", "PUT", data=b"0" * (17 * 1024 * 1024)).status_code == 413
 
 
+@pytest.mark.long
 def test_every_resource_that_is_read_tells_the_same_in_xhtml_and_json(abb: Served) -> None:
     rws = abb.client()
     load(rws, MODULE)
@@ -486,7 +487,7 @@ def test_what_is_asked_wrongly_is_told(abb: Served) -> None:
     assert not abb.controller.listeners
 
 
-@pytest.mark.parametrize("count", [100, pytest.param(2000, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [50, pytest.param(2000, marks=pytest.mark.long)])
 def test_malformed_requests_break_nothing(abb: Served, rng: np.random.Generator, count: int) -> None:
     rws = abb.client()
     rws.get_execution_state()
@@ -533,6 +534,49 @@ def test_two_robots_have_a_task_each(client: virtualrobot.Client, tmp_path: Path
         assert rws.get_rapid_variable("count") == "3" and not rws.get_tasks()["T_ROB1"].active
 
 
+SYNCHRONIZED = """MODULE Moves{0}
+  PERS tasks both{{2}} := [["T_ROB1"], ["T_ROB2"]];
+  VAR syncident begin;
+  VAR syncident end;
+  PROC main()
+    MoveAbsJ [[0,0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]], vmax, fine, tool0;
+    SyncMoveOn begin, both;
+    MoveAbsJ [[{1},0,0,0,30,0],[9E9,9E9,9E9,9E9,9E9,9E9]] \\ID:=10, v200, fine, tool0;
+    SyncMoveOff end;
+  ENDPROC
+ENDMODULE
+"""
+
+
+@pytest.mark.long
+def test_robots_that_move_together_stop_and_go_on_together(client: virtualrobot.Client, tmp_path: Path) -> None:
+    client.clock.speed_factor = 2.0
+    client.load_robot("model://irb120", name="left", pose=virtualrobot.pose(0.0, 1.0, 0.0))
+    client.load_robot("model://irb120", name="right", pose=virtualrobot.pose(0.0, -1.0, 0.0))
+    with served(client, ["left", "right"], tmp_path) as abb:
+        rws, both = abb.client(), ["T_ROB1", "T_ROB2"]
+        load(rws, SYNCHRONIZED.format(1, 90))
+        load(rws, SYNCHRONIZED.format(2, -90), task="T_ROB2")
+        for give_up in (False, True):
+            rws.resetpp()
+            rws.start(cycle="once", tasks=both)
+            until(lambda: abs(rws.get_jointtarget().robax[0]) < 5.0)
+            until(lambda: rws.get_jointtarget().robax[0] > 10.0)
+            rws.stop()
+            until(stands(rws))
+            left, right = (rws.get_jointtarget(f"ROB_{number}").robax for number in (1, 2))
+            assert 10.0 < left[0] < 89.0
+            np.testing.assert_allclose(left[0], -right[0], atol=1e-6)  # the same way, turned the other way round
+            if give_up:
+                rws.resetpp()
+                assert abb.written == []
+            else:
+                rws.start(tasks=both)
+                until(stands(rws))
+                np.testing.assert_allclose(rws.get_jointtarget("ROB_2").robax[0], -90.0, atol=1e-6)
+
+
+@pytest.mark.long
 def test_the_command_serves_until_its_input_ends(
     kernel: KernelProcess, arm: virtualrobot.Robot, tmp_path: Path
 ) -> None:

@@ -29,7 +29,7 @@ from virtualrobot.motions import motion, plans
 from virtualrobot.motions.motion import Motion, Tracking
 from virtualrobot.motions.moves import Move
 from virtualrobot.motions.paths import Paths
-from virtualrobot.motions.program import Program, read
+from virtualrobot.motions.program import Program, parsed, read
 from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.physics import Physics
 from virtualrobot.plugins import Plugins
@@ -317,15 +317,15 @@ class Client:
         """
         return plans.start_plan(self._services, planned, **options)
 
-    def program(self, spec: motion_pb2.MotionSpec | None = None) -> Program:
+    def program(self, text: str | None = None) -> Program:
         """Return an empty program: moves of several robots, signals, waits and dwells, one after the other.
 
-        With `spec` it is what that says, in the contract's words.
+        With `text` it is what that says, as `Program.text` or a program file; errors as of `read_program`.
 
         Example:
             >>> client.program().move(robot.ptp("home")).set("gripper", True).dwell(0.2).start()
         """
-        return Program(self._services, spec)
+        return Program(self._services) if text is None else parsed(self._services, text, "program")
 
     def read_program(self, file: str | Path) -> Program:
         """Return what a program file (YAML) says, to be started.

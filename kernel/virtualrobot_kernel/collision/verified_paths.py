@@ -32,7 +32,7 @@ from virtualrobot_kernel.world.state import Motion, Snapshot, State, unchanged
 Booleans = NDArray[np.bool_]
 Integers = NDArray[np.int64]
 
-PART_SECONDS = 0.25
+PART_SECONDS = 0.1
 """Largest part of a path, by its nominal time (s), that is swept in a tick."""
 
 AGAIN_TICKS = 25

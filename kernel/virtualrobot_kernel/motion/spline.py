@@ -24,7 +24,7 @@ from virtualrobot_sdk.poses import left_jacobian, rotation_matrix
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.cartesian_path import CartesianPath, turn_between
 from virtualrobot_kernel.motion.path import quintic_hermite, solve_tridiagonal
-from virtualrobot_kernel.motion.polynomial import Array
+from virtualrobot_kernel.motion.polynomial import Array, PiecewisePolynomial
 from virtualrobot_kernel.motion.pose_check import check_pose
 
 #: The most goals of a spline.
@@ -144,8 +144,7 @@ def spline(base_t_start: Array, base_t_goals: Sequence[Array]) -> Spline:
         for k, (width, turn) in enumerate(zip(widths, turns, strict=True))
     ]
     coefficients = np.concatenate([path.coefficients, rotations], axis=2)
-    tcp_path = Spline(poses[0], poses, u, coefficients, np.zeros((2, 3)))
-    return Spline(poses[0], poses, u, coefficients, _ways(tcp_path))
+    return Spline(poses[0], poses, u, coefficients, _ways(u, coefficients))
 
 
 def _check_apart(chords: Array, turns: Array) -> None:
@@ -222,11 +221,18 @@ def _rotation_piece(width: float, turn: Array, spins: Array, spin_ups: Array) ->
     return piece.coefficients[0]
 
 
-def _ways(tcp_path: Spline) -> Array:
-    """Return rows of u, length and angle so far, by the midpoint rule."""
-    marks = np.concatenate([begin + np.arange(_PARTS) / _PARTS * (end - begin) for begin, end in pairwise(tcp_path.u)])
+def _ways(u: Array, coefficients: Array) -> Array:
+    """Return rows of u, length and angle so far, by the midpoint rule, of the pieces of `Spline`."""
+    marks = np.concatenate([begin + np.arange(_PARTS) / _PARTS * (end - begin) for begin, end in pairwise(u)])
     marks = np.append(marks, 1.0)
-    twists = np.array([tcp_path.twist(0.5 * (begin + end)) for begin, end in pairwise(marks)])
-    speeds = np.stack([np.linalg.norm(twists[:, :3], axis=1), np.linalg.norm(twists[:, 3:], axis=1)], axis=1)
+    values, rates = PiecewisePolynomial(u, coefficients).states(0.5 * (marks[:-1] + marks[1:]), 1)
+    turn, rate = values[:, 3:], rates[:, 3:]
+    # The angular velocity is the left Jacobian's (`left_jacobian`), for all at once; at no turn it is the rate.
+    angle = np.maximum(np.linalg.norm(turn, axis=1, keepdims=True), 1e-4)
+    across = np.cross(turn, rate)
+    spin = (
+        rate + (1.0 - np.cos(angle)) / angle**2 * across + (angle - np.sin(angle)) / angle**3 * np.cross(turn, across)
+    )
+    speeds = np.stack([np.linalg.norm(rates[:, :3], axis=1), np.linalg.norm(spin, axis=1)], axis=1)
     done = np.cumsum(speeds * np.diff(marks)[:, None], axis=0)
     return np.column_stack([marks, np.concatenate([np.zeros((1, 2)), done])])

@@ -150,7 +150,7 @@ def ball_tree(triangles: Floats, size: float) -> Floats:
 
 
 @inlined
-def _moved(triangles: Floats, triangle: int, other_t_one: Floats, corners: Floats) -> None:
+def moved(triangles: Floats, triangle: int, other_t_one: Floats, corners: Floats) -> None:
     """Write the corners (3, 3) of one of the triangles (n, 3, 3) as they are in another frame."""
     for corner in range(3):
         for i in range(3):
@@ -195,8 +195,11 @@ def _beyond_box(corners: Floats, half: Floats, box: int, margin: float) -> bool:
 
 
 @inlined
-def _between_edges(first: Floats, i: int, second: Floats, j: int) -> float:
-    """Return the square of the distance of edge i of a triangle (3, 3) from edge j of another one."""
+def between_edges(first: Floats, i: int, second: Floats, j: int) -> tuple[float, float, float]:
+    """Return what leads from the nearest point of edge j of a triangle (3, 3) to that of edge i of another, first one.
+
+    C. Ericson, Real-Time Collision Detection, 2005, 5.1.9.
+    """
     ax, ay, az = first[i, 0], first[i, 1], first[i, 2]
     bx, by, bz = second[j, 0], second[j, 1], second[j, 2]
     k, m = (i + 1) % 3, (j + 1) % 3
@@ -212,8 +215,7 @@ def _between_edges(first: Floats, i: int, second: Floats, j: int) -> float:
     if t < 0.0 or t > 1.0 or e == 0.0:
         t = min(max(t, 0.0), 1.0)
         s = min(max((b * t - c) / a, 0.0), 1.0) if a > 0.0 else 0.0
-    x, y, z = rx + s * ux - t * vx, ry + s * uy - t * vy, rz + s * uz - t * vz
-    return x * x + y * y + z * z
+    return rx + s * ux - t * vx, ry + s * uy - t * vy, rz + s * uz - t * vz
 
 
 @inlined
@@ -276,7 +278,8 @@ def _triangles_apart(both: Floats, margin: float, work: Floats) -> bool:
             return told > 0
     square = margin * margin
     for edges in range(9):
-        if _between_edges(both[0], edges // 3, both[1], edges % 3) <= square:
+        x, y, z = between_edges(both[0], edges // 3, both[1], edges % 3)
+        if x * x + y * y + z * z <= square:
             return False
     return True
 
@@ -308,11 +311,23 @@ def tree_and_box(
             continue
         triangle = int(balls[ball, 5])
         if triangle >= 0:
-            _moved(triangles, triangle, box_t_tree, corners)
+            moved(triangles, triangle, box_t_tree, corners)
             if not _beyond_box(corners, half, box, margin):
                 return False
         ball += 1
     return True
+
+
+@inlined
+def halve(balls: Floats, others: Floats, one: int, other: int, waiting: Integers, left: int) -> int:
+    """Have the two below the larger one of two balls wait instead of it, and return how many wait."""
+    if others[other, 5] >= 0.0 or (balls[one, 5] < 0.0 and balls[one, 3] >= others[other, 3]):
+        waiting[left, 0], waiting[left + 1, 0] = one + 1, one + 1 + int(balls[one + 1, 4])
+        waiting[left, 1], waiting[left + 1, 1] = other, other
+    else:
+        waiting[left, 0], waiting[left + 1, 0] = one, one
+        waiting[left, 1], waiting[left + 1, 1] = other + 1, other + 1 + int(others[other + 1, 4])
+    return left + 2
 
 
 @inlined
@@ -384,7 +399,7 @@ def two_trees(
             # Neighbours are often parts of the same two triangles.
             if triangle == held and face == beside:
                 continue
-            _moved(triangles, triangle, other_t_one, both[0])
+            moved(triangles, triangle, other_t_one, both[0])
             for corner in range(3):
                 for axis in range(3):
                     both[1, corner, axis] = faces[face, corner, axis]
@@ -395,11 +410,5 @@ def two_trees(
             continue
         if left + 2 > waiting.shape[0]:
             return False
-        if face >= 0 or (triangle < 0 and balls[one, 3] >= others[other, 3]):
-            waiting[left, 0], waiting[left + 1, 0] = one + 1, one + 1 + int(balls[one + 1, 4])
-            waiting[left, 1], waiting[left + 1, 1] = other, other
-        else:
-            waiting[left, 0], waiting[left + 1, 0] = one, one
-            waiting[left, 1], waiting[left + 1, 1] = other + 1, other + 1 + int(others[other + 1, 4])
-        left += 2
+        left = halve(balls, others, one, other, waiting, left)
     return True

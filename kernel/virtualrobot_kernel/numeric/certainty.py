@@ -2,7 +2,8 @@
 
 A stretch of a way is certainly free where all pairs are, in its middle, farther apart than their points go against each
 other on either half of it (F. Schwarzer, M. Saha, J.-C. Latombe, Adaptive dynamic collision checking for single and
-multiple articulated robots in complex environments, IEEE Transactions on Robotics 21, 2005); others are halved.
+multiple articulated robots in complex environments, IEEE Transactions on Robotics 21, 2005), or stay apart by more than
+their ways on either half are from straight (`straight_ways.py`); others are halved.
 """
 
 from __future__ import annotations
@@ -12,13 +13,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numba import boolean, float64, int8, int32, int64, types
 from virtualrobot_sdk.compiled.cache import array_of, compiled, inlined, output_of
-from virtualrobot_sdk.compiled.rigid import multiply
+from virtualrobot_sdk.compiled.rigid import copy, multiply
 
 from virtualrobot_kernel.numeric.balls import tree_and_box, two_trees
 from virtualrobot_kernel.numeric.forest import REVOLUTE, ROOT, place_rows
 from virtualrobot_kernel.numeric.memory import floats_at
-from virtualrobot_kernel.numeric.motion_bounds import corners_of, step_up
-from virtualrobot_kernel.numeric.polynomials import piece_at, scalar_state, write_values
+from virtualrobot_kernel.numeric.motion_bounds import bow, corners_of, step_up
+from virtualrobot_kernel.numeric.polynomials import bends_of, piece_at, scalar_state, strays, write_values
+from virtualrobot_kernel.numeric.straight_ways import trees_stay_apart
 
 Floats = np.ndarray[Any, np.dtype[np.float64]]
 Integers = np.ndarray[Any, np.dtype[np.int64]]
@@ -34,6 +36,9 @@ points go far, halving the stretch mostly tells sooner: the boxes are apart then
 
 SLACK = 1e-6
 """Distance (m) by which pairs are to be farther apart than they must: more than rounding."""
+
+STRAIGHT = 0.1
+"""Greatest travel (m) of a pair on either half of a stretch for its way to be taken for straight, but for its bow."""
 
 _MOST = 32
 """So many stretches in doubt that follow each other are told as one; then the next one is another."""
@@ -104,11 +109,11 @@ class Way(NamedTuple):
 class _Room(NamedTuple):
     """Room for a pair that is asked.
 
-    What turns one element into the other one's frame (3, 4), a point (3,), balls that wait (w, 2), two triangles
-    (2, 3, 3), and what these are asked with (2, 3).
+    What turns one element into the other one's frame at the begin, in the middle and at the end of a way (3, 3, 4), a
+    point (3,), balls that wait (w, 2), triangles (4, 3, 3), and what these are asked with (3, 3).
     """
 
-    turn: Floats
+    turns: Floats
     point: Floats
     waiting: Integers
     both: Floats
@@ -146,7 +151,7 @@ _WAY = types.NamedTuple((_ONE, _POSES, _ONE, _POSES, _ONE, _FLOATS, _FLOATS, _ON
 @inlined
 def _room() -> _Room:
     return _Room(
-        np.empty((3, 4)), np.empty(3), np.empty((_WAITING, 2), np.int64), np.empty((2, 3, 3)), np.empty((2, 3))
+        np.empty((3, 3, 4)), np.empty(3), np.empty((_WAITING, 2), np.int64), np.empty((4, 3, 3)), np.empty((3, 3))
     )
 
 
@@ -232,6 +237,46 @@ def _tree(figures: Figures, element: int) -> tuple[Floats, Floats]:
 
 
 @inlined
+def _relate(poses: Floats, one: int, other: int, turn: Floats) -> None:
+    """Write one element's frame in that of another one (3, 4)."""
+    for i in range(3):
+        for j in range(4):
+            turn[i, j] = 0.0
+            for m in range(3):
+                shift = poses[other, m, 3] if j == 3 else 0.0
+                turn[i, j] += poses[other, m, i] * (poses[one, m, j] - shift)
+
+
+@inlined
+def _certainly_stay_apart(
+    figures: Figures,
+    ways: Floats,
+    first: int,
+    second: int,
+    runner: int,
+    margin: float,
+    most: float,
+    last: Integers,
+    room: _Room,
+) -> bool:
+    """Return whether two elements' surfaces certainly stay farther than a margin (m) apart.
+
+    ways (3, e, 4, 4): where elements are at the begin, in the middle and at the end of a way; runner: which of the two
+    moves, seen from the other one, 0 or 1; most and last (2,): as in `trees_stay_apart`, the latter first the first's.
+    """
+    one: int = second if runner else first
+    other: int = first + second - one
+    for stop in range(3):
+        _relate(ways[stop], one, other, room.turns[stop])
+    far: float = margin + figures.thick[one] + figures.thick[other] + SLACK
+    balls, triangles = _tree(figures, one)
+    others, faces = _tree(figures, other)
+    return trees_stay_apart(
+        balls, triangles, others, faces, room.turns, far, most, last, runner, room.waiting, room.both, room.work
+    )
+
+
+@inlined
 def _certainly_apart(
     figures: Figures,
     poses: Floats,
@@ -250,14 +295,8 @@ def _certainly_apart(
     # A box is asked as such, as the other one.
     one: int = second if figures.box[first] and not figures.box[second] else first
     other: int = first + second - one
-    turn = room.turn
-    for i in range(3):
-        for j in range(4):
-            value = 0.0
-            for m in range(3):
-                shift = poses[other, m, 3] if j == 3 else 0.0
-                value += poses[other, m, i] * (poses[one, m, j] - shift)
-            turn[i, j] = value
+    turn = room.turns[1]
+    _relate(poses, one, other, turn)
     far: float = margin + figures.thick[one] + figures.thick[other] + SLACK
     balls, triangles = _tree(figures, one)
     if figures.box[other]:
@@ -314,6 +353,28 @@ def _travel(cell: Cell, place: Place, element: int, until: int, joint: Floats, c
         step_up(row, place.nodes, cell.parent, cell.joint_type, cell.axis, joint, corners, way)
         row = cell.parent[row]
     return way[0]
+
+
+@inlined
+def _bow(
+    cell: Cell, place: Place, element: int, until: int, joint: Floats, stray: Floats, corners: Floats, way: Floats
+) -> float:
+    """Return how far an element's points go from straight lines, seen from the row `until`; the rest as in `bow`."""
+    row: int = cell.rows[element]
+    corners_of(element, row, place.nodes, place.elements, cell.figures.centre, cell.figures.half, corners, way)
+    return bow(row, until, place.nodes, cell.parent, cell.joint_type, cell.axis, joint, stray, corners, way)
+
+
+@inlined
+def _follow(cell: Cell, place: Place, way: Way, stops: Floats, joints: Floats, ways: Floats) -> None:
+    """Write where what moves is at three places of a way's path (3, e, 4, 4); it is left in the middle."""
+    for turn in range(3):
+        stop = (0, 2, 1)[turn]
+        write_values(way.breaks, way.terms, stops[stop], joints, 0)
+        go(cell, place, joints)
+        for i in range(cell.moved.shape[0]):
+            element: int = cell.moved[i]
+            copy(place.elements, element, ways[stop], element)
 
 
 @inlined
@@ -387,6 +448,12 @@ def first_doubt(
     ends[0, 0], ends[0, 1], counts[0] = begin, end, pairs
     for pair in range(pairs):
         asked[0, pair] = pair
+    bends, stray, straying = np.empty((way.terms.shape[0], 2, k)), np.empty(k), np.zeros((rows, 2))
+    bends_of(way.breaks, way.terms, bends)
+    ways, stops = np.empty((3, *elements.shape)), np.empty(3)
+    for stop in range(3):
+        for element in range(elements.shape[0]):
+            copy(elements, element, ways[stop], element)
     joints, done, farthest, travel = np.empty(k), np.empty((3, k)), np.empty(k), np.zeros(elements.shape[0])
     left, found, since, until = 1, 0, np.inf, np.inf
     while left:
@@ -400,6 +467,7 @@ def first_doubt(
             u: float = min(max(place_on, way.breaks[0]), float(way.breaks[way.breaks.shape[0] - 1]))
             if stop == 1:
                 write_values(way.breaks, way.terms, u, joints, 0)
+            stops[stop] = u
             piece = piece_at(way.marks, u)
             for i in range(k):
                 done[stop, i] = way.gone[piece, i] + (u - way.marks[piece]) * way.slopes[piece, i]
@@ -409,7 +477,7 @@ def first_doubt(
         _goes(cell, farthest, joint)
         for i in range(cell.moved.shape[0]):
             travel[cell.moved[i]] = _travel(cell, place, cell.moved[i], ROOT, joint, corners, reach)
-        kept, doubtful = 0, False
+        kept, doubtful, followed = 0, False, False
         for i in range(counts[left]):
             pair: int = asked[left, i]
             one: int = cell.pairs[pair, 0]
@@ -424,12 +492,29 @@ def first_doubt(
                 both += _travel(cell, place, other, above, joint, corners, reach)
                 if both == 0.0 or _boxes_apart(place, one, other, both):
                     continue
-            most = EFFORT / max(both, TINY)
-            if _certainly_apart(cell.figures, place.elements, one, other, both, most, place.last[pair], place.room):
-                continue
             astray: float = _travel(cell, place, one, above, wobbling, corners, reach)
             astray += _travel(cell, place, other, above, wobbling, corners, reach)
-            if both <= shortest + 2.0 * astray or left + 2 > _DEEP or not first < middle < last:
+            figures, hints, small = cell.figures, place.last[pair], both <= shortest + 2.0 * astray
+            most = EFFORT / max(both, TINY)
+            if _certainly_apart(figures, place.elements, one, other, both, most, hints, place.room):
+                continue
+            if not small and both <= STRAIGHT and not (figures.box[one] or figures.box[other]):
+                if not followed:
+                    followed = True
+                    strays(way.breaks, bends, stops, way.wobble, stray)
+                    _goes(cell, stray, straying)
+                    _follow(cell, place, way, stops, joints, ways)
+                one_goes: float = _travel(cell, place, one, above, joint, corners, reach)
+                runner, margin = 0 if one_goes > 0.0 else 1, np.inf
+                if one_goes == 0.0 or one_goes == both:
+                    margin = shortest + 2.0 * astray
+                    margin += _bow(cell, place, other if runner else one, above, joint, straying, corners, reach)
+                most = EFFORT / max(margin, TINY)
+                if margin < both and _certainly_stay_apart(
+                    figures, ways, one, other, runner, margin, most, hints, place.room
+                ):
+                    continue
+            if small or left + 2 > _DEEP or not first < middle < last:
                 doubtful = True
                 break
             asked[left, kept] = pair

@@ -167,6 +167,39 @@ def step_up(
         way[1] += math.sqrt(apart)
 
 
+@inlined
+def bow(
+    row: int,
+    until: int,
+    poses: Floats,
+    parent: Rows,
+    joint_type: Codes,
+    axis: Floats,
+    joint: Floats,
+    stray: Floats,
+    corners: Floats,
+    way: Floats,
+) -> float:
+    """Return how far points of a row go from straight lines at the most, seen from the row `until` above it, in m.
+
+    What `corners_of` has begun is gone up here. stray (n, 2): by how much joints turn and shift apart from going
+    evenly. Where they go evenly, two joints, of which the one above turns by a and the one below carries a point by w,
+    add at most a w to the second derivative of its place, in each order of the two. A chord is apart from its curve by
+    no more than an eighth of that (C. de Boor, A Practical Guide to Splines, 1978, III).
+    """
+    bent, astray = 0.0, 0.0
+    while row != until:
+        before: float = way[0]
+        turned: float = joint[row, 0]
+        step_up(row, poses, parent, joint_type, axis, joint, corners, way)
+        bent += turned * (before + way[0])
+        if turned > 0.0:
+            astray += (way[0] - before - joint[row, 1]) * stray[row, 0] / turned
+        astray += stray[row, 1]
+        row = parent[row]
+    return 0.125 * bent + astray
+
+
 @compiled(
     array_of(float64, 3),
     array_of(int32, 1),

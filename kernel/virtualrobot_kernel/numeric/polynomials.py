@@ -118,3 +118,41 @@ def write_values(breaks: Floats, terms: Floats, x: float, row: Floats, column: i
         for power in range(terms.shape[1] - 1, -1, -1):
             value = value * local + terms[piece, power, component]
         row[column + component] = value
+
+
+@inlined
+def bends_of(breaks: Floats, terms: Floats, bends: Floats) -> None:
+    """Write for each piece how great the second derivatives are at the most, and the jumps of the first at its begin.
+
+    bends (p, 2, k).
+    """
+    for component in range(terms.shape[2]):
+        slope = 0.0
+        for piece in range(terms.shape[0]):
+            length, power = breaks[piece + 1] - breaks[piece], 1.0
+            bends[piece, 0, component], bends[piece, 1, component] = 0.0, 0.0
+            if terms.shape[1] > 1:
+                bends[piece, 1, component] = abs(terms[piece, 1, component] - slope) if piece > 0 else 0.0
+                slope = terms[piece, 1, component]
+            for n in range(2, terms.shape[1]):
+                bends[piece, 0, component] += n * (n - 1) * abs(terms[piece, n, component]) * power
+                power *= length
+                slope += n * terms[piece, n, component] * power
+
+
+@inlined
+def strays(breaks: Floats, bends: Floats, ends: Floats, wobble: Floats, stray: Floats) -> None:
+    """Write how far components (k,) are from going evenly between three places, `wobble` (k,) more than `bends` say.
+
+    ends (3,): the places, in order. A chord of length h is apart from its curve by at most h²/8 of the greatest second
+    derivative, and h/4 of each jump of the first (C. de Boor, A Practical Guide to Splines, 1978, III).
+    """
+    first, last = piece_at(breaks, ends[0]), piece_at(breaks, ends[2])
+    half = max(ends[1] - ends[0], ends[2] - ends[1])
+    for component in range(stray.shape[0]):
+        bent, jumps = 0.0, 0.0
+        for piece in range(first, last + 1):
+            bent = max(bent, bends[piece, 0, component])
+            if piece > first:
+                jumps += bends[piece, 1, component]
+        stray[component] = wobble[component] + 0.125 * half * half * bent + 0.25 * half * jumps

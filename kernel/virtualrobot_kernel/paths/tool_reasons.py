@@ -83,14 +83,16 @@ def _nearest(failed: Mapping[int, KernelError], rung: int) -> KernelError | None
 def _too_fast(places: Places, ladder: Ladder, limits: JointLimits, rung: int, within: NDArray[np.bool_]) -> KernelError:
     """Return the error that no posture on a rung is reached from the rung before, with the joint that lacks least."""
     s, best = float(places.rungs[rung]), (np.inf, 0)
-    before = (ladder.excess()[rung - 1].max(axis=2) <= 0.0) & (ladder.blocked[rung - 1] == 0)
-    for g, b in np.argwhere(within & (ladder.blocked[rung] == 0)).tolist():
-        for other in ladder.grid.neighbours[g].tolist():
-            if other < 0 or not before[other, b]:
-                continue
-            way = ladder.q[rung, g, b] - ladder.q[rung - 1, other, b]
-            shares = np.abs(way - 2.0 * np.pi * np.round(way / (2.0 * np.pi))) / ladder.most[rung - 1]
-            best = min(best, (float(shares.max()), int(shares.argmax())))
+    q, before = ladder.q[rung], ladder.q[rung - 1]
+    stays = within & (ladder.blocked[rung] == 0)
+    left = (ladder.excess()[rung - 1].max(axis=2) <= 0.0) & (ladder.blocked[rung - 1] == 0)
+    for others in ladder.grid.neighbours.T:
+        goes = stays & left[others] & (others >= 0)[:, None]
+        way = (q - before[others])[goes]
+        shares = np.abs(way - 2.0 * np.pi * np.round(way / (2.0 * np.pi))) / ladder.most[rung - 1]
+        if len(shares):
+            row = shares[shares.max(axis=1).argmin()]
+            best = min(best, (float(row.max()), int(row.argmax())))
     share, joint = best
     if not 1.0 < share < np.inf:
         why = "the postures that reach there can't be reached from those before, within joint limits and turns"

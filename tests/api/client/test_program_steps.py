@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import virtualrobot
 from virtualrobot import Client, Motion, Phase, Robot
-from virtualrobot.v1 import motion_pb2
 
 BENT = [0.0, 0.5, 0.0, -1.2, 0.0, 1.4, 0.0]
 DOWN = virtualrobot.pose(roll=np.pi)
@@ -297,10 +296,12 @@ def test_a_file_says_what_python_says(client: Client, arm: Robot, tmp_path: Path
     box(client, "part", *arm.tcp[:3, 3])
     plans = [each.plan() for each in (client.read_program(file), program)]
     np.testing.assert_allclose(plans[0].robots["iiwa"].positions, plans[1].robots["iiwa"].positions, atol=1e-9)
-    flat = program.flat()
-    assert [path for path, _ in flat] == ["0[0].0.0", "0[0].0.1", "0[1].0.0", "0[1].0.1", "1[0].0", "1[1].0", "2"]
-    same = client.program(motion_pb2.MotionSpec(steps=[one for _, one in flat])).plan()
+    flat, paths = program.flat()
+    assert paths == ("0[0].0.0", "0[0].0.1", "0[1].0.0", "0[1].0.1", "1[0].0", "1[1].0", "2")
+    same = client.program(flat.text).plan()
     np.testing.assert_array_equal(same.robots["iiwa"].positions, plans[1].robots["iiwa"].positions)
+    with pytest.raises(virtualrobot.MalformedFileError, match="program:1: the program: there is no field 'step'"):
+        client.program('{"schema_version": 1, "step": []}')
     with pytest.raises(virtualrobot.InvalidArgumentError, match="step 1 decides as the program runs"):
         client.program().dwell(0.1).while_(turn).flat()
     motion = client.read_program(file).start(wait=False, on_disconnect="continue")

@@ -16,6 +16,13 @@ from tests.waiting import until
 pytestmark = [*needs_page, pytest.mark.long]
 
 
+def greatest(client: virtualrobot.Client, name: str) -> np.ndarray:
+    """Return the greatest coordinates (3,) of a node's surface in its own frame, in meters."""
+    bounds = client.scene.bounds(name)
+    assert bounds is not None
+    return bounds[1]
+
+
 def test_a_person_adds_a_table_and_a_part(console: Console, stepped: Stubs, stepped_kernel: KernelProcess) -> None:
     with virtualrobot.connect(stepped_kernel.address) as client, browsers() as browser:
         with opened(browser, console.url + PLAIN) as page:
@@ -71,7 +78,7 @@ def test_a_person_adds_a_table_and_a_part(console: Console, stepped: Stubs, step
             figures = page.get_by_role("region", name="Figures")
             figures.get_by_label("Length", exact=True).fill("250")
             figures.get_by_label("Length", exact=True).press("Tab")
-            until(lambda: np.allclose(client.scene.bounds("cylinder")[1], [0.03, 0.03, 0.125]))
+            until(lambda: np.allclose(greatest(client, "cylinder"), [0.03, 0.03, 0.125]))
             figures.get_by_label("Diameter").fill("0")
             figures.get_by_label("Diameter").press("Enter")
             expect(page.locator("#last")).to_contain_text("radius")
@@ -83,7 +90,7 @@ def test_a_person_adds_a_table_and_a_part(console: Console, stepped: Stubs, step
                 return of.red, of.green, of.blue
 
             until(lambda: color() == (0.0, 1.0, 0.0))
-            np.testing.assert_allclose(client.scene.bounds("cylinder")[1], [0.03, 0.03, 0.125])
+            np.testing.assert_allclose(greatest(client, "cylinder"), [0.03, 0.03, 0.125])
 
             # A command of a panel that isn't shown: the panel comes, and the command is done.
             page.keyboard.press("Control+k")

@@ -88,14 +88,25 @@ def test_a_kernel_that_comes_again_is_shown(start_kernel: StartKernel) -> None:
         client.load_robot(IIWA, name="first")
     with consoles(kernel.address) as console, browsers() as browser, opened(browser, console.url + PLAIN) as page:
         expect(row(page, "first")).to_be_visible()
+        # Meanwhile the console was updated, so that it serves another page.
+        served = page.request.get(console.url + "/").text()
+        page.route(
+            console.url + "/", lambda asked: asked.fulfill(body=served.replace("/assets/index-", "/assets/newer-"))
+        )
         kernel.end()
         expect(page.locator("#connection")).to_have_text("disconnected")
+        expect(page.get_by_text("another version of this page")).to_have_count(0)
         again = start_kernel("--port", port)
         with virtualrobot.connect(again.address) as client:
             client.load_robot(IIWA, name="second")
         expect(row(page, "second")).to_be_visible()
         expect(row(page, "first")).to_have_count(0)
         expect(page.locator("#connection")).to_have_text("connected")
+        expect(page.get_by_text("another version of this page")).to_be_visible()
+        page.unroute_all()
+        page.get_by_role("button", name="Reload").click()
+        expect(row(page, "second")).to_be_visible()
+        expect(page.get_by_text("another version of this page")).to_have_count(0)
 
 
 def test_the_console_that_goes_is_told(start_kernel: StartKernel) -> None:

@@ -149,8 +149,6 @@ from virtualrobot.streams.scans import ScanGeometry as ScanGeometry
 from virtualrobot.streams.table import Stream as Stream
 from virtualrobot.tokens import NewToken as NewToken
 from virtualrobot.tokens import TokenInfo as TokenInfo
-from virtualrobot.v1.motion_pb2 import MotionSpec as MotionSpec
-from virtualrobot.v1.motion_pb2 import ProgramStep as ProgramStep
 from virtualrobot.view.ghosts import Ghost as Ghost
 from virtualrobot.view.ghosts import Positions as Positions
 from virtualrobot.view.measuring import Measure as Measure
@@ -255,7 +253,7 @@ class Client(Face):
         """Return whether a plan that was shown keeps all limits and touches nothing, as `check` does of moves."""
     def start_plan(self, planned: ShownPlan, **options: Unpack[StartOptions]) -> Order[Motion]:
         """Start a plan as `plan` has shown it, or as it was checked, without planning again."""
-    def program(self, spec: MotionSpec | None = ...) -> Program:
+    def program(self, text: str | None = ...) -> Program:
         """Return an empty program: moves of several robots, signals, waits and dwells, one after the other."""
     def read_program(self, file: str | Path) -> Order[Program]:
         """Return what a program file (YAML) says, to be started."""
@@ -615,11 +613,11 @@ class Program(Face):
         """Return what it would do, in samples; see `Client.plan`. Nothing moves."""
     def check(self, **options: Unpack[CheckOptions]) -> Order[MotionCheck]:
         """Return whether it keeps all limits and touches nothing, and else what it violates; see `Client.check`."""
-    def flat(self) -> list[tuple[str, ProgramStep]]:
-        """Return the elementary steps that it makes, each with its place in the text, as the contract's messages."""
+    def flat(self) -> tuple[Program, tuple[str, ...]]:
+        """Return a program of the elementary steps that it makes, and the place of each in the text."""
     @property
-    def spec(self) -> MotionSpec:
-        """The program as the contract has it; a copy."""
+    def text(self) -> str:
+        """The program as its file says it (JSON, which is YAML too); `Client.program` takes it."""
     def __len__(self) -> int:
         """Return the number of steps."""
 
@@ -1098,11 +1096,11 @@ class Way(Face):
         """Return what it would do, in samples; see `Client.plan`. Nothing moves."""
     def check(self, **options: Unpack[CheckOptions]) -> Order[MotionCheck]:
         """Return whether it keeps all limits and touches nothing, and else what it violates; see `Client.check`."""
-    def flat(self) -> list[tuple[str, ProgramStep]]:
-        """Return the elementary steps that it makes, each with its place in the text, as the contract's messages."""
+    def flat(self) -> tuple[Program, tuple[str, ...]]:
+        """Return a program of the elementary steps that it makes, and the place of each in the text."""
     @property
-    def spec(self) -> MotionSpec:
-        """The program as the contract has it; a copy."""
+    def text(self) -> str:
+        """The program as its file says it (JSON, which is YAML too); `Client.program` takes it."""
     def __len__(self) -> int:
         """Return the number of steps."""
 

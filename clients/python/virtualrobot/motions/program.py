@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Unpack
 
+from google.protobuf import json_format
 from google.protobuf.internal.containers import RepeatedCompositeFieldContainer
 
 from virtualrobot._wire.arguments import ArrayLike, Count, PoseLike, checked
@@ -20,6 +22,9 @@ from virtualrobot.motions.moves import Move, messages_of
 from virtualrobot.motions.steps import Named, Pattern, PickAtOptions, PlaceAtOptions, handled, name_of
 from virtualrobot.scene.editor import pick_command
 from virtualrobot.v1 import motion_pb2, scene_pb2
+
+SCHEMA_VERSION = 1
+"""Version of program files."""
 
 
 @checked
@@ -42,9 +47,7 @@ class Program:
     def __init__(self, services: Services, spec: motion_pb2.MotionSpec | None = None) -> None:
         """Begin empty, or with what a spec says; `Client.program` makes one."""
         self._services = services
-        self._spec = motion_pb2.MotionSpec()
-        if spec is not None:
-            self._spec.CopyFrom(spec)
+        self._spec = motion_pb2.MotionSpec() if spec is None else spec
 
     def move(self, *moves: Move, zone: float | None = None, zone_percent: float | None = None) -> Program:
         """Add moves that start and end together.
@@ -300,22 +303,21 @@ class Program:
         """
         return plans.check(self._services, self._spec, **options)
 
-    def flat(self) -> list[tuple[str, motion_pb2.ProgramStep]]:
-        """Return the elementary steps that it makes, each with its place in the text, as the contract's messages.
+    def flat(self) -> tuple[Program, tuple[str, ...]]:
+        """Return a program of the elementary steps that it makes, and the place of each in the text.
 
         Repeats, calls, patterns, picks and places are told by what they stand for: `4[2].0` is the first step within
         step 4 in its third round. Raises InvalidArgumentError where steps decide as the program runs.
         """
         request = motion_pb2.ReadProgramRequest(spec=self._spec, flat=True)
         answer = self._services.motion.ReadProgram(request, timeout=LONG_TIMEOUT_SECONDS)
-        return list(zip(answer.step_paths, answer.spec.steps, strict=True))
+        return Program(self._services, answer.spec), tuple(answer.step_paths)
 
     @property
-    def spec(self) -> motion_pb2.MotionSpec:
-        """The program as the contract has it; a copy."""
-        spec = motion_pb2.MotionSpec()
-        spec.CopyFrom(self._spec)
-        return spec
+    def text(self) -> str:
+        """The program as its file says it (JSON, which is YAML too); `Client.program` takes it."""
+        said = json_format.MessageToDict(self._spec, preserving_proto_field_name=True)
+        return json.dumps({"schema_version": SCHEMA_VERSION, **said})
 
     def __len__(self) -> int:
         """Return the number of steps."""
@@ -340,5 +342,10 @@ def read(services: Services, file: str | Path) -> Program:
         text = Path(file).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InvalidArgumentError(f"{file} is no program file: {error}") from error
-    request = motion_pb2.ReadProgramRequest(text=text, uri=str(file))
+    return parsed(services, text, str(file))
+
+
+def parsed(services: Services, text: str, uri: str) -> Program:
+    """Return what a text says, which is called `uri` in errors."""
+    request = motion_pb2.ReadProgramRequest(text=text, uri=uri)
     return Program(services, services.motion.ReadProgram(request, timeout=LONG_TIMEOUT_SECONDS).spec)

@@ -253,8 +253,8 @@ class Controller:
             if isinstance(mask, int) and mask:
                 self.set_outputs(mask << shift, int(self.inputs.get(f"{name}_digital_output", 0)) << shift)  # type: ignore[call-overload]
         mask = values.get("standard_analog_output_mask")
-        for number in range(2) if isinstance(mask, int) else ():
-            if mask >> number & 1:
+        for number in range(2):
+            if isinstance(mask, int) and mask >> number & 1:
                 share = float(np.clip(float(self.inputs.get(f"standard_analog_output_{number}", 0.0)), 0.0, 1.0))  # type: ignore[arg-type]
                 voltage = int(self.inputs.get("standard_analog_output_type", 0)) >> number & 1  # type: ignore[call-overload]
                 self.voltages = self.voltages & ~(4 << number) | voltage << 2 + number

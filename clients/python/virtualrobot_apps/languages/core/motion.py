@@ -365,7 +365,8 @@ class MotionQueue:
 
     def _end(self, why: str) -> None:
         if self._motion is not None and not self._motion.phase.ended:
-            self._motion.cancel(why)
+            with suppress(WrongStateError):  # it, or another member of its group, has just ended it
+                self._motion.cancel(why)
             end = time.monotonic() + STOP_SECONDS
             while not self._motion.phase.ended and time.monotonic() < end:
                 self._task.rest(POLL_SECONDS)

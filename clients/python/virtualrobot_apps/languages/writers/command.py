@@ -98,7 +98,6 @@ def import_(target: Target, files: tuple[Path, ...], robot: str | None, routine:
     that it reads or a search, is refused at its line.
     """
     import yaml
-    from google.protobuf.json_format import MessageToDict
 
     from virtualrobot_apps.languages.core.command import faulty, only_robot
     from virtualrobot_apps.languages.core.diagnostics import ProgramError
@@ -112,9 +111,8 @@ def import_(target: Target, files: tuple[Path, ...], robot: str | None, routine:
         except ProgramError as error:
             return faulty(error)
         found = recorded(client, name, loaded, routine, lambda note: click.echo(f"note: {note}", err=True), click.echo)
-    steps = MessageToDict(found.spec, preserving_proto_field_name=True)
     where = output or files[0].with_suffix(".yaml")
-    where.write_text(yaml.safe_dump({"schema_version": 1, **steps}, sort_keys=False), encoding="utf-8")
+    where.write_text(yaml.safe_dump(json.loads(found.text), sort_keys=False), encoding="utf-8")
     click.echo(f"{len(found)} steps in {where}")
     return 0
 

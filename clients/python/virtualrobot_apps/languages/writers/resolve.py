@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
+from google.protobuf import json_format
 from virtualrobot.connection import Client
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix, pose_from_quaternion
@@ -87,7 +89,8 @@ class _Resolver:
 
     def __init__(self, client: Client, robot: Robot, program: Program, tool_signals: ToolSignals) -> None:
         self._client, self._robot, self._tool_signals = client, robot, tool_signals
-        self._whole, self._steps = program, program.flat()
+        flat, paths = program.flat()
+        self._whole, self._steps = program, list(zip(paths, _spec_of(flat).steps, strict=True))
         self._tools: dict[str, Matrix] = {}
         self._frames: dict[str, Matrix] = {}
         self._found: list[tuple[str, Statement]] = []
@@ -174,7 +177,8 @@ class _Resolver:
         if not numbers:
             raise InvalidArgumentError("the program has no steps to write")
         self._notes += [note.message for note in self._whole.plan(sample_time=1.0).notes]
-        return self._client.program(spec).plan(), numbers
+        said = {"schema_version": 1, **json_format.MessageToDict(spec, preserving_proto_field_name=True)}
+        return self._client.program(json.dumps(said)).plan(), numbers
 
     # Statements.
 
@@ -334,6 +338,13 @@ class _Resolver:
             self._notes.append(
                 f"step {first[1]}: it begins where the robot stands now, so the program goes there first"
             )
+
+
+def _spec_of(program: Program) -> motion_pb2.MotionSpec:
+    """Return what a program says as the contract's message."""
+    said = json.loads(program.text)
+    del said["schema_version"]
+    return json_format.ParseDict(said, motion_pb2.MotionSpec())
 
 
 def _moves(step: motion_pb2.ProgramStep) -> bool:

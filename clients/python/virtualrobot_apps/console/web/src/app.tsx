@@ -2,13 +2,15 @@
 import { signal } from "@preact/signals";
 import { undo, redo } from "./kernel/orders";
 import { goal } from "./kernel/goal";
+import { isolate } from "./kernel/isolation";
 import { placing } from "./kernel/loader";
-import { shownBelow } from "./kernel/shown";
+import { shownBelow, shownRight } from "./kernel/shown";
 import { selected } from "./kernel/world";
 import { Chosen, Tabs, type Tab } from "./parts/tabs";
 import { Bottom, toolsBelow } from "./panels/bottom";
 import { Finder, openFinder, type Group } from "./panels/finder";
 import { Library } from "./panels/library";
+import { NodeMenu } from "./panels/node_menu";
 import { Parts } from "./panels/parts";
 import { Pendant } from "./panels/pendant";
 import { Properties } from "./panels/properties";
@@ -21,7 +23,6 @@ import { stop } from "./kernel/stop";
 import { tool } from "./view/gizmo";
 
 const left = signal("scene");
-const right = signal("pendant");
 
 const LEFT: readonly Tab[] = [
   { id: "scene", icon: "waypoints", name: "Scene", panel: Tree },
@@ -34,7 +35,7 @@ const RIGHT: readonly Tab[] = [
   { id: "properties", icon: "box", name: "Properties", panel: Properties },
 ];
 /** All panels, of which one of a group is shown. */
-const groups = (): Group[] => [{ chosen: left, tabs: LEFT }, { chosen: right, tabs: RIGHT }, { chosen: shownBelow, tabs: toolsBelow() }];
+const groups = (): Group[] => [{ chosen: left, tabs: LEFT }, { chosen: shownRight, tabs: RIGHT }, { chosen: shownBelow, tabs: toolsBelow() }];
 
 export function App() {
   return (
@@ -46,12 +47,13 @@ export function App() {
       </aside>
       <View />
       <aside class="right" aria-label="Robot and properties">
-        <Tabs label="Right" chosen={right.value} choose={(id) => (right.value = id)} tabs={RIGHT} />
-        <Chosen tabs={RIGHT} chosen={right.value} />
+        <Tabs label="Right" chosen={shownRight.value} choose={(id) => (shownRight.value = id)} tabs={RIGHT} />
+        <Chosen tabs={RIGHT} chosen={shownRight.value} />
       </aside>
       <Bottom />
       <Status />
       <Finder />
+      <NodeMenu />
     </div>
   );
 }
@@ -74,6 +76,7 @@ const KEYS: Record<string, () => void> = {
   w: () => (tool.value = "translate"),
   e: () => (tool.value = "rotate"),
   f: () => viewport.current?.frame(selected.value),
+  i: () => isolate(selected.value),
   Escape: () => {
     goal.clear();
     placing.value = undefined;

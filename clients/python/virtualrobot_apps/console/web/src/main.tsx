@@ -9,6 +9,7 @@ import "./style/parts.css";
 import "./style/panels.css";
 import "./style/finder.css";
 import "./style/handling.css";
+import "./style/menu.css";
 
 watch();
 render(<App />, document.getElementById("app")!);

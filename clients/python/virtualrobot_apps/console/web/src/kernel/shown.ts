@@ -3,6 +3,19 @@ import { signal } from "@preact/signals";
 
 export const shownBelow = signal("plot");
 
+/** Which panel is shown on the right. */
+export const shownRight = signal("pendant");
+
+/** The menu of a node, where it was asked for in the window; `part` is the link of a robot that was pointed at. */
+export interface NodeMenu {
+  name: string;
+  part: string;
+  x: number;
+  y: number;
+}
+
+export const nodeMenu = signal<NodeMenu | undefined>(undefined);
+
 export type SignalsPart = "values" | "connections" | "timing";
 
 /** Which part of the panel of signals is shown. */

@@ -7,6 +7,7 @@ import type { WatchSceneResponse } from "../generated/virtualrobot/v1/scene_pb";
 import { ofArray } from "./arrays";
 import { take as takeCollisions } from "./collisions";
 import { attempt, say } from "./messages";
+import { compare } from "./served_page";
 import * as service from "./services";
 import * as world from "./world";
 
@@ -79,7 +80,10 @@ async function follow<T>(begin: () => AsyncIterable<T>, take: (said: T, first: b
 
 function told(): void {
   if (world.connection.value === "connected") return;
-  if (world.connection.value === "lost") say("connected again", "good");
+  if (world.connection.value === "lost") {
+    say("connected again", "good");
+    void compare();
+  }
   world.connection.value = "connected";
   world.trouble.value = "";
   void service.kernel.getInfo({}).then((said) => (world.info.value = said), () => {});
@@ -120,13 +124,15 @@ function takeNodes(said: WatchSceneResponse, whole: boolean): void {
     next.delete(world.names.get(uid) ?? "");
     world.names.delete(uid);
   }
+  for (const { uid, name } of said.nodes) {
+    const before = world.names.get(uid);
+    world.names.set(uid, name);
+    if (before === undefined || before === name) continue;
+    renamed.set(before, name);
+    next.delete(before);
+  }
+  // Only then: a name may have gone from one node to another.
   for (const node of said.nodes) {
-    const before = world.names.get(node.uid);
-    if (before !== undefined && before !== node.name) {
-      next.delete(before);
-      renamed.set(before, node.name);
-    }
-    world.names.set(node.uid, node.name);
     const kind = node.kind.case ?? "object";
     const parent = kind === "world" ? "" : node.parent || "world";
     next.set(node.name, { uid: node.uid, name: node.name, parent, hidden: node.hidden, kind, node });

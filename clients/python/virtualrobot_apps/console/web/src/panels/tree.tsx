@@ -2,6 +2,7 @@
 import { computed, signal } from "@preact/signals";
 import { useEffect, useRef } from "preact/hooks";
 import { attach, remove, rename, setHidden } from "../kernel/orders";
+import { nodeMenu } from "../kernel/shown";
 import { children, chosen, items, leases, selected, type Item } from "../kernel/world";
 import { Icon, KindIcon } from "../parts/icons";
 import { Adding } from "./adding";
@@ -21,6 +22,11 @@ const aim = signal("");
 const opened = signal<ReadonlyMap<bigint, boolean>>(new Map());
 
 const isOpen = (item: Item) => opened.value.get(item.uid) ?? item.kind !== "robot";
+
+/** Renames a node in its row, as soon as that is there. */
+export const beginRenaming = (name: string) => void (renamed.value = name);
+
+const openMenu = ({ name }: Item, x: number, y: number) => void (nodeMenu.value = { name, part: "", x, y });
 
 const rows = computed(() => {
   const found: Row[] = [];
@@ -78,6 +84,12 @@ function NodeRow({ item, depth, inside }: Row) {
         if (dragged.value && dragged.value !== name) void attach(dragged.value, name);
         dragged.value = aim.value = "";
       }}
+      onContextMenu={(event) => {
+        event.preventDefault();
+        event.currentTarget.parentElement?.focus({ preventScroll: true });
+        select(item);
+        openMenu(item, event.clientX, event.clientY);
+      }}
       onClick={() => select(item)} onDblClick={() => kind !== "world" && (renamed.value = name)}>
       <span class="twist" onClick={(event) => (event.stopPropagation(), toggle(item))}>
         {inside > 0 && <Icon name={isOpen(item) ? "chevron-down" : "chevron-right"} size={13} />}
@@ -134,11 +146,13 @@ function walkByKeys(event: KeyboardEvent): void {
   const place = rows.value.findIndex(({ item }) => item.name === selected.value);
   const row = rows.value[place];
   const to = { ArrowDown: place + 1, ArrowUp: place - 1, Home: 0, End: rows.value.length - 1 }[event.key];
+  const line = document.querySelector<HTMLElement>('.node[aria-selected="true"]')?.getBoundingClientRect();
   if (to !== undefined && rows.value[to]) select(rows.value[to].item);
   else if (event.key === "ArrowRight" && row && !isOpen(row.item)) toggle(row.item);
   else if (event.key === "ArrowLeft" && row && row.inside > 0 && isOpen(row.item)) toggle(row.item);
   else if (event.key === "F2" && row && row.item.kind !== "world") renamed.value = row.item.name;
   else if (event.key === "Delete" && row && row.item.kind !== "world" && row.item.kind !== "link") void remove(row.item.name);
+  else if (row && line && (event.key === "ContextMenu" || (event.key === "F10" && event.shiftKey))) openMenu(row.item, line.left + 40, line.bottom);
   else return;
   event.preventDefault();
 }

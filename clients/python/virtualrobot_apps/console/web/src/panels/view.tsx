@@ -4,7 +4,9 @@ import type { ComponentChildren } from "preact";
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { filming } from "../kernel/films";
 import { goal } from "../kernel/goal";
-import { download } from "../kernel/loader";
+import { isolated } from "../kernel/isolation";
+import { download, placing } from "../kernel/loader";
+import { isOutdated } from "../kernel/served_page";
 import { opened, toggle } from "../kernel/shown";
 import { isTraced, trace, untrace } from "../kernel/traces";
 import { chosen, connection, states, trouble } from "../kernel/world";
@@ -40,12 +42,14 @@ export function View() {
       <Robot />
       <CameraInset />
       <Cover />
+      <Alone />
       <Placing />
       <Speeds />
       <Films />
       <Devices />
       <Loading />
       <Question />
+      <Outdated />
       <Stopped />
     </main>
   );
@@ -114,6 +118,32 @@ function Robot() {
 
 function Fact({ name, children }: { name: string; children: ComponentChildren }) {
   return <div class="fact"><b>{name}</b>{children}</div>;
+}
+
+/** Says that the console has been updated. */
+function Outdated() {
+  if (!isOutdated.value) return null;
+  return (
+    <div class="float outdated" role="status">
+      <Icon name="rotate-cw" size={16} color="var(--warning)" />
+      <span class="cut">The console serves another version of this page now</span>
+      <button type="button" class="button small" title="Taught programs that aren't saved are lost by it" onClick={() => location.reload()}>Reload</button>
+      <button type="button" class="tool small" title="Stay with this version" onClick={() => (isOutdated.value = false)}><Icon name="x" size={14} /></button>
+    </div>
+  );
+}
+
+/** Says that the rest of the cell is not shown. */
+function Alone() {
+  const name = isolated.value;
+  if (!name || placing.value) return null;
+  return (
+    <div class="float alone" role="status">
+      <Icon name="scan-eye" size={16} color="var(--accent)" />
+      <span class="cut" title="On this page; others and cameras show the whole cell">Only <b>{name}</b> is shown</span>
+      <button type="button" class="button small" title="Show the whole cell again (I)" onClick={() => (isolated.value = "")}>Show all</button>
+    </div>
+  );
 }
 
 /** Says why nothing is shown, or not what is. */

@@ -1,6 +1,6 @@
 // Icons: Lucide's, and some of our own in its style, for what it doesn't have.
 const files = import.meta.glob<string>(
-  "../../node_modules/lucide-static/icons/{activity,arrow-down,arrow-up,axis-3d,bookmark,box,cable,camera,chart-line,chevron-down,chevron-left,chevron-right,circle-help,crosshair,download,eraser,eye,eye-off,file-up,folder-open,footprints,gamepad-2,gauge,globe,grid-3x3,hand,hand-grab,hand-helping,history,hourglass,library,lightbulb,list-ordered,list-video,lock,map-pin,maximize,message-square,minus,moon,mouse-pointer-2,move-3d,move-horizontal,package,pause,pencil,play,plug,plus,radar,redo-2,rotate-3d,rotate-ccw,rotate-cw,route,save,search,shapes,shield,square,step-back,step-forward,spline,sun,tag,toggle-left,trash-2,triangle-alert,truck,undo-2,upload,users,video,waypoints,x,zap}.svg",
+  "../../node_modules/lucide-static/icons/{activity,arrow-down,arrow-up,axis-3d,bookmark,box,cable,camera,chart-line,chevron-down,chevron-left,chevron-right,circle-help,copy,crosshair,download,eraser,eye,eye-off,file-up,folder-open,footprints,gamepad-2,gauge,globe,grid-3x3,hand,hand-grab,hand-helping,history,hourglass,library,lightbulb,list-ordered,list-video,lock,map-pin,maximize,message-square,minus,moon,mouse-pointer-2,move-3d,move-horizontal,package,pause,pencil,play,plug,plus,radar,redo-2,rotate-3d,rotate-ccw,rotate-cw,route,save,scan-eye,search,shapes,shield,square,step-back,step-forward,spline,sun,tag,toggle-left,trash-2,triangle-alert,truck,undo-2,upload,users,video,waypoints,x,zap}.svg",
   { query: "?raw", import: "default", eager: true },
 );
 

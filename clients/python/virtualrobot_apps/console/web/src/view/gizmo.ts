@@ -22,6 +22,8 @@ export class Gizmo {
   #handle = new Object3D();
   #controls: TransformControls;
   #showing = 0;
+  /** Where the base of the robot was when it was asked where its ghost stands. */
+  #base = new Matrix4();
   dragging = false;
 
   constructor(private readonly view: Viewport) {
@@ -36,6 +38,7 @@ export class Gizmo {
     });
     this.#controls.addEventListener("objectChange", () => this.dragging && this.#ask());
     hearers.states.add(() => this.#follow());
+    hearers.poses.add(() => this.#renew());
     effect(() => {
       const mode = tool.value;
       if (mode === "select" || !chosen.value) this.#controls.detach();
@@ -74,6 +77,7 @@ export class Gizmo {
     }
     const { robot, jointPositions } = shown;
     this.view.ghost.isAwaited = true;
+    this.#base.copy(this.view.solids.places.get(robot) ?? this.#base);
     this.view.invalidate();
     const said = await attempt(robotService.solveForward({ robot, jointPositions }));
     if (number !== this.#showing) return;
@@ -90,5 +94,12 @@ export class Gizmo {
     }
     this.view.ghost.show(there, this.view.solids.pieces, this.view.solids.places);
     this.view.invalidate();
+    this.#renew();
+  }
+
+  /** Shows the ghost anew where the robot's base has moved since: its links stand on that. */
+  #renew(): void {
+    const shown = goal.shown.peek(), base = shown && this.view.solids.places.get(shown.robot);
+    if (base && !this.view.ghost.isAwaited && !base.equals(this.#base)) void this.#show(shown);
   }
 }

@@ -1,5 +1,6 @@
-// What clicks in the view do: select, and look at what is selected.
+// What clicks in the view do: select, look at what is selected, and, by the right button, open its menu.
 import { Raycaster, Vector2 } from "three";
+import { nodeMenu } from "../kernel/shown";
 import * as world from "../kernel/world";
 import type { Viewport } from "./viewport";
 
@@ -14,11 +15,13 @@ export function hearPointer(view: Viewport): void {
     if (still && !view.gizmo.dragging && !view.observer.axes.handleClick(event)) pick(view, event);
     view.invalidate();
   });
+  // By a finger that stays; the right button is heard when it goes up, since it shifts the view while it is held.
+  view.canvas.addEventListener("contextmenu", (event) => (event as PointerEvent).pointerType === "touch" && pick(view, event));
   view.canvas.addEventListener("dblclick", () => world.selected.value && view.frame(world.selected.value));
 }
 
 /** Selects what is under the pointer: of a robot the whole, with Alt the link. */
-function pick(view: Viewport, event: PointerEvent): void {
+function pick(view: Viewport, event: MouseEvent): void {
   const area = view.canvas.getBoundingClientRect();
   const x = (2 * (event.clientX - area.left)) / area.width - 1, y = 1 - (2 * (event.clientY - area.top)) / area.height;
   const ray = new Raycaster();
@@ -28,4 +31,7 @@ function pick(view: Viewport, event: PointerEvent): void {
   const name = isLink && !event.altKey ? world.robotOf(found) : found;
   world.selected.value = name;
   if (world.items.peek().get(name)?.kind === "robot") world.chosen.value = name;
+  if (event.button === 2 || event.type === "contextmenu") {
+    nodeMenu.value = { name: name || "world", part: isLink ? found : "", x: event.clientX, y: event.clientY };
+  }
 }

@@ -23,6 +23,7 @@ export class Solids {
   #marked = new Silhouette(MARKED);
   #marks = new Marks();
   #meshes = new Meshes(() => this.#restructure());
+  #alone = "";
   #moved = true;
   #structure = true;
 
@@ -47,6 +48,12 @@ export class Solids {
     this.#silhouette.show(names, this.pieces, this.places);
     this.#moved = true;
     this.changed();
+  }
+
+  /** Shows a node alone, with what hangs below it; "" shows all. */
+  isolate(name: string): void {
+    this.#alone = name;
+    this.#restructure();
   }
 
   /** Marks these nodes, without what hangs below them, and no others. */
@@ -106,7 +113,8 @@ export class Solids {
     this.#structure = false;
     this.pieces.clear();
     const missing = new Map<string, string[]>();
-    const shown = [...world.items.peek().values()].filter((item) => !isHidden(item));
+    const alone = this.#alone && new Set(world.below(this.#alone));
+    const shown = [...world.items.peek().values()].filter((item) => !isHidden(item) && (!alone || alone.has(item.name)));
     for (const item of shown) {
       const found: Piece[] = [];
       for (const figure of seen(item)) {

@@ -2,6 +2,7 @@
 import { effect, signal } from "@preact/signals";
 import { Group, Timer } from "three";
 import { outlined } from "../kernel/collisions";
+import { isolated } from "../kernel/isolation";
 import * as world from "../kernel/world";
 import { theme } from "../parts/theme";
 import { Ghost } from "./copies";
@@ -46,6 +47,7 @@ export class Viewport {
       this.#stage.setTheme(theme.value);
       this.invalidate();
     });
+    effect(() => this.solids.isolate(isolated.value));
     effect(() => this.solids.select(world.selected.value));
     effect(() => this.solids.mark(outlined.value));
     setInterval(() => {
