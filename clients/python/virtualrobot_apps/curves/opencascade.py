@@ -3,6 +3,9 @@
 The process is one of its own since broken files can crash it, and since it prints at will.
 """
 
+# The library makes its names as it is imported:
+# pyright: reportAttributeAccessIssue=false
+
 from __future__ import annotations
 
 import json
