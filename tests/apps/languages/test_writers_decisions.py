@@ -16,11 +16,11 @@ from virtualrobot_apps.languages.rapid.task import RapidTask, load
 from virtualrobot_apps.languages.rapid.world import World
 from virtualrobot_apps.languages.writers import fanuc, krl, rapid, urscript
 from virtualrobot_apps.languages.writers.resolve import robot_program
-from virtualrobot_apps.languages.writers.statements import If, PointToPoint, RobotProgram, While, every
+from virtualrobot_apps.languages.writers.statements import If, Line, PointToPoint, RobotProgram, While, every
 from virtualrobot_apps.languages.writers.words import Language
 
 from tests.apps.languages.controllers import read_krl, read_tp
-from tests.waiting import repeated
+from tests.waiting import PATIENCE_SECONDS, repeated
 
 pytestmark = pytest.mark.long
 
@@ -47,26 +47,25 @@ def sorting(client: Client, arm: Robot) -> Program:
     It sets the signals that it decides by, so that nobody else need do anything. Each move begins where all ways meet.
     """
     new = client.program
-    small = new().move(arm.ptp(RIGHT)).dwell(0.1).set("more", False)
+    small = new().move(arm.ptp(RIGHT)).dwell(0.4).set("more", False)
     big = new().move(arm.linear(pose(z=-0.04), reference="tray", velocity=0.3), zone=0.01)
-    big.move(arm.linear(pose(x=0.03), reference="tray")).dwell(0.1).set("big", False)
-    around = new().move(arm.ptp(LEFT, speed_factor=0.5)).dwell(0.1).if_("big", then=big, otherwise=small)
-    around.move(arm.ptp(HOME)).dwell(0.1)
+    big.move(arm.linear(pose(x=0.03), reference="tray")).dwell(0.4).set("big", False)
+    around = new().move(arm.ptp(LEFT, speed_factor=0.5)).dwell(0.4).if_("big", then=big, otherwise=small)
+    around.move(arm.ptp(HOME)).dwell(0.4)
     never = new().move(arm.ptp(LEFT))
     program = new().set("more", True).set("big", True).while_(around, "more").if_("big", then=never)
     return program.if_("more", False, then=new().set("done", True))
 
 
 def done(program: RobotProgram) -> list[np.ndarray]:
-    """Return the goals (6,) that the program of `sorting` goes to, one after the other."""
+    """Return the goals (6,) that the program of `sorting` goes to, one after the other: first where it begins."""
     (loop,) = [one for _, one in program.statements if isinstance(one, While)]
     (inner,) = [one for _, one in loop.body if isinstance(one, If)]
-    ways = (inner.then, inner.otherwise)
-    goals = []
-    for way in ways:
+    goals = [np.array(HOME)]
+    for way in (inner.then, inner.otherwise):
         for _, one in loop.body:
             statements = way if one is inner else [("", one)]
-            goals += [each.goal.joints for _, each in statements if hasattr(each, "goal")]
+            goals += [each.goal.joints for _, each in statements if isinstance(each, PointToPoint | Line)]
     return goals
 
 
@@ -77,7 +76,7 @@ def rests(client: Client, arm: Robot, run: Callable[[], object]) -> list[np.ndar
 
     def step() -> None:
         nonlocal last
-        client.clock.step(20)
+        client.clock.step(10)
         now = [arm.positions]
         if np.array_equal(now[0], last[0]) and np.abs(now[0] - found[-1]).max() > 1e-4:
             found.append(now[0])
@@ -91,9 +90,10 @@ def rests(client: Client, arm: Robot, run: Callable[[], object]) -> list[np.ndar
 def test_the_kernel_and_rapid_do_the_same(arm: Robot, steps: Client) -> None:
     program = sorting(steps, arm)
     found = robot_program(steps, program, arm, "sorting")
-    kernel = rests(steps, arm, lambda: program.start(wait=False).wait())
+    kernel = rests(steps, arm, lambda: program.start(wait=False).wait(timeout=PATIENCE_SECONDS))
     assert steps.signals["done"] is True
-    places = [HOME, LEFT, found_rest(found, True), HOME, LEFT, RIGHT, HOME]
+    goals = done(found)
+    places = [*goals[:2], *goals[3:]]  # the first line's corner is cut
     np.testing.assert_allclose(kernel, places, atol=1e-6)
     steps.signals["done"] = False
     text = rapid.write(found, Language({}))
@@ -103,17 +103,12 @@ def test_the_kernel_and_rapid_do_the_same(arm: Robot, steps: Client) -> None:
     assert steps.signals["done"] is True
 
 
-def found_rest(program: RobotProgram, big: bool) -> np.ndarray:
-    """Return the posture in which the first round of `sorting` stands within its branch."""
-    return done(program)[2]
-
-
 def test_krl_and_tp_do_the_same(arm: Robot, steps: Client) -> None:
     program = robot_program(steps, sorting(steps, arm), arm, "sorting")
     addresses = {name: f"$OUT[{number}]" for number, name in enumerate(SIGNALS, 1)}
     text = krl.write(program, Language(addresses))
     found = read_krl(text)
-    kinds = ["PTP", "LIN", "LIN", "PTP", "PTP", "PTP", "PTP"]
+    kinds = ["PTP", "PTP", "LIN", "LIN", "PTP", "PTP", "PTP", "PTP"]
     given = [one for one in found.steps if one[0] in ("PTP", "LIN")]
     assert [one[0] for one in given] == kinds and found.signals["$OUT[3]"] == "TRUE"
     goals = done(program)
@@ -122,7 +117,7 @@ def test_krl_and_tp_do_the_same(arm: Robot, steps: Client) -> None:
             np.testing.assert_allclose(places[0], goal, atol=1e-9)
         else:
             assert speed in (0.3, 0.25)
-    assert given[0][2] == given[4][2] == 0.5 and given[3][2] == 1.0
+    assert [given[place][2] for place in (0, 1, 4, 5)] == [0.1, 0.5, 1.0, 0.5]
     addresses = {name: f"DO[{number}]" for number, name in enumerate(SIGNALS, 1)}
     tp = read_tp(fanuc.write(program, Language(addresses)), 1.0)
     moved = [one for one in tp.steps if one[0] in "JL"]
@@ -142,7 +137,7 @@ def test_a_script_does_the_same_on_the_controller_of_a_ur(arm: Robot, steps: Cli
     assert not controller.words and controller.digital_outputs == 0b100
     way, begin = np.array(targets), 0
     for number, goal in enumerate(done(program)):
-        if number == 1:
+        if number == 2:
             continue  # its corner is cut
         near = np.flatnonzero(np.abs(way[begin:] - goal).max(axis=1) < 1e-4)
         assert near.size
@@ -161,7 +156,7 @@ def test_speeds_from_several_places_are_the_slowest(arm: Robot, steps: Client) -
     assert isinstance(last, PointToPoint)
     assert last.speed == pytest.approx(min(speeds)) and last.share == 1.0
     assert ("step 2: its speed is that of the slowest of the ways that lead to it" in found.notes) == (
-        not np.isclose(*speeds)
+        not np.isclose(speeds[0], speeds[1])
     )
 
 
@@ -183,6 +178,6 @@ def test_a_loop_without_an_end_has_nothing_after_it(arm: Robot, steps: Client) -
     load([Source(text, "forever.mod")], steps.signals)
     assert "LOOP" in krl.write(found, Language({"level": "$ANIN[1]", "big": "$OUT[1]"}))
     text = fanuc.write(found, Language({"level": "AI[1]", "big": "DO[1]"}))
-    assert "IF AI[1]<0.7,JMP LBL[2]" in text and "JMP LBL[1]" in text
+    assert "IF AI[1]<0.7,JMP LBL[1]" in text and "JMP LBL[2]" in text
     with pytest.raises(virtualrobot.InvalidArgumentError, match=r"step 0\[0\].2: a digital signal that is > a number"):
         urscript.write(found, Language({"level": "standard_in[1]", "big": "standard_out[1]"}))
