@@ -61,6 +61,7 @@ LONG = {
     "recording.md",
     "sensor-models.md",
     "streaming.md",
+    "studies.md",
     "topics.md",
     "tracking.md",
     "tutorial-driver.md",

@@ -7,6 +7,7 @@ import math
 import re
 import resource
 from collections.abc import Callable
+from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
@@ -173,6 +174,8 @@ def test_a_comment_changes_nothing_and_a_helper_does(tmp_path: Path) -> None:
     # A worker that finds another function than the run has begun with does nothing.
     with pytest.raises(WrongStateError, match="is not that which the study was begun with"):
         run(job, Here())
+    with pytest.raises(WrongStateError, match=r"this worker has python .*, and the study was begun with numpy 1.0"):
+        run(replace(open_job(study, tmp_path / "third", False), versions={"numpy": "1.0"}), Here())
     # Begun anew, it is the new one that counts, though this process has imported the old one.
     assert set(done(study, tmp_path / "new")[1].table().column("y").to_pylist()) == {2.0}
 
@@ -182,6 +185,7 @@ def test_a_comment_changes_nothing_and_a_helper_does(tmp_path: Path) -> None:
     [
         (FUNCTION, "cells:spinn", "cells has no function 'spinn'; did you mean 'spin'?"),
         (FUNCTION, "cell:spin", "there is no module 'cell', neither in"),
+        (FUNCTION, "random:spin", "random.py is called as a module of Python's own"),
         ("spin = 3", "cells:spin", "cells:spin is no function but 3"),
         ("def spin(:", "cells:spin", "is not Python: invalid syntax"),
         ("import no_such_library", "cells:spin", "ModuleNotFoundError: No module named 'no_such_library'"),
@@ -189,8 +193,10 @@ def test_a_comment_changes_nothing_and_a_helper_does(tmp_path: Path) -> None:
     ],
 )
 def test_functions_that_are_none_are_refused(tmp_path: Path, function: str, text: str, said: str) -> None:
+    study = written(tmp_path / "in", STUDY.replace("cells:spin", text), function)
+    (tmp_path / "in" / "random.py").write_text(function)
     with pytest.raises(VirtualRobotError) as error:
-        done(written(tmp_path / "in", STUDY.replace("cells:spin", text), function), tmp_path / "out")
+        done(study, tmp_path / "out")
     assert said in str(error.value)
 
 

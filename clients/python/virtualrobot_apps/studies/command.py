@@ -117,7 +117,7 @@ def cancel(file: Path, folder: Path | None) -> None:
         (where / "cancel").touch()
     except OSError as error:
         raise WrongStateError(f"{where} cannot be written: {error.strerror or error}") from error
-    click.echo("it ends after the blocks that are running")
+    click.echo("its run ends after the blocks that it is at")
 
 
 @study.command()

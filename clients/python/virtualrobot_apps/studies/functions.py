@@ -53,6 +53,8 @@ def load(reference: str, folder: Path) -> Callable[..., Any]:
     """
     module_name, _, name = reference.partition(":")
     file = _file(module_name, folder)
+    if file is not None and module_name.partition(".")[0] in sys.stdlib_module_names:
+        raise InvalidArgumentError(f"{file} is called as a module of Python's own: give it another name")
     try:
         module = importlib.import_module(module_name) if file is None else _fresh(module_name, file, folder)
     except Exception as error:

@@ -27,13 +27,15 @@ ATTEMPTS = 3
 """Deaths of workers in one cell after which it is named as the cause."""
 _ORDER = 2**64 - 1
 """Number in the place of a cell's, by which the order of blocks is drawn; no cell has it."""
+_MOST_DEATHS = 40
+"""Deaths of workers without a single block that was done, after which it isn't cells that kill them."""
 _LEAST_BLOCKS = 3
 _TOLD_SECONDS = 1.0
 
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a study is.
+    """Cells of a study that are done, and what is left.
 
     Attributes:
         cells: number of all cells.
@@ -66,13 +68,18 @@ class Pace:
         self._cells.append(cells)
         self._seconds.append(seconds)
 
+    @property
+    def blocks(self) -> int:
+        """Number of blocks that were counted."""
+        return len(self._cells)
+
     def left(self, cells: int) -> tuple[float, float] | None:
         """Return the time (s) for so many cells, from and to; None before three blocks are done.
 
         It is the prediction interval, of two standard deviations, for a sum of n blocks by the mean of k others:
         n m +- 2 s sqrt(n + n^2/k).
         """
-        k = len(self._cells)
+        k = self.blocks
         if cells == 0:
             return 0.0, 0.0
         if k < _LEAST_BLOCKS:
@@ -111,8 +118,6 @@ def open_job(study: Study, folder: Path, resume: bool) -> Job:
     try:
         parts.make()
         if not begun:
-            # Copied first: what has a stamp has its file.
-            (folder / "study.yaml").write_bytes(study.file.read_bytes())
             _replace(stamp, _marks(job))
         (folder / "cancel").unlink(missing_ok=True)
     except OSError as error:
@@ -127,14 +132,15 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
     dies is halved until one cell is left; one in which ATTEMPTS workers die is kept as killed, with how.
 
     Raises:
-        WrongStateError: when results can't be written, or a worker has other versions; what is done stays.
+        WrongStateError: when results can't be written, a worker has other versions, or all workers die; what is done
+            stays.
         VirtualRobotError: when the function or its setup is at fault.
     """
     study, parts = job.study, Parts(job.folder, job.study)
     missing = parts.missing()
     blocks = list(_blocks(missing, study.block))
     order = generator(study.cells.seed, _ORDER).permutation(len(blocks))
-    queue, deaths, pace, told = deque(blocks[one] for one in order), Counter[int](), Pace(engine.workers), 0.0
+    queue, deaths, pace, told, lost = deque(blocks[one] for one in order), Counter[int](), Pace(engine.workers), 0.0, 0
     progress = Progress(study.cells.count, **parts.counts())
     cancel = job.folder / "cancel"
 
@@ -147,6 +153,10 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
         with closing(engine.run(job, following)) as ended:
             for block, answer in ended:
                 count = block.last - block.first
+                if isinstance(answer, Lost):
+                    lost += 1
+                    if lost >= _MOST_DEATHS and not pace.blocks:
+                        raise WrongStateError(f"{lost} workers died, and none has done anything: {answer.how}")
                 if isinstance(answer, Done):
                     pace.add(count, answer.seconds)
                     progress = replace(
