@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 import subprocess
 import sys
 from collections.abc import Callable
@@ -141,6 +142,27 @@ def test_a_cell_that_hangs_is_named_with_the_line_where_it_does(tmp_path: Path) 
     row = parts.table().slice(5, 1).to_pylist()[0]
     assert "or took longer than 1 s" in row["error"]
     assert "Timeout (0:00:01)!" in row["error"] and 'cells.py", line 6 in spin' in row["error"]
+
+
+@pytest.mark.long
+def test_ctrl_c_ends_it_at_once_in_one_line(tmp_path: Path) -> None:
+    """The terminal tells all processes in front; workers leave it to the command."""
+    study = written(tmp_path / "in", STUDY.format(count=100), FUNCTION.format(fault="time.sleep(0.02)"))
+    words = ["study", "run", str(study.file), "--folder", str(tmp_path / "out"), "--workers", "2"]
+    command = [sys.executable, "-m", "virtualrobot", *words]
+    run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    try:
+        until(lambda: any((tmp_path / "out" / "cells").glob("*.parquet")))
+        os.killpg(run.pid, signal.SIGINT)
+        _, errors = run.communicate(timeout=60)
+    finally:
+        run.kill()
+        run.wait()
+    assert errors == f"virtualrobot: ended: what is done stays; 'virtualrobot study resume {study.file}' goes on\n"
+    assert run.returncode == 1
+    workers = Parts(tmp_path / "out", study).table().column("worker").to_pylist()
+    until(lambda: not any(alive(int(one.rpartition(":")[2])) for one in set(workers)))
+    assert done(study, tmp_path / "out", resume=True)[0].done == 100
 
 
 @pytest.mark.long

@@ -137,10 +137,9 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
         VirtualRobotError: when the function or its setup is at fault.
     """
     study, parts = job.study, Parts(job.folder, job.study)
-    missing = parts.missing()
-    blocks = list(_blocks(missing, study.block))
-    order = generator(study.cells.seed, _ORDER).permutation(len(blocks))
-    queue, deaths, pace, told, lost = deque(blocks[one] for one in order), Counter[int](), Pace(engine.workers), 0.0, 0
+    blocks = list(_blocks(parts.missing(), study.block))
+    queue = deque(blocks[one] for one in generator(study.cells.seed, _ORDER).permutation(len(blocks)))
+    pace, deaths, lost, told = Pace(engine.workers), Counter[int](), 0, 0.0
     progress = Progress(study.cells.count, **parts.counts())
     cancel = job.folder / "cancel"
 
