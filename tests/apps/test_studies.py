@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 import resource
 from collections.abc import Callable
@@ -233,6 +234,18 @@ def test_a_damaged_part_is_named(tmp_path: Path) -> None:
     assert done(study, tmp_path / "out", resume=True)[1].digest() == before
 
 
+def test_what_was_left_unwritten_goes_when_nobody_can_be_at_it_any_more(tmp_path: Path) -> None:
+    study, folder = written(tmp_path / "in"), tmp_path / "out"
+    open_job(study, folder, False)
+    old, young, said = folder / "cells" / ".0-1.7.8.tmp", folder / "cells" / ".0-1.9.8.tmp", folder / "lost" / "0-1.txt"
+    for file in (old, young, said):
+        file.write_text("part")
+    for file in (old, said):
+        os.utime(file, (0, 0))
+    open_job(study, folder, True)
+    assert [file.exists() for file in (old, young, said)] == [False, True, True]
+
+
 def test_a_time_for_cells_needs_workers(tmp_path: Path) -> None:
     with pytest.raises(WrongStateError, match="cell_seconds needs worker processes"):
         done(written(tmp_path / "in", STUDY + "cell_seconds: 1\n"), tmp_path / "out")
@@ -295,7 +308,7 @@ class Tags(HTMLParser):
         assert self.open.pop() == tag
 
     def handle_data(self, data: str) -> None:
-        self.texts.append(data)
+        self.texts.extend([data] if data.strip() else [])
 
 
 def test_the_command_line_runs_resumes_and_reports(
@@ -327,6 +340,7 @@ def test_the_command_line_runs_resumes_and_reports(
     tags.feed(Path("study/report.html").read_text())
     assert tags.open == []
     assert told["sha256"] in tags.texts
+    assert tags.texts[tags.texts.index("odd") + 1 :][:4] == ["cells", "odd", "90", "Cells that failed"]
     assert "10 failed, first cell 50: ValueError: no <solution> for 5.0" in tags.texts
     next((tmp_path / "study" / "cells").iterdir()).unlink()
     assert said("resume", "study.yaml", "--workers", "0")[1].startswith("200 of 200 cells")

@@ -158,8 +158,8 @@ def test_ctrl_c_ends_it_at_once_in_one_line(tmp_path: Path) -> None:
     finally:
         run.kill()
         run.wait()
-    assert errors == f"virtualrobot: ended: what is done stays; 'virtualrobot study resume {study.file}' goes on\n"
-    assert run.returncode == 1
+    assert errors.strip() == f"ended: what is done stays; 'virtualrobot study resume {study.file}' goes on"
+    assert run.returncode == 130
     workers = Parts(tmp_path / "out", study).table().column("worker").to_pylist()
     until(lambda: not any(alive(int(one.rpartition(":")[2])) for one in set(workers)))
     assert done(study, tmp_path / "out", resume=True)[0].done == 100

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import importlib.util
 import json
-import os
 import sys
 import time
 from collections.abc import Callable
@@ -167,11 +166,11 @@ def _do(file: Path, folder: Path | None, workers: int | None, resume: bool) -> N
     from virtualrobot_apps.studies.running import run as run_job
 
     job = open_job(study, where, resume)
-    count = workers if workers is not None else os.cpu_count() or 1
     try:
-        progress = run_job(job, Local(count) if count else Here(), _teller())
+        progress = run_job(job, Here() if workers == 0 else Local(workers), _teller())
     except KeyboardInterrupt:
-        raise WrongStateError(f"ended: what is done stays; 'virtualrobot study resume {file}' goes on") from None
+        click.echo(f"ended: what is done stays; 'virtualrobot study resume {file}' goes on", err=True)
+        raise
     click.echo(f"{_BEGIN if sys.stdout.isatty() else ''}{_line(progress)}; results in {where / 'cells'}")
     if progress.done < progress.cells:
         click.echo(f"cancelled: 'virtualrobot study resume {file}' goes on", err=True)

@@ -67,9 +67,11 @@ class Here:
 class Local:
     """Worker processes of this machine, by loky, each in a pool of its own: one that dies loses its own block alone."""
 
-    def __init__(self, workers: int) -> None:
-        """Choose their number; they start with the first blocks."""
-        self.workers = workers
+    def __init__(self, workers: int | None = None) -> None:
+        """Choose their number, that of the cores which this process may use by default; they start with the blocks."""
+        from loky import cpu_count
+
+        self.workers = workers or cpu_count()
 
     def run(self, job: Job, following: Callable[[], Block | None]) -> Ends:
         """Do blocks side by side; the workers end with the iterator."""

@@ -9,6 +9,7 @@ import hashlib
 import json
 import os
 import threading
+import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,8 @@ _ABOUT = {
     **{"seconds": pyarrow.float64(), "worker": pyarrow.string()},
 }
 _COUNTED = ("failed", "killed")
+_UNWRITTEN_SECONDS = 3600.0
+"""Age (s) from which a file that is not a part yet won't become one: another run may be at younger ones."""
 
 
 class Parts:
@@ -40,9 +43,13 @@ class Parts:
         self._schema = pyarrow.schema(list((_ABOUT | values).items()))
 
     def make(self) -> None:
-        """Make the folders; raise OSError where that can't be."""
+        """Make the folders, without what killed workers have left unwritten; raise OSError where that can't be."""
         for name in ("cells", "lost"):
             (self.folder / name).mkdir(parents=True, exist_ok=True)
+        old = time.time() - _UNWRITTEN_SECONDS
+        for file in (*(self.folder / "cells").glob(".*.tmp"), *(self.folder / "lost").glob("*.txt")):
+            if file.stat().st_mtime < old and (file.suffix == ".tmp" or not file.stat().st_size):
+                file.unlink(missing_ok=True)
 
     def trace(self, first: int, last: int) -> Path:
         """Return the file in which a worker that dies in a block leaves where it was."""

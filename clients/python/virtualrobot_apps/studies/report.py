@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import islice
 
@@ -12,12 +13,13 @@ import pyarrow
 from virtualrobot_apps.studies import summary
 from virtualrobot_apps.studies.parameters import Floats
 from virtualrobot_apps.studies.parts import Parts
-from virtualrobot_apps.studies.study_file import Study
+from virtualrobot_apps.studies.study_file import TEXT, Study
 from virtualrobot_apps.studies.summary import Summary
 from virtualrobot_apps.studies.work import OK
 
 _MOST_POINTS = 500
 _MOST_ERRORS = 20
+_MOST_TEXTS = 50
 _WIDTH, _HEIGHT, _BARS = 640, 160, 40
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222 }
@@ -64,6 +66,10 @@ def _lines(study: Study, table: pyarrow.Table, counts: dict[str, int], digest: s
             yield _table((*names, *_FIGURES), rows)
         values = found[result]
         yield _histogram(values[~np.isnan(values)])
+    for result in (name for name, kind in study.results if kind == TEXT):
+        counted = Counter(one for one in table.column(result).to_pylist() if one is not None)
+        yield f"<h2>{html.escape(result)}</h2>"
+        yield _table(("", "cells"), [(text, str(count)) for text, count in counted.most_common(_MOST_TEXTS)])
     yield from _failures(table)
     yield "</html>"
 
