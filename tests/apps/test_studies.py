@@ -125,12 +125,12 @@ def test_a_setup_is_made_once(tmp_path: Path) -> None:
     assert set(parts.table().column("odd").to_pylist()) == {"a cell"}
 
 
-def changed_study(old: str, new: str) -> Callable[[Path, Path], None]:
-    return lambda source, _: (source / "study.yaml").write_text(STUDY.replace(old, new)) and None
+def changed_study(old: str, new: str) -> Callable[[Path, Path], object]:
+    return lambda source, _: (source / "study.yaml").write_text(STUDY.replace(old, new))
 
 
-def changed_function(old: str, new: str) -> Callable[[Path, Path], None]:
-    return lambda source, _: (source / "cells.py").write_text(FUNCTION.replace(old, new)) and None
+def changed_function(old: str, new: str) -> Callable[[Path, Path], object]:
+    return lambda source, _: (source / "cells.py").write_text(FUNCTION.replace(old, new))
 
 
 def other_version(_: Path, folder: Path) -> None:
@@ -148,10 +148,12 @@ def other_version(_: Path, folder: Path) -> None:
         (changed_study("odd: text", "odd: number"), "the results of the study file have changed"),
         (changed_study("draws: 10", "draws: 11"), "draws was 10 and is 11"),
         (other_version, "numpy 1.0"),
-        (lambda _, folder: (folder / "study.json").write_text("{") and None, "study.json is damaged"),
+        (lambda _, folder: (folder / "study.json").write_text("{"), "study.json is damaged"),
     ],
 )
-def test_what_has_changed_is_not_gone_on_with(tmp_path: Path, change: Callable[[Path, Path], None], said: str) -> None:
+def test_what_has_changed_is_not_gone_on_with(
+    tmp_path: Path, change: Callable[[Path, Path], object], said: str
+) -> None:
     study, folder = written(tmp_path / "in"), tmp_path / "out"
     done(study, folder)
     change(tmp_path / "in", folder)
@@ -205,6 +207,11 @@ def test_a_folder_that_cannot_be_written_is_told(tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     with pytest.raises(WrongStateError, match="out cannot be written: Not a directory"):
         done(written(tmp_path / "in"), tmp_path / "file" / "out")
+    # Nobody makes folders there, whatever rights he has.
+    with pytest.raises(
+        WrongStateError, match=r"/sys/kernel/out cannot be written: .*(not permitted|denied|[Rr]ead-only)"
+    ):
+        done(written(tmp_path / "in"), Path("/sys/kernel/out"))
 
 
 def test_a_full_disk_ends_the_run_and_loses_nothing(tmp_path: Path) -> None:
