@@ -11,6 +11,7 @@ from virtualrobot.errors import MalformedFileError
 from virtualrobot_apps.studies.parameters import RANDOM, SOBOL, Cells, Law, Values, generator
 from virtualrobot_apps.studies.study_file import Study, read_study
 
+TWO = "parameters: {a: {range: [0, 1]}, b: {range: [0, 1]}}"
 HEAD = "schema_version: 1\nfunction: pick:pick\nresults: {y: number}\n"
 
 
@@ -113,6 +114,11 @@ def test_a_study_file_is_read(tmp_path: Path) -> None:
         ("parameters: {x: {list: [1]}}\nscene: none.yaml", "there is no file"),
         ("parameters: {x: {list: [1]}}\nsetup: pick", "module:function belongs here"),
         ("parameters: {x: {list: [1]}}\nparametres: 1", "there is no field 'parametres'; did you mean 'parameters'?"),
+        ("parameters: {x: {range: [0, 1]}}\nsearch: {minimize: y, generations: 9}", "one alone is a grid's"),
+        (f"{TWO}\nsearch: {{minimize: z, generations: 9}}", "'z' is not known; it is one of y"),
+        (f"{TWO}\nsearch: {{generations: 9}}", "'minimize' or 'maximize' belongs here"),
+        (f"{TWO}\nsearch: {{minimize: y}}", "the field 'generations' is missing"),
+        (f"{TWO}\nsearch: {{minimize: y, generations: 9}}\ndraws: 3", "leave 'draws' and 'sampling' out"),
         ("parameters: {x: {list: [1, 2]}}\ndraws: 999999999", "of which a study has at most"),
     ],
 )

@@ -19,6 +19,7 @@ import pyarrow
 from pyarrow import parquet
 from virtualrobot.errors import MalformedFileError
 
+from virtualrobot_apps.studies.parameters import Floats
 from virtualrobot_apps.studies.study_file import NUMBER, RESERVED, Study
 
 _ABOUT = {
@@ -96,6 +97,20 @@ class Parts:
                 tables.append(self._rows(file).slice(max(0, next_cell - first)))
                 next_cell = last
         return pyarrow.concat_tables(tables)
+
+    def numbers(self, name: str, first: int, last: int) -> Floats:
+        """Return a result of the cells from `first` up to but not with `last`, NaN where there is none.
+
+        Raises:
+            MalformedFileError: when a part is damaged.
+        """
+        found = np.full(last - first, np.nan)
+        for begin, end, file in self._files():
+            if begin < last and end > first:
+                values = np.asarray(self._rows(file).column(name).to_numpy(), dtype=np.float64)
+                here, there = max(begin, first), min(end, last)
+                found[here - first : there - first] = values[here - begin : there - begin]
+        return found
 
     def digest(self) -> str:
         """Return the SHA-256 (hexadecimal) of the cells that are done: numbers, states, parameters and results.

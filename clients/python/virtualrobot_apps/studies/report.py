@@ -19,6 +19,7 @@ from virtualrobot_apps.studies.work import OK
 
 _MOST_POINTS = 500
 _MOST_ERRORS = 20
+_BEST = 10
 _MOST_TEXTS = 50
 _WIDTH, _HEIGHT, _BARS = 640, 160, 40
 _STYLE = """
@@ -49,13 +50,22 @@ def _lines(study: Study, table: pyarrow.Table, counts: dict[str, int], digest: s
         [
             ("function", study.function),
             ("scene", study.scene.name if study.scene else "none"),
-            ("seed, sampling, draws", f"{cells.seed}, {cells.sampling}, {cells.draws}"),
+            (
+                "seed, sampling, draws",
+                f"{cells.seed}, {cells.sampling if study.search is None else 'search'}, {cells.draws}",
+            ),
             ("cells", f"{counts['done']} of {cells.count}, {counts['failed']} failed, {counts['killed']} killed"),
             ("SHA-256 of the results", digest),
         ],
     )
     found = summary.numbers(study, table)
     figures = summary.summaries(study, found)
+    if study.search is not None:
+        yield "<h2>Best cells</h2>"
+        order = [(study.search.result, "ascending" if study.search.sign > 0 else "descending")]
+        best = table.sort_by(order).slice(0, _BEST).to_pylist()
+        names = ["cell", *(law.name for law in cells.laws), *(name for name, _ in study.results)]
+        yield _table(names, [tuple(_value(row[name]) for name in names) for row in best if row["status"] == OK])
     for result, one in figures.items():
         yield f"<h2>{html.escape(result)}</h2>"
         yield _table(("", *_FIGURES), [("all cells", *_told(one))])
@@ -97,7 +107,7 @@ def _told(one: Summary) -> tuple[str, ...]:
 
 
 def _value(value: object) -> str:
-    return f"{value:g}" if isinstance(value, int | float) else str(value)
+    return f"{value:.6g}" if isinstance(value, int | float) else str(value)
 
 
 def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:

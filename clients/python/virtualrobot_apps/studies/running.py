@@ -7,8 +7,8 @@ import json
 import math
 import os
 import time
-from collections import Counter, deque
-from collections.abc import Callable, Iterator
+from collections import Counter
+from collections.abc import Callable
 from contextlib import closing
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
@@ -18,15 +18,13 @@ from virtualrobot.errors import MalformedFileError, WrongStateError
 
 from virtualrobot_apps.studies import functions
 from virtualrobot_apps.studies.engines import Engine, Lost
-from virtualrobot_apps.studies.parameters import generator
 from virtualrobot_apps.studies.parts import Parts
+from virtualrobot_apps.studies.plans import plan_of
 from virtualrobot_apps.studies.study_file import Study
 from virtualrobot_apps.studies.work import KILLED, Block, Done, Job, prepare, row, source_of
 
 ATTEMPTS = 3
 """Deaths of workers in one cell after which it is named as the cause."""
-_ORDER = 2**64 - 1
-"""Number in the place of a cell's, by which the order of blocks is drawn; no cell has it."""
 _MOST_DEATHS = 40
 """Deaths of workers without a single block that was done, after which it isn't cells that kill them."""
 _LEAST_BLOCKS = 3
@@ -137,17 +135,16 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
         VirtualRobotError: when the function or its setup is at fault.
     """
     study, parts = job.study, Parts(job.folder, job.study)
-    blocks = list(_blocks(parts.missing(), study.block))
-    queue = deque(blocks[one] for one in generator(study.cells.seed, _ORDER).permutation(len(blocks)))
+    plan = plan_of(study, parts)
     pace, deaths, lost, told = Pace(engine.workers), Counter[int](), 0, 0.0
     progress = Progress(study.cells.count, **parts.counts())
     cancel = job.folder / "cancel"
 
     def following() -> Block | None:
-        return queue.popleft() if queue and not cancel.exists() else None
+        return None if cancel.exists() else plan.following()
 
     try:
-        if queue:
+        if progress.done < progress.cells:
             _check_function(job)
         with closing(engine.run(job, following)) as ended:
             for block, answer in ended:
@@ -158,6 +155,7 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
                         raise WrongStateError(f"{lost} workers died, and none has done anything: {answer.how}")
                 if isinstance(answer, Done):
                     pace.add(count, answer.seconds)
+                    plan.ended(block)
                     progress = replace(
                         progress,
                         done=progress.done + count,
@@ -165,14 +163,14 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
                         failure=progress.failure or answer.failure,
                     )
                 elif count > 1:
-                    middle = (block.first + block.last) // 2
-                    queue.extendleft((Block(middle, block.last), Block(block.first, middle)))
+                    plan.again(*block.halves())
                 else:
                     deaths[block.first] += 1
                     if deaths[block.first] < ATTEMPTS:
-                        queue.appendleft(block)
+                        plan.again(block)
                     else:
                         parts.write([_killed(job, parts, block, answer)])
+                        plan.ended(block)
                         progress = replace(progress, done=progress.done + 1, killed=progress.killed + 1)
                 progress = replace(progress, left=pace.left(progress.cells - progress.done))
                 if time.monotonic() - told >= _TOLD_SECONDS:
@@ -192,22 +190,13 @@ def _check_function(job: Job) -> None:
     prepare(replace(job, study=replace(job.study, setup=""), source=source_of(replace(job.study, setup=""))))
 
 
-def _blocks(missing: list[tuple[int, int]], size: int) -> Iterator[Block]:
-    """Yield what is missing in blocks; their ends are multiples of the size."""
-    for first, last in missing:
-        while first < last:
-            end = min(last, (first // size + 1) * size)
-            yield Block(first, end)
-            first = end
-
-
 def _killed(job: Job, parts: Parts, block: Block, lost: Lost) -> dict[str, Any]:
-    trace = parts.trace(*block)
+    trace = parts.trace(block.first, block.last)
     where = trace.read_text("utf-8", "replace") if trace.is_file() else ""
     limit = job.study.cell_seconds
     limited = f", or took longer than {limit:g} s" if limit is not None else ""
     error = f"the cell killed its worker {ATTEMPTS} times{limited}: {lost.how}\n{where}".strip()
-    (parameters,) = job.study.cells.between(*block)
+    (parameters,) = block.parameters(job.study)
     return row(block.first, parameters, {}, KILLED, error, 0.0)
 
 
@@ -223,6 +212,7 @@ def _marks(job: Job) -> dict[str, Any]:
         "seed": study.cells.seed,
         "draws": study.cells.draws,
         "sampling": study.cells.sampling,
+        "search": None if study.search is None else asdict(study.search),
         "parameters": [asdict(one) for one in study.cells.parameters],
         "results": study.results,
         "versions": dict(job.versions),
@@ -244,6 +234,7 @@ def _check_same(marks: dict[str, Any], stamp: Path, folder: Path) -> None:
         "scene": "the scene file has changed",
         "parameters": "the parameters of the study file have changed",
         "results": "the results of the study file have changed",
+        "search": "the search of the study file has changed",
     }.get(name, f"{name} was {_worded(begun[name])} and is {_worded(marks[name])}")
     raise WrongStateError(
         f"{what} since the first cells in {folder}, which new ones would not fit; undo that, or take another --folder"

@@ -17,10 +17,27 @@ RESERVED = ("cell", "status", "error", "seconds", "worker")
 """Columns of every table of results."""
 _FIELDS = (
     *("schema_version", "function", "setup", "scene", "seed", "draws", "sampling", "block", "cell_seconds"),
-    *("parameters", "results"),
+    *("parameters", "results", "search"),
 )
 _KINDS = ("list", "grid", "range", "law")
 _MOST_VALUES = 1_000_000
+
+
+@dataclass(frozen=True)
+class SearchFor:
+    """Search for the parameters at which a result is least, or greatest.
+
+    Attributes:
+        result: its name.
+        sign: 1 for the least, -1 for the greatest.
+        population: cells of a generation, which are done at once.
+        generations: their number.
+    """
+
+    result: str
+    sign: int
+    population: int
+    generations: int
 
 
 @dataclass(frozen=True)
@@ -36,6 +53,7 @@ class Study:
         cell_seconds: time (s) after which a cell that hasn't ended is killed.
         cells: what is done.
         results: kind of each result, by name.
+        search: the search that chooses the parameters; None where they are all known.
     """
 
     file: Path
@@ -46,6 +64,7 @@ class Study:
     cell_seconds: float | None
     cells: Cells
     results: tuple[tuple[str, str], ...]
+    search: SearchFor | None = None
 
 
 def read_study(file: Path) -> Study:
@@ -67,7 +86,11 @@ def read_study(file: Path) -> Study:
         if name in {one.name for one in parameters}:
             raise fields["results"].error(f"{name!r} is a parameter, too; give the result another name")
     sampling = fields["sampling"].one_of((RANDOM, SOBOL)) if "sampling" in fields else RANDOM
-    cells = Cells(parameters, whole("draws", 1, 1, MOST_CELLS), sampling, whole("seed", 0, 0, 2**64 - 1))
+    search = _search(fields["search"], parameters, results) if "search" in fields else None
+    if search is not None and ("draws" in fields or "sampling" in fields):
+        raise fields["search"].error("a search draws by itself: leave 'draws' and 'sampling' out")
+    draws = whole("draws", 1, 1, MOST_CELLS) if search is None else search.population * search.generations
+    cells = Cells(parameters, draws, sampling, whole("seed", 0, 0, 2**64 - 1))
     if sampling == SOBOL:
         _check_sobol(cells, fields["sampling"])
     if cells.count > MOST_CELLS:
@@ -81,6 +104,7 @@ def read_study(file: Path) -> Study:
         cell_seconds=fields["cell_seconds"].number(0.001, 1e6) if "cell_seconds" in fields else None,
         cells=cells,
         results=tuple(results.items()),
+        search=search,
     )
 
 
@@ -145,6 +169,19 @@ def _listed(name: str, item: Item) -> Values:
         if isinstance(value, bool) or not (isinstance(value, str) or math.isfinite(value)):
             raise one.error(f"a finite number or a text belongs here, not {value}")
     return Values(name, tuple(values))
+
+
+def _search(item: Item, parameters: tuple[Parameter, ...], results: dict[str, str]) -> SearchFor:
+    fields = item.fields(("minimize", "maximize", "population", "generations"), needed=("generations",))
+    goals = [name for name in ("minimize", "maximize") if name in fields]
+    if len(goals) != 1:
+        raise item.error("'minimize' or 'maximize' belongs here, and the result that is meant")
+    result = fields[goals[0]].one_of([name for name, kind in results.items() if kind == NUMBER])
+    if len(parameters) < 2 or not all(isinstance(one, Law) and one.law == "uniform" for one in parameters):
+        raise item.error("a search has two parameters or more, each with a range; one alone is a grid's")
+    usual = 4 + int(3 * math.log(len(parameters)))
+    population = fields["population"].whole(4, 100_000) if "population" in fields else usual
+    return SearchFor(result, 1 if goals[0] == "minimize" else -1, population, fields["generations"].whole(1, 1_000_000))
 
 
 def _check_sobol(cells: Cells, item: Item) -> None:

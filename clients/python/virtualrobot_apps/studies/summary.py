@@ -87,5 +87,5 @@ def by_point(study: Study, table: pyarrow.Table) -> Iterator[tuple[dict[str, Val
 def summaries(study: Study, found: dict[str, Floats]) -> dict[str, Summary]:
     """Return the figures of each result that any cell has, by name."""
     there = {name: values[~np.isnan(values)] for name, values in found.items()}
-    independent = study.cells.sampling != SOBOL
+    independent = study.cells.sampling != SOBOL and study.search is None
     return {name: summarize(values, independent) for name, values in there.items() if len(values)}

@@ -12,7 +12,7 @@ import os
 import platform
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -32,10 +32,21 @@ _LONGEST_ERROR = 4000
 
 
 class Block(NamedTuple):
-    """Cells from `first` up to but not with `last`."""
+    """Cells from `first` up to but not with `last`; those of a search bring their parameters, a row each."""
 
     first: int
     last: int
+    searched: tuple[Mapping[str, Value], ...] = ()
+
+    def parameters(self, study: Study) -> Sequence[Mapping[str, Value]]:
+        """Return the parameters of its cells, by name."""
+        return self.searched or study.cells.between(self.first, self.last)
+
+    def halves(self) -> tuple[Block, Block]:
+        """Return two blocks of these cells."""
+        middle = (self.first + self.last) // 2
+        count = middle - self.first
+        return Block(self.first, middle, self.searched[:count]), Block(middle, self.last, self.searched[count:])
 
 
 @dataclass(frozen=True)
@@ -141,7 +152,7 @@ def work(job: Job, block: Block, in_worker: bool = False) -> Done:
     function, shared = _prepared[key]
     begin, rows, failure = time.perf_counter(), [], ""
     with _watched(parts.trace(block.first, block.last), study.cell_seconds if in_worker else None, in_worker) as watch:
-        for number, parameters in zip(range(*block), study.cells.between(*block), strict=True):
+        for number, parameters in zip(range(block.first, block.last), block.parameters(study), strict=True):
             cell = Cell(number, parameters, generator(study.cells.seed, number), shared, study.scene)
             watch()
             begun = time.perf_counter()
