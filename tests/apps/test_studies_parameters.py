@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy import stats
 from virtualrobot.errors import MalformedFileError
-from virtualrobot_apps.studies.parameters import RANDOM, SOBOL, Cells, Law, Values, generator
+from virtualrobot_apps.studies.parameters import RANDOM, SENSITIVITY, SOBOL, Cells, Law, Values, generator
 from virtualrobot_apps.studies.study_file import Study, read_study
 
 TWO = "parameters: {a: {range: [0, 1]}, b: {range: [0, 1]}}"
@@ -33,12 +33,13 @@ def test_a_grid_goes_through_all_combinations_and_its_last_parameter_first() -> 
     assert cells.point(7) == {"a": 2, "b": "x"}
 
 
-@pytest.mark.parametrize("sampling", [RANDOM, SOBOL])
+@pytest.mark.parametrize("sampling", [RANDOM, SOBOL, SENSITIVITY])
 def test_cells_do_not_depend_on_those_that_are_asked_for_with_them(sampling: str) -> None:
     laws = (Values("a", (1, 2, 3)), law("x", "norm", scale=2.0), law("u", "uniform", loc=1.0, scale=3.0))
     cells = Cells(laws, draws=8, sampling=sampling, seed=5)
-    whole = cells.between(0, 24)
-    assert [one for first in range(0, 24, 5) for one in cells.between(first, min(first + 5, 24))] == whole
+    whole = cells.between(0, cells.count)
+    parts = (cells.between(first, min(first + 5, cells.count)) for first in range(0, cells.count, 5))
+    assert [one for part in parts for one in part] == whole
     assert all(1.0 < one["u"] < 4.0 for one in whole if isinstance(one["u"], float))
 
 
@@ -109,7 +110,8 @@ def test_a_study_file_is_read(tmp_path: Path) -> None:
         ("parameters: {x-y: {list: [1]}}", "'x-y' is no name"),
         ("parameters: {x: {list: [1]}}\nsampling: sobol", "none is a range or a law"),
         ("parameters: {x: {law: norm}}\nsampling: sobol\ndraws: 100", "draws 128, not 100"),
-        ("parameters: {x: {law: norm}}\nsampling: lhs", "it is one of random, sobol"),
+        ("parameters: {x: {law: norm}}\nsampling: lhs", "it is one of random, sobol, sensitivity"),
+        ("parameters: {x: {law: norm}}\nsampling: sensitivity\ndraws: 64", "of one parameter there is no share"),
         ("parameters: {x: {list: [1]}}\nseed: -1", "a whole number from 0"),
         ("parameters: {x: {list: [1]}}\nscene: none.yaml", "there is no file"),
         ("parameters: {x: {list: [1]}}\nsetup: pick", "module:function belongs here"),

@@ -1,4 +1,4 @@
-"""Searches of studies: they find a known optimum, and come to the same when they are resumed."""
+"""Searches and sensitivities of studies: known optima and shares, and the same when they are resumed."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from virtualrobot.errors import WrongStateError
+from virtualrobot_apps.studies import summary
 from virtualrobot_apps.studies.engines import Here
 from virtualrobot_apps.studies.parts import Parts
 from virtualrobot_apps.studies.report import report
@@ -74,3 +75,32 @@ def test_a_search_that_has_converged_begins_elsewhere(tmp_path: Path) -> None:
     progress, parts = done(study, tmp_path / "out")
     assert progress.done == 320
     assert len({row["x"] for row in parts.table().to_pylist()}) == 320
+
+
+def test_shares_of_a_known_function_are_found(tmp_path: Path) -> None:
+    """Ishigami and Homma, "An importance quantification technique in uncertainty analysis for computer models", 1990.
+
+    f = sin x + 7 sin^2 y + 0.1 z^4 sin x over (-pi, pi): D = a^2/8 + b pi^4/5 + b^2 pi^8/18 + 1/2 with a = 7, b = 0.1.
+    """
+    ishigami = """
+from math import sin
+def f(cell):
+    x, y, z = (cell.parameters[name] for name in "xyz")
+    return {"cost": sin(x) + 7.0 * sin(y) ** 2 + 0.1 * z**4 * sin(x)}
+"""
+    sides = ", ".join(f"{name}: {{range: [-3.141592653589793, 3.141592653589793]}}" for name in "xyz")
+    text = f"schema_version: 1\nfunction: cells:f\nresults: {{cost: number}}\nparameters: {{{sides}}}\n"
+    study = written(tmp_path / "in", f"{text}sampling: sensitivity\ndraws: 4096\nblock: 4096\n", ishigami)
+    progress, parts = done(study, tmp_path / "out")
+    assert progress.done == 5 * 4096
+    found = summary.sensitivities(study, summary.numbers(study, parts.table())["cost"])
+    a, b = 7.0, 0.1
+    whole = a**2 / 8.0 + b * np.pi**4 / 5.0 + b**2 * np.pi**8 / 18.0 + 0.5
+    x, y, xz = 0.5 * (1.0 + b * np.pi**4 / 5.0) ** 2, a**2 / 8.0, b**2 * np.pi**8 * 8.0 / 225.0
+    assert found is not None
+    assert [one.first_order for one in found.values()] == pytest.approx([x / whole, y / whole, 0.0], abs=0.02)
+    assert [one.total_order for one in found.values()] == pytest.approx(
+        [(x + xz) / whole, y / whole, xz / whole], abs=0.02
+    )
+    assert f"<td>y</td><td>{found['y'].first_order:.3f}</td>" in report(study, parts)
+    assert summary.sensitivities(study, np.full(study.cells.count, np.nan)) is None

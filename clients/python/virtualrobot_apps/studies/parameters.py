@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 Value = int | float | str
 
-RANDOM, SOBOL = "random", "sobol"
+RANDOM, SOBOL, SENSITIVITY = "random", "sobol", "sensitivity"
 MOST_CELLS = 1_000_000_000
 _SOBOL_BITS = 30
 
@@ -66,7 +66,9 @@ class Cells:
     Attributes:
         parameters: in the order of the file; the last of those with fixed values changes first from point to point.
         draws: number of cells at each point of the grid.
-        sampling: `random`, each cell by its own seed, or `sobol`, the same scrambled Sobol sequence at each point.
+        sampling: `random`, each cell by its own seed; `sobol`, the same scrambled Sobol sequence at each point; or
+            `sensitivity`, at each point the matrices A, B and, for each law, A with its column of B, each of so many
+            draws.
         seed: of the study, 0 to 2^64 - 1.
     """
 
@@ -88,13 +90,18 @@ class Cells:
     @cached_property
     def count(self) -> int:
         """Number of cells."""
-        return math.prod(len(one.values) for one in self.fixed) * self.draws
+        return math.prod(len(one.values) for one in self.fixed) * self.per_point
+
+    @property
+    def per_point(self) -> int:
+        """Number of cells at each point of the grid."""
+        return self.draws * (len(self.laws) + 2 if self.sampling == SENSITIVITY else 1)
 
     def between(self, first: int, last: int) -> list[dict[str, Value]]:
         """Return the parameters of the cells from `first` up to but not with `last`, by name."""
         columns = {one.name: self._fixed(one, first, last) for one in self.fixed}
         if self.laws:
-            shares = (self._sobol if self.sampling == SOBOL else self._random)(first, last)
+            shares = (self._random if self.sampling == RANDOM else self._sobol)(first, last)
             columns |= {law.name: law.quantiles(shares[:, column]) for column, law in enumerate(self.laws)}
         ordered = {one.name: columns[one.name] for one in self.parameters}
         return [{name: column[row] for name, column in ordered.items()} for row in range(last - first)]
@@ -105,7 +112,7 @@ class Cells:
 
     def _fixed(self, parameter: Values, first: int, last: int) -> Sequence[Value]:
         later = self.fixed[self.fixed.index(parameter) + 1 :]
-        repeats = math.prod(len(one.values) for one in later) * self.draws
+        repeats = math.prod(len(one.values) for one in later) * self.per_point
         return [parameter.values[number // repeats % len(parameter.values)] for number in range(first, last)]
 
     def _random(self, first: int, last: int) -> Floats:
@@ -119,16 +126,22 @@ class Cells:
     def _sobol(self, first: int, last: int) -> Floats:
         from scipy.stats import qmc
 
-        rows, number = [], first
+        laws, rows, number = len(self.laws), [], first
         while number < last:
-            begin = number % self.draws
+            matrix, begin = divmod(number % self.per_point, self.draws)
             count = min(last - number, self.draws - begin)
             scramble = np.random.default_rng(self.seed)
-            sequence = qmc.Sobol(len(self.laws), scramble=True, bits=_SOBOL_BITS, rng=scramble)
+            sequence = qmc.Sobol(
+                laws * (2 if self.sampling == SENSITIVITY else 1), scramble=True, bits=_SOBOL_BITS, rng=scramble
+            )
             with warnings.catch_warnings():
                 # A block needs not be a power of two; all draws together are.
                 warnings.simplefilter("ignore")
-                rows.append((sequence.fast_forward(begin) if begin else sequence).random(count))
+                points = (sequence.fast_forward(begin) if begin else sequence).random(count)
+            found = points[:, laws:] if matrix == 1 else points[:, :laws]
+            if matrix > 1:
+                found[:, matrix - 2] = points[:, laws + matrix - 2]
+            rows.append(found)
             number += count
         return np.concatenate(rows) + 0.5 / 2**_SOBOL_BITS
 

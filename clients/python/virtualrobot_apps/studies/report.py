@@ -11,7 +11,7 @@ import numpy as np
 import pyarrow
 
 from virtualrobot_apps.studies import summary
-from virtualrobot_apps.studies.parameters import Floats
+from virtualrobot_apps.studies.parameters import SENSITIVITY, Floats
 from virtualrobot_apps.studies.parts import Parts
 from virtualrobot_apps.studies.study_file import TEXT, Study
 from virtualrobot_apps.studies.summary import Summary
@@ -69,11 +69,12 @@ def _lines(study: Study, table: pyarrow.Table, counts: dict[str, int], digest: s
     for result, one in figures.items():
         yield f"<h2>{html.escape(result)}</h2>"
         yield _table(("", *_FIGURES), [("all cells", *_told(one))])
-        if cells.fixed and cells.count > cells.draws:
+        if cells.fixed and cells.count > cells.per_point:
             points = islice(summary.by_point(study, table), _MOST_POINTS)
             names = [fixed.name for fixed in cells.fixed]
             rows = [(*map(_value, at.values()), *_told(those[result])) for at, those in points if result in those]
             yield _table((*names, *_FIGURES), rows)
+        yield from _sensitivities(study, table, found[result])
         values = found[result]
         yield _histogram(values[~np.isnan(values)])
     for result in (name for name, kind in study.results if kind == TEXT):
@@ -82,6 +83,18 @@ def _lines(study: Study, table: pyarrow.Table, counts: dict[str, int], digest: s
         yield _table(("", "cells"), [(text, str(count)) for text, count in counted.most_common(_MOST_TEXTS)])
     yield from _failures(table)
     yield "</html>"
+
+
+def _sensitivities(study: Study, table: pyarrow.Table, values: Floats) -> Iterator[str]:
+    """Yield a table of each point of the grid, where all cells are done and have the result."""
+    if study.cells.sampling != SENSITIVITY or len(table) < study.cells.count:
+        return
+    for point in range(min(study.cells.count // study.cells.per_point, _MOST_POINTS)):
+        if shares := summary.sensitivities(study, values, point):
+            at = study.cells.point(point * study.cells.per_point)
+            head = ", ".join(f"{name} {_value(value)}" for name, value in at.items()) or "share of the variance"
+            rows = [(name, f"{one.first_order:.3f}", f"{one.total_order:.3f}") for name, one in shares.items()]
+            yield _table((head, "alone", "with others"), rows)
 
 
 def _failures(table: pyarrow.Table) -> Iterator[str]:

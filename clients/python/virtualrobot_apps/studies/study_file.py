@@ -10,7 +10,17 @@ from pathlib import Path
 import numpy as np
 
 from virtualrobot_apps.cell_io.yaml_file import Item, read_file
-from virtualrobot_apps.studies.parameters import MOST_CELLS, RANDOM, SOBOL, Cells, Law, Parameter, Values, check_law
+from virtualrobot_apps.studies.parameters import (
+    MOST_CELLS,
+    RANDOM,
+    SENSITIVITY,
+    SOBOL,
+    Cells,
+    Law,
+    Parameter,
+    Values,
+    check_law,
+)
 
 NUMBER, TEXT = "number", "text"
 RESERVED = ("cell", "status", "error", "seconds", "worker")
@@ -85,13 +95,13 @@ def read_study(file: Path) -> Study:
     for name in results:
         if name in {one.name for one in parameters}:
             raise fields["results"].error(f"{name!r} is a parameter, too; give the result another name")
-    sampling = fields["sampling"].one_of((RANDOM, SOBOL)) if "sampling" in fields else RANDOM
+    sampling = fields["sampling"].one_of((RANDOM, SOBOL, SENSITIVITY)) if "sampling" in fields else RANDOM
     search = _search(fields["search"], parameters, results) if "search" in fields else None
     if search is not None and ("draws" in fields or "sampling" in fields):
         raise fields["search"].error("a search draws by itself: leave 'draws' and 'sampling' out")
     draws = whole("draws", 1, 1, MOST_CELLS) if search is None else search.population * search.generations
     cells = Cells(parameters, draws, sampling, whole("seed", 0, 0, 2**64 - 1))
-    if sampling == SOBOL:
+    if sampling != RANDOM:
         _check_sobol(cells, fields["sampling"])
     if cells.count > MOST_CELLS:
         raise root.error(f"these are {cells.count} cells, of which a study has at most {MOST_CELLS}")
@@ -187,6 +197,8 @@ def _search(item: Item, parameters: tuple[Parameter, ...], results: dict[str, st
 def _check_sobol(cells: Cells, item: Item) -> None:
     if not cells.laws:
         raise item.error("a Sobol sequence draws parameters, and none is a range or a law")
+    if cells.sampling == SENSITIVITY and len(cells.laws) < 2:
+        raise item.error("of one parameter there is no share: two or more are ranges or laws")
     if cells.draws & (cells.draws - 1) or not 1 < cells.draws <= 2**30:
         near = 2 ** min(max(round(math.log2(cells.draws)), 1), 30)
         raise item.error(f"a Sobol sequence is even over a power of two: draws {near}, not {cells.draws}")

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import pyarrow
 
-from virtualrobot_apps.studies.parameters import SOBOL, Floats, Value
+from virtualrobot_apps.studies.parameters import RANDOM, SENSITIVITY, Floats, Value
 from virtualrobot_apps.studies.study_file import NUMBER, Study
 
 CONFIDENCE = 0.95
@@ -75,11 +75,11 @@ def numbers(study: Study, table: pyarrow.Table) -> dict[str, Floats]:
 def by_point(study: Study, table: pyarrow.Table) -> Iterator[tuple[dict[str, Value], dict[str, Summary]]]:
     """Yield each point of the grid of which cells are done, with the figures of the results that any of these has."""
     found = numbers(study, table)
-    points = table.column("cell").to_numpy() // study.cells.draws
+    points = table.column("cell").to_numpy() // study.cells.per_point
     starts = np.flatnonzero(np.diff(points, prepend=-1))
     for start, end in zip(starts, [*starts[1:], len(points)], strict=True):
         yield (
-            study.cells.point(int(points[start]) * study.cells.draws),
+            study.cells.point(int(points[start]) * study.cells.per_point),
             summaries(study, {name: values[start:end] for name, values in found.items()}),
         )
 
@@ -87,5 +87,30 @@ def by_point(study: Study, table: pyarrow.Table) -> Iterator[tuple[dict[str, Val
 def summaries(study: Study, found: dict[str, Floats]) -> dict[str, Summary]:
     """Return the figures of each result that any cell has, by name."""
     there = {name: values[~np.isnan(values)] for name, values in found.items()}
-    independent = study.cells.sampling != SOBOL and study.search is None
+    independent = study.cells.sampling == RANDOM and study.search is None
     return {name: summarize(values, independent) for name, values in there.items() if len(values)}
+
+
+@dataclass(frozen=True)
+class Sensitivity:
+    """Shares of a result's variance that a parameter has: alone, and with all that it acts together with."""
+
+    first_order: float
+    total_order: float
+
+
+def sensitivities(study: Study, values: Floats, point: int = 0) -> dict[str, Sensitivity] | None:
+    """Return Sobol' indices of a result (cells,) at a point of the grid, by parameter; None where a cell hasn't got it.
+
+    Andrea Saltelli et al., "Variance based sensitivity analysis of model output", 2010, table 2 (b) and (f).
+    """
+    from scipy import stats
+
+    cells = study.cells
+    here = values[point * cells.per_point : (point + 1) * cells.per_point]
+    if cells.sampling != SENSITIVITY or len(here) < cells.per_point or np.isnan(here).any():
+        return None
+    matrices = here.reshape(len(cells.laws) + 2, 1, cells.draws)
+    found = stats.sobol_indices(func={"f_A": matrices[0], "f_B": matrices[1], "f_AB": matrices[2:]}, n=cells.draws)
+    pairs = zip(cells.laws, found.first_order, found.total_order, strict=True)
+    return {law.name: Sensitivity(float(first), float(total)) for law, first, total in pairs}
