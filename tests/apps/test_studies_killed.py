@@ -14,6 +14,7 @@ import pytest
 from virtualrobot.errors import WrongStateError
 from virtualrobot_apps.studies.engines import Ends, Local, Lost
 from virtualrobot_apps.studies.parts import Parts
+from virtualrobot_apps.studies.running import Progress, open_job, run
 from virtualrobot_apps.studies.work import Block, Job, work
 
 from tests.apps.studies import done, written
@@ -110,12 +111,12 @@ def test_a_study_that_is_killed_is_resumed_with_the_same_results(
     for number in range(draws(5)):
         folder, wanted = tmp_path / str(number), int(rng.integers(0, 40))
         words = ["study", "run", str(study.file), "--folder", str(folder), "--workers", "2"]
-        run = subprocess.Popen([sys.executable, "-m", "virtualrobot", *words], stdout=subprocess.DEVNULL)
+        process = subprocess.Popen([sys.executable, "-m", "virtualrobot", *words], stdout=subprocess.DEVNULL)
         try:
             until(lambda folder=folder, wanted=wanted: len(list((folder / "cells").glob("*.parquet"))) >= wanted)
         finally:
-            run.kill()
-            run.wait()
+            process.kill()
+            process.wait()
         workers = {int(one.rpartition(":")[2]) for one in Parts(folder, study).table().column("worker").to_pylist()}
         until(lambda workers=workers: not any(map(alive, workers)))
         progress, parts = done(study, folder, resume=(folder / "study.json").exists())
@@ -124,13 +125,34 @@ def test_a_study_that_is_killed_is_resumed_with_the_same_results(
         assert parts.digest() == expected.digest()
 
 
-def alive(process: int) -> bool:
+def alive(number: int) -> bool:
     """Return whether there is a process of this number."""
     try:
-        os.kill(process, 0)
+        os.kill(number, 0)
     except ProcessLookupError:
         return False
     return True
+
+
+@pytest.mark.long
+def test_workers_that_are_killed_from_outside_cost_nothing(tmp_path: Path, rng: np.random.Generator) -> None:
+    """Five times, each when some more parts are there: any worker that has begun a cell and lives."""
+    text, alive_here = STUDY.format(count=400), tmp_path / "alive"
+    alive_here.mkdir()
+    fault = f"Path({str(alive_here)!r}, str(os.getpid())).touch(); time.sleep(0.002)"
+    study = written(tmp_path / "in", text, FUNCTION.format(fault=fault))
+    _, expected = done(written(tmp_path / "quick", text, HARMLESS), tmp_path / "expected")
+    killed: list[int] = []
+
+    def tell(progress: Progress) -> None:
+        if len(killed) < 5 and progress.done >= 50 * (len(killed) + 1):
+            workers = [int(file.name) for file in sorted(alive_here.iterdir()) if int(file.name) not in killed]
+            killed.append(workers[int(rng.integers(len(workers)))])
+            os.kill(killed[-1], signal.SIGKILL)
+
+    progress = run(open_job(study, tmp_path / "out", False), Local(2), tell)
+    assert (progress.done, progress.failed, progress.killed, len(killed)) == (400, 0, 0, 5)
+    assert Parts(tmp_path / "out", study).digest() == expected.digest()
 
 
 @pytest.mark.long
@@ -150,16 +172,16 @@ def test_ctrl_c_ends_it_at_once_in_one_line(tmp_path: Path) -> None:
     study = written(tmp_path / "in", STUDY.format(count=100), FUNCTION.format(fault="time.sleep(0.02)"))
     words = ["study", "run", str(study.file), "--folder", str(tmp_path / "out"), "--workers", "2"]
     command = [sys.executable, "-m", "virtualrobot", *words]
-    run = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
+    process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True, start_new_session=True)
     try:
         until(lambda: any((tmp_path / "out" / "cells").glob("*.parquet")))
-        os.killpg(run.pid, signal.SIGINT)
-        _, errors = run.communicate(timeout=60)
+        os.killpg(process.pid, signal.SIGINT)
+        _, errors = process.communicate(timeout=60)
     finally:
-        run.kill()
-        run.wait()
+        process.kill()
+        process.wait()
     assert errors.strip() == f"ended: what is done stays; 'virtualrobot study resume {study.file}' goes on"
-    assert run.returncode == 130
+    assert process.returncode == 130
     workers = Parts(tmp_path / "out", study).table().column("worker").to_pylist()
     until(lambda: not any(alive(int(one.rpartition(":")[2])) for one in set(workers)))
     assert done(study, tmp_path / "out", resume=True)[0].done == 100
@@ -171,19 +193,19 @@ def test_whoever_asks_may_cancel_it_and_resume_with_other_workers(tmp_path: Path
     study = written(tmp_path / "in", text, function)
     folder = tmp_path / "out"
     words = ["study", "run", str(study.file), "--folder", str(folder), "--workers", "1"]
-    run = subprocess.Popen([sys.executable, "-m", "virtualrobot", *words], stderr=subprocess.PIPE, text=True)
+    process = subprocess.Popen([sys.executable, "-m", "virtualrobot", *words], stderr=subprocess.PIPE, text=True)
     try:
         until(lambda: len(list((folder / "cells").glob("*.parquet"))) >= 3)
         cancel = ["study", "cancel", str(study.file), "--folder", str(folder)]
         subprocess.run([sys.executable, "-m", "virtualrobot", *cancel], check=True)
-        _, errors = run.communicate(timeout=60)
+        _, errors = process.communicate(timeout=60)
     finally:
-        run.kill()
-        run.wait()
-    if run.returncode == 0:  # it was quicker
+        process.kill()
+        process.wait()
+    if process.returncode == 0:  # it was quicker
         assert Parts(folder, study).counts()["done"] == 100
     else:
-        assert run.returncode == 1 and "cancelled: 'virtualrobot study resume" in errors
+        assert process.returncode == 1 and "cancelled: 'virtualrobot study resume" in errors
     _, parts = done(study, folder, Local(2), resume=True)
     assert parts.counts()["done"] == 100
     _, expected = done(written(tmp_path / "quick", text, HARMLESS), tmp_path / "expected")
