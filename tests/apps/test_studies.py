@@ -155,7 +155,7 @@ def test_what_has_changed_is_not_gone_on_with(
     tmp_path: Path, change: Callable[[Path, Path], object], said: str
 ) -> None:
     study, folder = written(tmp_path / "in"), tmp_path / "out"
-    done(study, folder)
+    open_job(study, folder, False)
     change(tmp_path / "in", folder)
     with pytest.raises(VirtualRobotError) as error:
         open_job(read_study(study.file), folder, resume=True)
