@@ -43,6 +43,7 @@ def test_a_monte_carlo_meets_its_law(tmp_path: Path) -> None:
         assert abs(found["off"].mean - expected) < 4.0 * float(at["sigma"]) * math.sqrt(2.0 - math.pi / 2.0) / 32.0
 
 
+@pytest.mark.long
 def test_a_sobol_sequence_comes_nearer(tmp_path: Path) -> None:
     """Random draws have a deviation of sqrt(p (1 - p) / 1024) = 0.0107; these are within a third of it."""
     CliRunner().invoke(command, ["new", str(tmp_path / "pick")])
