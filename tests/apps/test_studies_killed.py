@@ -98,7 +98,7 @@ def test_a_worker_that_dies_costs_nothing_and_a_cell_that_kills_each_is_named(tm
     # How it died, as loky says it, and where, as Python's own handler of faults has left it.
     assert "killed its worker 3 times" in row["error"] and "SIGSEGV" in row["error"]
     assert "Fatal Python error: Segmentation fault" in row["error"] and "in spin" in row["error"]
-    assert parts.counts() == {"done": 16, "failed": 0, "killed": 1}
+    assert parts.counts() == (16, 0, 1)
 
 
 @pytest.mark.long
@@ -204,10 +204,10 @@ def test_whoever_asks_may_cancel_it_and_resume_with_other_workers(tmp_path: Path
         process.kill()
         process.wait()
     if process.returncode == 0:  # it was quicker
-        assert Parts(folder, study).counts()["done"] == 100
+        assert Parts(folder, study).counts().done == 100
     else:
         assert process.returncode == 1 and "cancelled: 'virtualrobot study resume" in errors
     _, parts = done(study, folder, Local(2), resume=True)
-    assert parts.counts()["done"] == 100
+    assert parts.counts().done == 100
     _, expected = done(written(tmp_path / "quick", text, HARMLESS), tmp_path / "expected")
     assert parts.digest() == expected.digest()

@@ -95,14 +95,14 @@ def status(file: Path, folder: Path | None, as_json: bool) -> None:
     parts = Parts(where, found)
     counts = parts.counts()
     if as_json:
-        click.echo(json.dumps({"cells": found.cells.count, **counts, "sha256": parts.digest()}))
+        click.echo(json.dumps({"cells": found.cells.count, **counts._asdict(), "sha256": parts.digest()}))
         return
     told = where / "progress.json"
     ago, left = 0.0, None
-    if counts["done"] < found.cells.count and told.is_file():
+    if counts.done < found.cells.count and told.is_file():
         document = json.loads(told.read_text("utf-8"))
         ago, left = time.time() - document["at"], document["left"]
-    progress = Progress(found.cells.count, **counts, left=left)
+    progress = Progress(found.cells.count, *counts, left=left)
     click.echo(_line(progress) + (f", as of {_time(ago)} ago" if left is not None else ""))
 
 

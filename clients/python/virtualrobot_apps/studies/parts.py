@@ -12,7 +12,7 @@ import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow
@@ -29,6 +29,14 @@ _ABOUT = {
 _COUNTED = ("failed", "killed")
 _UNWRITTEN_SECONDS = 3600.0
 """Age (s) from which a file that is not a part yet won't become one: another run may be at younger ones."""
+
+
+class Counts(NamedTuple):
+    """Numbers of cells that are done, and of those among them that failed or killed their workers."""
+
+    done: int
+    failed: int
+    killed: int
 
 
 class Parts:
@@ -79,11 +87,11 @@ class Parts:
             next_cell = max(next_cell, last)
         return found + ([(next_cell, self._study.cells.count)] if next_cell < self._study.cells.count else [])
 
-    def counts(self) -> dict[str, int]:
+    def counts(self) -> Counts:
         """Return how many cells are done, and how many of these failed or killed their workers."""
-        total = {"done": self._study.cells.count - sum(last - first for first, last in self.missing())}
+        done = self._study.cells.count - sum(last - first for first, last in self.missing())
         found = [_file(file).metadata.metadata or {} for _, _, file in self._files()]
-        return total | {name: sum(int(one.get(name.encode(), b"0")) for one in found) for name in _COUNTED}
+        return Counts(done, *(sum(int(one.get(name.encode(), b"0")) for one in found) for name in _COUNTED))
 
     def table(self) -> pyarrow.Table:
         """Return the rows of all cells that are done, by their numbers, each once.

@@ -12,7 +12,7 @@ import pyarrow
 
 from virtualrobot_apps.studies import summary
 from virtualrobot_apps.studies.parameters import SENSITIVITY, Floats
-from virtualrobot_apps.studies.parts import Parts
+from virtualrobot_apps.studies.parts import Counts, Parts
 from virtualrobot_apps.studies.study_file import TEXT, Study
 from virtualrobot_apps.studies.summary import Summary
 from virtualrobot_apps.studies.work import OK
@@ -40,7 +40,7 @@ def report(study: Study, parts: Parts) -> str:
     return "\n".join(_lines(study, parts.table(), parts.counts(), parts.digest()))
 
 
-def _lines(study: Study, table: pyarrow.Table, counts: dict[str, int], digest: str) -> Iterator[str]:
+def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> Iterator[str]:
     name = html.escape(study.file.stem)
     yield f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title><style>{_STYLE}</style>'
     yield f"<h1>{name}</h1>"
@@ -54,7 +54,7 @@ def _lines(study: Study, table: pyarrow.Table, counts: dict[str, int], digest: s
                 "seed, sampling, draws",
                 f"{cells.seed}, {cells.sampling if study.search is None else 'search'}, {cells.draws}",
             ),
-            ("cells", f"{counts['done']} of {cells.count}, {counts['failed']} failed, {counts['killed']} killed"),
+            ("cells", f"{counts.done} of {cells.count}, {counts.failed} failed, {counts.killed} killed"),
             ("SHA-256 of the results", digest),
         ],
     )

@@ -106,7 +106,7 @@ def open_job(study: Study, folder: Path, resume: bool) -> Job:
     if resume and not begun:
         raise WrongStateError(f"{folder} has no results to go on from: 'virtualrobot study run' begins them")
     if begun and not resume:
-        done = parts.counts()["done"]
+        done = parts.counts().done
         raise WrongStateError(
             f"{folder} has {done} of {study.cells.count} cells already: 'virtualrobot study resume' goes on with them, "
             "--folder begins elsewhere"
@@ -137,7 +137,7 @@ def run(job: Job, engine: Engine, tell: Callable[[Progress], None] = lambda prog
     study, parts = job.study, Parts(job.folder, job.study)
     plan = plan_of(study, parts)
     pace, deaths, lost, told = Pace(engine.workers), Counter[int](), 0, 0.0
-    progress = Progress(study.cells.count, **parts.counts())
+    progress = Progress(study.cells.count, *parts.counts())
     cancel = job.folder / "cancel"
 
     def following() -> Block | None:

@@ -81,14 +81,14 @@ class Cell:
 
     Attributes:
         number: from 0.
-        parameters: by name.
+        parameters: by name, numbers or texts as the study file says.
         rng: random numbers, which depend on the study's seed and the cell's number alone.
         shared: what the study's setup has returned in this process; None without one.
         scene: the study's scene file; None without one.
     """
 
     number: int
-    parameters: Mapping[str, Value]
+    parameters: Mapping[str, Any]
     rng: np.random.Generator
     shared: Any
     scene: Path | None
