@@ -121,9 +121,9 @@ def test_a_person_uses_the_demo_cell(console: Console, stepped: Stubs, stepped_k
 
         # It stays stopped, says by whom, and moves nothing before it is released.
         expect(page.locator("#stop")).to_have_text("STOPPED")
-        expect(page.locator("#stopped")).to_contain_text(re.compile("by console .*: STOP in the console"))
+        expect(page.locator("#stopped")).to_contain_text("Stopped by you at ")
         page.locator("#go").click()
-        expect(page.locator("#last")).to_contain_text("the cell is stopped: console")
+        expect(page.locator("#last")).to_contain_text("all robots are stopped: press Release")
         page.locator("#release").click()
         expect(page.locator("#stop")).to_have_text("STOP")
         expect(page.locator("#stopped")).to_have_count(0)

@@ -210,11 +210,23 @@ def five_places(person: Person) -> None:
 
 
 def play_it(person: Person) -> None:
-    person.press("Play", person.page.locator("#play"))
-    expect(person.page.locator(".step.lit")).to_have_count(1)
-    until(lambda: np.allclose(person.client.scene.pose("block")[:3, 3], [0.2, -0.35, 0.775], atol=2e-3))
-    until(lambda: person.client.scene.node("block").parent == "world")
-    expect(person.page.get_by_title("End the program")).to_be_disabled()
+    play = person.page.locator("#play")
+
+    def at(y: float) -> bool:
+        return np.allclose(person.client.scene.pose("block")[:3, 3], [0.2, y, 0.775], atol=2e-3)
+
+    def is_played() -> None:
+        person.press("Play", play)
+        expect(person.page.locator(".step.lit")).to_have_count(1)
+        until(lambda: at(-0.35))
+        until(lambda: person.client.scene.node("block").parent == "world")
+        expect(person.page.get_by_title("End the program")).to_be_disabled()
+        expect(person.page.locator("#last")).to_have_text("the program is done")
+
+    is_played()
+    person.press("Back to before Play")
+    until(lambda: at(0.35))
+    is_played()
 
 
 def film_it(person: Person) -> None:

@@ -1,12 +1,12 @@
 // Where the chosen robot shall go: joints as sliders say, or the postures that reach where the handle was dragged.
 import { computed, effect, signal } from "@preact/signals";
 import type { MessageInitShape } from "@bufbuild/protobuf";
-import { ConnectError } from "@connectrpc/connect";
 import type { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
 import { ofArray } from "./arrays";
 import { say } from "./messages";
 import { run } from "./orders";
 import { robots } from "./services";
+import { forPeople, wordsOf } from "./words";
 import { chosen } from "./world";
 
 type AnyPose = MessageInitShape<typeof PoseSchema>;
@@ -87,7 +87,7 @@ class Goals {
       try {
         await this.#solve(robot, pose);
       } catch (error) {
-        say(ConnectError.from(error).rawMessage, "error");
+        say(wordsOf(error), "error");
       }
     }
     this.#asked = undefined;
@@ -107,7 +107,7 @@ class Goals {
     this.branch.value = 0;
     this.branches.value = found;
     this.reach.value = found.length > 0 ? "reached" : "unreachable";
-    this.explanation.value = found.length > 0 ? "" : said.explanation;
+    this.explanation.value = found.length > 0 ? "" : forPeople(said.explanation);
   }
 
   #clearBranches(): void {

@@ -3,6 +3,7 @@ import { isCraft } from "../kernel/devices";
 import { goal } from "../kernel/goal";
 import { jogSpeed } from "../kernel/jog";
 import { teach } from "../kernel/orders";
+import { otherMover } from "../kernel/own_motions";
 import { chosen, leases, robotNames, robots, selected, states } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
@@ -31,6 +32,7 @@ export function Pendant() {
         </div>
         <DevicesHeld />
         {lease && <p class="hint warned"><Icon name="lock" size={13} /> {lease.owner} has leased it: others can't move it.</p>}
+        {otherMover.value && <p class="hint warned" role="status"><Icon name="users" size={13} /> Somebody else moves {name} ({otherMover.value}).</p>}
         {isCraft(name) && <Drive robot={name} about={about} state={state} />}
         <Joints robot={name} about={about} state={state} />
         <ToolJog robot={name} />
