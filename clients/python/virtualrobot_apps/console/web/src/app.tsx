@@ -7,6 +7,7 @@ import { placing } from "./kernel/loader";
 import { shownBelow, shownRight } from "./kernel/shown";
 import { selected } from "./kernel/world";
 import { Chosen, Tabs, type Tab } from "./parts/tabs";
+import { WrongNumber } from "./parts/wrong_number";
 import { Bottom, toolsBelow } from "./panels/bottom";
 import { Finder, openFinder, type Group } from "./panels/finder";
 import { Library } from "./panels/library";
@@ -54,6 +55,7 @@ export function App() {
       <Status />
       <Finder />
       <NodeMenu />
+      <WrongNumber />
     </div>
   );
 }

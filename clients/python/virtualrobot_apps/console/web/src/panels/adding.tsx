@@ -1,9 +1,11 @@
 // Simple things to add below the tree: which, how large, where, and whether robots handle it.
 import { signal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
 import { add, freeName, type Shape } from "../kernel/bodies";
 import { Choice } from "../parts/choice";
 import { Icon } from "../parts/icons";
-import { read } from "../parts/numbers";
+import { read, whyNot } from "../parts/numbers";
+import { tellNumber } from "../parts/wrong_number";
 
 const SHAPES = [["table", "Table"], ["box", "Box"], ["cylinder", "Cylinder"], ["ball", "Ball"]] as const;
 const SIZES: Record<Shape, readonly (readonly [name: string, label: string])[]> = {
@@ -84,12 +86,18 @@ interface NumberProps {
 
 /** A number that counts as soon as it is written: the form takes all of them at once. */
 function Number({ short, label, unit, text, positive, write }: NumberProps) {
-  const value = read(text);
-  const wrong = value === undefined || (positive && value <= 0);
+  const whyOf = (words: string) => whyNot(words) || (positive && read(words)! <= 0 ? `${label} is more than 0` : "");
+  const why = whyOf(text);
+  const field = useRef<HTMLInputElement>(null);
+  useEffect(() => tellNumber.bind(undefined, field.current!, ""), []);
   return (
-    <label class={`field ${wrong ? "wrong" : ""}`} title={unit ? `${label}, ${unit}` : label}>
+    <label class={`field ${why ? "wrong" : ""}`} title={why || (unit ? `${label}, ${unit}` : label)}>
       <b>{short}</b>
-      <input class="mono" aria-label={label} aria-invalid={wrong} inputMode="decimal" value={text} onFocus={(event) => event.currentTarget.select()} onInput={(event) => write(event.currentTarget.value)} />
+      <input ref={field} class="mono" aria-label={label} aria-invalid={why !== ""} inputMode="decimal" value={text} onFocus={(event) => event.currentTarget.select()}
+        onInput={(event) => {
+          write(event.currentTarget.value);
+          tellNumber(event.currentTarget, whyOf(event.currentTarget.value));
+        }} />
       <i>{unit}</i>
     </label>
   );
