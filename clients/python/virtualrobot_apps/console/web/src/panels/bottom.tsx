@@ -7,6 +7,7 @@ import { traces } from "../kernel/traces";
 import { cellSignals, steps, touching } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { Chosen, Tabs, type Tab } from "../parts/tabs";
+import { WhileConnected } from "../parts/while_connected";
 import { Collisions } from "./collisions";
 import { Modeller } from "./modeller";
 import { Plot } from "./plot";
@@ -38,7 +39,7 @@ export function Bottom() {
   return (
     <section class="bottom" aria-label="What happens">
       <Tabs label="Below" chosen={shown.value} choose={(id) => (shown.value = id)} tabs={tabs} />
-      <Chosen tabs={tabs} chosen={shown.value} />
+      <WhileConnected><Chosen tabs={tabs} chosen={shown.value} /></WhileConnected>
     </section>
   );
 }

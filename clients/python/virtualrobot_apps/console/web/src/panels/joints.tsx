@@ -5,6 +5,7 @@ import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
 import { goal } from "../kernel/goal";
 import { jogSpeed } from "../kernel/jog";
 import { MOVING, TURNING } from "../kernel/leads";
+import { connection } from "../kernel/world";
 import { NumberField } from "../parts/number_field";
 import { unitOf } from "../parts/numbers";
 import { JogButton } from "./jog_button";
@@ -54,7 +55,8 @@ function Joint({ robot, joint: { name, type, limits }, number, position }: Joint
   const wanted = goal.shown.value?.robot === robot ? goal.shown.value.jointPositions[name] : undefined;
   const speed = Math.min(slides ? MOVING : TURNING, limits?.velocity || Infinity) * jogSpeed.value;
   const jog = (sign: number) => () => ({ robot, move: { case: "jointJog" as const, value: { joint: name, velocity: sign * speed } } });
-  const want = (value: number) => goal.setJoint(robot, name, Math.max(lower, Math.min(upper, value)));
+  const gone = connection.value === "lost";
+  const want = (value: number) => !gone && goal.setJoint(robot, name, Math.max(lower, Math.min(upper, value)));
   const drag = (event: PointerEvent) => {
     const area = track.current!.getBoundingClientRect();
     want(lower + ((event.clientX - area.left) / area.width) * (upper - lower));
@@ -70,7 +72,7 @@ function Joint({ robot, joint: { name, type, limits }, number, position }: Joint
     <div class="joint" title={name}>
       <span class="name">{slides ? "P" : "J"}{number}</span>
       <JogButton label={`${name} minus`} icon="chevron-left" move={jog(-1)} />
-      <div ref={track} class={`track ${nearLimit ? "near" : ""}`} role="slider" tabIndex={0} aria-label={`${name}, ${unit}`}
+      <div ref={track} class={`track ${nearLimit ? "near" : ""}`} role="slider" tabIndex={gone ? -1 : 0} aria-disabled={gone} aria-label={`${name}, ${unit}`}
         aria-valuemin={lower * factor} aria-valuemax={upper * factor} aria-valuenow={(wanted ?? position) * factor}
         onPointerDown={(event) => {
           event.currentTarget.setPointerCapture(event.pointerId);
