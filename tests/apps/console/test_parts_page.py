@@ -55,6 +55,8 @@ def test_a_person_picks_and_places(console: Console, stepped: Stubs, stepped_ker
             expect(chosen).to_contain_text("250.0 mm")
             expect(panel.get_by_label("Parts", exact=True)).to_be_in_viewport(ratio=1.0)
             until(lambda: color_count(page, BEYOND) > 20)  # the way there, red since it is too far
+            expect(page.locator("#reach")).to_have_class(re.compile("primary"))
+            expect(page.locator("#pick")).not_to_have_class(re.compile("primary"))
             chosen.get_by_role("button", name="Pick", exact=True).click()
             expect(said).to_contain_text("farther than 200 mm")
             assert parents()["brick"] == "world"

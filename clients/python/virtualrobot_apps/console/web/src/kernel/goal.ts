@@ -18,10 +18,21 @@ export interface Goal {
 }
 
 export interface Branch extends Goal {
+  /** As the kernel names it: its way, and full turns of joints, such as `right up noflip joint_6+1`. */
   name: string;
+  /** The way without turns. */
+  way: string;
 }
 
 export type Reach = "unknown" | "reached" | "unreachable";
+
+const TURN = / \S+[+-]\d+$/;
+
+function namesOf(name: string): Pick<Branch, "name" | "way"> {
+  let way = name;
+  while (TURN.test(way)) way = way.replace(TURN, "");
+  return { name, way };
+}
 
 class Goals {
   /** All postures that reach the wanted pose, the nearest first, and which of them is shown. */
@@ -100,7 +111,7 @@ class Goals {
     const joints = said.jointNames, numbers = said.solutions ? ofArray(said.solutions) : new Float64Array();
     const found = Array.from({ length: joints.length ? numbers.length / joints.length : 0 }, (_, row) => ({
       robot,
-      name: said.configurations[row] || `posture ${row + 1}`,
+      ...namesOf(said.configurations[row] || `posture ${row + 1}`),
       jointPositions: Object.fromEntries(joints.map((joint, place) => [joint, numbers[row * joints.length + place]])),
     }));
     this.joints.value = undefined;
