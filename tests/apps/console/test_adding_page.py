@@ -65,7 +65,7 @@ def test_a_person_adds_a_table_and_a_part(console: Console, stepped: Stubs, step
 
             # Where it is, written number by number with Tab; the fields tell what has come of it.
             page.get_by_role("tab", name="Properties").click()
-            for label, text in {"X": "-350", "Y": "25", "Yaw": "90"}.items():
+            for label, text in {"X": "-350", "Y": "25", "Rz": "90"}.items():
                 field = page.locator("#properties").get_by_label(label, exact=True)
                 field.fill(text)
                 field.press("Tab")

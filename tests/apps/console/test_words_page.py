@@ -1,4 +1,4 @@
-"""The words of the console's page: in millimeters and degrees, of who somebody is, and of numbers that are none."""
+"""The words and looks of the console's page: units, numbers that are none, who somebody is, the tree's order, the theme."""
 
 from __future__ import annotations
 
@@ -160,3 +160,51 @@ def test_who_else_moves_the_robot_is_named(
                 expect(one.locator("#stopped")).to_contain_text("press Release to go on")
             one.locator("#release").click()
             expect(other.locator("#stopped")).to_have_count(0)
+
+
+def test_what_comes_back_has_its_place_in_the_tree(
+    console: Console, stepped_kernel: KernelProcess, browser: Browser
+) -> None:
+    with virtualrobot.connect(stepped_kernel.address) as client:
+        for name in ("one", "two", "three"):
+            client.scene.add_object(name, virtualrobot.box(0.1, 0.1, 0.1))
+        with opened(browser, console.url + PLAIN) as page:
+            names = page.get_by_role("tree").get_by_role("treeitem")
+            expect(names).to_have_text(["world", "one", "two", "three"])
+            client.scene.remove("two")
+            expect(names).to_have_text(["world", "one", "three"])
+            page.get_by_title("Undo (Ctrl-Z)").click()
+            expect(names).to_have_text(["world", "one", "two", "three"])
+
+
+def test_numbers_of_a_ghost_are_told_from_the_robots(
+    console: Console, stepped_kernel: KernelProcess, browser: Browser
+) -> None:
+    with virtualrobot.connect(stepped_kernel.address) as client:
+        client.load_robot(IIWA, name="iiwa").set_positions(HERE)
+        with opened(browser, console.url + PLAIN) as page:
+            row(page, "iiwa").click()
+            rows = page.get_by_role("region", name="Joints", exact=True)
+            field = rows.get_by_label("J2 lbr_iiwa_joint_2 position", exact=True)
+            expect(field).to_have_value("28.6")  # 0.5 rad
+            field.fill("40")
+            field.press("Enter")
+            expect(rows.get_by_role("heading")).to_have_text("Joints of the ghost")
+            expect(field.locator("..")).to_have_attribute("title", re.compile("the robot has it at 28.6, °"))
+            page.get_by_title("Drop the ghost (Esc)").click()
+            expect(rows.get_by_role("heading")).to_have_text("Joints")
+            expect(field).to_have_value("28.6")
+
+
+def test_the_page_is_dark_or_light_as_its_system_until_somebody_chooses(
+    console: Console, stepped: Stubs, browser: Browser
+) -> None:
+    with opened(browser, console.url + PLAIN) as page:
+        root = page.locator("html")
+        expect(root).to_have_attribute("data-theme", "dark")
+        page.emulate_media(color_scheme="light")
+        expect(root).to_have_attribute("data-theme", "light")
+        page.get_by_title("Dark theme").click()
+        expect(root).to_have_attribute("data-theme", "dark")
+        page.reload()
+        expect(root).to_have_attribute("data-theme", "dark")

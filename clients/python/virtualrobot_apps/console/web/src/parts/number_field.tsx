@@ -5,7 +5,10 @@ import { fixed, read, whyNot } from "./numbers";
 import { tellNumber } from "./wrong_number";
 
 interface Props {
+  /** What it is called: with `name` in it where that is seen. */
   label: string;
+  /** What it is, where the label doesn't tell. */
+  about?: string;
   name?: string;
   value: number;
   unit: string;
@@ -14,7 +17,7 @@ interface Props {
   write?: (value: number) => void;
 }
 
-export function NumberField({ label, name, value, unit, decimals, color, write }: Props) {
+export function NumberField({ label, about = label, name, value, unit, decimals, color, write }: Props) {
   const [text, setText] = useState<string | undefined>(undefined);
   const field = useRef<HTMLInputElement>(null);
   /** The text as it was found: leaving the field by Tab takes what was changed. */
@@ -33,7 +36,7 @@ export function NumberField({ label, name, value, unit, decimals, color, write }
     setText(undefined);
   };
   return (
-    <label class={`field ${why ? "wrong" : ""}`} title={why || `${label}${unit ? `, ${unit}` : ""}`}>
+    <label class={`field ${why ? "wrong" : ""}`} title={why || `${about}${unit ? `, ${unit}` : ""}`}>
       {name && <b style={{ color }}>{name}</b>}
       <input ref={field} class="mono" aria-label={label} aria-invalid={why !== ""} readOnly={!write} inputMode="decimal" value={text ?? fixed(value, decimals)}
         onFocus={(event) => {
