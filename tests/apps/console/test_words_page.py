@@ -1,4 +1,4 @@
-"""The words and looks of the console's page: units, numbers that are none, who somebody is, the tree's order, the theme."""
+"""Words and looks of the console's page: units, numbers that are none, who somebody is, order of the tree, theme."""
 
 from __future__ import annotations
 

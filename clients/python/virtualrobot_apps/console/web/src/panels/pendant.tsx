@@ -60,7 +60,7 @@ export function Pendant() {
 const withTurns = signal(false);
 const MOST_CHIPS = 64;
 
-/** All postures that reach the wanted place, to click through: of each way the nearest, or the turns of the way that is shown. */
+/** Postures that reach the wanted place, to click through: of each way the nearest, or the turns of the way that is shown. */
 export function Branches() {
   const unreachable = goal.reach.value === "unreachable";
   if (!goal.isPose && !unreachable) return null;

@@ -28,7 +28,7 @@ export function readRow(rows: Float64Array, place: number, matrix: Matrix4): Mat
 
 /** Returns the pose of what is at a point and looks at another one along its z, as cameras do with y down, or along its x, as beams go with z up. */
 export function lookingAt(from: readonly number[], to: readonly number[], axis: "z" | "x"): AnyPose {
-  const ahead = new Vector3(...to).sub(new Vector3(...from)).normalize();
+  const ahead = new Vector3().fromArray([...to]).sub(new Vector3().fromArray([...from])).normalize();
   // Straight up or down the picture's upper edge is along y.
   const up = Math.hypot(ahead.x, ahead.y) < STRAIGHT ? new Vector3(0, 1, 0) : new Vector3(0, 0, 1);
   const right = ahead.clone().cross(up).normalize();
