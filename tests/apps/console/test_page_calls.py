@@ -173,8 +173,8 @@ def test_a_kernel_that_goes_leaves_the_terminal_quiet(start_kernel: StartKernel)
         with console.page() as page:
             watch = page.open("SceneService/WatchScene", {})
             next(page.answers(watch))
-            target = {"robot": "arm", "mode": "SETPOINT_MODE_TOOL_TWIST", "timeout_seconds": 60}
-            led = page.open("MotionService/StreamSetpoints", {"target": target, "values": [0.0] * 6})
+            target = {"robot": "arm", "mode": "SETPOINT_MODE_VELOCITY", "timeout_seconds": 60}
+            led = page.open("MotionService/StreamSetpoints", {"target": target, "values": [0.0] * 7})
             next(page.answers(led))
             kernel.end()
             for call in (watch, led):

@@ -50,11 +50,8 @@ export const taughtSpeed = signal(0.5);
 const kept = signal<Checkpoint | undefined>(undefined);
 const EDITS: readonly StepKind[] = [StepKind.EDIT, StepKind.UNDO, StepKind.REDO, StepKind.RESTORE];
 
-/** Whether the cell can go back to before Play without taking anybody's edit along. */
-export const canGoBack = computed(() => {
-  const from = kept.value?.tick;
-  return from !== undefined && !running.value && !steps.value.some(({ kind, tick }) => tick > from && EDITS.includes(kind));
-});
+/** Whether the cell can go back to before Play. */
+export const canGoBack = computed(() => kept.value !== undefined && !running.value);
 
 /** The place of the step that is lit. */
 export const lit = computed(() => running.value?.at);
@@ -130,6 +127,7 @@ export function shift(number: number, by: number): void {
 }
 
 export function clear(): void {
+  forget();
   lines.value = [];
   programs = {};
   next.value = 0;
@@ -146,23 +144,31 @@ export async function play(): Promise<void> {
 
 /** Has the kernel keep the world as it is, in place of what it kept before. */
 async function keep(): Promise<void> {
-  const before = kept.peek();
-  kept.value = undefined;
+  forget();
   try {
-    if (before) await history.removeCheckpoint({ name: before.name }).catch(() => {}); // it is gone already
     kept.value = (await history.createCheckpoint({ name: `before Play, ${new Date().toISOString()}` })).checkpoint;
   } catch {
     // Who may not keep the world may play all the same.
   }
 }
 
+function forget(): void {
+  if (kept.peek()) history.removeCheckpoint({ name: kept.peek()!.name }).catch(() => {}); // who plays may still not forget
+  kept.value = undefined;
+}
+
+// An edit of anybody would be lost on the way back.
+effect(() => {
+  const from = kept.value?.tick;
+  if (from !== undefined && steps.value.some(({ kind, tick }) => tick > from && EDITS.includes(kind))) forget();
+});
+
 /** Puts the cell back to how it was before Play: robots, parts and signals. */
 export async function goBack(): Promise<void> {
   const before = kept.peek();
   if (!before || !(await attempt(history.restoreCheckpoint({ name: before.name })))) return;
-  kept.value = undefined;
+  forget();
   next.value = 0;
-  history.removeCheckpoint({ name: before.name }).catch(() => {}); // who plays may still not forget
   say("the cell is as it was before Play", "good");
 }
 
