@@ -106,6 +106,9 @@ class Upstream:
                 running.cancel()
             except (grpc.aio.AioRpcError, asyncio.InvalidStateError):
                 pass  # the call has ended, which its answers tell
+            except Exception:
+                running.cancel()
+                raise
 
         arity = f"{_arity(method.streams_requests)}_{_arity(method.streams_answers)}"
         made = getattr(self._channel, arity)(method.path)

@@ -31,7 +31,7 @@ export function read(text: string): number | undefined {
 /** Returns why a text is no number, and what would be one; "" where it is one. */
 export function whyNot(text: string): string {
   if (read(text) !== undefined) return "";
-  if (text.trim() === "") return "Write a number, or Esc for the one before";
+  if (text.trim() === "") return "Write a number";
   const meant = /^-?\d{1,3}(?:[.' ]\d{3})+,\d+$/.test(text.trim()) ? text.replace(/[.' ]/g, "") : /^-?\d{1,3}(?:[,' ]\d{3})+\.\d+$/.test(text.trim()) ? text.replace(/[,' ]/g, "") : "";
   return meant ? `“${text}”: write ${read(meant)}, without signs between thousands` : `“${text}” is no number: such as 12.5 or 12,5`;
 }
