@@ -9,7 +9,7 @@ import { ofArray } from "./arrays";
 import { askConsole } from "./console_calls";
 import { goal } from "./goal";
 import { attempt, say } from "./messages";
-import { start } from "./own_motions";
+import { start as startMotion } from "./own_motions";
 import { motions } from "./services";
 import { shownBelow } from "./shown";
 import { forPeople, wordsOf } from "./words";
@@ -123,7 +123,7 @@ export async function play(): Promise<void> {
     if (!one?.checked || one.fault) return void say(one?.fault?.words ?? "the trajectory is gone", "error");
     samples = [];
     measured.value = undefined;
-    const { motion } = await start({ spec: one.spec, busyPolicy: BusyPolicy.PREEMPT, onDisconnect: DisconnectPolicy.STOP });
+    const { motion } = await startMotion({ spec: one.spec, busyPolicy: BusyPolicy.PREEMPT, onDisconnect: DisconnectPolicy.STOP });
     const { id, startTimeSeconds: start, plannedDurationSeconds: whole } = motion!;
     playing.value = id;
     const course: [time: number[], done: number[][]] = [[start], [[-one.before]]];
