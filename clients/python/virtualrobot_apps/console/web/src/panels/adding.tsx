@@ -28,6 +28,12 @@ const aim = signal<readonly string[]>(["0", "0", "500"]);
 const isPart = signal(false);
 const mass = signal("0");
 
+/** Closes the form; the next thing has a name of its own. */
+function leave(): void {
+  name.value = "";
+  isOpen.value = false;
+}
+
 export function Adding() {
   if (!isOpen.value) {
     return (
@@ -52,11 +58,11 @@ export function Adding() {
       ? await add({ shape: body, name: called, size: meters(numbers), stands: [x, y, z], part: handled, mass: kilograms ?? 0 })
       : await addSensor(one as Sensor, called, lookingAt([x, y, z], meters(looked), one === "camera" ? "z" : "x"));
     if (!done) return;
-    name.value = "";
-    isOpen.value = isPart.value = false;
+    isPart.value = false;
+    leave();
   };
   return (
-    <form class="adding" aria-label="Add a thing" onSubmit={(event) => (event.preventDefault(), void submit())} onKeyDown={(event) => event.key === "Escape" && (isOpen.value = false)}>
+    <form class="adding" aria-label="Add a thing" onSubmit={(event) => (event.preventDefault(), void submit())} onKeyDown={(event) => event.key === "Escape" && leave()}>
       <Choice label="What is added" options={SHAPES} chosen={one} choose={(to) => (shape.value = to)} />
       <label class="field words"><b>Name</b><input aria-label="Name of the new thing" placeholder={freeName(one)} value={name.value} onInput={(event) => (name.value = event.currentTarget.value)} /></label>
       {body && <span class="muted">Size, mm</span>}
@@ -80,7 +86,7 @@ export function Adding() {
       )}
       <div class="row">
         <button type="submit" class="button primary grow" disabled={!fits}><Icon name="plus" size={14} />Add it</button>
-        <button type="button" class="button" title="Add nothing (Esc)" onClick={() => (isOpen.value = false)}><Icon name="x" size={14} /></button>
+        <button type="button" class="button" title="Add nothing (Esc)" onClick={leave}><Icon name="x" size={14} /></button>
       </div>
     </form>
   );
