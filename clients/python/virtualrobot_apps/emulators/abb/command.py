@@ -17,12 +17,15 @@ import click
 from virtualrobot.cli.names import ROBOT
 from virtualrobot.cli.options import GO_ON, Target, target_options
 
+from virtualrobot_apps.emulators.egm.command import devices_option
+
 _EXAMPLES = """
 \b
 Examples:
   virtualrobot emulate abb arm
   virtualrobot emulate abb arm --module palletize.mod --create-signals --port 8080
   virtualrobot emulate abb left right --module left.mod --module T_ROB2=right.mod --files disk
+  virtualrobot emulate abb arm --module guided.mod --egm UCdevice=127.0.0.1:6510
 """
 
 
@@ -50,6 +53,7 @@ Examples:
     flag_value="127.0.0.1",
     help="Let sockets of programs listen, at this address [127.0.0.1].",
 )
+@devices_option
 @click.option(
     "--motion-programs",
     is_flag=True,
@@ -68,6 +72,7 @@ def abb(
     password: str,
     folder: Path | None,
     listen: str | None,
+    devices: tuple[tuple[str, tuple[str, int]], ...],
     motion_programs: bool,
     create_signals: bool,
     until_input_ends: bool,
@@ -100,7 +105,14 @@ def abb(
         answers = iter(typed.get, None)
         creates = create_signals or motion_programs
         controller = Controller(
-            client, robots, files, create_signals=creates, listen_at=listen, write=click.echo, answers=answers
+            client,
+            robots,
+            files,
+            create_signals=creates,
+            listen_at=listen,
+            write=click.echo,
+            answers=answers,
+            egm=dict(devices),
         )
         stack.callback(controller.close)
         if motion_programs:

@@ -127,6 +127,10 @@ class _Paper(World):
         """Refuse."""
         _refuse("sets signals while it goes on")
 
+    def follower(self) -> NoReturn:
+        """Refuse."""
+        _refuse("is guided by EGM")
+
     def close(self) -> None:
         """Write down what is left."""
         self.record.finish()
