@@ -30,10 +30,10 @@ class Served:
         written: lines that its programs have written.
     """
 
-    def __init__(self, client: virtualrobot.Client, robots: Sequence[str], files: Path) -> None:
-        """Serve it, in a thread."""
+    def __init__(self, client: virtualrobot.Client, robots: Sequence[str], files: Path, **more: Any) -> None:  # noqa: ANN401
+        """Serve it, in a thread; `more` is for the controller."""
         self.written: list[str] = []
-        self.controller = Controller(client, robots, files, create_signals=True, write=self.written.append)
+        self.controller = Controller(client, robots, files, create_signals=True, write=self.written.append, **more)
         listening = socket.create_server(("127.0.0.1", 0))
         self.port = listening.getsockname()[1]
         self.url = f"http://127.0.0.1:{self.port}"
@@ -69,9 +69,9 @@ class Served:
 
 
 @contextmanager
-def served(client: virtualrobot.Client, robots: Sequence[str], files: Path) -> Iterator[Served]:
+def served(client: virtualrobot.Client, robots: Sequence[str], files: Path, **more: Any) -> Iterator[Served]:  # noqa: ANN401
     """Give a controller that is served."""
-    one = Served(client, robots, files)
+    one = Served(client, robots, files, **more)
     try:
         yield one
     finally:

@@ -96,6 +96,8 @@ def _setup(
     silence: float | None,
 ) -> None:
     """Connects a process to a UDP device, for the task's robot, whatever unit and configuration are named."""
+    if task.passing is not None:
+        raise RapidStopped("EGM needs the computer that guides, and a run that checks has none")
     process = _process(holder, index)
     if not joints and not pose:
         raise RapidFault("ERR_ARGVALERR", r"EGMSetupUC needs \Joint or \Pose")
@@ -212,8 +214,6 @@ def _run(
         raise RapidFault("ERR_ARGVALERR", f"PosCorrGain is above 0 here, not {gain:g}: speeds alone are no guide yet")
     if gain is not None and gain != 1.0:
         task.world.note(f"{task.place()}: PosCorrGain counts as 1, and is {gain:g}")
-    if task.passing is not None:
-        raise RapidStopped("EGM needs the computer that guides, and a run that checks has none")
     if task.world.group is not None:
         raise RapidStopped("EGM can't be used between SyncMoveOn and SyncMoveOff")
     body = task.world.follower()
