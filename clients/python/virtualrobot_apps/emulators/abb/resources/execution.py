@@ -46,7 +46,7 @@ def _reset_pointer(call: Call) -> None:
     call.controller.reset_pointer()
 
 
-@resource("POST", "/rw/rapid/execution", "setcycle")
+@resource("POST", "/rw/rapid/execution", "setcycle", second="/rw/rapid/execution/cycle")
 def _set_cycle(call: Call) -> None:
     """Says how often main is run: `cycle` is once or forever."""
     call.controller.set_cycle(call.needs("cycle"))
@@ -64,16 +64,16 @@ def _task(call: Call) -> list[Item]:
     return [_task_item(call.controller, call.controller.unit(call.path["task"]), "rap-task")]
 
 
-@resource("POST", "/rw/rapid/tasks/{task}", "activate")
+@resource("POST", "/rw/rapid/tasks/{task}", "activate", second="/rw/rapid/tasks/activate")
 def _activate(call: Call) -> None:
     """Has the task run when the controller starts."""
-    call.controller.activate(call.path["task"], True)
+    call.controller.activate(call.name("task"), True)
 
 
-@resource("POST", "/rw/rapid/tasks/{task}", "deactivate")
+@resource("POST", "/rw/rapid/tasks/{task}", "deactivate", second="/rw/rapid/tasks/deactivate")
 def _deactivate(call: Call) -> None:
     """Has the task stand still when the controller starts."""
-    call.controller.activate(call.path["task"], False)
+    call.controller.activate(call.name("task"), False)
 
 
 @resource("GET", "/rw/rapid/tasks/{task}/pcp")
