@@ -11,7 +11,7 @@ from xml.sax.saxutils import escape, quoteattr
 XHTML, JSON, BYTES = "application/xhtml+xml", "application/json", "application/octet-stream"
 """Types of contents; that of JSON has no character set, since clients compare it."""
 SECOND = ";v=2.0"
-"""What the types of Robot Web Services 2.0 have behind."""
+"""End of the types of Robot Web Services 2.0."""
 HAL = f"application/hal+json{SECOND}"
 DONE = 294912
 """Code of an answer of 2.0 to what was done."""

@@ -209,7 +209,7 @@ SECOND = {
     "/rw/panel/ctrlstate": "/rw/panel/ctrl-state",
     "/rw/rapid/symbol/data/RAPID/{path};value": "/rw/rapid/symbol/RAPID/{path}/data;value",
 }
-"""How 2.0 names those that are called otherwise there."""
+"""Names in 2.0 of those that are called otherwise there."""
 _PANEL = re.compile(r"(/rw/panel/[\w-]+);\w+")
 """Resources of the panel, behind which clients may name their only value."""
 

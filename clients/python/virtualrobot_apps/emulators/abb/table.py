@@ -60,7 +60,7 @@ Handled: TypeAlias = Sequence[Item] | Answer | None
 
 @dataclass(frozen=True, slots=True)
 class Form:
-    """Where a resource is: a path with names in braces (`{name*}` takes slashes, too), and an action, mostly none."""
+    """Place of a resource: a path with names in braces (`{name*}` takes slashes, too), and an action, mostly none."""
 
     template: str
     action: str

@@ -30,7 +30,7 @@ POSE_RANGES = ((-1.0, 1.0),) * 3 + ((-0.5, 0.5),) * 3
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Terms:
-    """What EGMActJoint or EGMActPose has said.
+    """Terms that EGMActJoint or EGMActPose has set.
 
     Attributes:
         ranges: differences (least, greatest) of each axis within which it is where it was asked to be, six: degrees of

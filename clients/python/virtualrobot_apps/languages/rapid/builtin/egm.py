@@ -37,7 +37,7 @@ _LIMITS = r"\num LpFilter \num SampleRate \num MaxPosDeviation \num MaxSpeedDevi
 _TIMES = r"\num CondTime \num RampInTime \num RampOutTime \num PosCorrGain"
 _STREAMS = "StreamStart TLoad DataToSensor DataFromSensor"
 _STOPS = {"stop", "hold"}
-"""What a program is asked for that has its robot stand."""
+"""Flags of a task that have its robot stand."""
 
 
 def _ranges(names: Sequence[str]) -> str:
