@@ -95,8 +95,8 @@ def test_a_client_of_robotware_7_loads_starts_and_reads_a_program(
     assert rws.set_rapid_variable("count", 5).status_code == 204
     assert rws.set_rapid_variable("words", '"b"').status_code == 204
     assert (rws.get_rapid_variable("count"), rws.get_rapid_variable("words")) == ("5", '"b"')
-    assert rws.toggle_motors(0).status_code == 204 and rws.start_RAPID().status_code == 404  # of what it asks for last
-    assert not rws.is_running() and rws.get_rapid_variable("count") == "5"  # without motors
+    assert rws.toggle_motors(0).status_code == 204 and rws.start_RAPID().status_code == 400  # without motors
+    assert not rws.is_running() and rws.get_rapid_variable("count") == "5"
     assert rws.toggle_motors(1).status_code == 204
     rws.start_RAPID()
     until(lambda: client.signals["doDone"])

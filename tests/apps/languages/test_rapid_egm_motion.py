@@ -248,7 +248,7 @@ def test_what_cannot_be_followed_ends_the_program(
         with pytest.raises(RapidStopped, match=words):
             run(client, statements, computer)
         assert np.abs(arm.state.velocities).max() == 0.0
-    with pytest.raises(RapidStopped, match="is guided by EGM, for which a program of the kernel has no step"):
+    with pytest.raises(RapidStopped, match="EGM needs the computer that guides"):
         recorded(client, "arm", loaded(text(statements)))
 
 
@@ -305,4 +305,7 @@ def test_the_command_names_the_device(
     assert "'UCdevice' is not NAME=HOST:PORT, such as UCdevice=127.0.0.1:6510" in said
     with started("rapid", "check", str(file), "--run", "--robot", "arm", "--address", kernel.address) as process:
         said = process.communicate(timeout=PATIENCE_SECONDS)[0]
-    assert "EGM needs the computer that guides, and a run that checks has none" in said and process.returncode == 1
+    assert (
+        "EGM needs the computer that guides, which is not there where a program is only tried" in said
+        and process.returncode == 1
+    )

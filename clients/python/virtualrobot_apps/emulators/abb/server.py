@@ -127,7 +127,7 @@ class Server:
         given = _headers(scope)
         base = f"{scope['scheme']}://{given.get('host', 'localhost')}{scope['path'].rpartition('/')[0]}/"
         cookies: list[tuple[str, str]] = []
-        as_json = self._second and HAL in given.get("accept", "")
+        as_json = self._second and HAL in given.get("accept", "").replace("; ", ";")
         try:
             body = await _body(receive)
             key, cookies = self._who(scope, scope["method"])

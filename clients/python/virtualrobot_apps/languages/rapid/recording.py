@@ -98,6 +98,7 @@ class _Paper(World):
     """World of a program that is written down: it has the robot's places, and no signals to read."""
 
     record: _Record
+    can_be_guided = False
 
     def begin(self, task: Task) -> None:
         """Write down what a task gives."""
@@ -126,10 +127,6 @@ class _Paper(World):
     def start_later(self, values: list[tuple[float, str, float]]) -> NoReturn:
         """Refuse."""
         _refuse("sets signals while it goes on")
-
-    def follower(self) -> NoReturn:
-        """Refuse."""
-        _refuse("is guided by EGM")
 
     def close(self) -> None:
         """Write down what is left."""

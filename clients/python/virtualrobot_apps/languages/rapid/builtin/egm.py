@@ -96,8 +96,9 @@ def _setup(
     silence: float | None,
 ) -> None:
     """Connects a process to a UDP device, for the task's robot, whatever unit and configuration are named."""
-    if task.passing is not None:
-        raise RapidStopped("EGM needs the computer that guides, and a run that checks has none")
+    world = task.own_world
+    if task.passing is not None or (world is not None and not world.can_be_guided):
+        raise RapidStopped("EGM needs the computer that guides, which is not there where a program is only tried")
     process = _process(holder, index)
     if not joints and not pose:
         raise RapidFault("ERR_ARGVALERR", r"EGMSetupUC needs \Joint or \Pose")
@@ -273,9 +274,9 @@ def _follow(task: RapidTask, motion: GuidedMotion, body: Twin, over: Callable[[]
             stands = not _STOPS.isdisjoint(task.flags)
             if stands:
                 body.halt()
+                _come_to_rest(task, body)
             task.poll()
             if stands:
-                _come_to_rest(task, body)
                 motion.begin_here()
 
 
