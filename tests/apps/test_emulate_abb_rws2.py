@@ -119,12 +119,13 @@ def test_answers_have_the_shape_that_virtual_controllers_give(
     assert answer.json() == {
         "_links": {"base": {"href": f"{abb.url}/rw/panel/"}, "self": {"href": ""}},
         "status": {"code": 294912},
-        "state": [{"_type": "pnl-ctrlstate", "_title": "ctrlstate", "ctrlstate": "motoron"}],
+        "state": [{"_type": "pnl-ctrlstate", "_title": "ctrl-state", "ctrlstate": "motoron"}],
     }
     (task,) = session.get(f"{abb.url}/rw/rapid/tasks").json()["_embedded"]["resources"]
-    assert (task["_links"], task["_type"], task["name"], task["taskstate"], task["active"]) == (
+    assert (task["_links"], task["_type"], task["type"], task["name"], task["taskstate"], task["active"]) == (
         {"self": {"href": "tasks/T_ROB1"}},
         "rap-task-li",
+        "normal",
         "T_ROB1",
         "linked",
         "On",

@@ -55,13 +55,13 @@ def _set_cycle(call: Call) -> None:
 @resource("GET", "/rw/rapid/tasks")
 def _tasks(call: Call) -> list[Item]:
     """All tasks, each with its state, whether it is active and whether it moves a robot."""
-    return [_task_item(call.controller, unit, "rap-task-li") for unit in call.controller.units.values()]
+    return [_task_item(call, unit, "rap-task-li") for unit in call.controller.units.values()]
 
 
 @resource("GET", "/rw/rapid/tasks/{task}")
 def _task(call: Call) -> list[Item]:
     """A task, as in the list."""
-    return [_task_item(call.controller, call.controller.unit(call.path["task"]), "rap-task")]
+    return [_task_item(call, call.controller.unit(call.path["task"]), "rap-task")]
 
 
 @resource("POST", "/rw/rapid/tasks/{task}", "activate", second="/rw/rapid/tasks/activate")
@@ -88,12 +88,12 @@ def _pointer(call: Call) -> list[Item]:
     return [Item("pcp-info", "progpointer", values)]
 
 
-def _task_item(controller: Controller, unit: Unit, kind: str) -> Item:
+def _task_item(call: Call, unit: Unit, kind: str) -> Item:
     values = {
         "name": unit.name,
-        "type": "norm",
+        "type": "normal" if call.second else "norm",
         "taskstate": "linked" if unit.modules else "initiated",
-        "excstate": controller.state_of(unit),
+        "excstate": call.controller.state_of(unit),
         "active": "On" if unit.active else "Off",
         "motiontask": "TRUE",
     }

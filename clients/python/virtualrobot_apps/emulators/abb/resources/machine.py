@@ -25,7 +25,8 @@ def controller_state(controller: Controller) -> str:
 @resource("GET", "/rw/panel/ctrlstate", second="/rw/panel/ctrl-state")
 def _state(call: Call) -> list[Item]:
     """`ctrlstate`: motoron or motoroff."""
-    return [Item("pnl-ctrlstate", "ctrlstate", {"ctrlstate": controller_state(call.controller)})]
+    title = "ctrl-state" if call.second else "ctrlstate"
+    return [Item("pnl-ctrlstate", title, {"ctrlstate": controller_state(call.controller)})]
 
 
 @resource("POST", "/rw/panel/ctrlstate", "setctrlstate", second="/rw/panel/ctrl-state")
