@@ -7,6 +7,7 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
+from urllib.parse import quote
 from xml.etree import ElementTree
 
 import numpy as np
@@ -231,6 +232,26 @@ def test_who_may_come_in_and_with_what(
     assert door.accepts("Basic w6Q6w7Y=", "GET", "/") == "yes"
     for header in ("", "Basic", "Basic !", "Basic w6Q6w7Y", "Basic ä", "Digest w6Q6w7Y="):
         assert door.accepts(header, "GET", "/") == "no"
+
+
+def test_malformed_requests_break_nothing(abb: Served, session: requests.Session, rng: np.random.Generator) -> None:
+    names = {"task": "T_ROB1", "path*": "x", "module": "Cell", "unit": "ROB_1", "domain": "0", "number": "1"}
+    names |= {"queue": "q"}
+    forms = [(one.method, one.second) for one in RESOURCES if one.second is not None]
+    body = b"cycle=once&task=T_ROB1&lvalue=1&value=[1,2]&modulepath=HOME/a&dipc-data=x&fs-newname=b&speed-ratio=5"
+    done = 0
+    for number in range(300):
+        method, form = forms[number % len(forms)]
+        path, data = bytearray(form.template.format_map(names).encode()), bytearray(body)
+        for text in (path, data):
+            for _ in range(rng.integers(0, 3)):
+                place = int(rng.integers(1, len(text)))
+                text[place : place + int(rng.integers(0, 3))] = rng.bytes(int(rng.integers(0, 3)))
+        url = f"{abb.url}{quote(bytes(path))}"
+        answer = session.request(method, url, data=bytes(data), headers={"Content-Type": FORM})
+        assert answer.status_code < 500, (method, url, answer.text)
+        done += answer.status_code < 300
+    assert done > 50
 
 
 def test_the_command_serves_it(
