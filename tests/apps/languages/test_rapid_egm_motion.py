@@ -34,6 +34,7 @@ MORE = r"""
 VAR egmident id;
 VAR egm_minmax near := [-0.05, 0.05];
 VAR intnum pressed;
+VAR robtarget there;
 CONST pose none := [[0, 0, 0], [1, 0, 0, 0]];
 PROC connect_joints()
   EGMReset id;
@@ -222,14 +223,15 @@ def test_a_pose_is_guided_in_the_frame_of_a_work_object(
         EGMActPose id \Tool:=tool0 \WObj:=table, none, EGM_FRAME_WOBJ, none, EGM_FRAME_WOBJ
           \X:=near \Y:=near \Z:=near \MaxSpeedDeviation:=60;
         EGMRunPose id, EGM_STOP_HOLD \X \Y \CondTime:=0.1 \RampInTime:=0.5;
-        TPWrite ValToStr(CRobT(\Tool:=tool0 \WObj:=table));
+        there := CRobT(\Tool:=tool0 \WObj:=table);
+        TPWrite ValToStr(there.trans);
+        TPWrite ValToStr(there.rot);
         """,
         computer,
     )
     np.testing.assert_allclose(first[0], [0.0, 0.0, 150.0], atol=0.01)
-    told = numbers(lines[0])
-    np.testing.assert_allclose(told[:3], [20.0, 20.0, 150.0], atol=0.1)
-    np.testing.assert_allclose(told[3:7], [0.0, 0.0, 1.0, 0.0], atol=1e-3)
+    np.testing.assert_allclose(numbers(lines[0]), [20.0, 20.0, 150.0], atol=0.1)
+    np.testing.assert_allclose(numbers(lines[1]), [0.0, 0.0, 1.0, 0.0], atol=1e-3)
 
 
 def test_what_cannot_be_followed_ends_the_program(
