@@ -116,7 +116,11 @@ def _make(call: Call) -> None:
     action = "create" if call.second else call.needs("fs-action")
     if action != "create":
         raise unknown("fs-action", action, ("create",))
-    call.file(f"{call.path['path']}/{call.needs('fs-newname')}").mkdir(parents=True, exist_ok=True)
+    folder = call.file(f"{call.path['path']}/{call.needs('fs-newname')}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Refused("INVALIDARG", f"{folder.name!r} can't be made: {error.strerror}") from None
 
 
 def _file_item(one: Path) -> Item:
