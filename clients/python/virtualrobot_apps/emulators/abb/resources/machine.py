@@ -114,6 +114,8 @@ def _set_signal(call: Call) -> None:
 def signal(controller: Controller, path: str) -> Signal:
     """Return the signal of a path, which is network, unit and name, or its name alone."""
     name = path.rstrip("/").rpartition("/")[2]
+    if not name:
+        raise Refused("UNRESOLVED_URL", "a signal has a name", 404)
     try:
         found = controller.client.signals.read([name])[0]
     except UnknownNameError:
