@@ -64,6 +64,7 @@ LONG = {
     "streaming.md",
     "topics.md",
     "tracking.md",
+    "tutorial-controllers.md",
     "tutorial-driver.md",
     "tutorial-first-cell.md",
     "tutorial-plugin.md",
