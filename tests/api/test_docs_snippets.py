@@ -65,6 +65,7 @@ LONG = {
     "studies.md",
     "topics.md",
     "tracking.md",
+    "tutorial-controllers.md",
     "tutorial-driver.md",
     "tutorial-first-cell.md",
     "tutorial-plugin.md",
