@@ -96,6 +96,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Navigation fits, measures distances and plans by libraries, where they are installed, and writes maps as ROS does.
     f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
+    # Processes look for ways on meshes, and on splines.
+    f"{APPS}/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "trimesh"),
     # Programs for controllers are read from, and written as, program files in the contract's words.
     f"{APPS}/languages/writers": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "yaml", "google.protobuf"),
     # Each bridge speaks by the library of its protocol, where that is installed.

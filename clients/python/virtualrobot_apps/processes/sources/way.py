@@ -1,0 +1,248 @@
+"""Ways of a tool on a part: points, and the normals of the surface there; made smooth and as dense as a chord asks."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.interpolate import CubicHermiteSpline
+from virtualrobot.errors import InvalidArgumentError
+
+Floats = NDArray[np.float64]
+
+CORNER = np.radians(30.0)
+"""Turn (rad) of a way from which on it is a corner."""
+CHORD = 1e-4
+"""How far (m) a way may be beside the line between two of its points."""
+STEP = 5e-3
+"""The longest distance (m) of two points of a way."""
+MOST_POINTS = 100_000
+"""Points of a way at most: more is a mistaken unit."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """Way of a tool on a part.
+
+    Attributes:
+        points: (n, 3) in m; those of a loop end where they begin.
+        normals: (n, k, 3) unit normals of the surface, out of the part: of the surface (k = 1), or of the faces on the
+            left and on the right of an edge, seen from outside and along the way (k = 2).
+        closed: true for a loop.
+    """
+
+    points: Floats
+    normals: Floats
+    closed: bool = False
+
+    @property
+    def length(self) -> float:
+        """Its length (m), of the lines between its points."""
+        return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
+
+    @property
+    def outward(self) -> Floats:
+        """The directions (n, 3) out of the part: its normals, or the bisectors of two of them.
+
+        Raises InvalidArgumentError where two faces are back to back.
+        """
+        total = self.normals.sum(axis=1)
+        sizes = np.linalg.norm(total, axis=1)
+        if (sizes < 1e-6).any():
+            row = int(sizes.argmin())
+            raise InvalidArgumentError(f"{place(self, row)} the faces beside the way are back to back")
+        return total / sizes[:, None]
+
+    @property
+    def tangents(self) -> Floats:
+        """Its unit directions (n, 3) at the points; at those of a loop's start the same as at its end."""
+        return units(slopes(self.points, self.closed))
+
+    def reversed(self) -> Way:
+        """Return the way from its end to its start; left and right change places."""
+        return Way(self.points[::-1].copy(), self.normals[::-1, ::-1].copy(), self.closed)
+
+
+def place(way: Way, row: int) -> str:
+    """Return where a point of a way is, as the beginning of a sentence."""
+    return f"at points[{row}] of the way, ({', '.join(f'{1e3 * one:.6g}' for one in way.points[row])}) mm,"
+
+
+def checked_way(points: ArrayLike, normals: ArrayLike, closed: bool = False) -> Way:
+    """Return a way of points (n, 3) in m and of normals (3,), (n, 3) or (n, k, 3) of any length above 0.
+
+    Raises:
+        InvalidArgumentError: for fewer than two points, for those that are the same in a row or not finite, for normals
+            without length, and for a loop that doesn't end where it begins.
+    """
+    places = np.array(points, dtype=np.float64)
+    if places.ndim != 2 or places.shape[1] != 3 or len(places) < 2:
+        raise InvalidArgumentError(f"the points of a way have the shape (n, 3), n at least 2, not {places.shape}")
+    given = np.array(normals, dtype=np.float64)
+    if given.shape == (3,):
+        given = np.tile(given, (len(places), 1))
+    if given.ndim == 2:
+        given = given[:, None]
+    if given.ndim != 3 or given.shape[0] != len(places) or given.shape[1] not in (1, 2) or given.shape[2] != 3:
+        raise InvalidArgumentError(
+            f"the normals of {len(places)} points have the shape (3,), ({len(places)}, 3) or ({len(places)}, 2, 3), "
+            f"not {np.shape(normals)}"
+        )
+    for what, values in (("points", places), ("normals", given)):
+        if not np.isfinite(values).all():
+            row = int(np.flatnonzero(~np.isfinite(values).reshape(len(places), -1).all(axis=1))[0])
+            raise InvalidArgumentError(f"{what}[{row}] of the way is {values[row].tolist()}; it must be finite")
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    if not steps.all():
+        row = int(steps.argmin())
+        raise InvalidArgumentError(f"points[{row + 1}] of the way is the same as points[{row}]; leave it out")
+    sizes = np.linalg.norm(given, axis=2)
+    if not sizes.all():
+        raise InvalidArgumentError(f"normals[{int(sizes.min(axis=1).argmin())}] of the way has no length")
+    if closed and (len(places) < 4 or not np.array_equal(places[0], places[-1])):
+        raise InvalidArgumentError("a loop has at least three points and ends with the one that it begins with")
+    return Way(places, given / sizes[:, :, None], closed)
+
+
+def slopes(points: Floats, closed: bool) -> Floats:
+    """Return derivatives (n, 3) by length of the parabolas through each point (n, 3) and the two beside it."""
+    around = np.concatenate([points[-2:-1], points, points[1:2]]) if closed else points
+    steps = np.linalg.norm(np.diff(around, axis=0), axis=1)[:, None]
+    lines = np.diff(around, axis=0) / steps
+    if len(lines) == 1:
+        return lines.repeat(2, axis=0)
+    inner = (lines[:-1] * steps[1:] + lines[1:] * steps[:-1]) / (steps[:-1] + steps[1:])
+    if closed:
+        return inner
+    first = lines[0] + (lines[0] - lines[1]) * steps[0] / (steps[0] + steps[1])
+    last = lines[-1] + (lines[-1] - lines[-2]) * steps[-1] / (steps[-1] + steps[-2])
+    return np.concatenate([first[None], inner, last[None]])
+
+
+def ways_of(points: Floats, faces: Floats, closed: bool, corner: float = CORNER) -> list[Way]:
+    """Return ways along lines between points (n, 3), split at corners.
+
+    Args:
+        points: those of a loop end where they begin.
+        faces: (n - 1, k, 3) unit normals of the faces beside each line. They count in the middle of the line, and at
+            the points what is between.
+        closed: true for a loop, which begins anew at its first corner if it has one.
+        corner: the turn (rad) from which on the way is split.
+    """
+    lines = units(np.diff(points, axis=0))
+    turns = np.arccos(np.clip(np.einsum("ij,ij->i", lines, np.roll(lines, -1, axis=0)), -1.0, 1.0))
+    cuts = np.flatnonzero(turns[: len(lines) if closed else -1] > corner) + 1
+    if closed and len(cuts):
+        shift = int(cuts[0]) % len(lines)
+        points = np.concatenate([points[shift:-1], points[: shift + 1]])
+        faces = np.roll(faces, -shift, axis=0)
+        cuts, closed = (cuts[1:] - cuts[0]), False
+    bounds = [0, *cuts.tolist(), len(points) - 1]
+    found = []
+    for begin, end in pairwise(bounds):
+        part = points[begin : end + 1]
+        found.append(Way(part, _at_points(part, faces[begin:end], closed), closed))
+    return found
+
+
+def _at_points(points: Floats, faces: Floats, closed: bool) -> Floats:
+    """Return unit normals (n, k, 3) at points (n, 3) of those (n - 1, k, 3) in the middle of the lines between them."""
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)[:, None, None]
+    if closed:
+        steps, faces = (np.concatenate([one[-1:], one, one[:1]]) for one in (steps, faces))
+    if len(faces) == 1:
+        return faces.repeat(2, axis=0)
+    inner = (faces[:-1] * steps[1:] + faces[1:] * steps[:-1]) / (steps[:-1] + steps[1:])
+    if not closed:
+        inner = np.concatenate([faces[:1], inner, faces[-1:]])
+    return units(inner)
+
+
+def sampled(way: Way, chord: float = CHORD, step: float = STEP, corner: float = CORNER) -> Way:
+    """Return a way on the smooth curve through the points of another, as dense as asked, with corners kept.
+
+    Between two points the curve is a cubic with the directions of the parabolas through each point and its neighbours
+    (Bessel's tangents; C. de Boor, *A Practical Guide to Splines*, IV); at corners it is one on either side.
+
+    Args:
+        way: points that are closer to each other than a tenth of `chord` count as one.
+        chord: how far the curve may be beside the lines between the points (m).
+        step: the longest distance of two points (m).
+        corner: the turn (rad) from which on a point is a corner.
+
+    Raises:
+        InvalidArgumentError: for a chord or step that is not above 0, and where over 100,000 points would be needed.
+    """
+    check_density(way.length, chord, step)
+    thin = _thinned(way, 0.1 * chord)
+    lines = units(np.diff(thin.points, axis=0))
+    turns = np.arccos(np.clip(np.einsum("ij,ij->i", lines[:-1], lines[1:]), -1.0, 1.0))
+    bounds = [0, *(np.flatnonzero(turns > corner) + 1).tolist(), len(thin.points) - 1]
+    round_it = thin.closed and len(bounds) == 2
+    points, normals = [thin.points[:1]], [thin.normals[:1]]
+    for begin, end in pairwise(bounds):
+        part = thin.points[begin : end + 1]
+        lengths = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(part, axis=0), axis=1))])
+        curve = CubicHermiteSpline(lengths, part, slopes(part, round_it))
+        at = dense(curve, lengths, chord, step)[1:]
+        points.append(np.concatenate([curve(at[:-1]), part[-1:]]))
+        normals.append(between(lengths, thin.normals[begin : end + 1], at))
+    return Way(np.concatenate(points), np.concatenate(normals), thin.closed)
+
+
+def check_density(length: float, chord: float, step: float) -> None:
+    """Raise InvalidArgumentError for a chord or step that is not above 0, or too short a step for a length (m)."""
+    for what, value in (("chord", chord), ("step", step)):
+        above_zero(what, value)
+    if length / step > MOST_POINTS:
+        raise InvalidArgumentError(
+            f"a way of {length:.6g} m in steps of {step:g} m has over {MOST_POINTS:,} points; is its unit m?"
+        )
+
+
+def above_zero(what: str, value: float) -> None:
+    """Raise InvalidArgumentError for a length (m) that is not finite and above 0."""
+    if not (np.isfinite(value) and value > 0.0):
+        raise InvalidArgumentError(f"the {what} is {value:g} m; it must be above 0")
+
+
+def dense(curve: Callable[[Floats], Floats], knots: Floats, chord: float, step: float) -> Floats:
+    """Return parameters at which a curve is so dense, its knots among them: halved until it is."""
+    at = knots
+    while True:
+        quarters = at[:-1, None] + np.diff(at)[:, None] * np.array([0.25, 0.5, 0.75])
+        ends = curve(at)
+        across = ends[1:] - ends[:-1]
+        sizes = np.linalg.norm(across, axis=1)
+        beside = np.linalg.norm(np.cross(curve(quarters) - ends[:-1, None], across[:, None]), axis=2)
+        wide = (beside.max(axis=1) > chord * sizes) | (sizes > step)
+        if not wide.any() or len(at) > MOST_POINTS:
+            return at
+        at = np.sort(np.concatenate([at, quarters[wide, 1]]))
+
+
+def _thinned(way: Way, least: float) -> Way:
+    """Return a way without points that are nearer than `least` (m) to the one before; its ends stay."""
+    kept = [0]
+    for row in range(1, len(way.points) - 1):
+        if np.linalg.norm(way.points[row] - way.points[kept[-1]]) > least:
+            kept.append(row)
+    if len(kept) > 1 and np.linalg.norm(way.points[-1] - way.points[kept[-1]]) <= least:
+        kept.pop()
+    kept.append(len(way.points) - 1)
+    return Way(way.points[kept], way.normals[kept], way.closed)
+
+
+def between(knots: Floats, normals: Floats, at: Floats) -> Floats:
+    """Return unit normals (m, k, 3) at places between those (n, k, 3) at knots (n,)."""
+    row = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(knots) - 2)
+    part = ((at - knots[row]) / (knots[row + 1] - knots[row]))[:, None, None]
+    return units((1.0 - part) * normals[row] + part * normals[row + 1])
+
+
+def units(vectors: Floats) -> Floats:
+    """Return vectors (..., 3) of length 1 along others."""
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
