@@ -122,6 +122,7 @@ GROUPS = (
                 "check",
                 "start",
                 "path",
+                "process",
                 "jog",
                 "drive",
                 "teleop",

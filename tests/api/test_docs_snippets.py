@@ -56,6 +56,7 @@ LONG = {
     "own-kernel.md",
     "physics.md",
     "pictures-and-films.md",
+    "processes.md",
     "programs.md",
     "rays.md",
     "recording.md",

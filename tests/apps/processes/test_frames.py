@@ -40,7 +40,7 @@ def test_a_torch_is_along_the_bisector_of_a_corner() -> None:
 
 @pytest.mark.parametrize(("work", "travel"), [(30.0, 0.0), (55.0, 10.0), (45.0, -15.0), (0.0, 20.0)])
 def test_work_and_travel_angle_are_those_of_the_welders(work: float, travel: float) -> None:
-    """From the floor's normal to the plane of torch and seam, from the plane across the seam to the torch (AWS A3.0)."""
+    """From the floor's normal to the torch's plane, and from the plane across the seam to the torch (AWS A3.0)."""
     z = tool_frames(FOOT, work=np.radians(work), travel=np.radians(travel))[:, :3, 2]
     along = FOOT.tangents
     np.testing.assert_allclose(np.degrees(np.arctan2(-z[:, 1], -z[:, 2])), work, atol=1e-9)

@@ -49,6 +49,8 @@ def plan(target: Target, file: Path, output: Path | None) -> int:
     """Tell what a process comes to, and whether it keeps all limits and touches nothing, with exit code 0 or 1."""
     from virtualrobot.cli.plan import verdict
 
+    if output is not None and not output.parent.is_dir():
+        raise click.UsageError(f"there is no folder {output.parent}")
     with target.connect() as client:
         planned = _planned(client, file)
         found = planned.program.check()

@@ -1,4 +1,4 @@
-"""Edges of a part, concave ones such as a fillet weld has and convex ones such as are deburred, in chains."""
+"""Edges of a part, concave ones such as a fillet weld has and convex ones such as are deburred, as ways."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ def edges(
 ) -> list[Way]:
     """Return the concave or convex edges of a closed body as ways with the normals of both faces, longest first.
 
-    Chains end at corners of three edges or more, and where they turn by more than `corner`. A way begins at the end
+    Ways end at corners of three edges or more, and where they turn by more than `corner`. One begins at the end
     that is first by x, y and z; a loop begins at the corner that is, and goes on to its neighbour that is.
 
     Args:
         mesh: one closed body (m).
         kind: `concave` or `convex`.
         sharp: the angle (rad) between the normals of two triangles from which on they meet in an edge.
-        corner: the turn (rad) from which on a chain is split.
+        corner: the turn (rad) from which on a way is split.
         least: the length (m) below which ways are left out.
 
     Raises:
@@ -43,7 +43,7 @@ def edges(
     chosen = np.flatnonzero((angles > sharp) & (_concave(surface) == (kind == "concave")))
     found = [
         way
-        for corners, faces in _chains(surface, chosen)
+        for corners, faces in _rows(surface, chosen)
         for way in ways_of(surface.corners[corners], surface.normals[faces], corners[0] == corners[-1], corner)
         if way.length >= least
     ]
@@ -73,8 +73,8 @@ def _concave(surface: Surface) -> np.ndarray:
     return np.einsum("ij,ij->i", rise, surface.normals[left]) > 0.0
 
 
-def _chains(surface: Surface, chosen: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    """Return chains of chosen edges: corners (n,), and the triangles (n - 1, 2) on the left and right of each line."""
+def _rows(surface: Surface, chosen: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return rows of chosen edges: corners (n,), and the triangles (n - 1, 2) on the left and right of each line."""
     at: dict[int, list[int]] = {}
     for edge in chosen.tolist():
         for corner in surface.edges[edge].tolist():
@@ -86,7 +86,7 @@ def _chains(surface: Surface, chosen: np.ndarray) -> list[tuple[np.ndarray, np.n
     def other(edge: int, corner: int) -> int:
         return int(surface.edges[edge].sum()) - corner
 
-    def chain(start: int, edge: int) -> tuple[np.ndarray, np.ndarray]:
+    def row(start: int, edge: int) -> tuple[np.ndarray, np.ndarray]:
         corners, faces = [start], []
         while True:
             left.discard(edge)
@@ -99,10 +99,10 @@ def _chains(surface: Surface, chosen: np.ndarray) -> list[tuple[np.ndarray, np.n
             edge = following[0] if following[1] == edge else following[1]
 
     found = []
-    # Chains from their ends first; what is left then are loops.
+    # Rows from their ends first; what is left then are loops.
     ends = sorted((corner for corner, around in at.items() if len(around) != 2), key=lambda corner: rank[corner])
     for start in [*ends, *sorted((corner for corner in at if len(at[corner]) == 2), key=lambda corner: rank[corner])]:
         for edge in sorted(at[start], key=lambda edge: rank[other(edge, start)]):
             if edge in left:
-                found.append(chain(start, edge))
+                found.append(row(start, edge))
     return found

@@ -23,7 +23,7 @@ IDLE = {
 }
 """Words that change nothing of where the tool goes: coordinate systems are one, spindle and coolant are the user's."""
 ARC_MATCH = 5e-4
-"""How much the radii at both ends of an arc may differ: parts of it, or 5 um (RS274/NGC, 3.5.3: 0.002 mm or more)."""
+"""Difference of the radii at both ends of an arc, in parts of them, that is let pass; 5 um always is (rounded numbers)."""
 MOST_LINES = 2_000_000
 _WORD = re.compile(r"([A-Z])\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+))")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")

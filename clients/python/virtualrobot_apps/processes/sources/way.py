@@ -16,7 +16,7 @@ Floats = NDArray[np.float64]
 CORNER = np.radians(30.0)
 """Turn (rad) of a way from which on it is a corner."""
 CHORD = 1e-4
-"""How far (m) a way may be beside the line between two of its points."""
+"""Distance (m) that a way may be beside the line between two of its points."""
 STEP = 5e-3
 """The longest distance (m) of two points of a way."""
 MOST_POINTS = 100_000
