@@ -41,7 +41,7 @@ def cell(client: Client) -> Robot:
     nozzle = virtualrobot.cylinder(0.008, 0.135, pose=virtualrobot.pose(z=0.0675))
     client.scene.add_tool("torch", arm.flange, [nozzle], tool_center_points={"wire": virtualrobot.pose(z=0.15)})
     plate = virtualrobot.box(0.4, 0.3, 0.02)
-    client.scene.add_part("plate", plate, pose=virtualrobot.pose(0.5, 0.0, 0.45))
+    client.scene.add_part("plate", plate, pose=virtualrobot.pose(0.65, 0.0, 0.45))
     wall = virtualrobot.box(0.01, 0.2, 0.1)
     client.scene.add_part("wall", wall, pose=virtualrobot.pose(z=0.06), parent="plate")
     client.signals.create("arc")
@@ -75,7 +75,7 @@ def test_the_wire_goes_along_the_foot_of_the_wall(steps: Client, tmp_path: Path)
     arm = cell(steps)
     poses = welded(steps, arm, written(tmp_path))
     points = poses[:, :3, 3]
-    np.testing.assert_allclose(points[:, [0, 2]], np.tile([0.495, 0.46], (len(points), 1)), atol=1e-5)
+    np.testing.assert_allclose(points[:, [0, 2]], np.tile([0.645, 0.46], (len(points), 1)), atol=1e-5)
     np.testing.assert_allclose(np.sort(points[[0, -1], 1]), [-0.08, 0.08], atol=1e-5)
     speeds = np.abs(np.diff(points[:, 1])) / TICK
     standing, moving = int((speeds < 1e-6).sum()), speeds > 0.99 * SPEED
@@ -93,8 +93,8 @@ def test_a_weave_goes_from_side_to_side(steps: Client, tmp_path: Path) -> None:
     """A sine of 4 mm, across torch and seam, in 20 waves; along the seam as fast as is wanted, in the mean."""
     arm = cell(steps)
     points = welded(steps, arm, written(tmp_path, f"{WELD}weave: {{width: 0.004, length: 0.008}}\n"))[:, :3, 3]
-    across = (points[:, [0, 2]] - [0.495, 0.46]) @ [np.sqrt(0.5), np.sqrt(0.5)]
-    beside = (points[:, [0, 2]] - [0.495, 0.46]) @ [np.sqrt(0.5), -np.sqrt(0.5)]
+    across = (points[:, [0, 2]] - [0.645, 0.46]) @ [np.sqrt(0.5), np.sqrt(0.5)]
+    beside = (points[:, [0, 2]] - [0.645, 0.46]) @ [np.sqrt(0.5), -np.sqrt(0.5)]
     way = np.abs(points[:, 1] - points[0, 1])
     np.testing.assert_allclose(np.abs(across), 0.002 * np.abs(np.sin(2.0 * np.pi * way / 0.008)), atol=2e-4)
     assert across.max() == pytest.approx(0.002, abs=2e-5) and across.min() == pytest.approx(-0.002, abs=2e-5)
@@ -164,6 +164,6 @@ def test_the_command_plans_and_runs(client: Client, kernel: KernelProcess, tmp_p
     run = process("run", tmp_path / "weld.yaml")
     assert run.returncode == 0 and run.stdout.rstrip().endswith("is done"), run.stderr
     # Something stands where the torch would pass.
-    client.scene.add_object("post", virtualrobot.box(0.02, 0.02, 0.1), pose=virtualrobot.pose(0.48, 0.0, 0.53))
+    client.scene.add_object("post", virtualrobot.box(0.02, 0.02, 0.1), pose=virtualrobot.pose(0.63, 0.0, 0.53))
     refused = process("plan", tmp_path / "weld.yaml")
     assert refused.returncode == 1 and "post" in refused.stdout + refused.stderr

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError
+from virtualrobot_apps.processes.sources.frames import heading_frames, tool_frames
 from virtualrobot_apps.processes.sources.gcode import read_gcode
 from virtualrobot_apps.processes.sources.way import sampled
 
@@ -34,6 +35,23 @@ def test_lines_between_rapid_moves_are_a_cut() -> None:
     dense = sampled(cut.way, step=2e-3)
     assert dense.length == pytest.approx(0.167)
     assert all(np.linalg.norm(dense.points - corner, axis=1).min() < 1e-12 for corner in np.array(corners) / 1e3)
+
+
+def test_a_tool_that_plunges_keeps_its_heading() -> None:
+    """Z down and x where it was said, also where the tool goes along its own axis, which has no x along the way."""
+    dense = sampled(read_gcode(SQUARE)[0].way)
+    frames = heading_frames(dense, (1.0, 1.0, 1.0), standoff=0.01)
+    turn = np.array([[1.0, 1.0, 0.0], [1.0, -1.0, 0.0], [0.0, 0.0, -np.sqrt(2.0)]]) / np.sqrt(2.0)
+    np.testing.assert_allclose(frames[:, :3, :3], np.tile(turn.T, (len(frames), 1, 1)), atol=1e-12)
+    np.testing.assert_allclose(frames[:, :3, 3], dense.points + np.array([0.0, 0.0, 0.01]))
+    with pytest.raises(InvalidArgumentError, match=r"at points\[0\] of the way, .* the heading is along the normal"):
+        heading_frames(dense, (0.0, 0.0, 1.0))
+    with pytest.raises(InvalidArgumentError, match="the tool would be along the way"):
+        tool_frames(dense)
+    (pecked,) = read_gcode("G1 Z-2\nZ2\nZ-4")
+    assert heading_frames(sampled(pecked.way))[:, 2, 3].min() == -0.004
+    with pytest.raises(InvalidArgumentError, match="it turns back on itself, which leaves its direction open"):
+        tool_frames(read_gcode("G1 X2\nX0\nX2")[0].way)
 
 
 @pytest.mark.parametrize(

@@ -163,6 +163,12 @@ def test_points_that_make_no_way_are_refused(points: list[list[float]], normals:
             make(points, normals)
 
 
+def test_a_loop_smaller_than_its_chord_is_refused() -> None:
+    loop = spline(1e-6 * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]), [0.0, 0.0, 1.0], closed=True)
+    with pytest.raises(InvalidArgumentError, match="mm is shorter than its chord lets it be"):
+        sampled(loop)
+
+
 def test_a_way_in_millimeters_is_refused() -> None:
     with pytest.raises(InvalidArgumentError, match=r"a way of 1e\+06 m in steps of 0.005 m has over 100,000 points"):
         spline([[0.0, 0.0, 0.0], [1e6, 0.0, 0.0]], [0.0, 0.0, 1.0])

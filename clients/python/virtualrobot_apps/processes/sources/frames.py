@@ -61,6 +61,35 @@ def tool_frames(
     return path_frames(*(np.concatenate([one[-2:-1], one, one[1:2]]) for one in (points, z)))[1:-1]
 
 
+def heading_frames(way: Way, heading: ArrayLike = (1.0, 0.0, 0.0), *, standoff: float = 0.0) -> Floats:
+    """Return frames (n, 4, 4) along a way: z against the surface, x along one direction as far as that is across z.
+
+    For tools that are the same all around and that plunge along their axis, as those of G-code do.
+
+    Args:
+        way: where the tool goes.
+        heading: (3,) along which x is.
+        standoff: the distance (m) that the tool centre point stays before the way, along z.
+
+    Raises:
+        InvalidArgumentError: for a standoff that is not finite, and where the heading is along a normal.
+    """
+    if not np.isfinite(standoff):
+        raise InvalidArgumentError(f"the standoff is {standoff} m; it must be finite")
+    z = -way.outward
+    x = unit("heading", heading) - (z @ unit("heading", heading))[:, None] * z
+    sizes = np.linalg.norm(x, axis=1)
+    if sizes.min() < 1e-3:
+        raise InvalidArgumentError(
+            f"{place(way, int(sizes.argmin()))} the heading is along the normal; give another one"
+        )
+    x = x / sizes[:, None]
+    frames = np.tile(np.eye(4), (len(z), 1, 1))
+    frames[:, :3, :3] = np.stack([x, np.cross(z, x), z], axis=2)
+    frames[:, :3, 3] = way.points - standoff * z
+    return frames
+
+
 def _turned(way: Way, tangents: Floats, work: float, base: Floats) -> Floats:
     """Return directions (n, 3) at a work angle (rad) to the normal of a face."""
     if not (np.isfinite(work) and abs(work) < 0.5 * np.pi):

@@ -23,7 +23,7 @@ IDLE = {
 }
 """Words that change nothing of where the tool goes: coordinate systems are one, spindle and coolant are the user's."""
 ARC_MATCH = 5e-4
-"""Difference of the radii at both ends of an arc, in parts of them, that is let pass; 5 um always is (rounded numbers)."""
+"""Difference of the radii at both ends of an arc, in parts of them, that is let pass; 5 um always is."""
 MOST_LINES = 2_000_000
 _WORD = re.compile(r"([A-Z])\s*([+-]?(?:\d+(?:\.\d*)?|\.\d+))")
 _COMMENT = re.compile(r"\([^()]*\)|;.*")
@@ -46,7 +46,7 @@ class Cut:
 
 @dataclass(slots=True)
 class _State:
-    """What words have set: modal groups, and where the tool is (m)."""
+    """Settings that words have made: modal groups, and where the tool is (m)."""
 
     file: str
     line: int = 0

@@ -58,8 +58,16 @@ class Way:
 
     @property
     def tangents(self) -> Floats:
-        """Its unit directions (n, 3) at the points; at those of a loop's start the same as at its end."""
-        return units(slopes(self.points, self.closed))
+        """Its unit directions (n, 3) at the points; at those of a loop's start the same as at its end.
+
+        Raises InvalidArgumentError where it turns back.
+        """
+        found = slopes(self.points, self.closed)
+        sizes = np.linalg.norm(found, axis=1)
+        if (sizes < 1e-6).any():
+            row = int(sizes.argmin())
+            raise InvalidArgumentError(f"{place(self, row)} it turns back on itself, which leaves its direction open")
+        return found / sizes[:, None]
 
     def reversed(self) -> Way:
         """Return the way from its end to its start; left and right change places."""
@@ -174,10 +182,13 @@ def sampled(way: Way, chord: float = CHORD, step: float = STEP, corner: float = 
         corner: the turn (rad) from which on a point is a corner.
 
     Raises:
-        InvalidArgumentError: for a chord or step that is not above 0, and where over 100,000 points would be needed.
+        InvalidArgumentError: for a chord or step that is not above 0, where over 100,000 points would be needed, and
+            for a loop that is smaller than the chord.
     """
     check_density(way.length, chord, step)
     thin = _thinned(way, 0.1 * chord)
+    if not thin.length:
+        raise InvalidArgumentError(f"a way of {1e3 * way.length:.6g} mm is shorter than its chord lets it be")
     lines = units(np.diff(thin.points, axis=0))
     turns = np.arccos(np.clip(np.einsum("ij,ij->i", lines[:-1], lines[1:]), -1.0, 1.0))
     bounds = [0, *(np.flatnonzero(turns > corner) + 1).tolist(), len(thin.points) - 1]
