@@ -82,8 +82,8 @@ def solid_of(mesh: trimesh.Trimesh) -> Surface:
     bodies = int(_bodies(surface).max()) + 1
     if bodies > 1:
         raise InvalidArgumentError(
-            f"the mesh has {bodies} bodies, and where two of them meet neither has an edge; join them to one (in "
-            "trimesh: trimesh.boolean.union)"
+            f"the mesh has {bodies} bodies, and where two of them meet neither has an edge; let them lie in each other "
+            "a little and join them (trimesh.boolean.union), or take one alone"
         )
     return surface
 
