@@ -14,6 +14,8 @@ from virtualrobot_apps.processes.sources.way import CHORD, STEP, Way, above_zero
 FACING = np.radians(75.0)
 """Angle (rad) of a surface to the tool up to which it is gone over."""
 MOST_PASSES = 10_000
+BINS = 4096
+"""Parts of a surface's width whose slopes are looked at."""
 
 
 def raster(
@@ -31,12 +33,13 @@ def raster(
 ) -> list[Way]:
     """Return ways over what of a surface is seen along an axis, in planes along it and along a direction.
 
-    Planes are `step_over` apart, the outer ones as far within the rim on either side, at most half of it. On a surface
-    that slopes across the ways these are further apart, by one over the cosine of the slope.
+    Where the surface slopes across the ways, planes are nearer to each other, by the cosine of its steepest slope
+    there: ways are `step_over` apart on it, or less. The outer ones are as far within the rim on either side, at most
+    half of that.
 
     Args:
         mesh: open or closed (m).
-        step_over: the distance of two planes (m).
+        step_over: the distance of two ways on the surface (m).
         direction: (3,) in which the ways go, as far as it is across the axis.
         axis: (3,) in which the tool points, of any length above 0; by default against the mean normal of an open mesh.
         facing: the angle (rad) between normal and axis up to which triangles are gone over.
@@ -70,7 +73,8 @@ def raster(
         )
     heights = surface.corners @ aside
     found: list[Way] = []
-    for row, plane in enumerate(_planes(heights[surface.triangles[chosen]], step_over)):
+    slopes = surface.normals[chosen] @ aside
+    for row, plane in enumerate(_planes(heights[surface.triangles[chosen]], slopes, step_over)):
         ways = _seen(surface, heights - plane, chosen, up, along, chord, step)
         ways = [_led(way, lead_in, lead_out) for way in sorted(ways, key=lambda way: float(way.points[0] @ along))]
         found += [way.reversed() for way in reversed(ways)] if back_and_forth and row % 2 else ways
@@ -88,15 +92,32 @@ def _mean_normal(surface: Surface) -> Floats:
     return mean / np.linalg.norm(mean)
 
 
-def _planes(heights: Floats, step_over: float) -> Floats:
-    """Return where planes are: so many as go in between, evenly within the rims."""
+def _planes(heights: Floats, slopes: Floats, step_over: float) -> Floats:
+    """Return where planes are: so many as go in between, evenly within the rims, by the width of the surface itself.
+
+    Args:
+        heights: (f, 3) of the corners of triangles (m).
+        slopes: (f,) sines of their slopes along the heights.
+        step_over: the distance of two planes on the surface (m).
+    """
     low, high = float(heights.min()), float(heights.max())
-    count = max(1, int(np.ceil((high - low) / step_over - 1e-9)))
+    bins = np.linspace(low, high, BINS + 1)
+    first, last = (
+        np.clip((one - low) / (high - low) * BINS, 0, BINS - 1).astype(np.int64)
+        for one in (heights.min(axis=1), heights.max(axis=1))
+    )
+    counts = last - first + 1
+    ends = np.cumsum(counts)
+    within = np.arange(ends[-1]) - np.repeat(ends - counts - first, counts)
+    stretch = np.ones(BINS)
+    np.maximum.at(stretch, within, np.repeat(1.0 / np.sqrt(np.maximum(1.0 - slopes**2, 1e-6)), counts))
+    width = np.concatenate([[0.0], np.cumsum(stretch * np.diff(bins))])
+    count = max(1, int(np.ceil(width[-1] / step_over - 1e-9)))
     if count > MOST_PASSES:
         raise InvalidArgumentError(
-            f"a surface {high - low:.6g} m wide has over {MOST_PASSES:,} ways {step_over:g} m apart; is its unit m?"
+            f"a surface {width[-1]:.6g} m wide has over {MOST_PASSES:,} ways {step_over:g} m apart; is its unit m?"
         )
-    return 0.5 * (low + high) + step_over * (np.arange(count) - 0.5 * (count - 1))
+    return np.interp(0.5 * width[-1] + step_over * (np.arange(count) - 0.5 * (count - 1)), width, bins)
 
 
 def _seen(
