@@ -176,6 +176,46 @@ def test_points_that_make_no_way_are_refused(points: list[list[float]], normals:
             make(points, normals)
 
 
+def rounded(radius: float, sides: int) -> Way:
+    """Return a square of 200 mm with corners rounded by arcs of `sides` lines each, as a mesh would have it."""
+    turn = np.linspace(0.0, 0.5 * np.pi, sides + 1)
+    arc = radius * np.stack([np.cos(turn), np.sin(turn)], axis=1) + 0.1 - radius
+    quarter = np.array([[0.0, -1.0], [1.0, 0.0]])
+    flat = np.concatenate([arc @ np.linalg.matrix_power(quarter.T, k) for k in range(4)])
+    points = np.column_stack([np.concatenate([flat, flat[:1]]), np.zeros(4 * sides + 5)])
+    return checked_way(points, [0.0, 0.0, 1.0], closed=True)
+
+
+def test_what_is_straight_stays_so_beside_arcs() -> None:
+    """A tangent of an arc's short lines would bulge the long ones beside it by a millimeter; arcs stay arcs."""
+    radius = 0.02
+    way = sampled(rounded(radius, 16), 1e-4, 5e-3)
+    x, y = np.abs(way.points[:, :2]).T
+    inner = 0.1 - radius
+    straight = (x < inner) | (y < inner)
+    np.testing.assert_allclose(np.maximum(x, y)[straight], 0.1, atol=1e-9)
+    # Points of a cubic with one direction off by half a side's turn, 2.8 degrees, at the joints: within its sagitta.
+    arcs = np.hypot(x - inner, y - inner)[~straight]
+    np.testing.assert_allclose(arcs, radius, atol=radius * (1.0 - np.cos(np.pi / 64.0)))
+    assert way.length == pytest.approx(8.0 * inner + 2.0 * np.pi * radius, rel=1e-3)
+
+
+def test_a_polygon_is_no_circle_unless_the_chord_lets_it() -> None:
+    """24 sides are R (1 - cos(pi / 24)) within their circle, 0.86 mm: a chord of 0.1 mm is less, one of 1.2 mm more."""
+    angles = np.arange(25) * np.pi / 12.0
+    points = RADIUS * np.stack([np.cos(angles), np.sin(angles), 0.0 * angles], axis=1)
+    points[-1] = points[0]
+    way = checked_way(points, [0.0, 0.0, 1.0], closed=True)
+    sharp, smooth = sampled(way, 1e-4), sampled(way, 1.2e-3)
+    assert np.linalg.norm(sharp.points, axis=1).min() == pytest.approx(RADIUS * np.cos(np.pi / 24.0), rel=1e-4)
+    assert np.abs(np.linalg.norm(smooth.points, axis=1) - RADIUS).max() < 1e-5
+
+
+def test_a_chord_that_takes_too_many_points_is_refused() -> None:
+    with pytest.raises(InvalidArgumentError, match=r"a curve within 1e-13 m of the lines between its points has over"):
+        spline([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0]], [0.0, 0.0, 1.0], chord=1e-13)
+
+
 def test_a_loop_smaller_than_its_chord_is_refused() -> None:
     loop = spline(1e-6 * np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]), [0.0, 0.0, 1.0], closed=True)
     with pytest.raises(InvalidArgumentError, match="mm is shorter than its chord lets it be"):

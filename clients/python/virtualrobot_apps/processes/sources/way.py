@@ -173,11 +173,13 @@ def sampled(way: Way, chord: float = CHORD, step: float = STEP, corner: float = 
     """Return a way on the smooth curve through the points of another, as dense as asked, with corners kept.
 
     Between two points the curve is a cubic with the directions of the parabolas through each point and its neighbours
-    (Bessel's tangents; C. de Boor, *A Practical Guide to Splines*, IV); at corners it is one on either side.
+    (Bessel's tangents; C. de Boor, *A Practical Guide to Splines*, IV); at corners it is one on either side. Where it
+    would leave the line to a neighbour by more than `chord`, the point is a corner, too: beside what is straight for
+    long, and on polygons that are no curves. So it stays by the lines that were given.
 
     Args:
         way: points that are closer to each other than a tenth of `chord` count as one.
-        chord: how far the curve may be beside the lines between the points (m).
+        chord: how far the curve may be beside the lines between the points (m), those given and those returned.
         step: the longest distance of two points (m).
         corner: the turn (rad) from which on a point is a corner.
 
@@ -189,10 +191,9 @@ def sampled(way: Way, chord: float = CHORD, step: float = STEP, corner: float = 
     thin = _thinned(way, 0.1 * chord)
     if not thin.length:
         raise InvalidArgumentError(f"a way of {1e3 * way.length:.6g} mm is shorter than its chord lets it be")
-    lines = units(np.diff(thin.points, axis=0))
-    turns = np.arccos(np.clip(np.einsum("ij,ij->i", lines[:-1], lines[1:]), -1.0, 1.0))
-    bounds = [0, *(np.flatnonzero(turns > corner) + 1).tolist(), len(thin.points) - 1]
-    round_it = thin.closed and len(bounds) == 2
+    corners = _corners(thin, chord, corner)
+    bounds = [0, *(np.flatnonzero(corners[1:-1]) + 1).tolist(), len(thin.points) - 1]
+    round_it = thin.closed and not corners.any()
     points, normals = [thin.points[:1]], [thin.normals[:1]]
     for begin, end in pairwise(bounds):
         part = thin.points[begin : end + 1]
@@ -202,6 +203,24 @@ def sampled(way: Way, chord: float = CHORD, step: float = STEP, corner: float = 
         points.append(np.concatenate([curve(at[:-1]), part[-1:]]))
         normals.append(between(lengths, thin.normals[begin : end + 1], at))
     return Way(np.concatenate(points), np.concatenate(normals), thin.closed)
+
+
+def _corners(way: Way, chord: float, corner: float) -> NDArray[np.bool_]:
+    """Return which points (n,) of a way are corners; its ends are only where it is a loop.
+
+    A cubic over a length L whose direction at one end is off by a small angle a is up to 4/27 L sin a beside its line.
+    Each end may take half of the chord.
+    """
+    points = np.concatenate([way.points[-2:-1], way.points, way.points[1:2]]) if way.closed else way.points
+    steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
+    lines = np.diff(points, axis=0) / steps[:, None]
+    turns = np.arccos(np.clip(np.einsum("ij,ij->i", lines[:-1], lines[1:]), -1.0, 1.0))
+    way_there = slopes(points, False)[1:-1]
+    sizes = np.maximum(np.linalg.norm(way_there, axis=1), 1e-12)
+    aside = [np.linalg.norm(np.cross(way_there, one), axis=1) / sizes for one in (lines[:-1], lines[1:])]
+    leaves = 8.0 / 27.0 * np.maximum(steps[:-1] * aside[0], steps[1:] * aside[1]) > chord
+    found = (turns > corner) | leaves
+    return found if way.closed else np.concatenate([[False], found, [False]])
 
 
 def check_density(length: float, chord: float, step: float) -> None:
@@ -230,8 +249,12 @@ def dense(curve: Callable[[Floats], Floats], knots: Floats, chord: float, step: 
         sizes = np.linalg.norm(across, axis=1)
         beside = np.linalg.norm(np.cross(curve(quarters) - ends[:-1, None], across[:, None]), axis=2)
         wide = (beside.max(axis=1) > chord * sizes) | (sizes > step)
-        if not wide.any() or len(at) > MOST_POINTS:
+        if not wide.any():
             return at
+        if len(at) > MOST_POINTS:
+            raise InvalidArgumentError(
+                f"a curve within {chord:g} m of the lines between its points has over {MOST_POINTS:,} of them"
+            )
         at = np.sort(np.concatenate([at, quarters[wide, 1]]))
 
 
