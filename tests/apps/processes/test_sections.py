@@ -208,7 +208,8 @@ def test_a_polygon_is_no_circle_unless_the_chord_lets_it() -> None:
     way = checked_way(points, [0.0, 0.0, 1.0], closed=True)
     sharp, smooth = sampled(way, 1e-4), sampled(way, 1.2e-3)
     assert np.linalg.norm(sharp.points, axis=1).min() == pytest.approx(RADIUS * np.cos(np.pi / 24.0), rel=1e-4)
-    assert np.abs(np.linalg.norm(smooth.points, axis=1) - RADIUS).max() < 1e-5
+    # Derivatives at the points are those of parabolas, 1 - cos(pi / 24) short: 0.9% of the sagitta.
+    assert np.abs(np.linalg.norm(smooth.points, axis=1) - RADIUS).max() < 2e-5
 
 
 def test_a_chord_that_takes_too_many_points_is_refused() -> None:
