@@ -36,9 +36,9 @@ def part_mesh(client: Client, nodes: Sequence[str]) -> trimesh.Trimesh:
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "part.glb"
             client.scene.export(node, file)
-            mesh = trimesh.load(file, file_type="glb", force="mesh")
+            mesh = trimesh.load_mesh(file)
         # glTF has y upwards: the root node is turned, which is undone here.
-        mesh.apply_transform(np.linalg.inv(first) @ client.scene[node].pose @ pose(roll=0.5 * np.pi))  # pyright: ignore
+        mesh.apply_transform(np.linalg.inv(first) @ client.scene[node].pose @ pose(roll=0.5 * np.pi))
         meshes.append(mesh)
     return joined(meshes)
 
