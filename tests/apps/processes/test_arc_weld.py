@@ -102,6 +102,26 @@ def test_a_weave_goes_from_side_to_side(steps: Client, tmp_path: Path) -> None:
     assert (np.diff(way) > 1e-7).sum() * TICK == pytest.approx(0.16 / SPEED, rel=0.05)
 
 
+def test_a_seam_goes_through_targets(steps: Client, tmp_path: Path) -> None:
+    """Three that were taught in a bow on the plate, the tool 30 degrees off its normal; one that is moved moves it."""
+    arm = cell(steps)
+    steps.scene["wall"].remove()
+    places = np.array([[-0.1, -0.06, 0.01], [-0.07, 0.0, 0.01], [-0.1, 0.06, 0.01]])
+    for name, place in zip("abc", places, strict=True):
+        down = virtualrobot.pose(*place, roll=np.pi, pitch=np.radians(-30.0))
+        steps.scene.add_target(name, down, parent="plate")
+    seam = "- {part: plate, targets: [a, b, c]}"
+    text = WELD.replace("- {part: plate, near: [-0.05, 0, 0.01], trim: [0.02, 0.02]}", seam)
+    text = text.replace("torch: {work_degrees: 45, travel_degrees: 10}", "torch: {standoff: 0.001}")
+    poses = welded(steps, arm, written(tmp_path, text))
+    here = poses[:, :3, 3] - [0.65, 0.0, 0.45]
+    for place in places:
+        assert np.linalg.norm(here - place, axis=1).min() < 1.2e-3
+    steps.scene["b"].parent_t_node = virtualrobot.pose(-0.05, 0.0, 0.01, roll=np.pi, pitch=np.radians(-30.0))
+    moved = welded(steps, arm, written(tmp_path, text))[:, :3, 3] - [0.65, 0.0, 0.45]
+    assert np.linalg.norm(moved - [-0.05, 0.0, 0.01], axis=1).min() < 1.2e-3
+
+
 def test_the_mesh_of_a_part_is_in_its_own_frame(steps: Client) -> None:
     """Whatever its pose, and that of its pieces: a plate of 400 x 300 x 20 mm with a wall, in one node or two."""
     cell(steps)

@@ -23,6 +23,7 @@ seams:
 - {part: plate, near: [0, 0.1, 0], trim: [0.01, 0.02], reverse: true}
 - {part: [plate, wall], edge: convex, near: [0, 0, 0.1]}
 - {part: plate, points: [[0, 0, 0], [0.1, 0, 0]], normal: [0, 0, 1]}
+- {part: plate, targets: [first, second]}
 torch: {work_degrees: 40, base: [0, 1, 0], travel_degrees: -10, standoff: 0.002}
 tolerance: {rotation: 20, work_degrees: 5, travel_degrees: 10}
 speed: 0.01
@@ -64,10 +65,11 @@ def test_all_of_a_file_is_read() -> None:
     assert weld.weave == (0.004, 0.006, "triangle") and weld.passes == ((0.0, 0.0), (0.003, 0.003))
     assert (weld.signal, weld.start_seconds, weld.end_seconds) == ("arc", 0.2, 0.3)
     assert (weld.chord, weld.step) == (5e-5, 0.004)
-    edge, other, picked = weld.seams
+    edge, other, picked, through = weld.seams
     assert edge.parts == ("plate",) and edge.kind == "concave" and edge.reverse and edge.trim == (0.01, 0.02)
     assert other.parts == ("plate", "wall") and other.kind == "convex"
     assert picked.points is not None and picked.points.shape == (2, 3) and picked.kind is None
+    assert through.targets == ("first", "second") and through.kind is None and through.points is None
     plain = read(SHORT)
     assert plain.tolerance == {"rotation_z": "free"} and plain.weave is None and plain.passes == ((0.0, 0.0),)
     assert plain.work is None and plain.signal is None
@@ -128,6 +130,7 @@ def test_too_many_frames_are_told() -> None:
         ("{part: plate}", "{part: plate, points: [[0, 0, 0]]}", "a seam through points needs the normal"),
         ("{part: plate}", "{part: plate, normal: [0, 0, 1]}", "the normal is of a seam through points"),
         ("{part: plate}", "{part: p, points: [], normal: [0, 0, 1], near: [0, 0, 0]}", "a seam is an edge, or goes"),
+        ("{part: plate}", "{part: p, targets: [a, b], edge: convex}", "a seam is an edge, or goes through points or"),
         ("speed: 0.01", "speed: 0.01\ntorch: {work_degrees: 90}", "a number from -89 to 89 belongs here, not 90"),
         ("speed: 0.01", "speed: 0.01\ntorch: {travel_degrees: 85}", "a number from -80 to 80 belongs here, not 85"),
         ("speed: 0.01", "speed: 0.01\nweave: {width: 0.01}", "6: weave: the field 'length' is missing"),

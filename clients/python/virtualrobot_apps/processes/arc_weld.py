@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,7 +30,7 @@ _FIELDS = (
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Seam:
-    """Seam of a file: an edge of parts, or a spline through points.
+    """Seam of a file: an edge of parts, or a spline through points or taught targets.
 
     Attributes:
         item: where it stands.
@@ -38,7 +38,8 @@ class Seam:
         kind: `concave` or `convex`; None for a spline.
         near: (3,) a point (m) that the edge comes nearest to; None where there is only one.
         points: (n, 3) of a spline (m).
-        normal: (3,) out of the part there.
+        normal: (3,), or (n, 3), out of the part there.
+        targets: names of the targets that the points are of, whose z points into the part.
         reverse: goes the other way.
         trim: the lengths (m) that are left out at its beginning and at its end.
     """
@@ -49,6 +50,7 @@ class Seam:
     near: Floats | None = None
     points: Floats | None = None
     normal: Floats | None = None
+    targets: tuple[str, ...] = ()
     reverse: bool = False
     trim: tuple[float, float] = (0.0, 0.0)
 
@@ -151,7 +153,7 @@ def _tolerance(item: Item | None) -> dict[str, float | tuple[float, float] | str
 
 
 def _seam(item: Item) -> Seam:
-    fields = item.fields(("part", "edge", "near", "points", "normal", "reverse", "trim"), ("part",))
+    fields = item.fields(("part", "edge", "near", "points", "normal", "targets", "reverse", "trim"), ("part",))
     part = fields["part"]
     parts = tuple(one.text() for one in part.items()) if part.is_list else (part.text(),)
     if not parts:
@@ -160,14 +162,18 @@ def _seam(item: Item) -> Seam:
     trim = tuple(one.number(0.0, 10.0) for one in fields["trim"].items()) if "trim" in fields else (0.0, 0.0)
     if len(trim) != 2:
         raise fields["trim"].error("two lengths in m belong here: at the beginning and at the end")
+    for one, others in (("targets", ("edge", "near", "points", "normal")), ("points", ("edge", "near"))):
+        for other in others:
+            if one in fields and other in fields:
+                raise fields[other].error("a seam is an edge, or goes through points or targets: give one of them")
+    if "targets" in fields:
+        names = tuple(one.text() for one in fields["targets"].items())
+        return Seam(item, parts, None, targets=names, reverse=reverse, trim=trim)
     if "points" in fields:
-        for other in ("edge", "near"):
-            if other in fields:
-                raise fields[other].error("a seam is an edge, or goes through points: give one of them")
         if "normal" not in fields:
             raise item.error("a seam through points needs the normal that the torch points against")
         points = np.array([_vector(one) for one in fields["points"].items()]).reshape(-1, 3)
-        return Seam(item, parts, None, None, points, _vector(fields["normal"]), reverse, trim)
+        return Seam(item, parts, None, None, points, _vector(fields["normal"]), (), reverse, trim)
     if "normal" in fields:
         raise fields["normal"].error("the normal is of a seam through points")
     kind = fields["edge"].one_of(KINDS) if "edge" in fields else "concave"
@@ -211,6 +217,15 @@ def seam_way(seam: Seam, ways: list[Way], chord: float, step: float) -> Way:
     if seam.reverse:
         way = way.reversed()
     return way if not any(seam.trim) else _trimmed(seam, way)
+
+
+def taught(client: Client, seam: Seam) -> Seam:
+    """Return a seam through the places of its targets as they are now; raises UnknownNameError for one there is not."""
+    if not seam.targets:
+        return seam
+    part_t_world = np.linalg.inv(client.scene[seam.parts[0]].pose)
+    poses = np.array([part_t_world @ client.scene.target(name).pose for name in seam.targets])
+    return replace(seam, points=poses[:, :3, 3], normal=-poses[:, :3, 2])
 
 
 def _trimmed(seam: Seam, way: Way) -> Way:
@@ -269,7 +284,9 @@ def plan(client: Client, item: Item) -> PlannedProcess:
             try:
                 if seam.kind is not None and (seam.parts, seam.kind) not in meshes:
                     meshes[seam.parts, seam.kind] = edges(part_mesh(client, seam.parts), seam.kind)
-                way = seam_way(seam, meshes.get((seam.parts, seam.kind or ""), []), weld.chord, weld.step)
+                way = seam_way(
+                    taught(client, seam), meshes.get((seam.parts, seam.kind or ""), []), weld.chord, weld.step
+                )
                 way = offset(way, *beside) if any(beside) else way
                 frames, speed = seam_frames(weld, way)
                 path = client.paths.find_tool_path(
