@@ -38,7 +38,7 @@ arc: {signal: arc, start_seconds: 0.2, end_seconds: 0.3}
 def cell(client: Client) -> Robot:
     """Return an arm with a torch before a wall of 10 x 200 x 100 mm on a plate, whose upper face is at z = 0.46 m."""
     arm = client.load_robot("model://puma560", name="arm")
-    nozzle = virtualrobot.cylinder(0.008, 0.135, pose=virtualrobot.pose(z=0.0675))
+    nozzle = virtualrobot.cylinder(0.008, 0.075, pose=virtualrobot.pose(z=0.0975))
     client.scene.add_tool("torch", arm.flange, [nozzle], tool_center_points={"wire": virtualrobot.pose(z=0.15)})
     plate = virtualrobot.box(0.4, 0.3, 0.02)
     client.scene.add_part("plate", plate, pose=virtualrobot.pose(0.65, 0.0, 0.45))
