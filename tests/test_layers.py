@@ -100,6 +100,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "trimesh"),
     # Programs for controllers are read from, and written as, program files in the contract's words.
     f"{APPS}/languages/writers": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "yaml", "google.protobuf"),
+    # Curves of IGES and STEP are read by Open CASCADE, where it is installed.
+    f"{APPS}/curves/opencascade.py": ("OCP",),
     # Each bridge speaks by the library of its protocol, where that is installed.
     f"{APPS}/bridges/modbus.py": ("virtualrobot_apps", "virtualrobot", "pymodbus"),
     f"{APPS}/bridges/mqtt.py": ("virtualrobot_apps", "virtualrobot", "paho"),
@@ -131,7 +133,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),
     # For its pages it runs what another command runs, too.
     f"{APPS}/console/wiring.py": ("virtualrobot_apps", "virtualrobot"),
-    f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot", "uvicorn"),
+    f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot_apps.asgi", "virtualrobot", "uvicorn"),
+    f"{APPS}/asgi.py": ("uvicorn",),
     # Recorded files are read by the libraries of their formats, and PNGs drawn by Pillow, where these are installed.
     f"{APPS}/topic/recorded.py": (
         "virtualrobot_apps",

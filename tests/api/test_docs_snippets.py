@@ -48,6 +48,7 @@ LONG = {
     "cell-io.md",
     "command-line.md",
     "crafts.md",
+    "curves.md",
     "external-axes.md",
     "history.md",
     "kinematics.md",

@@ -26,7 +26,7 @@ pytestmark = [*needs_page, pytest.mark.long]
 
 TUTORIAL = Path(__file__).parents[3] / "docs" / "tutorial-first-cell-in-the-page.md"
 LOOKS, LOOK_MS = 40, 50.0
-"""How often, and how far apart, a person who holds a button looks whether the robot is where it shall be."""
+"""Number of looks, and milliseconds between them, of a person who holds a button until the robot is where it goes."""
 
 UNTOLD = {"Begin", "Where to go on"}
 """Sections in which nothing is done in the page."""
@@ -320,7 +320,7 @@ DAY = {
     "Stop": stop,
     "Keep it": keep_it,
 }
-"""What each section has a person do."""
+"""Doings of a person in each section."""
 
 
 @pytest.fixture

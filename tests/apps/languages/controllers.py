@@ -18,7 +18,7 @@ Step = tuple[Any, ...]
 
 @dataclass
 class Read:
-    """What a controller makes of a text: its moves and what it does between them, in m, rad, s.
+    """Program as a controller takes a text: its moves and what it does between them, in m, rad, s.
 
     Moves are (kind, goals, speed, corner, tool number or pose): joints (6,) or 4x4 poses in the frame of the base.
     """

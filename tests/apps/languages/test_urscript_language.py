@@ -49,7 +49,7 @@ def test_lists_are_computed_element_by_element() -> None:
 
 
 def test_lists_poses_and_structs_are_values() -> None:
-    """What is assigned, given to a function or returned from a variable is a copy."""
+    """A value that is assigned, given to a function or returned from a variable is a copy."""
     assert said(
         """
         def changed(list):

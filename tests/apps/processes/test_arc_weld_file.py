@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError, VirtualRobotError
 from virtualrobot_apps.cell_io.yaml_file import parse
+from virtualrobot_apps.curves.way import Way
 from virtualrobot_apps.processes.arc_weld import ArcWeld, read_weld, seam_frames, seam_way
 from virtualrobot_apps.processes.process import plan_file
 from virtualrobot_apps.processes.sources.edges import edges
-from virtualrobot_apps.processes.sources.way import Way
 
 from tests.apps.processes.workpieces import tee_joint
 

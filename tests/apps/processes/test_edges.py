@@ -10,8 +10,8 @@ import trimesh
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot_apps.processes.part import joined
 from virtualrobot_apps.processes.sources.edges import edges, nearest
+from virtualrobot_apps.processes.sources.sampling import sampled
 from virtualrobot_apps.processes.sources.surface import solid_of, surface_of
-from virtualrobot_apps.processes.sources.way import sampled
 
 from tests.apps.processes.workpieces import (
     BRANCH,

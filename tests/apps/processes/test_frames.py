@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot_apps.curves.way import Way, checked_way
 from virtualrobot_apps.processes.sources.edges import edges, nearest
 from virtualrobot_apps.processes.sources.frames import tool_frames, weave
 from virtualrobot_apps.processes.sources.offsets import offset, passes
 from virtualrobot_apps.processes.sources.picked import spline
-from virtualrobot_apps.processes.sources.way import Way, checked_way, sampled
+from virtualrobot_apps.processes.sources.sampling import sampled
 
 from tests.apps.processes.workpieces import tee_joint, tee_of_pipes
 

@@ -7,7 +7,7 @@ import pytest
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError
 from virtualrobot_apps.processes.sources.frames import heading_frames, tool_frames
 from virtualrobot_apps.processes.sources.gcode import read_gcode
-from virtualrobot_apps.processes.sources.way import sampled
+from virtualrobot_apps.processes.sources.sampling import sampled
 
 SQUARE = """\
 %

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 import trimesh
 from virtualrobot.errors import InvalidArgumentError
+from virtualrobot_apps.curves.way import Way, checked_way
 from virtualrobot_apps.processes.sources.picked import spline
 from virtualrobot_apps.processes.sources.raster import raster
+from virtualrobot_apps.processes.sources.sampling import sampled
 from virtualrobot_apps.processes.sources.sections import section
-from virtualrobot_apps.processes.sources.way import Way, checked_way, sampled
 
 from tests.apps.processes.workpieces import box, plate, sheet
 

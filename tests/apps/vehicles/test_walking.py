@@ -95,11 +95,10 @@ def test_what_cannot_be_walked_is_refused(steps: virtualrobot.Client) -> None:
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("gait", ["tripod", "wave"])
-def test_the_demo_tells_its_numbers(stepped_kernel: KernelProcess, tmp_path: Path, gait: str) -> None:
+def test_the_demo_tells_its_numbers(stepped_kernel: KernelProcess, tmp_path: Path) -> None:
     plot = tmp_path / "hexapod.svg"
-    given = ["demo", "hexapod", "--address", stepped_kernel.address, "--gait", gait, "--plot", str(plot), "--headless"]
-    result = CliRunner().invoke(cli, given)
+    given = ["demo", "hexapod", "--gait", "tripod", "--plot", str(plot), "--headless"]
+    result = CliRunner().invoke(cli, [*given, "--address", stepped_kernel.address])
     assert result.exit_code == 0, result.output
     assert "mm at most, of feet on the ground" in result.output
     assert "stability margin  " in result.output

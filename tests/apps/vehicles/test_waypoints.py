@@ -110,8 +110,8 @@ def test_a_ugv_on_wheels_and_caster_reaches_its_waypoints_by_forces(steps: virtu
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("engine", ["mujoco", "bullet"])
-def test_the_demo_drives_the_square_by_forces(stepped_kernel: KernelProcess, engine: str) -> None:
+def test_the_demo_drives_the_square_by_forces(stepped_kernel: KernelProcess) -> None:
+    engine = "bullet"
     arguments = ["demo", "ugv", "--physics", engine, "--address", stepped_kernel.address, "--headless"]
     result = CliRunner().invoke(cli, arguments)
     assert result.exit_code == 0, result.output

@@ -66,7 +66,7 @@ def test_what_stays_apart_fcl_measures_apart(rng: np.random.Generator, draws: Dr
 
 
 def test_a_plate_slides_over_another_one() -> None:
-    """What slides 20 cm at a distance of 1 mm stays farther than 0.99 mm, and not than 1.01 mm."""
+    """A plate that slides 20 cm at a distance of 1 mm stays farther than 0.99 mm, and not than 1.01 mm."""
     corners = np.array([[[-0.1, -0.1, 0.0], [0.1, -0.1, 0.0], [0.1, 0.1, 0.0]]])
     turns = np.zeros((3, 3, 4))
     turns[:, :, :3], turns[:, 2, 3], turns[:, 0, 3] = np.eye(3), 1e-3, (-0.1, 0.0, 0.1)

@@ -62,7 +62,7 @@ class PathServiceServicer(object):
         raise NotImplementedError('Method not implemented!')
 
     def FindToolPath(self, request, context):
-        """How an arm leads its tool along a path with freedom: which posture, and which of the poses that the tolerances allow,
+        """A way of an arm along a tool path with freedom: its postures, and those of the poses that the tolerances allow,
         so that the tool keeps its speed, joints keep their limits, and nothing touches that may not. All else stands as it
         does now. For arms of six joints that turn, the last three about axes that meet (a spherical wrist), the second one at
         a right angle to the first and parallel to the third. Nothing moves; the path comes with a motion that can be started.

@@ -16,6 +16,7 @@ import uvicorn
 import virtualrobot
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.asgi import server_config
 from virtualrobot_apps.console.door import Door
 from virtualrobot_apps.console.page_files import is_built
 from virtualrobot_apps.console.server import Server
@@ -140,23 +141,10 @@ async def _serve(
     limit = Limit(kernel.message_bytes)
     tools = PageTools(upstream, limit, kernel.connect)
     server = Server(upstream, door, limit, tools, lambda: tell("a link for another browser:"))
-    config = uvicorn.Config(
-        server,  # pyright: ignore[reportArgumentType] its own types for the same events
-        interface="asgi3",
-        lifespan="off",
-        http="h11",
-        ws="websockets-sansio",
+    config = server_config(
+        server,
         # Larger ones are refused by name, so that they must come in.
-        ws_max_size=2 * kernel.message_bytes + _FRAME_BYTES,
-        # It would hold back small answers.
-        ws_per_message_deflate=False,
-        # What a request says of proxies before it is believed by nobody.
-        proxy_headers=False,
-        server_header=False,
-        log_config=None,
-        log_level="critical",
-        access_log=False,
-        timeout_graceful_shutdown=1,
+        2 * kernel.message_bytes + _FRAME_BYTES,
         ssl_certfile=place.tls_certificate,
         ssl_keyfile=place.tls_key,
     )

@@ -10,13 +10,14 @@ from virtualrobot import Client, Program, Robot, ToolPath, pose
 from virtualrobot.errors import InvalidArgumentError, UnreachableError, VirtualRobotError
 
 from virtualrobot_apps.cell_io.yaml_file import Item
+from virtualrobot_apps.curves.way import Way
 from virtualrobot_apps.processes.part import part_mesh
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.sources.edges import KINDS, edges, nearest
 from virtualrobot_apps.processes.sources.frames import STEEPEST, WAVES, tool_frames, weave
 from virtualrobot_apps.processes.sources.offsets import offset
 from virtualrobot_apps.processes.sources.picked import spline
-from virtualrobot_apps.processes.sources.way import CHORD, STEP, Way, sampled
+from virtualrobot_apps.processes.sources.sampling import CHORD, STEP, sampled
 
 Floats = NDArray[np.float64]
 

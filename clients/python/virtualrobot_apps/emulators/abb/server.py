@@ -14,6 +14,7 @@ from urllib.parse import parse_qs
 import uvicorn
 from virtualrobot.errors import VirtualRobotError
 
+from virtualrobot_apps.asgi import server_config
 from virtualrobot_apps.emulators.abb.answers import Answer, failed, page, state, xhtml
 from virtualrobot_apps.emulators.abb.controller import Controller
 from virtualrobot_apps.emulators.abb.digest import Digest
@@ -247,20 +248,4 @@ def _number(text: str) -> int:
 
 def made(application: Server) -> uvicorn.Server:
     """Return what serves it: HTTP by h11 and WebSockets by websockets."""
-    return uvicorn.Server(
-        uvicorn.Config(
-            application,  # pyright: ignore[reportArgumentType] its own types for the same events
-            interface="asgi3",
-            lifespan="off",
-            http="h11",
-            ws="websockets-sansio",
-            ws_max_size=64 * 1024,
-            ws_per_message_deflate=False,
-            proxy_headers=False,
-            server_header=False,
-            log_config=None,
-            log_level="critical",
-            access_log=False,
-            timeout_graceful_shutdown=1,
-        )
-    )
+    return uvicorn.Server(server_config(application, 64 * 1024))

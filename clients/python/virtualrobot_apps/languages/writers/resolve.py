@@ -95,7 +95,7 @@ class _Resolver:
         self._frames: dict[str, Matrix] = {}
         self._found: list[tuple[str, Statement]] = []
         self._notes: list[str] = []
-        self._share = 1.0
+        self._share, self._flange_t_tcp = 1.0, np.eye(4)
         self._joints = tuple(robot.chain_joint_names)
         limits = robot.limits
         self._velocities = np.array([limits[one].velocity for one in self._joints])
@@ -176,6 +176,7 @@ class _Resolver:
                 spec.steps.add().dwell.seconds = REST_SECONDS
         if not numbers:
             raise InvalidArgumentError("the program has no steps to write")
+        # As it is: its errors name its own steps, and its notes tell of zones.
         self._notes += [note.message for note in self._whole.plan(sample_time=1.0).notes]
         said = {"schema_version": 1, **json_format.MessageToDict(spec, preserving_proto_field_name=True)}
         return self._client.program(json.dumps(said)).plan(), numbers
@@ -220,15 +221,18 @@ class _Resolver:
         """Work with the chosen tool from here on."""
         tool, point = self._tool
         if not tool:
-            self._tools[""] = np.eye(4)
-            self._found.append((at, UseTool("")))
+            self._found.append((at, self._used("", np.eye(4))))
             return
         points = self._robot.tool(tool).tool_center_points
         point = point or next(iter(points), "")
         tool_t_tcp = points[point] if point else np.eye(4)
         name = f"{tool}.{point}" if len(points) > 1 else tool
-        self._tools[name] = np.linalg.inv(self._world_t_flange) @ self._client.scene.pose(tool) @ tool_t_tcp
-        self._found.append((at, UseTool(name)))
+        flange_t_tool = np.linalg.inv(self._world_t_flange) @ self._client.scene.pose(tool)
+        self._found.append((at, self._used(name, flange_t_tool @ tool_t_tcp)))
+
+    def _used(self, name: str, flange_t_tcp: Matrix) -> UseTool:
+        self._tools[name] = self._flange_t_tcp = flange_t_tcp
+        return UseTool(name)
 
     def _move(self, at: str, step: motion_pb2.MoveStep, ways: Floats, poses: Matrix) -> Move:
         """Return a move that passes joints (k, n), and the tool centre point poses (k, 4, 4) in the base's frame."""
@@ -279,14 +283,10 @@ class _Resolver:
     def _branch(self, joints: Floats, base_t_tcp: Matrix) -> str:
         """Return the name of the posture's branch."""
         seed = dict(zip(self._joints, joints.tolist(), strict=True))
-        world_t_flange = self._world_t_base @ base_t_tcp @ np.linalg.inv(self._tools[self._tool_name])
+        world_t_flange = self._world_t_base @ base_t_tcp @ np.linalg.inv(self._flange_t_tcp)
         flange = self._robot.group(tip=self._robot.flange)
         found = flange.solve_inverse(world_t_flange, seed)
         return found.configurations[0] if found.configurations else ""
-
-    @property
-    def _tool_name(self) -> str:
-        return next(one.tool for _, one in reversed(self._found) if isinstance(one, UseTool))
 
     def _via(self, at: str, goal: Goal, poses: Matrix, ways: Floats) -> Goal:
         """Return the place in the middle of an arc, of those that it passes."""

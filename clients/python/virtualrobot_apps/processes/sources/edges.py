@@ -9,8 +9,9 @@ import trimesh
 from numpy.typing import ArrayLike
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.curves.way import Way
+from virtualrobot_apps.processes.sources.sampling import CORNER, ways_of
 from virtualrobot_apps.processes.sources.surface import Floats, Surface, solid_of
-from virtualrobot_apps.processes.sources.way import CORNER, Way, ways_of
 
 SHARP = np.radians(25.0)
 """Angle (rad) between two faces from which on what is between them is an edge."""

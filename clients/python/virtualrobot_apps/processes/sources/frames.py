@@ -7,9 +7,9 @@ from numpy.typing import ArrayLike
 from virtualrobot import path_frames
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.curves.way import Floats, Way, above_zero, place, units
 from virtualrobot_apps.processes.sources.offsets import folded
 from virtualrobot_apps.processes.sources.sections import unit
-from virtualrobot_apps.processes.sources.way import Floats, Way, above_zero, place, units
 
 STEEPEST = np.radians(80.0)
 """The greatest travel angle (rad)."""

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from virtualrobot.errors import MalformedFileError
 
-from virtualrobot_apps.processes.sources.way import CHORD, Floats, Way, above_zero, checked_way
+from virtualrobot_apps.curves.way import Floats, Way, above_zero, checked_way
+from virtualrobot_apps.processes.sources.sampling import CHORD
 
 INCH = 0.0254
 MOVES = ("G0", "G1", "G2", "G3")

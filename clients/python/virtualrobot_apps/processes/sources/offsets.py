@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from virtualrobot.errors import InvalidArgumentError
 
-from virtualrobot_apps.processes.sources.way import Floats, Way, place
+from virtualrobot_apps.curves.way import Floats, Way, place
 
 
 def offset(way: Way, across: float = 0.0, away: float = 0.0) -> Way:
     """Return a way beside another.
 
     Args:
-        way: points close enough to each other to show its bends (`way.sampled`).
+        way: points close enough to each other to show its bends (`sampling.sampled`).
         across: how far to the left, along the surface, seen from outside and along the way (m).
         away: how far out of the part, along the normal or the bisector of two (m).
 

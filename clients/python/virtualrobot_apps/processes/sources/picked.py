@@ -6,7 +6,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import CubicSpline
 
-from virtualrobot_apps.processes.sources.way import CHORD, STEP, Way, between, check_density, checked_way, dense
+from virtualrobot_apps.curves.way import Way, checked_way
+from virtualrobot_apps.processes.sources.sampling import CHORD, STEP, between, check_density, dense
 
 
 def spline(

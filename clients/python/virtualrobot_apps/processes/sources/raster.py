@@ -7,9 +7,10 @@ import trimesh
 from numpy.typing import ArrayLike
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.curves.way import Way, above_zero
+from virtualrobot_apps.processes.sources.sampling import CHORD, STEP, sampled
 from virtualrobot_apps.processes.sources.sections import cut, unit
 from virtualrobot_apps.processes.sources.surface import Floats, Surface, Whole, surface_of
-from virtualrobot_apps.processes.sources.way import CHORD, STEP, Way, above_zero, sampled
 
 FACING = np.radians(75.0)
 """Angle (rad) of a surface to the tool up to which it is gone over."""
@@ -46,7 +47,7 @@ def raster(
         lead_in: how far before the rim each way begins, straight on (m).
         lead_out: how far after the rim each way ends (m).
         back_and_forth: turns every other way.
-        chord: as of `way.sampled`, like `step`, within which rims of what is hidden are found.
+        chord: as of `sampling.sampled`, like `step`, within which rims of what is hidden are found.
         step: the longest distance of two points of a way (m).
 
     Raises:

@@ -7,8 +7,9 @@ import trimesh
 from numpy.typing import ArrayLike
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.curves.way import Way
+from virtualrobot_apps.processes.sources.sampling import CORNER, ways_of
 from virtualrobot_apps.processes.sources.surface import Floats, Surface, Whole, surface_of
-from virtualrobot_apps.processes.sources.way import CORNER, Way, ways_of
 
 
 def section(mesh: trimesh.Trimesh, origin: ArrayLike, normal: ArrayLike, *, corner: float = CORNER) -> list[Way]:

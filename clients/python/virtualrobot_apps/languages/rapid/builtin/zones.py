@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
@@ -14,10 +15,15 @@ if TYPE_CHECKING:
     from virtualrobot_apps.languages.rapid.task import RapidTask
 
 _SHAPE = r"\switch Inside | switch Outside, inout shapedata Shape"
+_Argument: TypeAlias = Any
+"""One of what an instruction is given, in the order of its table's row."""
 _ZONE = r"\switch Temp | switch Stat, inout wztemporary WorldZone"
 
 
-def _define(holder: list[Shape | None], index: int, shape: Shape, out: bool | None) -> None:
+def _define(given: Sequence[Any], make: Callable[..., Shape]) -> None:
+    """Define a shape by what an instruction is given: `_SHAPE`, and then what `make` takes."""
+    _, out, holder, index, *values = given
+    shape = make(*values)
     holder[index] = outside(shape) if out else shape
 
 
@@ -29,75 +35,38 @@ def _needed(shape: Shape | None) -> Shape:
 
 
 @instruction("WZBoxDef", f"{_SHAPE}, pos LowPoint, pos HighPoint")
-def _box(
-    task: RapidTask,
-    inside: bool | None,
-    out: bool | None,
-    holder: list[Shape | None],
-    index: int,
-    low: list[float],
-    high: list[float],
-) -> None:
+def _box(task: RapidTask, *given: _Argument) -> None:
     """Defines a box between two opposite corners, in RAPID's world."""
-    _define(holder, index, box(low, high), out)
+    _define(given, box)
 
 
 @instruction("WZCylDef", f"{_SHAPE}, pos CentrePoint, num Radius, num Height")
-def _cylinder(
-    task: RapidTask,
-    inside: bool | None,
-    out: bool | None,
-    holder: list[Shape | None],
-    index: int,
-    centre: list[float],
-    radius: float,
-    height: float,
-) -> None:
+def _cylinder(task: RapidTask, *given: _Argument) -> None:
     """Defines a cylinder that stands on a place, or hangs from it where its height is below 0."""
-    _define(holder, index, cylinder(centre, radius, height), out)
+    _define(given, cylinder)
 
 
 @instruction("WZSphDef", f"{_SHAPE}, pos CentrePoint, num Radius")
-def _sphere(
-    task: RapidTask,
-    inside: bool | None,
-    out: bool | None,
-    holder: list[Shape | None],
-    index: int,
-    centre: list[float],
-    radius: float,
-) -> None:
+def _sphere(task: RapidTask, *given: _Argument) -> None:
     """Defines a sphere around a place."""
-    _define(holder, index, sphere(centre, radius), out)
+    _define(given, sphere)
 
 
 @instruction("WZHomeJointDef", f"{_SHAPE}, jointtarget MiddleJointVal, jointtarget DeltaJointVal")
-def _home(
-    task: RapidTask,
-    inside: bool | None,
-    out: bool | None,
-    holder: list[Shape | None],
-    index: int,
-    middle: list[Any],
-    delta: list[Any],
-) -> None:
+def _home(task: RapidTask, *given: _Argument) -> None:
     """Defines a range of joints around positions; a joint whose difference is 9E9 counts not."""
-    at, by = np.array(middle[0]), np.array(delta[0])
-    _define(holder, index, joints_between((at - by).tolist(), (at + by).tolist()), out)
+
+    def around(middle: list[Any], delta: list[Any]) -> Shape:
+        at, by = np.array(middle[0]), np.array(delta[0])
+        return joints_between((at - by).tolist(), (at + by).tolist())
+
+    _define(given, around)
 
 
 @instruction("WZLimJointDef", f"{_SHAPE}, jointtarget LowJointVal, jointtarget HighJointVal")
-def _limits(
-    task: RapidTask,
-    inside: bool | None,
-    out: bool | None,
-    holder: list[Shape | None],
-    index: int,
-    low: list[Any],
-    high: list[Any],
-) -> None:
+def _limits(task: RapidTask, *given: _Argument) -> None:
     """Defines a range of joints between positions; a joint with a bound of 9E9 counts not."""
-    _define(holder, index, joints_between(low[0], high[0]), out)
+    _define(given, lambda low, high: joints_between(low[0], high[0]))
 
 
 @instruction("WZDOSet", rf"{_ZONE} \switch Inside | switch Before, shapedata Shape, signaldo Signal, num SetValue")

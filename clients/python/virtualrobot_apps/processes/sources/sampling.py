@@ -1,17 +1,16 @@
-"""Ways of a tool on a part: points, and the normals of the surface there; made smooth and as dense as a chord asks."""
+"""Ways of points, split at corners, made smooth, and as dense as a chord asks."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.interpolate import CubicHermiteSpline
 from virtualrobot.errors import InvalidArgumentError
 
-Floats = NDArray[np.float64]
+from virtualrobot_apps.curves.way import Floats, Way, above_zero, slopes, units
 
 CORNER = np.radians(30.0)
 """Turn (rad) of a way from which on it is a corner."""
@@ -21,113 +20,6 @@ STEP = 5e-3
 """The longest distance (m) of two points of a way."""
 MOST_POINTS = 100_000
 """Points of a way at most: more is a mistaken unit."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Way:
-    """Way of a tool on a part.
-
-    Attributes:
-        points: (n, 3) in m; those of a loop end where they begin.
-        normals: (n, k, 3) unit normals of the surface, out of the part: of the surface (k = 1), or of the faces on the
-            left and on the right of an edge, seen from outside and along the way (k = 2).
-        closed: true for a loop.
-    """
-
-    points: Floats
-    normals: Floats
-    closed: bool = False
-
-    @property
-    def length(self) -> float:
-        """Its length (m), of the lines between its points."""
-        return float(np.linalg.norm(np.diff(self.points, axis=0), axis=1).sum())
-
-    @property
-    def outward(self) -> Floats:
-        """The directions (n, 3) out of the part: its normals, or the bisectors of two of them.
-
-        Raises InvalidArgumentError where two faces are back to back.
-        """
-        total = self.normals.sum(axis=1)
-        sizes = np.linalg.norm(total, axis=1)
-        if (sizes < 1e-6).any():
-            row = int(sizes.argmin())
-            raise InvalidArgumentError(f"{place(self, row)} the faces beside the way are back to back")
-        return total / sizes[:, None]
-
-    @property
-    def tangents(self) -> Floats:
-        """Its unit directions (n, 3) at the points; at those of a loop's start the same as at its end.
-
-        Raises InvalidArgumentError where it turns back.
-        """
-        found = slopes(self.points, self.closed)
-        sizes = np.linalg.norm(found, axis=1)
-        if (sizes < 1e-6).any():
-            row = int(sizes.argmin())
-            raise InvalidArgumentError(f"{place(self, row)} it turns back on itself, which leaves its direction open")
-        return found / sizes[:, None]
-
-    def reversed(self) -> Way:
-        """Return the way from its end to its start; left and right change places."""
-        return Way(self.points[::-1].copy(), self.normals[::-1, ::-1].copy(), self.closed)
-
-
-def place(way: Way, row: int) -> str:
-    """Return where a point of a way is, as the beginning of a sentence."""
-    return f"at points[{row}] of the way, ({', '.join(f'{1e3 * one:.6g}' for one in way.points[row])}) mm,"
-
-
-def checked_way(points: ArrayLike, normals: ArrayLike, closed: bool = False) -> Way:
-    """Return a way of points (n, 3) in m and of normals (3,), (n, 3) or (n, k, 3) of any length above 0.
-
-    Raises:
-        InvalidArgumentError: for fewer than two points, for those that are the same in a row or not finite, for normals
-            without length, and for a loop that doesn't end where it begins.
-    """
-    places = np.array(points, dtype=np.float64)
-    if places.ndim != 2 or places.shape[1] != 3 or len(places) < 2:
-        raise InvalidArgumentError(f"the points of a way have the shape (n, 3), n at least 2, not {places.shape}")
-    given = np.array(normals, dtype=np.float64)
-    if given.shape == (3,):
-        given = np.tile(given, (len(places), 1))
-    if given.ndim == 2:
-        given = given[:, None]
-    if given.ndim != 3 or given.shape[0] != len(places) or given.shape[1] not in (1, 2) or given.shape[2] != 3:
-        raise InvalidArgumentError(
-            f"the normals of {len(places)} points have the shape (3,), ({len(places)}, 3) or ({len(places)}, 2, 3), "
-            f"not {np.shape(normals)}"
-        )
-    for what, values in (("points", places), ("normals", given)):
-        if not np.isfinite(values).all():
-            row = int(np.flatnonzero(~np.isfinite(values).reshape(len(places), -1).all(axis=1))[0])
-            raise InvalidArgumentError(f"{what}[{row}] of the way is {values[row].tolist()}; it must be finite")
-    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
-    if not steps.all():
-        row = int(steps.argmin())
-        raise InvalidArgumentError(f"points[{row + 1}] of the way is the same as points[{row}]; leave it out")
-    sizes = np.linalg.norm(given, axis=2)
-    if not sizes.all():
-        raise InvalidArgumentError(f"normals[{int(sizes.min(axis=1).argmin())}] of the way has no length")
-    if closed and (len(places) < 4 or not np.array_equal(places[0], places[-1])):
-        raise InvalidArgumentError("a loop has at least three points and ends with the one that it begins with")
-    return Way(places, given / sizes[:, :, None], closed)
-
-
-def slopes(points: Floats, closed: bool) -> Floats:
-    """Return derivatives (n, 3) by length of the parabolas through each point (n, 3) and the two beside it."""
-    around = np.concatenate([points[-2:-1], points, points[1:2]]) if closed else points
-    steps = np.linalg.norm(np.diff(around, axis=0), axis=1)[:, None]
-    lines = np.diff(around, axis=0) / steps
-    if len(lines) == 1:
-        return lines.repeat(2, axis=0)
-    inner = (lines[:-1] * steps[1:] + lines[1:] * steps[:-1]) / (steps[:-1] + steps[1:])
-    if closed:
-        return inner
-    first = lines[0] + (lines[0] - lines[1]) * steps[0] / (steps[0] + steps[1])
-    last = lines[-1] + (lines[-1] - lines[-2]) * steps[-1] / (steps[-1] + steps[-2])
-    return np.concatenate([first[None], inner, last[None]])
 
 
 def ways_of(points: Floats, faces: Floats, closed: bool, corner: float = CORNER) -> list[Way]:
@@ -233,12 +125,6 @@ def check_density(length: float, chord: float, step: float) -> None:
         )
 
 
-def above_zero(what: str, value: float) -> None:
-    """Raise InvalidArgumentError for a length (m) that is not finite and above 0."""
-    if not (np.isfinite(value) and value > 0.0):
-        raise InvalidArgumentError(f"the {what} is {value:g} m; it must be above 0")
-
-
 def dense(curve: Callable[[Floats], Floats], knots: Floats, chord: float, step: float) -> Floats:
     """Return parameters at which a curve is so dense, its knots among them: halved until it is."""
     at = knots
@@ -275,8 +161,3 @@ def between(knots: Floats, normals: Floats, at: Floats) -> Floats:
     row = np.clip(np.searchsorted(knots, at, side="right") - 1, 0, len(knots) - 2)
     part = ((at - knots[row]) / (knots[row + 1] - knots[row]))[:, None, None]
     return units((1.0 - part) * normals[row] + part * normals[row + 1])
-
-
-def units(vectors: Floats) -> Floats:
-    """Return vectors (..., 3) of length 1 along others."""
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
