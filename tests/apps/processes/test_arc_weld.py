@@ -109,7 +109,7 @@ def test_a_seam_goes_through_targets(steps: Client, tmp_path: Path) -> None:
     places = np.array([[-0.1, -0.06, 0.01], [-0.07, 0.0, 0.01], [-0.1, 0.06, 0.01]])
     for name, place in zip("abc", places, strict=True):
         down = virtualrobot.pose(*place, roll=np.pi, pitch=np.radians(-30.0))
-        steps.scene.add_target(name, down, parent="plate")
+        steps.scene.add_target(name, pose=down, parent="plate")
     seam = "- {part: plate, targets: [a, b, c]}"
     text = WELD.replace("- {part: plate, near: [-0.05, 0, 0.01], trim: [0.02, 0.02]}", seam)
     text = text.replace("torch: {work_degrees: 45, travel_degrees: 10}", "torch: {standoff: 0.001}")

@@ -277,6 +277,7 @@ def plan(client: Client, item: Item) -> PlannedProcess:
     weld = read_weld(item)
     robot = client.robot(weld.robot)
     program, measures = client.program(), list[str]()
+    here: dict[str, float] = {}
     meshes: dict[tuple[tuple[str, ...], str], list[Way]] = {}
     burning = 0.0
     for number, seam in enumerate(weld.seams, 1):
@@ -293,7 +294,7 @@ def plan(client: Client, item: Item) -> PlannedProcess:
                 path = client.paths.find_tool_path(
                     robot, frames, speed, tolerance=weld.tolerance, reference=seam.parts[0]
                 )
-                _weld(program, robot, weld, path, name)
+                here = _weld(client, program, robot, weld, path, name, here)
             except VirtualRobotError as error:
                 raise _at(seam.item, name, error) from None
             burning += path.duration + weld.start_seconds + weld.end_seconds
@@ -302,9 +303,15 @@ def plan(client: Client, item: Item) -> PlannedProcess:
     return PlannedProcess(program, tuple(measures))
 
 
-def _weld(program: Program, robot: Robot, weld: ArcWeld, path: ToolPath, name: str) -> None:
-    """Add a seam to a program: to before it, to it, along it with the arc, and away from it."""
-    program.move(robot.ptp(_before(robot, weld, path, 0)))
+def _weld(
+    client: Client, program: Program, robot: Robot, weld: ArcWeld, path: ToolPath, name: str, here: dict[str, float]
+) -> dict[str, float]:
+    """Add a seam to a program: to before it on a free path, to it, along it with the arc, and away from it.
+
+    `here` are the joints where the last seam has left them; the joints are returned where this one does.
+    """
+    before, behind = (_before(robot, weld, path, row) for row in (0, -1))
+    program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
     program.move(robot.ptp(path.start_joints))
     if weld.signal is not None:
         program.set(weld.signal, True)
@@ -315,7 +322,8 @@ def _weld(program: Program, robot: Robot, weld: ArcWeld, path: ToolPath, name: s
         program.dwell(weld.end_seconds)
     if weld.signal is not None:
         program.set(weld.signal, False)
-    program.move(robot.ptp(_before(robot, weld, path, -1)))
+    program.move(robot.ptp(behind))
+    return behind
 
 
 def _before(robot: Robot, weld: ArcWeld, path: ToolPath, row: int) -> dict[str, float]:
