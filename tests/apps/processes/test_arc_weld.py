@@ -80,7 +80,8 @@ def test_the_wire_goes_along_the_foot_of_the_wall(steps: Client, tmp_path: Path)
     speeds = np.abs(np.diff(points[:, 1])) / TICK
     standing, moving = int((speeds < 1e-6).sum()), speeds > 0.99 * SPEED
     assert standing * TICK == pytest.approx(0.5, abs=4 * TICK)
-    np.testing.assert_allclose(speeds[moving], SPEED, rtol=5e-3)
+    held = np.flatnonzero(moving)[5:-5]  # beyond its ends it gathers speed, and gives it up
+    np.testing.assert_allclose(speeds[held], SPEED, rtol=5e-3)
     assert moving.sum() * TICK == pytest.approx(0.16 / SPEED, abs=0.1)
     z = poses[:, :3, 2]
     work = np.degrees(np.arctan2(z[:, 0], -z[:, 2]))

@@ -132,7 +132,7 @@ def check(
             copytree(folder, copy, dirs_exist_ok=True)
         parts = _with_robot(client, parts, files) + steady
         programs = load_tasks(sources, list(client.signals))
-        _create_signals(client, programs.values())
+        add_signals(client, programs.values())
         set_signals(client, given)
         cell = _cell(client, parts, programs, answers, Path(copy) if folder is not None else None, shows=False)
         worlds: dict[Task, Moving] = {one: one.signals for one in cell.tasks.values()}
@@ -225,7 +225,7 @@ def run(
         parts = _with_robot(client, parts, files) + steady
         programs = load_tasks({name: map(read_source, of) for name, _, of in parts}, list(client.signals))
         if create_signals:
-            _create_signals(client, programs.values())
+            add_signals(client, programs.values())
         cell = _cell(client, parts, programs, answers or sys.stdin, folder, listen=listen)
         with at_work(client):
             cell.run(routine, [cell.tasks[name.lower()] for name, _, _ in steady], forever=continuous)
@@ -261,7 +261,7 @@ def _with_robot(client: Client, parts: list[Part], files: tuple[Path, ...]) -> l
     return [*parts[:-1], ("T_ROB1", only_robot(client, None, [arm for _, arm, _ in parts]), files)]
 
 
-def _create_signals(client: Client, programs: Iterable[Loaded]) -> None:
+def add_signals(client: Client, programs: Iterable[Loaded]) -> None:
     """Add the signals that programs name and the world has not."""
     from virtualrobot_apps.languages.rapid.symbols import first_value
 

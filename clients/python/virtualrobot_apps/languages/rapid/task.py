@@ -69,11 +69,16 @@ def load(sources: Iterable[Source], signals: Iterable[str] = ()) -> Loaded:
 
 
 def load_tasks(
-    tasks: Mapping[str, Iterable[Source]], signals: Iterable[str] = (), *, watched: bool = False
+    tasks: Mapping[str, Iterable[Source]],
+    signals: Iterable[str] = (),
+    *,
+    watched: bool = False,
+    debugged: bool = False,
 ) -> dict[str, Loaded]:
     """Return the programs of several tasks, by the tasks' names; a persistent that several have is one for them all.
 
     `watched`: somebody beside the tasks reads and writes persistents, so that programs do when the robot is so far.
+    `debugged`: a debugger may change all data.
     Raises ProgramError with all that is wrong in them.
     """
     diagnostics, signals = Diagnostics(), list(signals)
@@ -96,7 +101,8 @@ def load_tasks(
     if len(diagnostics):
         raise ProgramError(diagnostics.sorted())
     return {
-        task: Loaded(one, generate(one), [source.file for source in sources[task]]) for task, one in checked.items()
+        task: Loaded(one, generate(one, debugged), [source.file for source in sources[task]])
+        for task, one in checked.items()
     }
 
 

@@ -75,9 +75,11 @@ const KEYS: Record<string, () => void> = {
   q: () => (tool.value = "select"),
   w: () => (tool.value = "translate"),
   e: () => (tool.value = "rotate"),
+  m: () => (tool.value = "move"),
   f: () => viewport.current?.frame(selected.value),
   i: () => isolate(selected.value),
   Escape: () => {
+    viewport.current?.nodeHandle.leave();
     goal.clear();
     placing.value = undefined;
   },

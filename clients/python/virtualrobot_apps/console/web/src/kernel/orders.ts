@@ -1,6 +1,7 @@
 // What people ask of the kernel, besides jogs and STOP.
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { ConnectError } from "@connectrpc/connect";
+import type { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
 import { BusyPolicy, DisconnectPolicy, MotionPhase, type MotionSpecSchema } from "../generated/virtualrobot/v1/motion_pb";
 import type { Node } from "../generated/virtualrobot/v1/nodes_pb";
 import type { CommandSchema } from "../generated/virtualrobot/v1/scene_pb";
@@ -45,6 +46,11 @@ export function rename(name: string, to: string): Promise<boolean> {
 
 export function setHidden(name: string, hidden: boolean): Promise<boolean> {
   return apply({ case: "updateNode", value: { name, node: { hidden }, updateMask: { paths: ["hidden"] } } });
+}
+
+export function place(name: string, parent_t_node: MessageInitShape<typeof PoseSchema>): Promise<boolean> {
+  const value = { name, node: { parentTNode: parent_t_node }, updateMask: { paths: ["parent_t_node"] } };
+  return apply({ case: "updateNode", value });
 }
 
 export function attach(name: string, parent: string): Promise<boolean> {

@@ -14,6 +14,7 @@ import { Icon } from "../parts/icons";
 import { fixed, positionOf } from "../parts/numbers";
 import { inToolAxes, tool, type Tool } from "../view/gizmo";
 import { loading } from "../view/meshes";
+import { draggedNode, snaps } from "../view/node_handle";
 import { Viewport } from "../view/viewport";
 import { CameraInset } from "./camera_inset";
 import { Devices } from "./devices";
@@ -42,6 +43,7 @@ export function View() {
       <Robot />
       <CameraInset />
       <Cover />
+      <Moved />
       <Alone />
       <Placing />
       <Speeds />
@@ -66,7 +68,11 @@ function Handles() {
       {one("select", "mouse-pointer-2", "Select (Q)")}
       {one("translate", "move-3d", "Drag the robot's tool (W)")}
       {one("rotate", "rotate-3d", "Turn the robot's tool (E)")}
+      {one("move", "move", "Move the selected node (M)")}
       <span class="line" />
+      <button type="button" class="tool" aria-pressed={snaps.value} title="Nodes that are moved snap: to 10 mm, and to faces beside them" onClick={() => (snaps.value = !snaps.value)}>
+        <Icon name="magnet" size={17} />
+      </button>
       <button type="button" class="tool" aria-pressed={inToolAxes.value} title="Drag along the tool's own axes" onClick={() => (inToolAxes.value = !inToolAxes.value)}>
         <Icon name="axis-3d" size={17} />
       </button>
@@ -118,6 +124,21 @@ function Robot() {
 
 function Fact({ name, children }: { name: string; children: ComponentChildren }) {
   return <div class="fact"><b>{name}</b>{children}</div>;
+}
+
+/** Says where a node would be that is dragged, and at whose face. */
+function Moved() {
+  const dragged = draggedNode.value;
+  if (!dragged) return null;
+  const { name, position, beside } = dragged;
+  return (
+    <div class="float moved" role="status">
+      <Icon name="move-3d" size={16} color="var(--part)" />
+      <b class="cut">{name}</b>
+      <span class="mono">{position.toArray().map((value) => fixed(1000 * value, 1)).join(" ")} mm</span>
+      {beside.length > 0 && <span class="accent cut">at {beside.join(", ")}</span>}
+    </div>
+  );
 }
 
 /** Says that the console has been updated. */
