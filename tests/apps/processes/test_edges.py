@@ -91,7 +91,7 @@ def test_the_seam_of_two_pipes_is_the_saddle_curve() -> None:
 
 def test_bodies_that_touch_are_joined_to_one() -> None:
     """The foot of a wall that stands on a plate is a seam, whether they are one mesh or two; both have two bodies."""
-    for meshes in ([plate(), wall()], [trimesh.util.concatenate([plate(), wall()])]):
+    for meshes in ([plate(), wall()], [together(plate(), wall())]):
         assert [way.length for way in edges(joined(meshes))] == pytest.approx([0.2, 0.2, 0.01, 0.01])
     open_wall = wall()
     open_wall.update_faces(np.arange(len(open_wall.faces)) > 1)
@@ -125,8 +125,8 @@ def with_nan() -> trimesh.Trimesh:
     [
         (lambda: sheet(), r"the mesh is open: 28 of its edges have one triangle alone, the first at \("),
         (inside_out, r"the mesh is inside out: its volume is -2400 cm\^3"),
-        (lambda: trimesh.util.concatenate([plate(), box((0.1, 0.1, 0.1), (0, 0, 1))]), "the mesh has 2 bodies"),
-        (lambda: trimesh.util.concatenate([plate(), plate()]), "has more than two triangles: two bodies touch there"),
+        (lambda: together(plate(), box((0.1, 0.1, 0.1), (0, 0, 1))), "the mesh has 2 bodies"),
+        (lambda: together(plate(), plate()), "has more than two triangles: two bodies touch there"),
         (with_a_turned_triangle, "has two triangles that lie different ways round"),
         (with_a_flat_triangle, r"1 of 5 triangles of the mesh have no area, the first at \(0, 0, 0\) mm"),
         (with_nan, r"corner 2 of the mesh is \[0.0, nan, 0.0\]; it must be finite"),

@@ -12,7 +12,7 @@ from virtualrobot_apps.processes.sources.raster import raster
 from virtualrobot_apps.processes.sources.sampling import sampled
 from virtualrobot_apps.processes.sources.sections import section
 
-from tests.apps.processes.workpieces import box, plate, sheet
+from tests.apps.processes.workpieces import box, plate, sheet, together
 
 RADIUS, HEIGHT = 0.1, 0.03
 BALL = trimesh.creation.icosphere(4, RADIUS)
@@ -58,7 +58,7 @@ def test_sections_through_corners_and_of_open_meshes() -> None:
     for height in (0.0, 0.1):
         (line,) = section(sheet(cells=8), [0.0, 0.1 * height, 0.0], [0.0, 1.0, 0.0])
         assert not line.closed and line.length == pytest.approx(0.2)
-    assert len(section(trimesh.util.concatenate([plate(), box((0.1, 0.1, 0.1), (0, 0, 1))]), [0, 0, 0], [1, 0, 0])) == 8
+    assert len(section(together(plate(), box((0.1, 0.1, 0.1), (0, 0, 1))), [0, 0, 0], [1, 0, 0])) == 8
     with pytest.raises(
         InvalidArgumentError, match=r"the plane doesn't cut the mesh, which is from -51 to -49 mm along"
     ):
@@ -110,7 +110,7 @@ def test_a_raster_of_a_closed_body_is_on_what_is_seen() -> None:
     ways = raster(BALL, 0.02, [1.0, 0.0, 0.0], axis=[0.0, 0.0, -1.0], facing=np.radians(80.0))
     assert np.add(heights(ways, 1), heights(ways[::-1], 1)) == pytest.approx(0.0, abs=1e-6)
     assert min(way.points[:, 2].min() for way in ways) >= RADIUS * np.cos(np.radians(84.0))
-    roof = trimesh.util.concatenate([box((0.2, 0.2, 0.01)), box((0.05, 0.3, 0.01), (0.0, 0.0, 0.1))])
+    roof = together(box((0.2, 0.2, 0.01)), box((0.05, 0.3, 0.01), (0.0, 0.0, 0.1)))
     step = 2e-3
     ways = raster(roof, 0.04, [1.0, 0.0, 0.0], axis=[0.0, 0.0, -1.0], step=step)
     below = [way for way in ways if way.points[0, 2] < 0.05]

@@ -25,6 +25,13 @@ def wall() -> trimesh.Trimesh:
     return box(WALL, (0.0, 0.0, 0.5 * WALL[2]))
 
 
+def together(*meshes: trimesh.Trimesh) -> trimesh.Trimesh:
+    """Return meshes as one, of several bodies."""
+    one = trimesh.util.concatenate(meshes)
+    assert isinstance(one, trimesh.Trimesh)
+    return one
+
+
 def tee_joint() -> trimesh.Trimesh:
     """Return a wall on a plate: its foot is four seams on z = 0."""
     return trimesh.boolean.union([plate(), wall()], engine="manifold")
