@@ -23,6 +23,7 @@ from tests.apps.processes.workpieces import (
     sheet,
     tee_joint,
     tee_of_pipes,
+    together,
     wall,
 )
 

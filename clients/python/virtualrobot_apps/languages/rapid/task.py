@@ -125,6 +125,7 @@ class RapidTask(Task):
         pendant: what it writes, and what it is answered.
         listen_at: the address at which its sockets may listen; None: they may not.
         files: the folder below which its files are; None: it may use none.
+        egm: the UDP devices of EGM, by name in small letters, with host and port of the computer that each one is.
         sockets: the sockets that are open.
         open_files: the files that are open.
         handled: give the numbers of the handlers that have some, of the routines at work, the outermost first.
@@ -143,6 +144,7 @@ class RapidTask(Task):
         answers: Iterable[str] = (),
         name: str = "T_ROB1",
         cell: Cell | None = None,
+        egm: Mapping[str, tuple[str, int]] | None = None,
     ) -> None:
         """Set up the data; nothing runs yet.
 
@@ -157,6 +159,7 @@ class RapidTask(Task):
         if name.lower() in self.cell.tasks:
             raise WrongStateError(f"there is a task {name!r} already; give each task a name of its own")
         self.cell.tasks[name.lower()] = self
+        self.egm = {device.lower(): to for device, to in (egm or {}).items()}
         self.prepared = False
         self.pendant = Pendant(write, answers)
         self.write = self.pendant.write

@@ -56,8 +56,10 @@ def wanted(signals: dict[str, str], signs: str | None, coupling: float) -> Langu
 
 def write(resolved: RobotProgram, language: str, facts: Language, where: Path) -> None:
     """Write a program to a file, and tell what it says otherwise and how many statements it has."""
+    from virtualrobot_apps.languages.writers.statements import every
+
     text = importlib.import_module(f"virtualrobot_apps.languages.writers.{language}").write(resolved, facts)
     where.write_text(text, encoding="utf-8")
     for note in resolved.notes:
         click.echo(f"note: {note}", err=True)
-    click.echo(f"{len(resolved.statements)} statements in {where}")
+    click.echo(f"{sum(1 for _ in every(resolved.statements))} statements in {where}")
