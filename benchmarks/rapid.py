@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import ast
 import statistics
+import threading
 import time
 from collections.abc import Callable
 
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics
 from virtualrobot_apps.languages.core.source import Source
+from virtualrobot_apps.languages.editor.rapid import RapidAnalysis
 from virtualrobot_apps.languages.rapid.check import check
+from virtualrobot_apps.languages.rapid.debugger import DebuggedTask
 from virtualrobot_apps.languages.rapid.parser import parse
-from virtualrobot_apps.languages.rapid.task import RapidTask, load
+from virtualrobot_apps.languages.rapid.task import RapidTask, load, load_tasks
 
 from benchmarks.rows import Row, row
 
@@ -20,6 +23,7 @@ LINES = 2_000
 MEGABYTE = 1e6
 ROUNDS = 200_000
 STATEMENTS = 5 * ROUNDS + 2
+STEPS = 500
 
 MOTION = """MODULE Motion
 PROC main()
@@ -76,8 +80,31 @@ def seconds(work: Callable[[], object]) -> float:
     return statistics.median(times)
 
 
+def debugged() -> DebuggedTask:
+    """Return the loop as a task that a debugger looks at."""
+    return DebuggedTask(load_tasks({"": [Source(LOOP, "loop.mod")]}, debugged=True)[""])
+
+
+def step_seconds() -> float:
+    """Return the median time of the wall clock from a step to the next stop."""
+    task, stood = debugged(), threading.Semaphore(0)
+    task.stops_first, task.stopped = True, lambda reason, told: stood.release()
+    thread = threading.Thread(target=task.run, daemon=True)
+    thread.start()
+    stood.acquire()
+    times = []
+    for _ in range(STEPS):
+        start = time.perf_counter()
+        task.go_on("over")
+        stood.acquire()
+        times.append(time.perf_counter() - start)
+    task.go_on()
+    thread.join()
+    return statistics.median(times)
+
+
 def run() -> list[Row]:
-    """Return the rows; budgets: a megabyte and four million statements a second, 2,000 lines in 150 ms."""
+    """Return the rows; budgets: a megabyte and four million statements a second, 2,000 lines in 150 ms, a step 50."""
     text = MOTION.format(lines="".join(LINE.format(number=number) for number in range(LINES)))
     text = text.replace("PROC main", "PERS robtarget here := [[0,0,0],[1,0,0,0],[0,0,0,0],[0,0,0,0,0,0]];\nPROC main")
     python = "def main():\n" + "".join(
@@ -92,6 +119,10 @@ def run() -> list[Row]:
     by_compiler = seconds(lambda: compile(python, "lines", "exec"))
     task = RapidTask(load([Source(LOOP)]))
     spent = seconds(task.run)
+    edited = seconds(lambda: RapidAnalysis(Source(text, "motion.mod"), []))
+    watched = debugged()
+    watched.set_breakpoints("loop.mod", {1000: ""})
+    looked = seconds(watched.run)
     by_hand = seconds(lambda: loop_by_hand(task.flags))
     note = f"{STATEMENTS / spent / 1e6:.2g} million statements a second"
     return [
@@ -100,6 +131,16 @@ def run() -> list[Row]:
         row(f"{LINES} lines are checked", checked, 0.15, "150 ms", "s", 1.0),
         row(f"{LINES} lines are checked and translated", loaded, by_compiler, "compile() of Python", "s", None),
         row("a million statements", spent / STATEMENTS * 1e6, 0.25, "four million a second", "s", 1.0, note),
+        row(f"{LINES} lines are told an editor", edited, 0.15, "150 ms", "s", 1.0),
+        row("a step of the debugger", step_seconds(), 0.05, "50 ms", "s", 1.0),
+        row(
+            "a million statements that are debugged",
+            looked / STATEMENTS * 1e6,
+            spent / STATEMENTS * 1e6,
+            "not",
+            "s",
+            None,
+        ),
         row("the same loop", spent, by_hand, "Python by hand, with a check each", "s", None),
     ]
 

@@ -7,23 +7,29 @@ from pathlib import Path
 
 from virtualrobot_apps.emulators.abb.refused import RETURN_CODES
 from virtualrobot_apps.emulators.abb.resources import ROOMS
-from virtualrobot_apps.emulators.abb.subscriptions import SUBSCRIBABLE
-from virtualrobot_apps.emulators.abb.table import RESOURCES, Resource
+from virtualrobot_apps.emulators.abb.subscriptions import SECOND, SUBSCRIBABLE
+from virtualrobot_apps.emulators.abb.table import RESOURCES, Form, Resource
 
 PAGE = Path(__file__).resolve().parent.parent / "docs" / "abb-resources.md"
 
 HEAD = """<!-- Written by tools/generate_abb.py from the code; run it again instead of changing this page. -->
 # Robot Web Services: what works
 
-Each resource that the [emulated ABB controller](abb.md) has, by method, path and action (`?action=`). What is in braces
-is a name; `{path*}` takes slashes, too.
+Each resource that the [emulated ABB controller](abb.md) has, by method, and path in versions 1.0 and 2.0. What is in
+braces is a name; `{path*}` takes slashes, too.
 """
 
 
 def row(one: Resource) -> str:
     """Return the row of a resource."""
-    action = f"`{one.action}`" if one.action else ""
-    return f"| {one.method} | `{one.template}` | {action} | {one.text} |"
+    same = one.first is not None and one.second is not None and _told(one.first) == _told(one.second)
+    return f"| {one.method} | {_told(one.first)} | {'the same' if same else _told(one.second)} | {one.text} |"
+
+
+def _told(form: Form | None) -> str:
+    if form is None:
+        return "not there"
+    return f"`{form.template}{f'?action={form.action}' if form.action else ''}`"
 
 
 def page() -> str:
@@ -32,8 +38,11 @@ def page() -> str:
     for room in ROOMS:
         title = (room.__doc__ or "").rstrip(".")
         rows = [row(one) for one in RESOURCES if one.run.__module__ == room.__name__]
-        lines += ["", f"## {title}", "", "| method | path | action | does |", "|---|---|---|---|", *rows]
-    watched = [f"| `{uri}` | {(make.__doc__ or '').rstrip('.')} |" for uri, make in SUBSCRIBABLE.items()]
+        lines += ["", f"## {title}", "", "| method | 1.0 | 2.0 | does |", "|---|---|---|---|", *rows]
+    watched = [
+        f"| `{uri}` | {f'`{SECOND[uri]}`' if uri in SECOND else 'the same'} | {(make.__doc__ or '').rstrip('.')} |"
+        for uri, make in SUBSCRIBABLE.items()
+    ]
     lines += [
         "",
         "## Subscriptions",
@@ -41,7 +50,7 @@ def page() -> str:
         "`POST /subscription` with what a client wants to be told of; `PUT` and `DELETE`",
     ]
     lines += ["`/subscription/{number}` add to it and end it, and so does closing its WebSocket `/poll/{number}`.", ""]
-    lines += ["| resource | tells |", "|---|---|", *watched]
+    lines += ["| 1.0 | 2.0 | tells |", "|---|---|---|", *watched]
     codes = [f"| {code} | `{name}` |" for name, code in RETURN_CODES.items()]
     lines += ["", "## Return codes", "", "| code | name |", "|---|---|", *codes]
     return "\n".join(lines) + "\n"

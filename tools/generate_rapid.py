@@ -37,7 +37,8 @@ def page() -> str:
     lines = [HEAD.rstrip()]
     for room in builtin.ROOMS:
         rows = sorted((one for one in BUILTINS.values() if one.room == room), key=lambda one: one.name.lower())
-        lines += ["", f"## {room.capitalize()}", "", "| | does | not yet |", "|---|---|---|", *map(row, rows)]
+        title = room.upper() if room == "egm" else room.capitalize()
+        lines += ["", f"## {title}", "", "| | does | not yet |", "|---|---|---|", *map(row, rows)]
     records = [
         f"| `{name}` | {', '.join(f'`{kind} {part}`' for kind, part in parts)} |" for name, parts in RECORDS.items()
     ]

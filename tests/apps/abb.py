@@ -30,14 +30,22 @@ class Served:
         written: lines that its programs have written.
     """
 
-    def __init__(self, client: virtualrobot.Client, robots: Sequence[str], files: Path) -> None:
-        """Serve it, in a thread."""
+    def __init__(
+        self,
+        client: virtualrobot.Client,
+        robots: Sequence[str],
+        files: Path,
+        certificate: tuple[Path, Path] | None = None,
+        **more: Any,  # noqa: ANN401
+    ) -> None:
+        """Serve it, in a thread: by 2.0 where there are certificate and key; `more` is for the controller."""
         self.written: list[str] = []
-        self.controller = Controller(client, robots, files, create_signals=True, write=self.written.append)
+        self.controller = Controller(client, robots, files, create_signals=True, write=self.written.append, **more)
         listening = socket.create_server(("127.0.0.1", 0))
         self.port = listening.getsockname()[1]
-        self.url = f"http://127.0.0.1:{self.port}"
-        self._server = made(Server(self.controller, {USER: PASSWORD}))
+        second = certificate is not None
+        self.url = f"http{'s' * second}://127.0.0.1:{self.port}"
+        self._server = made(Server(self.controller, {USER: PASSWORD}, second=second), certificate)
         self._thread = threading.Thread(target=lambda: asyncio.run(self._server.serve([listening])))
         self._thread.start()
         self._clients: list[RWS] = []
@@ -69,9 +77,15 @@ class Served:
 
 
 @contextmanager
-def served(client: virtualrobot.Client, robots: Sequence[str], files: Path) -> Iterator[Served]:
+def served(
+    client: virtualrobot.Client,
+    robots: Sequence[str],
+    files: Path,
+    certificate: tuple[Path, Path] | None = None,
+    **more: Any,  # noqa: ANN401
+) -> Iterator[Served]:
     """Give a controller that is served."""
-    one = Served(client, robots, files)
+    one = Served(client, robots, files, certificate, **more)
     try:
         yield one
     finally:

@@ -423,10 +423,11 @@ def test_every_resource_that_is_read_tells_the_same_in_xhtml_and_json(abb: Serve
     with requests.Session() as session:
         session.auth = HTTPDigestAuth(USER, PASSWORD)
         for one in RESOURCES:
-            if one.method == "GET":
-                path = one.template.replace("{path*}", paths.get(one.template, "T_ROB1/Cell/words"))
+            if one.method == "GET" and one.first is not None:
+                template = one.first.template
+                path = template.replace("{path*}", paths.get(template, "T_ROB1/Cell/words"))
                 path = path.replace("{queue}", "q").replace("${variable}", "$HOME").format(**names)
-                query = f"?task=T_ROB1&action={one.action}"
+                query = f"?task=T_ROB1&action={one.first.action}"
                 as_json = session.get(f"{abb.url}{path}{query}&json=1")
                 as_xhtml = session.get(f"{abb.url}{path}{query}")
                 assert (as_json.status_code, as_xhtml.status_code) == (200, 200), path
@@ -493,7 +494,8 @@ def test_malformed_requests_break_nothing(abb: Served, rng: np.random.Generator,
     rws.get_execution_state()
     key = rws._session.cookies["-http-session-"]
     body = b"cycle=once&resources=1&1=/rw/panel/opmode;x&lvalue=1&value=[1,2]&modulepath=$HOME/a&dipc-data=x"
-    calls = [(one.method, f"{one.template}?action={one.action}") for one in RESOURCES if one.action != "start"]
+    forms = [(one.method, one.first) for one in RESOURCES if one.first is not None and one.first.action != "start"]
+    calls = [(method, f"{form.template}?action={form.action}") for method, form in forms]
     calls += [("POST", "/subscription"), ("GET", "/poll/1"), ("DELETE", "/subscription/1"), ("HEAD", "/rw/system")]
     names = {"task": "T_ROB1", "path*": "x", "module": "Cell", "unit": "ROB_1", "domain": "0", "number": "1"}
     names |= {"queue": "q", "variable": "HOME"}

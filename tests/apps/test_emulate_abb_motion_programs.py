@@ -5,6 +5,7 @@ from __future__ import annotations
 import struct
 import subprocess
 import sys
+import threading
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,9 +15,11 @@ import pytest
 import virtualrobot
 from abb_motion_program_exec import (
     CirPathModeSwitch,
+    EGMJointTargetConfig,
     MotionProgram,
     MotionProgramExecClient,
     confdata,
+    egm_minmax,
     fine,
     jointtarget,
     pose,
@@ -27,6 +30,7 @@ from abb_motion_program_exec import (
     v1000,
     z10,
 )
+from abb_robot_client.egm import EGM
 
 from tests.apps.abb import Served, served, stands
 from tests.apps.languages.tracing import traced
@@ -121,17 +125,60 @@ def test_a_program_is_stopped_and_runs_without_a_log(abb: Served) -> None:
     assert len(run.execute_motion_program(first()).data) > 0
 
 
+def test_a_program_is_guided_by_egm_until_it_has_converged_or_is_stopped(
+    client: virtualrobot.Client, tmp_path: Path
+) -> None:
+    """The example of the package's documentation (docs/egm.md), with goals that the arm has."""
+    client.load_robot("model://irb120", name="arm")
+    guide: Any = EGM(port=0)
+    port = guide.socket.getsockname()[1]
+    over = False
+    asked = np.array([5.0, 0.0, 0.0, 0.0, 30.0, -5.0])
+    seen: list[bool] = []
+
+    def answer() -> None:
+        while not over:
+            there, state = guide.receive_from_robot(0.05)
+            if there:
+                guide.send_to_robot(asked)
+                seen.append(state.robot_message.mciConvergenceMet)
+
+    thread = threading.Thread(target=answer)
+    with served(client, ["arm"], tmp_path, egm={"UCdevice": ("127.0.0.1", port)}) as one:
+        thread.start()
+        try:
+            one.controller.load_motion_programs()
+            run, near = client_of(one.url), egm_minmax(-0.05, 0.05)
+            config = EGMJointTargetConfig(near, near, near, near, near, near, 1000, 60)
+            for condition in (0.1, 1000.0):
+                program = first(egm_config=config)
+                program.EGMRunJoint(condition, 0.05, 0.05)
+                seen.clear()
+                run.execute_motion_program(program, wait=False)
+                if condition > 1.0:
+                    until(lambda: any(seen))
+                    run.stop_egm()
+                run.wait_motion_program_complete()
+                np.testing.assert_allclose(run.abb_client.get_jointtarget().robax, asked, atol=0.06)
+        finally:
+            over = True
+            thread.join()
+            guide.socket.close()
+
+
 def test_programs_that_cannot_be_run_are_told(abb: Served) -> None:
     run = client_of(abb.url)
-    circle, far, egm, together = first(), first(), first(), first()
+    circle, far, egm, path, together = first(), first(), first(), first(), first()
     circle.CirPathMode(CirPathModeSwitch.ObjectFrame)
     far.MoveL(place(4000, 0, 0), v1000, fine)
     egm.EGMRunJoint(1.0, 0.1, 0.1)
+    path.EGMMoveL(place(400, 0, 300), v300, fine)
     together.SyncMoveOn()
     for program, words in (
         (circle, "in command 2 CirPathMode does not work here yet"),
         (far, "in command 2 error .* program of .* the log tells more"),
-        (egm, "in command 2 EGM does not work here yet"),
+        (egm, "in command 2 the program has no EGM configuration for this command"),
+        (path, "in command 2 path correction by EGM does not work here yet"),
         (together, "in command 2 SyncMoveOn and SyncMoveOff do not work here yet"),
     ):
         with pytest.raises(Exception, match=words):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
@@ -302,8 +303,14 @@ def test_a_file_says_what_python_says(client: Client, arm: Robot, tmp_path: Path
     np.testing.assert_array_equal(same.robots["iiwa"].positions, plans[1].robots["iiwa"].positions)
     with pytest.raises(virtualrobot.MalformedFileError, match="program:1: the program: there is no field 'step'"):
         client.program('{"schema_version": 1, "step": []}')
-    with pytest.raises(virtualrobot.InvalidArgumentError, match="step 1 decides as the program runs"):
-        client.program().dwell(0.1).while_(turn).flat()
+    decides = client.program().dwell(0.1).while_(client.program().repeat(2, client.program().if_("part", then=program)))
+    client.signals.create("part")
+    flat, paths = decides.flat()
+    inner = [f"{path}{step}" for path in ("1[0].0[0].0.then.", "1[0].0[1].0.then.") for step in program.flat()[1]]
+    assert paths == ("0", "1", "1[0].0[0].0", *inner[:7], "1[0].0[1].0", *inner[7:])
+    (loop,) = [step["while_signal"] for step in json.loads(flat.text)["steps"] if "while_signal" in step]
+    assert [len(step["if_signal"]["then"]) for step in loop["steps"]] == [7, 7]
+    assert flat.flat()[0].text == flat.text
     motion = client.read_program(file).start(wait=False, on_disconnect="continue")
     assert (motion.step_count, ended(client, motion).step_path) == (7, "2")
     assert client.scene.node("part").parent == "pallet"

@@ -8,24 +8,38 @@ from collections.abc import Iterable
 import pytest
 from virtualrobot_apps.languages.core.diagnostics import ProgramError
 from virtualrobot_apps.languages.core.source import Source
-from virtualrobot_apps.languages.rapid.task import Loaded, RapidTask, load
+from virtualrobot_apps.languages.rapid.debugger import DebuggedTask
+from virtualrobot_apps.languages.rapid.task import Loaded, RapidTask, load, load_tasks
 
 
 def loaded(text: str, signals: Iterable[str] = ()) -> Loaded:
     """Return the program of a text, in a world with signals."""
-    return load([Source(textwrap.dedent(text).strip() + "\n", "test.mod")], signals)
+    return load([source(text)], signals)
 
 
-def printed(text: str) -> list[str]:
-    """Return the lines that a program writes on the pendant."""
+def source(text: str) -> Source:
+    """Return a text as a source."""
+    return Source(textwrap.dedent(text).strip() + "\n", "test.mod")
+
+
+def printed(text: str, *, once: bool = False) -> list[str]:
+    """Return the lines that a program writes on the pendant, which are the same where a debugger looks at it.
+
+    `once`: it can be run once alone.
+    """
     lines: list[str] = []
     RapidTask(loaded(text), write=lines.append).run()
+    if once:
+        return lines
+    debugged: list[str] = []
+    DebuggedTask(load_tasks({"": [source(text)]}, debugged=True)[""], write=debugged.append).run()
+    assert debugged == lines
     return lines
 
 
-def main_prints(statements: str, more: str = "") -> list[str]:
+def main_prints(statements: str, more: str = "", *, once: bool = False) -> list[str]:
     """Return the lines that statements of the procedure main write, beside other declarations."""
-    return printed(f"MODULE Tried\n{more}\nPROC main()\n{statements}\nENDPROC\nENDMODULE")
+    return printed(f"MODULE Tried\n{more}\nPROC main()\n{statements}\nENDPROC\nENDMODULE", once=once)
 
 
 def faults(text: str) -> list[str]:

@@ -196,7 +196,8 @@ def test_a_client_in_rapid_sends_and_receives_bytes() -> None:
               SocketClose s;
               TPWrite "closed " \Bool:=SocketGetStatus(s) = SOCKET_CLOSED;
               RETURN;
-            """
+            """,
+            once=True,
         ) == ["[255,2,1,0,0]3", "260", "closed TRUE", "closed TRUE"]
         thread.join(60)
 

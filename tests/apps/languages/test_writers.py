@@ -236,7 +236,10 @@ def test_rapid_names_are_words_of_rapid(arm: Robot, steps: Client) -> None:
         ("disc", "step 1 .* a tool that turns with its arc"),
         ("text", "step 1 .* a signal of text"),
         ("round", r"step 1\[0\].0 .* a move that searches"),
-        ("decision", "step 1 decides as the program runs"),
+        ("decision", r"step 1.then.0 .* a move that searches"),
+        ("elsewhere", "step 2 .* it goes elsewhere after one decision than after another; give a goal"),
+        ("slower", r"step 2 .* what is decided before it changes what it does"),
+        ("beyond", r"step 1\[0\].0: "),
         ("other", "step 1 .* it moves 'other', and the program is for 'arm'"),
         ("frame", "step 3 .* its frame 'tray' moves while the program runs"),
         ("far", "step 1: "),
@@ -247,6 +250,7 @@ def test_what_no_controller_has_is_refused_by_its_place(arm: Robot, steps: Clien
     there = arm.tcp @ pose(z=-0.03)
     side = (arm.tcp @ pose(x=0.01, z=-0.01))[:3, 3]
     search = new().move(arm.linear(there, until="part"))
+    other = new().move(arm.ptp({arm.joint_names[1]: 0.2}))
     if step == "other":
         steps.load_robot("model://irb120", name="other", pose=pose(y=2.0))
     steps.signals.create("words", "a")
@@ -260,7 +264,10 @@ def test_what_no_controller_has_is_refused_by_its_place(arm: Robot, steps: Clien
         "disc": lambda: new().move(arm.circular(side, there, turn_with_arc=True)),
         "text": lambda: new().set("words", "b"),
         "round": lambda: new().repeat(1, search),
-        "decision": lambda: new().if_("part", then=new().dwell(0.1)),
+        "decision": lambda: new().if_("part", then=search),
+        "elsewhere": lambda: new().if_("part", then=other).move(arm.ptp({arm.joint_names[0]: 0.2})),
+        "slower": lambda: new().if_("part", then=new().speed(0.5)).move(arm.ptp({arm.joint_names[0]: 0.2})),
+        "beyond": lambda: new().while_(new().move(arm.linear(pose(x=9.0))), "part"),
         "other": lambda: new().move(steps.robot("other").ptp({"joint_1": 0.1})),
         "frame": lambda: (
             new()

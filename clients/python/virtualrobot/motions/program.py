@@ -307,7 +307,8 @@ class Program:
         """Return a program of the elementary steps that it makes, and the place of each in the text.
 
         Repeats, calls, patterns, picks and places are told by what they stand for: `4[2].0` is the first step within
-        step 4 in its third round. Raises InvalidArgumentError where steps decide as the program runs.
+        step 4 in its third round. Steps that decide as the program runs stay, with flat steps within them, whose places
+        come after their own; those of a loop are told in its first round.
         """
         request = motion_pb2.ReadProgramRequest(spec=self._spec, flat=True)
         answer = self._services.motion.ReadProgram(request, timeout=LONG_TIMEOUT_SECONDS)

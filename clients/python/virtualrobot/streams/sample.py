@@ -31,7 +31,7 @@ class Sample:
         time: simulation time (s).
         wall_time: the kernel's wall clock (s since 1970).
         values: numbers, words and arrays by name, such as `joint_1/position`, `x`, `distances`.
-        size: how many bytes the message had that told it.
+        told_by: the message that told it, or how many bytes it had.
         lost: how many samples of the stream before this one were lost, since this program or the kernel was too slow.
         message: the message of the contract that told it, with what `values` leave out; None where there is none.
     """
@@ -41,9 +41,14 @@ class Sample:
     time: float
     wall_time: float
     values: Mapping[str, Any]
-    size: int
+    told_by: Message | int
     lost: int = 0
     message: Message | None = None
+
+    @property
+    def size(self) -> int:
+        """Bytes that the message had that told it; counted when asked for, as a picture takes 0.7 ms."""
+        return self.told_by if isinstance(self.told_by, int) else self.told_by.ByteSize()
 
     @property
     def nanoseconds(self) -> int:
@@ -67,13 +72,13 @@ def sampled(
     stream: str,
     stamp: geometry_pb2.Stamp,
     values: Mapping[str, Any],
-    size: int,
+    told_by: Message | int,
     lost: int = 0,
     message: Message | None = None,
 ) -> Sample:
     """Return a sample at a stamp."""
     wall = stamp.wall_time.seconds + stamp.wall_time.nanos / 1e9
-    return Sample(stream, stamp.tick, stamp.tick * stamp.tick_nanoseconds / 1e9, wall, values, size, lost, message)
+    return Sample(stream, stamp.tick, stamp.tick * stamp.tick_nanoseconds / 1e9, wall, values, told_by, lost, message)
 
 
 def of_stamp(stamp: geometry_pb2.Stamp) -> dict[str, Any]:

@@ -187,8 +187,8 @@ class StreamWatch:
                     for one in streams:
                         if (one.about in changed or not again) and (values := told(one, tick)) is not None:
                             state = states.get(one.about)
-                            size = state.ByteSize() if state is not None else tick.stamp.ByteSize()
-                            self._put(sampled(one.name, tick.stamp, values, size, tick.lost_ticks, state))
+                            told_by = tick.stamp if state is None else state
+                            self._put(sampled(one.name, tick.stamp, values, told_by, tick.lost_ticks, state))
                 begun.set()
 
         return read
@@ -262,7 +262,7 @@ class StreamWatch:
             for message in call:
                 for signal in message.signals:
                     values = samples.of_signal(signal)
-                    self._put(sampled(stream_of[signal.name], message.stamp, values, signal.ByteSize()))
+                    self._put(sampled(stream_of[signal.name], message.stamp, values, signal))
                 begun.set()
 
         return read
@@ -287,8 +287,7 @@ class StreamWatch:
                 for reading in message.readings if begun.is_set() else ():
                     for one in of_sensor[reading.sensor]:
                         if (values := samples.of_reading(reading, one.content)) is not None:
-                            size = reading.ByteSize()
-                            self._put(sampled(one.name, reading.stamp, values, size, reading.lost, reading))
+                            self._put(sampled(one.name, reading.stamp, values, reading, reading.lost, reading))
                 begun.set()
 
         return read
@@ -306,7 +305,7 @@ class StreamWatch:
                             "progress": motion.progress,
                         }
                         for one in streams:
-                            self._put(sampled(one.name, answer.stamp, values, motion.ByteSize()))
+                            self._put(sampled(one.name, answer.stamp, values, motion))
                 told = {motion.id: motion for motion in answer.motions}
                 begun.set()
                 self._closed.wait(1.0 / MOTIONS_HERTZ)
@@ -321,13 +320,7 @@ class StreamWatch:
                 for event in message.events:
                     for one in streams:
                         self._put(
-                            sampled(
-                                one.name,
-                                message.stamp,
-                                samples.of_event(event),
-                                event.ByteSize(),
-                                message.missed_events,
-                            )
+                            sampled(one.name, message.stamp, samples.of_event(event), event, message.missed_events)
                         )
                 begun.set()
 

@@ -14,6 +14,7 @@ from typing import Protocol, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot.errors import RobotBusyError, UnreachableError, VirtualRobotError
+from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.setpoints import SetpointStream
 from virtualrobot.robots.robot import Robot
 
@@ -190,7 +191,7 @@ class Twin:
         self._robot, self._timeout = robot, timeout
         self._base_t_world = np.eye(4) if world_t_base is None else np.linalg.inv(world_t_base)
         self._stream: SetpointStream | None = None
-        self._motion = ""
+        self._motion: Motion | None = None
         self._closed = False
         self.joint_names = tuple(robot.joint_names)
         types = robot.joint_types
@@ -224,10 +225,10 @@ class Twin:
         try:
             if self._stream is None:
                 self._stream = self._robot.stream("position", timeout=self._timeout)
-                self._motion = self._stream.motion.id
+                self._motion = self._stream.motion
             self._stream.send(positions)
         except RobotBusyError as error:
-            if error.metadata.get("motion") != self._motion:
+            if self._motion is None or error.metadata.get("motion") != self._motion.id:
                 self.complaint = str(error)
         except VirtualRobotError as error:
             self.complaint, self._stream = str(error), None
@@ -241,6 +242,11 @@ class Twin:
     def recover(self) -> None:
         """Follow again."""
         self.complaint = ""
+
+    @property
+    def rests(self) -> bool:
+        """True where the robot follows nothing, and has come to rest from what it has followed."""
+        return self._stream is None and (self._motion is None or self._motion.phase.ended)
 
     def advance(self, seconds: float) -> None:
         """Leave time to the kernel, which has its own."""

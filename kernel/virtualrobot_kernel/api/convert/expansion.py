@@ -29,13 +29,16 @@ DEEPEST = 30
 
 NESTED = ("repeat", "call", "pattern", "pick_at", "place_at", "if_signal", "while_signal")
 """Kinds of steps that stand for others."""
+_BRANCHES = {"if_signal": {"then": ".then.", "otherwise": ".otherwise."}, "while_signal": {"steps": "[0]."}}
+"""Fields of the steps that decide, and what their paths go on with there."""
 
 
 @dataclass(frozen=True, slots=True)
 class Place:
     """Place of steps in a program's text: their path up to their own numbers, and that of the fields.
 
-    calls: the programs that led here. once: whether each step is told once, whatever decides about it.
+    calls: the programs that led here. once: whether each step is told once, whatever decides about it. kept: whether
+    steps that decide are told as such, with the flat steps of what they decide about within them.
     """
 
     path: str = ""
@@ -45,6 +48,7 @@ class Place:
     calls: tuple[str, ...] = ()
     depth: int = 0
     once: bool = False
+    kept: bool = False
 
     def name(self, number: int) -> str:
         """Return the path of a step here."""
@@ -53,11 +57,19 @@ class Place:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class FlatStep:
-    """Step that stands for nothing but itself: its path, what its fields are called in errors, and its message."""
+    """Step that stands for nothing but itself: its path, what its fields are called in errors, and its message.
+
+    within: the steps of one that decides, where these are kept.
+    """
 
     path: str
     what: str
     message: motion_pb2.ProgramStep
+    within: tuple[FlatStep, ...] = ()
+
+    def paths(self) -> list[str]:
+        """Return its path and those of the steps within it."""
+        return [self.path, *(path for one in self.within for path in one.paths())]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -82,15 +94,19 @@ def text_of(steps: Sequence[motion_pb2.ProgramStep], programs: Programs, first: 
     Raises KernelError that names step and field: for programs that are unknown, empty or call themselves, counts of
     zero, numbers that are not finite, and more steps than a program may have.
     """
+    return _text(steps, programs, Place(first=first))
+
+
+def _text(steps: Sequence[motion_pb2.ProgramStep], programs: Programs, at: Place) -> Text:
     sizes: dict[str, int] = {}
-    count = _size(steps, programs, Place(first=first), sizes)
+    count = _size(steps, programs, at, sizes)
     if count > MAX_STEPS:
         raise KernelError(
             f"a program has at most {MAX_STEPS} steps, and these stand for {count}",
             reason=Reason.TOO_LARGE,
             steps=count,
         )
-    return _flat(steps, programs, Place(first=first))
+    return _flat(steps, programs, at)
 
 
 def next_part(text: Text, holds: bool | None = None) -> tuple[list[FlatStep], Decision | None]:
@@ -109,19 +125,14 @@ def next_part(text: Text, holds: bool | None = None) -> tuple[list[FlatStep], De
 def flat_program(spec: motion_pb2.MotionSpec) -> tuple[motion_pb2.MotionSpec, list[str]]:
     """Return a program with the steps that its text stands for, and their paths; moves become its only step.
 
-    Raises KernelError as `text_of`, and for a step that decides as the program runs.
+    Steps that decide stay, with flat steps within them, whose paths come after their own; those of a loop are the paths
+    of its first round. Raises KernelError as `text_of`.
     """
     steps = spec.steps or [motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=spec.moves))]
-    found, decision = next_part(text_of(steps, spec.programs))
-    if decision is not None:
-        raise KernelError(
-            f"step {decision.path} decides as the program runs what comes next, so that it has no flat steps",
-            field=decision.what,
-            step_path=decision.path,
-        )
+    found = [step for step in _text(steps, spec.programs, Place(kept=True)) if isinstance(step, FlatStep)]
     tracking = spec.tracking if spec.HasField("tracking") else None
     flat = motion_pb2.MotionSpec(steps=[step.message for step in found], tracking=tracking)
-    return flat, [step.path for step in found]
+    return flat, [path for step in found for path in step.paths()]
 
 
 def each_once(steps: Sequence[motion_pb2.ProgramStep], programs: Programs, first: int = 0) -> list[FlatStep]:
@@ -219,6 +230,8 @@ def _flat(steps: Steps, programs: Programs, at: Place) -> Text:
         elif kind in ("pick_at", "place_at"):
             for place, part in enumerate(_at_steps(step, f"{what}.{kind}")):
                 yield FlatStep(f"{path}.{place}", f"{what}.{kind}", _framed(part, at.frames, f"{what}.{kind}"))
+        elif at.kept and kind in _BRANCHES:
+            yield _decision(step, programs, replace(inner, path=path), what)
         elif kind == "if_signal":
             yield FlatStep(path, what, step)
             wish = step.if_signal
@@ -231,6 +244,21 @@ def _flat(steps: Steps, programs: Programs, at: Place) -> Text:
             yield from _loop(step, programs, replace(inner, path=path), what)
         else:
             yield FlatStep(path, what, _framed(step, at.frames, what))
+
+
+def _decision(step: motion_pb2.ProgramStep, programs: Programs, at: Place, what: str) -> FlatStep:
+    """Return a step that decides, with flat steps within it."""
+    kind, found, within = step.WhichOneof("step") or "", motion_pb2.ProgramStep(), list[FlatStep]()
+    found.CopyFrom(step)
+    for name, path in _BRANCHES[kind].items():
+        inner = replace(at, path=f"{at.path}{path}", what=f"{what}.{kind}.{name}")
+        text = _flat(getattr(getattr(step, kind), name), programs, inner)
+        branch = [one for one in text if isinstance(one, FlatStep)]
+        kept = getattr(getattr(found, kind), name)
+        del kept[:]
+        kept.extend(one.message for one in branch)
+        within += branch
+    return FlatStep(at.path, what, found, tuple(within))
 
 
 def _loop(step: motion_pb2.ProgramStep, programs: Programs, at: Place, what: str) -> Text:

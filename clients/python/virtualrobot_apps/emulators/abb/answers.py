@@ -1,4 +1,4 @@
-"""Answers of Robot Web Services 1.0: items with a class, a title and values, as XHTML or as JSON."""
+"""Answers of Robot Web Services: items with a class, a title and values, as XHTML or as JSON; JSON of 2.0 is HAL."""
 
 from __future__ import annotations
 
@@ -10,6 +10,13 @@ from xml.sax.saxutils import escape, quoteattr
 
 XHTML, JSON, BYTES = "application/xhtml+xml", "application/json", "application/octet-stream"
 """Types of contents; that of JSON has no character set, since clients compare it."""
+SECOND = ";v=2.0"
+"""End of the types of Robot Web Services 2.0."""
+HAL = f"application/hal+json{SECOND}"
+DONE = 294912
+"""Code of an answer of 2.0 to what was done."""
+PLAIN_LISTS = ("rap-module-info-li",)
+"""Classes of items of lists that 2.0 tells in `state`, where others stand in `_embedded.resources`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,6 +57,29 @@ def state(items: Sequence[Item], base: str, as_json: bool) -> Answer:
     return Answer(200, page("".join(map(xhtml, items)), base))
 
 
+def hal_state(items: Sequence[Item], base: str) -> Answer:
+    """Return the answer that items make in 2.0: those of a list are its resources, others its state.
+
+    Source: answers of a virtual OmniCore controller with RobotWare 7.21 that the tests of abb-rws-client (Apache-2.0)
+    have kept.
+    """
+    told: dict[str, Any] = {"_links": {"base": {"href": base}, "self": {"href": ""}}, "status": {"code": DONE}}
+    listed = [one for one in items if one.kind.endswith("-li") and one.kind not in PLAIN_LISTS]
+    if listed:
+        links = [{"_links": {"self": {"href": one.href}}, **_hal(one)} for one in listed]
+        return _json(200, told | {"_embedded": {"resources": links}}, HAL)
+    return _json(200, told | {"state": [_hal(one) for one in items]}, HAL)
+
+
+def hal_failed(status: int, code: int, words: str, base: str) -> Answer:
+    """Return the answer of 2.0 to what is refused: a return code and words."""
+    return _json(status, {"_links": {"base": {"href": base}}, "status": {"code": code, "msg": words}}, HAL)
+
+
+def _hal(item: Item) -> dict[str, str]:
+    return {"_type": item.kind, "_title": item.title, **{name: str(value) for name, value in _flat(item.values)}}
+
+
 def failed(status: int, code: int, words: str, base: str, as_json: bool) -> Answer:
     """Return the answer to what is refused: a return code and words."""
     if as_json:
@@ -87,8 +117,8 @@ def _flat(values: Mapping[str, Any]) -> list[tuple[str, Any]]:
     return flat
 
 
-def _json(status: int, told: object) -> Answer:
-    return Answer(status, json.dumps(told).encode(), JSON)
+def _json(status: int, told: object, kind: str = JSON) -> Answer:
+    return Answer(status, json.dumps(told).encode(), kind)
 
 
 def _document(body: str, base: str) -> bytes:

@@ -17,13 +17,19 @@ import click
 from virtualrobot.cli.names import ROBOT
 from virtualrobot.cli.options import GO_ON, Target, target_options
 
+from virtualrobot_apps.emulators.egm.command import devices_option
+
 _EXAMPLES = """
 \b
 Examples:
   virtualrobot emulate abb arm
   virtualrobot emulate abb arm --module palletize.mod --create-signals --port 8080
   virtualrobot emulate abb left right --module left.mod --module T_ROB2=right.mod --files disk
+  virtualrobot emulate abb arm --module guided.mod --egm UCdevice=127.0.0.1:6510
 """
+
+
+_PEM = click.Path(exists=True, dir_okay=False, path_type=Path)
 
 
 @click.command(epilog=_EXAMPLES)
@@ -35,6 +41,16 @@ Examples:
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=8080, show_default=True, help="Its port; 0: any free one."
 )
+@click.option(
+    "--rws",
+    "version",
+    type=click.Choice(["1.0", "2.0"]),
+    default="1.0",
+    show_default=True,
+    help="Robot Web Services: those of RobotWare 6, or of RobotWare 7, which are HTTPS.",
+)
+@click.option("--tls-certificate", type=_PEM, help="With --rws 2.0: a PEM file.")
+@click.option("--tls-key", type=_PEM, help="Its key, a PEM file.")
 @click.option("--user", default="Default User", show_default=True, help="Who may come in.")
 @click.option("--password", default="robotics", show_default=True, help="The password, here the one that ABB ships.")
 @click.option(
@@ -50,6 +66,7 @@ Examples:
     flag_value="127.0.0.1",
     help="Let sockets of programs listen, at this address [127.0.0.1].",
 )
+@devices_option
 @click.option(
     "--motion-programs",
     is_flag=True,
@@ -64,21 +81,29 @@ def abb(
     modules: tuple[str, ...],
     host: str,
     port: int,
+    version: str,
+    tls_certificate: Path | None,
+    tls_key: Path | None,
     user: str,
     password: str,
     folder: Path | None,
     listen: str | None,
+    devices: tuple[tuple[str, tuple[str, int]], ...],
     motion_programs: bool,
     create_signals: bool,
     until_input_ends: bool,
 ) -> None:
-    """Emulate an ABB controller with Robot Web Services 1.0, whose programs in RAPID move ROBOTs, until Ctrl-C.
+    """Emulate an ABB controller with Robot Web Services, whose programs in RAPID move ROBOTs, until Ctrl-C.
 
     Clients load, start, watch and stop programs; T_ROB1 moves the first ROBOT. Lines that are typed are answers on the
     pendant. Whoever knows user and password moves the robots.
     """
     if find_spec("uvicorn") is None or find_spec("websockets") is None:
         raise click.UsageError("this needs uvicorn and websockets: pip install 'virtualrobot[console]'")
+    second = version == "2.0"
+    certificate = None if tls_certificate is None or tls_key is None else (tls_certificate, tls_key)
+    if second != (certificate is not None) or (certificate is None and (tls_certificate or tls_key)):
+        raise click.UsageError("--tls-certificate and --tls-key go with --rws 2.0, which is HTTPS and needs both")
     from virtualrobot_apps.emulators.abb.controller import Controller
     from virtualrobot_apps.emulators.abb.refused import Refused
     from virtualrobot_apps.emulators.abb.server import Server, made
@@ -100,7 +125,14 @@ def abb(
         answers = iter(typed.get, None)
         creates = create_signals or motion_programs
         controller = Controller(
-            client, robots, files, create_signals=creates, listen_at=listen, write=click.echo, answers=answers
+            client,
+            robots,
+            files,
+            create_signals=creates,
+            listen_at=listen,
+            write=click.echo,
+            answers=answers,
+            egm=dict(devices),
         )
         stack.callback(controller.close)
         if motion_programs:
@@ -112,8 +144,13 @@ def abb(
                 controller.load_module(found["task"] or "T_ROB1", read_source(Path(found["file"])), replace=True)
             except Refused as error:
                 raise click.ClickException(error.words) from error
-        server = made(Server(controller, {user: password}))
-        click.echo(f"Robot Web Services at http://{host}:{listening.getsockname()[1]}; Ctrl-C ends it")
+        server = made(Server(controller, {user: password}, second=second), certificate)
+        try:
+            server.config.load()
+        except OSError as error:
+            said = f"--tls-certificate and --tls-key are no certificate and its key: {error}"
+            raise click.ClickException(said) from error
+        click.echo(f"Robot Web Services at http{'s' * second}://{host}:{listening.getsockname()[1]}; Ctrl-C ends it")
 
         def read() -> None:
             for line in sys.stdin:

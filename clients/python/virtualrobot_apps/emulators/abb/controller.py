@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -90,6 +90,7 @@ class Controller:
         listen_at: str | None = None,
         write: Callable[[str], None] = print,
         answers: Iterable[str] = (),
+        egm: Mapping[str, tuple[str, int]] | None = None,
     ) -> None:
         """Have one task for each robot, T_ROB1 and so on, and no module.
 
@@ -105,6 +106,7 @@ class Controller:
         self.listeners: set[Callable[[dict[str, Any]], None]] = set()
         """Are called, in a thread of the controller, with values of signals that have changed."""
         self._create, self._listen_at, self._write, self._answers = create_signals, listen_at, write, iter(answers)
+        self._egm = egm
         self._lock = threading.RLock()
         self._programs: dict[str, Loaded] = {}
         self._tasks: dict[str, ControlledTask] = {}
@@ -204,7 +206,7 @@ class Controller:
         cell, tasks = Cell(), {}
         for name, program in self._programs.items():
             world = World(self.client, self.units[name].robot, self._write)
-            parts = (cell, self.files, self.log.report, self._write, self._answers, self._listen_at)
+            parts = (cell, self.files, self.log.report, self._write, self._answers, self._listen_at, self._egm)
             tasks[name] = ControlledTask(program, world, name, *parts)
         for name, task in tasks.items():
             task.prepare()

@@ -1,7 +1,8 @@
-"""Digest access authentication of HTTP (RFC 7616), with MD5 and `qop=auth`, as Robot Web Services 1.0 asks for."""
+"""Authentication of HTTP: Digest (RFC 7616) with MD5 and `qop=auth`, as Robot Web Services 1.0 asks for, and Basic."""
 
 from __future__ import annotations
 
+import base64
 import hashlib
 import hmac
 import secrets
@@ -59,6 +60,27 @@ class Digest:
 
     def _signed(self, made: str) -> str:
         return f"{made}:{hmac.new(self._secret, made.encode(), 'sha256').hexdigest()[:32]}"
+
+
+class Basic:
+    """Users who may come in, as Robot Web Services 2.0 asks for them (RFC 7617): over TLS, with name and password."""
+
+    def __init__(self, users: dict[str, str]) -> None:
+        """Let these users in."""
+        self._users = {f"{name}:{password}".encode() for name, password in users.items()}
+
+    def challenge(self, stale: bool = False) -> str:
+        """Return the header `WWW-Authenticate`; nothing gets too old."""
+        return f'Basic realm="{REALM}"'
+
+    def accepts(self, header: str, method: str, target: str) -> str:
+        """Return "yes" or "no" for a header `Authorization`, whatever is asked for."""
+        kind, _, rest = header.partition(" ")
+        try:
+            given = base64.b64decode(rest.strip(), validate=True) if kind.lower() == "basic" else b""
+        except ValueError:
+            return "no"
+        return "yes" if any([hmac.compare_digest(given, one) for one in self._users]) else "no"
 
 
 def _hash(text: str) -> str:

@@ -12,9 +12,13 @@ DISKS = {"home": "HOME:", "temp": "TEMP:", "ramdisk": "RAMDISK:"}
 """Names of disks as a program of the controller writes them, by the variables that clients ask for."""
 
 
-def place(folder: Path, name: str) -> Path:
-    """Return the file of a name such as `$HOME/a.mod`, `HOME:/a.mod` or `/HOME:/a.mod`, always below the folder."""
-    rest = re.sub(r"^/*(\$\w+|\w+:)(?=/|$)", "", name.replace("\\", "/"))
+def place(folder: Path, name: str, *, bare: bool = False) -> Path:
+    """Return the file of a name such as `$HOME/a.mod`, `HOME:/a.mod` or `/HOME:/a.mod`, always below the folder.
+
+    `bare`: so is `HOME/a.mod`, as clients of Robot Web Services 2.0 write it.
+    """
+    named = f"|(?i:{'|'.join(DISKS)})" if bare else ""
+    rest = re.sub(rf"^/*(\$\w+|\w+:{named})(?=/|$)", "", name.replace("\\", "/"))
     try:
         if ":" in rest or "\0" in rest:
             raise FileRefused(f"{name!r} has a colon or a NUL that is not after a disk")

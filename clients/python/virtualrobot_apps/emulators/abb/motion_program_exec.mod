@@ -23,6 +23,15 @@ MODULE motion_program_exec
     LOCAL VAR num preempt_asked := 0;
     LOCAL VAR num preempt_after := 0;
 
+    LOCAL VAR num egm_kind := 0;
+    LOCAL VAR pose egm_frames{2};
+    LOCAL VAR num egm_types{2};
+    LOCAL VAR egm_minmax egm_ranges{6};
+    LOCAL VAR num egm_farthest;
+    LOCAL VAR num egm_fastest;
+    LOCAL VAR egmident egm_guide;
+    LOCAL VAR intnum egm_stopped;
+
     PROC main()
         SetAO motion_program_preempt, 0;
         SetAO motion_program_preempt_current, 0;
@@ -84,21 +93,35 @@ MODULE motion_program_exec
         motion_program_load := next_load();
         stamp := next_text();
         SetAO motion_program_seqno, next();
-        skip_egm next();
+        read_egm next();
     ENDPROC
 
-    LOCAL PROC skip_egm(num kind)
-        VAR num many := 0;
+    LOCAL PROC read_egm(num kind)
+        egm_kind := kind;
         TEST kind
-        CASE 0: many := 0;
-        CASE 1: many := 14;
-        CASE 2: many := 30;
-        CASE 3: many := 7;
-        DEFAULT: failed "there is no EGM configuration " + NumToStr(kind, 0);
+        CASE 0:
+            RETURN;
+        CASE 1:
+            read_ranges;
+        CASE 2:
+            FOR i FROM 1 TO 2 DO
+                egm_frames{i} := next_pose();
+                egm_types{i} := next();
+            ENDFOR
+            read_ranges;
+        CASE 3:
+            egm_frames{1} := next_pose();
+        DEFAULT:
+            failed "there is no EGM configuration " + NumToStr(kind, 0);
         ENDTEST
-        WHILE many > 0 DO
-            many := many - 1 + 0 * next();
-        ENDWHILE
+    ENDPROC
+
+    LOCAL PROC read_ranges()
+        FOR i FROM 1 TO 6 DO
+            egm_ranges{i} := [next(), next()];
+        ENDFOR
+        egm_farthest := next();
+        egm_fastest := next();
     ENDPROC
 
     LOCAL FUNC bool more()
@@ -201,12 +224,57 @@ MODULE motion_program_exec
             failed "CirPathMode does not work here yet";
         CASE 7, 8:
             failed "SyncMoveOn and SyncMoveOff do not work here yet";
-        CASE 50001, 50002, 50003, 50004:
-            failed "EGM does not work here yet";
+        CASE 50001, 50002:
+            run_egm code;
+        CASE 50003, 50004:
+            failed "path correction by EGM does not work here yet";
         DEFAULT:
             failed "there is no command code " + NumToStr(code, 0);
         ENDTEST
     ENDPROC
+
+    LOCAL PROC run_egm(num code)
+        VAR num condition;
+        VAR num ramp_in;
+        VAR num ramp_out;
+        VAR pose offset := [[0,0,0],[1,0,0,0]];
+        VAR string device := "UCdevice";
+        condition := next();
+        ramp_in := next();
+        ramp_out := next();
+        IF code = 50002 offset := next_pose();
+        IF offset <> [[0,0,0],[1,0,0,0]] failed "an offset of EGMRunPose does not work here yet";
+        IF egm_kind <> code - 50000 failed "the program has no EGM configuration for this command";
+        IF GetTaskName() <> "T_ROB1" device := device + StrPart(GetTaskName(), 6, StrLen(GetTaskName()) - 5);
+        SetDO motion_program_stop_egm, 0;
+        IDelete egm_stopped;
+        CONNECT egm_stopped WITH stop_egm;
+        ISignalDO motion_program_stop_egm, 1, egm_stopped;
+        EGMReset egm_guide;
+        EGMGetId egm_guide;
+        IF code = 50001 THEN
+            EGMSetupUC ROB_1, egm_guide, "joint", device \Joint;
+            EGMActJoint egm_guide \Tool:=motion_program_tool \WObj:=motion_program_wobj \J1:=egm_ranges{1}
+                \J2:=egm_ranges{2} \J3:=egm_ranges{3} \J4:=egm_ranges{4} \J5:=egm_ranges{5} \J6:=egm_ranges{6}
+                \MaxPosDeviation:=egm_farthest \MaxSpeedDeviation:=egm_fastest;
+            EGMRunJoint egm_guide, EGM_STOP_HOLD \J1 \J2 \J3 \J4 \J5 \J6 \CondTime:=condition
+                \RampInTime:=ramp_in \RampOutTime:=ramp_out;
+        ELSE
+            EGMSetupUC ROB_1, egm_guide, "pose", device \Pose;
+            EGMActPose egm_guide \Tool:=motion_program_tool \WObj:=motion_program_wobj, egm_frames{1}, egm_types{1},
+                egm_frames{2}, egm_types{2} \X:=egm_ranges{1} \Y:=egm_ranges{2} \Z:=egm_ranges{3}
+                \Rx:=egm_ranges{4} \Ry:=egm_ranges{5} \Rz:=egm_ranges{6} \MaxPosDeviation:=egm_farthest
+                \MaxSpeedDeviation:=egm_fastest;
+            EGMRunPose egm_guide, EGM_STOP_HOLD \X \Y \Z \Rx \Ry \Rz \CondTime:=condition
+                \RampInTime:=ramp_in \RampOutTime:=ramp_out;
+        ENDIF
+        IDelete egm_stopped;
+        EGMReset egm_guide;
+    ENDPROC
+
+    LOCAL TRAP stop_egm
+        EGMStop egm_guide, EGM_STOP_HOLD;
+    ENDTRAP
 
     ! The log of the way: time, number of the command, joints.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -73,9 +73,10 @@ class ControlledTask(RapidTask):
         write: Callable[[str], None],
         answers: Iterable[str],
         listen_at: str | None,
+        egm: Mapping[str, tuple[str, int]] | None = None,
     ) -> None:
         """Set up the data; `report` gets messages of ErrWrite and ErrLog, the others are `RapidTask`'s."""
-        super().__init__(program, world, write, listen_at, files=files, answers=answers, name=name, cell=cell)
+        super().__init__(program, world, write, listen_at, files=files, answers=answers, name=name, cell=cell, egm=egm)
         self.holds = self.held = self.over = self._serving = False
         self._report, self._thread = report, 0
 

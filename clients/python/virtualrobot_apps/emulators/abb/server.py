@@ -1,4 +1,8 @@
-"""Server of Robot Web Services 1.0: HTTP with Digest authentication and sessions, and WebSockets of subscriptions."""
+"""Server of Robot Web Services: HTTP with authentication and sessions, and WebSockets of subscriptions.
+
+Version 1.0 is that of IRC5: HTTP, Digest, XHTML or JSON. Version 2.0 is that of OmniCore: HTTP over TLS, Basic, XHTML
+or HAL, types with `;v=2.0` behind.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +12,7 @@ import time
 from collections.abc import Awaitable, Callable, Mapping
 from dataclasses import dataclass
 from http.cookies import CookieError, SimpleCookie
+from pathlib import Path
 from typing import Any, TypeAlias
 from urllib.parse import parse_qs
 
@@ -15,9 +20,20 @@ import uvicorn
 from virtualrobot.errors import VirtualRobotError
 
 from virtualrobot_apps.asgi import server_config
-from virtualrobot_apps.emulators.abb.answers import Answer, failed, page, state, xhtml
+from virtualrobot_apps.emulators.abb.answers import (
+    HAL,
+    SECOND,
+    XHTML,
+    Answer,
+    failed,
+    hal_failed,
+    hal_state,
+    page,
+    state,
+    xhtml,
+)
 from virtualrobot_apps.emulators.abb.controller import Controller
-from virtualrobot_apps.emulators.abb.digest import Digest
+from virtualrobot_apps.emulators.abb.digest import Basic, Digest
 from virtualrobot_apps.emulators.abb.refused import RETURN_CODES, Refused
 from virtualrobot_apps.emulators.abb.subscriptions import Subscriptions
 from virtualrobot_apps.emulators.abb.table import Call, find
@@ -37,7 +53,12 @@ LOOK_SECONDS = 0.02
 """Time (s) from one look at what is subscribed to the next."""
 SESSION, NUMBER = "-http-session-", "ABBCX"
 """Cookies: the session, which nobody can guess, and its number."""
-SUBPROTOCOL = "robapi2_subscription"
+SUBPROTOCOLS = {False: "robapi2_subscription", True: "rws_subscription"}
+"""Subprotocol of WebSockets by 1.0, and by 2.0 (True)."""
+TAKEN = ("*/*", "application/*", HAL, XHTML + SECOND)
+"""Types of answers that a client of 2.0 may ask for."""
+GIVEN = ("application/x-www-form-urlencoded", "text/plain", "application/octet-stream")
+"""Types of bodies that a client of 2.0 may send, each with the version behind."""
 
 
 @dataclass(slots=True)
@@ -51,10 +72,11 @@ class Session:
 class Server:
     """The server, an ASGI application."""
 
-    def __init__(self, controller: Controller, users: dict[str, str]) -> None:
-        """Serve a controller to these users, by name and password."""
-        self._controller, self._digest = controller, Digest(users)
-        self._subscriptions = Subscriptions(controller)
+    def __init__(self, controller: Controller, users: dict[str, str], *, second: bool = False) -> None:
+        """Serve a controller to these users, by name and password, by 1.0 or 2.0 (`second`)."""
+        self._controller, self._second = controller, second
+        self._door = Basic(users) if second else Digest(users)
+        self._subscriptions = Subscriptions(controller, second=second)
         self._sessions: dict[str, Session] = {}
         self._numbers = 0
 
@@ -81,9 +103,9 @@ class Server:
             del self._sessions[key]
         key = cookies.get(SESSION, "")
         if key not in self._sessions:
-            verdict = self._digest.accepts(given.get("authorization", ""), method, target)
+            verdict = self._door.accepts(given.get("authorization", ""), method, target)
             if verdict != "yes":
-                raise Denied(self._digest.challenge(verdict == "stale"))
+                raise Denied(self._door.challenge(verdict == "stale"))
             number = cookies.get(NUMBER, "")
             key = next((one for one, held in self._sessions.items() if str(held.number) == number), "")
         if key:
@@ -103,22 +125,27 @@ class Server:
     # Calls.
 
     async def _http(self, scope: Event, receive: Receive, send: Send) -> None:
-        base = f"http://{_headers(scope).get('host', 'localhost')}{scope['path'].rpartition('/')[0]}/"
+        given = _headers(scope)
+        base = f"{scope['scheme']}://{given.get('host', 'localhost')}{scope['path'].rpartition('/')[0]}/"
         cookies: list[tuple[str, str]] = []
-        as_json = False
+        as_json = self._second and HAL in given.get("accept", "").replace("; ", ";")
         try:
             body = await _body(receive)
             key, cookies = self._who(scope, scope["method"])
             query = _fields(scope["query_string"])
-            as_json = query.get("json", [""])[0] == "1"
+            as_json = as_json or query.get("json", [""])[0] == "1"
+            if self._second:
+                _look_at_types(given, body)
             answer = await asyncio.to_thread(self._answer, scope, query, body, key, base, as_json)
         except Denied as denied:
-            words = "Digest authentication is needed: a user of this controller, and the password"
-            answer = failed(401, RETURN_CODES["SYS_CTRL_E_FAIL"], words, base, False)
+            way = "Basic" if self._second else "Digest"
+            words = f"{way} authentication is needed: a user of this controller, and the password"
+            answer = self._failed(401, RETURN_CODES["SYS_CTRL_E_FAIL"], words, base, as_json)
             cookies = [("www-authenticate", denied.challenge)]
         except Refused as refused:
-            answer = failed(refused.status, refused.code, refused.words, base, as_json)
-        headers = [("content-type", answer.kind), ("content-length", str(len(answer.body))), *answer.headers, *cookies]
+            answer = self._failed(refused.status, refused.code, refused.words, base, as_json)
+        kind = answer.kind + (SECOND if self._second and answer.kind == XHTML else "")
+        headers = [("content-type", kind), ("content-length", str(len(answer.body))), *answer.headers, *cookies]
         if answer.status == 204:
             headers = [one for one in headers if not one[0].startswith("content-")]
         encoded = [(name.encode(), value.encode("latin-1", "replace")) for name, value in headers]
@@ -136,15 +163,21 @@ class Server:
         if path == "/subscription" or path.startswith("/subscription/"):
             return self._subscribe(method, path, form, base)
         action = query.get("action", form.get("action", [""]))[0]
-        found, names = find(method, path, action)
-        call = Call(self._controller, names, _firsts(query), _firsts(form), body)
+        found, names = find(method, path, action, second=self._second)
+        call = Call(self._controller, names, _firsts(query), _firsts(form), body, self._second)
         try:
             handled = found.run(call)
         except VirtualRobotError as error:
             raise Refused("FAIL", str(error), 500) from error
         if isinstance(handled, Answer):
             return handled
-        return Answer(204) if handled is None else state(handled, base, as_json)
+        if handled is None:
+            return Answer(204)
+        return hal_state(handled, base) if as_json and self._second else state(handled, base, as_json)
+
+    def _failed(self, status: int, code: int, words: str, base: str, as_json: bool) -> Answer:
+        second = as_json and self._second
+        return hal_failed(status, code, words, base) if second else failed(status, code, words, base, as_json)
 
     # Subscriptions.
 
@@ -153,11 +186,10 @@ class Server:
             if method != "POST":
                 raise Refused("UNRESOLVED_URL", f"/subscription takes POST, not {method}", 405)
             number = self._subscriptions.make(form)
-            host = base.removeprefix("http://").partition("/")[0]
-            links = (
-                f'<a href="subscription/{number}" rel="group"></a><a href="ws://{host}/poll/{number}" rel="self"></a>'
-            )
-            return Answer(201, page("", base, links), headers=(("location", f"ws://{host}/poll/{number}"),))
+            scheme, _, rest = base.partition("://")
+            poll = f"{'wss' if scheme == 'https' else 'ws'}://{rest.partition('/')[0]}/poll/{number}"
+            links = f'<a href="subscription/{number}" rel="group"></a><a href="{poll}" rel="self"></a>'
+            return Answer(201, page("", base, links), headers=(("location", poll),))
         number = _number(path.removeprefix("/subscription/"))
         if method == "DELETE":
             self._subscriptions.of(number)
@@ -178,7 +210,8 @@ class Server:
             await send({"type": "websocket.close", "code": 1008})  # before the handshake: 403
             return
         self._subscriptions.claim(number)
-        chosen = SUBPROTOCOL if SUBPROTOCOL in scope["subprotocols"] else None
+        known = SUBPROTOCOLS[self._second]
+        chosen = known if known in scope["subprotocols"] else None
         await send({"type": "websocket.accept", "subprotocol": chosen})
         gone = asyncio.create_task(_gone(receive))
         try:
@@ -225,6 +258,18 @@ async def _body(receive: Receive) -> bytes:
     return body
 
 
+def _look_at_types(given: Mapping[str, str], body: bytes) -> None:
+    """Refuse types without the version of 2.0, as its controllers do."""
+    wanted = [one.partition(";q=")[0].strip() for one in given.get("accept", "*/*").replace("; ", ";").split(",")]
+    if not set(wanted) & set(TAKEN):
+        said = f"Accept is {HAL} or {XHTML}{SECOND}, not {given['accept']!r}"
+        raise Refused("INVALIDARG", said, 406)
+    kind, _, version = given.get("content-type", "").replace("; ", ";").partition(";")
+    if body and (kind not in GIVEN or "v=2.0" not in version.split(";")):
+        said = f"Content-Type is {', '.join(GIVEN)}, each with {SECOND!r} behind, not {given.get('content-type', '')!r}"
+        raise Refused("INVALIDARG", said, 415)
+
+
 def _headers(scope: Event) -> dict[str, str]:
     return {name.decode("latin-1").lower(): value.decode("latin-1") for name, value in scope["headers"]}
 
@@ -246,6 +291,7 @@ def _number(text: str) -> int:
     return int(text)
 
 
-def made(application: Server) -> uvicorn.Server:
-    """Return what serves it: HTTP by h11 and WebSockets by websockets."""
-    return uvicorn.Server(server_config(application, 64 * 1024))
+def made(application: Server, certificate: tuple[Path, Path] | None = None) -> uvicorn.Server:
+    """Return what serves it, HTTP by h11 and WebSockets by websockets; over TLS with certificate and key, PEM files."""
+    file, key = certificate if certificate is not None else (None, None)
+    return uvicorn.Server(server_config(application, 64 * 1024, ssl_certfile=file, ssl_keyfile=key))

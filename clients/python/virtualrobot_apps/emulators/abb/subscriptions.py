@@ -204,27 +204,41 @@ SUBSCRIBABLE: dict[str, Callable[..., Watch]] = {
     "/rw/elog/0": _log,
     "/rw/dipc/{queue}": _queue,
 }
-"""Resources that can be subscribed to, and what makes the watch of each."""
-_PATTERNS = {
-    re.compile(re.sub(r"\\\{\w+\\\}", "(.+)", re.escape(template))): make for template, make in SUBSCRIBABLE.items()
+"""Resources of 1.0 that can be subscribed to, and what makes the watch of each."""
+SECOND = {
+    "/rw/panel/ctrlstate": "/rw/panel/ctrl-state",
+    "/rw/rapid/symbol/data/RAPID/{path};value": "/rw/rapid/symbol/RAPID/{path}/data;value",
 }
+"""Names in 2.0 of those that are called otherwise there."""
+_PANEL = re.compile(r"(/rw/panel/[\w-]+);\w+")
+"""Resources of the panel, behind which clients may name their only value."""
 
 
-def watch(controller: Controller, uri: str) -> Watch:
-    """Return the watch of a resource."""
-    for pattern, make in _PATTERNS.items():
-        match = pattern.fullmatch(uri)
+def _pattern(template: str) -> re.Pattern[str]:
+    return re.compile(re.sub(r"\\\{\w+\\\}", "(.+)", re.escape(template)))
+
+
+_FIRST_PATTERNS = {_pattern(template): make for template, make in SUBSCRIBABLE.items()}
+_SECOND_PATTERNS = {_pattern(SECOND.get(template, template)): make for template, make in SUBSCRIBABLE.items()}
+
+
+def watch(controller: Controller, uri: str, *, second: bool = False) -> Watch:
+    """Return the watch of a resource of 1.0, or 2.0 (`second`)."""
+    panel = _PANEL.fullmatch(uri)
+    for pattern, make in (_SECOND_PATTERNS if second else _FIRST_PATTERNS).items():
+        match = pattern.fullmatch(panel[1] if panel else uri)
         if match:
             return make(controller, uri, *match.groups())
-    raise Refused("INVALIDARG", f"{uri!r} can't be subscribed to; there are: {', '.join(SUBSCRIBABLE)}")
+    known = (SECOND.get(one, one) if second else one for one in SUBSCRIBABLE)
+    raise Refused("INVALIDARG", f"{uri!r} can't be subscribed to; there are: {', '.join(known)}")
 
 
 class Subscriptions:
     """Subscriptions by their numbers; any thread calls it."""
 
-    def __init__(self, controller: Controller) -> None:
-        """Have none."""
-        self._controller = controller
+    def __init__(self, controller: Controller, *, second: bool = False) -> None:
+        """Have none; `second`: resources are called as in 2.0."""
+        self._controller, self._second = controller, second
         self._numbers = itertools.count(1)
         self._watches: dict[int, dict[str, Watch]] = {}
         self._since: dict[int, float] = {}
@@ -267,7 +281,7 @@ class Subscriptions:
                     told = ", ".join(f"{one} ({words})" for one, words in PRIORITIES.items())
                     raise Refused("INVALIDARG", f"the priority {name}-p is {told}, not {priority!r}")
                 if uri not in watches and uri not in new:
-                    new[uri] = watch(self._controller, uri)
+                    new[uri] = watch(self._controller, uri, second=self._second)
         except BaseException:
             for one in new.values():
                 one.close()

@@ -6,6 +6,7 @@ import math
 import sys
 import threading
 from contextlib import ExitStack, suppress
+from typing import Any
 
 import click
 from virtualrobot.cli.names import ROBOT
@@ -32,6 +33,32 @@ class Place(click.ParamType):
         if not (host and port.isascii() and port.isdecimal() and 1 <= int(port) <= 65535):
             self.fail(f"{value!r} is not HOST:PORT, such as 127.0.0.1:6510", param, ctx)
         return host, int(port)
+
+
+class Device(Place):
+    """A UDP device by which a program in RAPID is guided: its name, and host and port of the computer."""
+
+    name = "name=host:port"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> Any:  # noqa: ANN401
+        """Return the name, and host and port."""
+        if isinstance(value, tuple):
+            return value
+        name, equals, place = str(value).partition("=")
+        if not (name and equals):
+            self.fail(f"{value!r} is not NAME=HOST:PORT, such as UCdevice=127.0.0.1:6510", param, ctx)
+        return name, super().convert(place, param, ctx)
+
+
+devices_option = click.option(
+    "--egm",
+    "devices",
+    metavar="NAME=HOST:PORT",
+    type=Device(),
+    multiple=True,
+    help="Let EGM speak to this computer by the UDP device NAME: whoever answers there moves the robot.",
+)
+"""Option of commands that run programs in RAPID."""
 
 
 @click.command(epilog=_EXAMPLES)

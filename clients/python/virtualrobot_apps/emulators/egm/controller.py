@@ -8,7 +8,8 @@ Its program is emulated so:
       EGMRunJoint egm, EGM_STOP_HOLD \J1 \J2 \J3 \J4 \J5 \J6;   ! until nothing has come for the time-out
     ENDWHILE
 
-or with EGMActPose and EGMRunPose, where poses are asked for. So numbers of packets begin anew after each time-out. What
+or with EGMActPose and EGMRunPose, where poses are asked for; programs in RAPID run it with their own words
+(`virtualrobot_apps.languages.rapid.guided`). So numbers of packets begin anew after each time-out. What
 it can't follow (a wrong count of joints, no numbers, a pose out of reach, a position out of range, whatever the twin in
 a kernel refuses) makes EGM say MCI_ERROR until the time-out has passed.
 """
@@ -24,7 +25,7 @@ from google.protobuf.message import DecodeError
 from virtualrobot.errors import VirtualRobotError
 from virtualrobot.geometry import pose_from_quaternion, quaternion_of
 
-from virtualrobot_apps.emulators.body import Body
+from virtualrobot_apps.emulators.body import Body, Floats
 from virtualrobot_apps.emulators.cyclic import Datagrams
 from virtualrobot_apps.emulators.egm.messages import (
     DATA,
@@ -50,6 +51,9 @@ class EgmController:
         motors_on, program_runs, collision: what it tells of itself; a robot without motors or program follows nothing.
         silent: whether it does nothing, as one whose network is gone.
         answered: packets that have come in this session.
+        convergence_met: whether the arm is where it was asked to be, as it has told last.
+        base_t_frame: the frame of poses, 4x4, in the base's.
+        poses: whether it takes poses alone, or joints alone (False); None: what comes.
     """
 
     def __init__(
@@ -71,11 +75,13 @@ class EgmController:
         """
         self.period = 1.0 / rate
         self.motors_on = self.program_runs = True
-        self.collision = self.silent = False
+        self.collision = self.silent = self.convergence_met = False
         self.answered = 0
+        self.base_t_frame = np.eye(4)
+        self.poses: bool | None = None
         self._body, self._timeout, self._tell = body, timeout, tell
         self._datagrams = Datagrams(to)
-        self._cycles = self._sequence = 0
+        self._cycles = self._sequence = self._began = 0
         self._heard: int | None = None
         self._last_number: int | None = None
         self._wrong, self._stood = "", False
@@ -90,7 +96,7 @@ class EgmController:
         self._cycles += 1
         for data in self._datagrams.received():
             self._take(data)
-        if self._heard is not None and (self._cycles - self._heard) * self.period > self._timeout:
+        if self._heard is not None and self.silence > self._timeout:
             self._tell(f"nothing has come for {self._timeout:g} s: the robot stops, and EGM begins anew")
             self._begin_anew()
         if self._runs() and self._stood:
@@ -100,7 +106,7 @@ class EgmController:
             if self._pose is not None:
                 self._solve(self._pose)
             if self.answered and not self._wrong:
-                self._body.follow(self._planned)
+                self._body.follow(self.setpoint(self._planned))
             if self._body.complaint:
                 self._refuse(self._body.complaint)
         else:
@@ -113,6 +119,28 @@ class EgmController:
         self._body.close()
         self._datagrams.close()
 
+    @property
+    def silence(self) -> float:
+        """Time (s) since something has come, or else since the session began."""
+        return (self._cycles - (self._began if self._heard is None else self._heard)) * self.period
+
+    @property
+    def refused(self) -> str:
+        """Words that say what it could not follow; empty as long as it could."""
+        return self._wrong
+
+    def setpoint(self, planned: Floats) -> Floats:
+        """Return where the arm is sent to in this cycle, which is asked to go to `planned` (k,)."""
+        return planned
+
+    def goal(self, base_t_tcp: Floats) -> Floats:
+        """Return where the tool centre point goes, 4x4, that is asked to go to a pose; both in the base's frame."""
+        return base_t_tcp
+
+    def converged(self, positions: Floats) -> bool:
+        """Return whether the arm, at `positions` (k,), is where it was asked to be."""
+        return bool(np.abs(positions - self._planned).max() < 1e-3)
+
     def _runs(self) -> bool:
         return self.motors_on and self.program_runs and not self.collision
 
@@ -120,7 +148,7 @@ class EgmController:
         self._body.halt()
         self._body.recover()
         self._wrong, self._heard, self._last_number = "", None, None
-        self._pose = None
+        self._pose, self._began = None, self._cycles
         self.answered = self._sequence = 0
 
     def _refuse(self, why: str) -> None:
@@ -145,10 +173,16 @@ class EgmController:
         self._last_number = asked.header.seqno
         self._rapid = asked.RAPIDtoRobot.digVal, list(asked.RAPIDtoRobot.dnum)
         planned = asked.planned
-        if planned.HasField("cartesian"):
+        values = [*planned.joints.joints, *planned.externalJoints.joints]
+        if planned.HasField("cartesian") and self.poses is not False:
             self._pose = planned.cartesian
             return
-        values = [*planned.joints.joints, *planned.externalJoints.joints]
+        if values and self.poses:
+            self._refuse("it is asked for joints, and is guided by poses")
+            return
+        if planned.HasField("cartesian") and not values:
+            self._refuse("it is asked for a pose, and is guided by joints")
+            return
         if not values:
             return  # it has an answer, and nowhere to go
         own = min(ROBOT_JOINTS, len(self._unit))
@@ -162,14 +196,14 @@ class EgmController:
             self.answered += 1
 
     def _solve(self, pose: Any) -> None:  # noqa: ANN401 an EgmPose
-        """Go where the tool centre point comes to a pose (mm, quaternion w, x, y, z) in the base's frame."""
+        """Go where the tool centre point comes to a pose (mm, quaternion w, x, y, z) in the frame of poses."""
         position, turn = pose.pos, pose.orient
         self._pose = None
         try:
             wanted = pose_from_quaternion(
                 [1e-3 * position.x, 1e-3 * position.y, 1e-3 * position.z], [turn.u1, turn.u2, turn.u3, turn.u0]
             )
-            self._planned = self._body.solve(wanted, self._planned)
+            self._planned = self._body.solve(self.goal(self.base_t_frame @ wanted), self._planned)
             self.answered += 1
         except VirtualRobotError as error:
             self._refuse(str(error))
@@ -190,6 +224,7 @@ class EgmController:
             part.time.sec, part.time.usec = divmod(microseconds, 1_000_000)
         tcp = self._body.tcp()
         if tcp is not None:
+            tcp = np.linalg.inv(self.base_t_frame) @ tcp
             for part in (said.feedBack.cartesian, said.planned.cartesian):
                 part.pos.x, part.pos.y, part.pos.z = (1e3 * tcp[:3, 3]).tolist()
                 x, y, z, w = quaternion_of(tcp).tolist()
@@ -197,7 +232,7 @@ class EgmController:
         said.motorState.state = MOTORS_ON if self.motors_on else MOTORS_OFF
         said.mciState.state = MCI_ERROR if self._wrong else MCI_RUNNING if self._runs() else MCI_STOPPED
         said.rapidExecState.state = RAPID_RUNNING if self.program_runs else RAPID_STOPPED
-        said.mciConvergenceMet = bool(np.abs(positions - self._planned).max() < 1e-3)
+        said.mciConvergenceMet = self.convergence_met = self.converged(positions)
         said.CollisionInfo.collsionTriggered = self.collision
         said.RAPIDfromRobot.digVal = self._rapid[0]
         said.RAPIDfromRobot.dnum.extend(self._rapid[1])

@@ -32,6 +32,11 @@ class Pendant:
         self._reader: threading.Thread | None = None
         self._asked = False
 
+    @property
+    def waits(self) -> bool:
+        """True while the program waits for an answer."""
+        return self._asked
+
     def ask(self, task: Task, seconds: float | None = None) -> str | None:
         """Return the next answer, without its line end; None where none came within `seconds` of the wall clock.
 

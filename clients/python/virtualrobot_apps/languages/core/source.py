@@ -23,6 +23,10 @@ class Source:
         """Return the line of a place, from 1."""
         return bisect_right(self._starts, at)
 
+    def at(self, line: int) -> int:
+        """Return the place at which a line begins, from 1."""
+        return self._starts[line - 1]
+
     def column(self, at: int) -> int:
         """Return the column of a place, from 1."""
         return at - self._starts[self.line(at) - 1] + 1

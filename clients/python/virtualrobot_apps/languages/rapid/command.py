@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, TypeAlias
 import click
 from virtualrobot.cli.options import Target, target_options
 
+from virtualrobot_apps.emulators.egm.command import devices_option
 from virtualrobot_apps.languages.core.command import (
     Decorated,
     at_work,
@@ -41,6 +42,7 @@ Examples:
   virtualrobot rapid format palletize.mod tools.sys
   virtualrobot rapid run palletize.mod --robot arm --create-signals
   virtualrobot rapid run log.mod --files log --answer yes
+  virtualrobot rapid run guided.mod --robot arm --egm UCdevice=127.0.0.1:6510
   virtualrobot rapid run --task T_ROB_L@left=left.mod --task T_ROB_R@right=right.mod --static T_WATCH=watch.mod
 """
 
@@ -132,7 +134,7 @@ def check(
             copytree(folder, copy, dirs_exist_ok=True)
         parts = _with_robot(client, parts, files) + steady
         programs = load_tasks(sources, list(client.signals))
-        _create_signals(client, programs.values())
+        add_signals(client, programs.values())
         set_signals(client, given)
         cell = _cell(client, parts, programs, answers, Path(copy) if folder is not None else None, shows=False)
         worlds: dict[Task, Moving] = {one: one.signals for one in cell.tasks.values()}
@@ -196,6 +198,7 @@ def format_files(files: tuple[Path, ...], only_check: bool) -> int:
     help="What is answered on the pendant, one after the other [lines of the standard input].",
 )
 @_several
+@devices_option
 @click.option("--continuous", is_flag=True, help="Begin again each time that it ends, also by ExitCycle.")
 @click.option("--create-signals", is_flag=True, help="Add the signals that it names and the world has not.")
 @target_options
@@ -209,6 +212,7 @@ def run(
     answers: tuple[str, ...],
     tasks: tuple[str, ...],
     static: tuple[str, ...],
+    devices: tuple[tuple[str, tuple[str, int]], ...],
     continuous: bool,
     create_signals: bool,
 ) -> int:
@@ -225,8 +229,8 @@ def run(
         parts = _with_robot(client, parts, files) + steady
         programs = load_tasks({name: map(read_source, of) for name, _, of in parts}, list(client.signals))
         if create_signals:
-            _create_signals(client, programs.values())
-        cell = _cell(client, parts, programs, answers or sys.stdin, folder, listen=listen)
+            add_signals(client, programs.values())
+        cell = _cell(client, parts, programs, answers or sys.stdin, folder, listen=listen, egm=dict(devices))
         with at_work(client):
             cell.run(routine, [cell.tasks[name.lower()] for name, _, _ in steady], forever=continuous)
     return 0
@@ -261,7 +265,7 @@ def _with_robot(client: Client, parts: list[Part], files: tuple[Path, ...]) -> l
     return [*parts[:-1], ("T_ROB1", only_robot(client, None, [arm for _, arm, _ in parts]), files)]
 
 
-def _create_signals(client: Client, programs: Iterable[Loaded]) -> None:
+def add_signals(client: Client, programs: Iterable[Loaded]) -> None:
     """Add the signals that programs name and the world has not."""
     from virtualrobot_apps.languages.rapid.symbols import first_value
 
@@ -279,6 +283,7 @@ def _cell(
     *,
     shows: bool = True,
     listen: str | None = None,
+    egm: Mapping[str, tuple[str, int]] | None = None,
 ) -> Cell:
     """Return the tasks of a run, whose pendants are shown or not."""
     from virtualrobot_apps.languages.rapid.cell import Cell
@@ -292,7 +297,7 @@ def _cell(
         note = _teller(f"note: {where}", err=True)
         world = Signals(client) if arm is None else World(client, arm, note)
         write = _teller(where) if shows else _nothing
-        RapidTask(programs[name], world, write, listen, files=folder, answers=answered, name=name, cell=cell)
+        RapidTask(programs[name], world, write, listen, files=folder, answers=answered, name=name, cell=cell, egm=egm)
     return cell
 
 

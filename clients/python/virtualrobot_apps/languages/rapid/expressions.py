@@ -55,7 +55,7 @@ class ExpressionParser(RapidReader):
             self.next += 1
             if self.take("("):
                 call = tree.Call(at, value, self.arguments(")"))
-                self.next += 1
+                self.eat(")", "',' or ')'")
                 return self.parts(call)
             return self.parts(tree.Name(at, value))
         if kind == "number":

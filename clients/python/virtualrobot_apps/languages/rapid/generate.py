@@ -16,9 +16,12 @@ from virtualrobot_apps.languages.rapid.generate_values import Values
 from virtualrobot_apps.languages.rapid.symbols import Datum, ModuleScope, RoutineSymbol
 
 
-def generate(checked: Checked) -> list[CodeType]:
-    """Return the code of a program, a piece for each of its modules, and last the one that sets the first values."""
-    pieces = [Generator(checked, scope).module() for scope in checked.modules]
+def generate(checked: Checked, debugged: bool = False) -> list[CodeType]:
+    """Return the code of a program, a piece for each of its modules, and last the one that sets the first values.
+
+    A debugger may change all data of one that is `debugged`.
+    """
+    pieces = [Generator(checked, scope, debugged).module() for scope in checked.modules]
     return [*pieces, *(Generator(checked, scope).first_values(data) for scope, data in _by_module(checked))]
 
 
@@ -38,9 +41,10 @@ def _by_module(checked: Checked) -> Iterable[tuple[ModuleScope, list[Datum]]]:
 class Generator(Values):
     """Generator of one module's code, as lines of Python with the line of RAPID that each comes from."""
 
-    def __init__(self, checked: Checked, scope: ModuleScope) -> None:
+    def __init__(self, checked: Checked, scope: ModuleScope, debugged: bool = False) -> None:
         """Begin without a line."""
         super().__init__(checked.types)
+        self._debugged = debugged
         self.scope, self.source = scope, scope.module.source
         self._lines: list[str] = []
         self._places: list[int] = []
@@ -76,12 +80,8 @@ class Generator(Values):
     def _routine(self, routine: RoutineSymbol) -> None:
         node = routine.node
         self._line = self.source.line(node.at)
-        shared = node.handler is not None or node.undo is not None
-        self.boxed = {
-            id(one)
-            for one in routine.data
-            if one.atomic and one.storage not in ("inout", "pers") and (one.referenced or shared)
-        }
+        shared = self._debugged or node.handler is not None or node.undo is not None
+        self.boxed = {id(one) for one in routine.data if one.boxable and (one.referenced or shared)}
         names: list[str] = []
         for (parameter, _), datum in zip(routine.parameters, routine.data, strict=False):
             names += [f"c_{datum.python}", f"i_{datum.python}"] if parameter.mode != "in" else [datum.python]

@@ -22,8 +22,6 @@ _BETWEEN = frozenset("else elseif case default error undo backward".split())
 _BEGINNING = _CLOSING | _BETWEEN | {"module", "local", "task"}
 """Words that begin a line of their own, and are in no statement."""
 _BRACKETS = {"(": 1, "[": 1, "{": 1, ")": -1, "]": -1, "}": -1}
-_BLOCKS = ("declarations", "body", "handler", "undo", "backward", "arms", "cases", "otherwise")
-"""Fields of the tree that hold statements."""
 _OPERANDS = frozenset({"name", "number", "text", "true", "false", ")", "]", "}"})
 """Words after which a sign is an operator between two values."""
 
@@ -63,7 +61,7 @@ def _starts(node: object) -> Iterator[int]:
     elif node is not None:
         yield node.at  # pyright: ignore[reportAttributeAccessIssue] a node of the tree
         if not (isinstance(node, tree.If) and node.compact):
-            for name in _BLOCKS:
+            for name in tree.BLOCKS:
                 yield from _starts(getattr(node, name, None))
 
 

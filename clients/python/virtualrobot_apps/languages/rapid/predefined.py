@@ -52,7 +52,7 @@ ERRORS = (
     *("ERR_SOCK_ISCON", "ERR_FILEACC", "ERR_FILEEXIST", "ERR_FILEOPEN", "ERR_FILNOTFND", "ERR_RCVDATA"),
     *("ERR_WHLSEARCH", "ERR_SIGSUPSEARCH", "ERR_FRAME"),
     *("ERR_TP_MAXTIME", "ERR_UI_NOACTION", "ERR_UI_MAXMIN", "ERR_UI_INITVALUE", "ERR_RANYBIN_EOF"),
-    "ERR_WAITSYNCTASK",
+    *("ERR_WAITSYNCTASK", "ERR_UDPUC_COMM"),
 )
 """Errors that programs can handle; on a controller their numbers are above 1,000 and named alone."""
 
@@ -79,8 +79,17 @@ NUMBERS = {
     **{"USINT": 1, "UINT": 2, "UDINT": 4, "ULINT": 8, "SINT": -1, "INT": -2, "DINT": -4, "LINT": -8},
     **{"LT": 1, "LTEQ": 2, "EQ": 3, "NOTEQ": 4, "GTEQ": 5, "GT": 6},
     **{"OP_UNDEF": 0, "OP_AUTO": 1, "OP_MAN_PROG": 2, "OP_MAN_TEST": 3},
+    **{"EGM_FRAME_BASE": 0, "EGM_FRAME_TOOL": 1, "EGM_FRAME_WOBJ": 2, "EGM_FRAME_WORLD": 3, "EGM_FRAME_JOINT": 4},
+    **{"EGM_STOP_HOLD": 0, "EGM_STOP_RAMP_DOWN": 1},
+    **{"EGM_STATE_DISCONNECTED": 0, "EGM_STATE_CONNECTED": 1, "EGM_STATE_RUNNING": 2},
 }
-"""Predefined numbers: buttons, their results, icons, types of integers, comparisons, operating modes (3HAC050917)."""
+"""Predefined numbers: buttons, their results, icons, types of integers, comparisons, operating modes (3HAC050917).
+
+Those of EGM's stop modes and states are assumed; public programs compare states by their order.
+"""
+
+UNITS = ("ROB_1", "ROB_2", "ROB_3", "ROB_4", "ROB_L", "ROB_R")
+"""Names of mechanical units, as controllers of one arm and of several call them."""
 
 
 def _pose(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> list[Any]:
@@ -103,6 +112,7 @@ CONSTANTS: dict[str, tuple[str, Any]] = {
     "STR_LOWER": ("string", f"abcdefghijklmnopqrstuvwxyz{LETTERS.lower()}"),
     "STR_WHITE": ("string", " \t\n\v\f\r"),
     **{name: ("num", float(number)) for name, number in NUMBERS.items()},
+    **{name: ("mecunit", name) for name in UNITS},
     "high": ("num", 1.0),
     "low": ("num", 0.0),
     "edge": ("num", 2.0),

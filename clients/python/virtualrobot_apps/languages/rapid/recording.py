@@ -98,6 +98,7 @@ class _Paper(World):
     """World of a program that is written down: it has the robot's places, and no signals to read."""
 
     record: _Record
+    can_be_guided = False
 
     def begin(self, task: Task) -> None:
         """Write down what a task gives."""

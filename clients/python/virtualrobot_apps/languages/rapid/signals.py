@@ -17,6 +17,9 @@ from virtualrobot_apps.languages.rapid.symbols import Use
 class Signals:
     """Signals of a kernel, for one program, in the order in which it touches them and its robot moves."""
 
+    can_be_guided = True
+    """True where a computer can guide the robot, by EGM."""
+
     def __init__(self, client: Client) -> None:
         """Begin without a program."""
         self.client = client

@@ -42,6 +42,11 @@ class Datum:
         """True where its value is one thing, and no list."""
         return self.type.dimensions == 0 and (self.type.name in ATOMIC or self.type.name in SIGNALS)
 
+    @property
+    def boxable(self) -> bool:
+        """True where a routine has it in a list of one value, if somebody else may change it."""
+        return self.atomic and self.storage not in ("inout", "pers")
+
 
 @dataclass(slots=True, eq=False)
 class RoutineSymbol:

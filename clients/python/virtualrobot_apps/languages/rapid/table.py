@@ -80,7 +80,8 @@ BookErrNo Break ByteToStr CalcJointT CalcRobT CalcRotAxFrameZ CallByVar CancelLo
 CJointT ClearIOBuff ClearPath ClearRawBytes Close CloseDir ConfJ ConfL CopyFile CopyRawBytes CorrClear CorrCon
 CorrDiscon CorrRead CorrWrite CPos CRobT CSpeedOverride CTime CTool CWObj DeactUnit DecToHex DefAccFrame DefDFrame
 DefFrame DInput DitherAct DitherDeact DnumToNum DnumToStr DOutput DropWObj EGMActJoint EGMActMove EGMActPose EGMGetId
-EGMGetState EGMMoveC EGMMoveL EGMReset EGMRunJoint EGMRunPose EGMSetupAI EGMSetupUC EGMStop EOffsOff EOffsOn EOffsSet
+EGMGetState EGMMoveC EGMMoveL EGMReset EGMRunJoint EGMRunPose EGMSetupAI EGMSetupAO EGMSetupGI EGMSetupUC EGMStop
+EGMStreamStart EGMStreamStop EGMWaitCond EOffsOff EOffsOn EOffsSet
 EraseModule ErrLog ErrRaise EventType ExecHandler ExecLevel ExitCycle FileSize FileTime FSSize GetAxisPosition
 GetDataVal GetJointData GetNextSym GetSysData GetSysInfo GetTaskName GetTime GetTrapData GInput GOutput GripLoad
 HollowWristReset IDelete IDisable IEnable IError IndAMove IndCMove IndDMove IndReset IndRMove InvertDO IPers

@@ -69,11 +69,16 @@ def load(sources: Iterable[Source], signals: Iterable[str] = ()) -> Loaded:
 
 
 def load_tasks(
-    tasks: Mapping[str, Iterable[Source]], signals: Iterable[str] = (), *, watched: bool = False
+    tasks: Mapping[str, Iterable[Source]],
+    signals: Iterable[str] = (),
+    *,
+    watched: bool = False,
+    debugged: bool = False,
 ) -> dict[str, Loaded]:
     """Return the programs of several tasks, by the tasks' names; a persistent that several have is one for them all.
 
     `watched`: somebody beside the tasks reads and writes persistents, so that programs do when the robot is so far.
+    `debugged`: a debugger may change all data.
     Raises ProgramError with all that is wrong in them.
     """
     diagnostics, signals = Diagnostics(), list(signals)
@@ -96,7 +101,8 @@ def load_tasks(
     if len(diagnostics):
         raise ProgramError(diagnostics.sorted())
     return {
-        task: Loaded(one, generate(one), [source.file for source in sources[task]]) for task, one in checked.items()
+        task: Loaded(one, generate(one, debugged), [source.file for source in sources[task]])
+        for task, one in checked.items()
     }
 
 
@@ -119,6 +125,7 @@ class RapidTask(Task):
         pendant: what it writes, and what it is answered.
         listen_at: the address at which its sockets may listen; None: they may not.
         files: the folder below which its files are; None: it may use none.
+        egm: the UDP devices of EGM, by name in small letters, with host and port of the computer that each one is.
         sockets: the sockets that are open.
         open_files: the files that are open.
         handled: give the numbers of the handlers that have some, of the routines at work, the outermost first.
@@ -137,6 +144,7 @@ class RapidTask(Task):
         answers: Iterable[str] = (),
         name: str = "T_ROB1",
         cell: Cell | None = None,
+        egm: Mapping[str, tuple[str, int]] | None = None,
     ) -> None:
         """Set up the data; nothing runs yet.
 
@@ -151,6 +159,7 @@ class RapidTask(Task):
         if name.lower() in self.cell.tasks:
             raise WrongStateError(f"there is a task {name!r} already; give each task a name of its own")
         self.cell.tasks[name.lower()] = self
+        self.egm = {device.lower(): to for device, to in (egm or {}).items()}
         self.prepared = False
         self.pendant = Pendant(write, answers)
         self.write = self.pendant.write

@@ -5,6 +5,7 @@ What the check finds out of a node, it leaves in the node's last fields, for the
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any, TypeAlias
 
@@ -288,3 +289,17 @@ class Module:
     attributes: list[str]
     declarations: list[Declaration]
     source: Source
+
+
+BLOCKS = ("declarations", "body", "handler", "undo", "backward", "arms", "cases", "otherwise")
+"""Fields that hold declarations and statements."""
+
+
+def statements_within(node: Module | Declaration | Statement) -> Iterator[Statement]:
+    """Yield the statements within a node, those in their blocks too, in the order of the text."""
+    for name in BLOCKS:
+        for one in getattr(node, name, None) or ():
+            for inner in one[-1] if isinstance(one, tuple) else (one,):
+                if not isinstance(inner, Record | Alias | Routine):
+                    yield inner
+                yield from statements_within(inner)

@@ -23,7 +23,7 @@ NUM, BOOL, STRING, ANY, SWITCH = Type("num"), Type("bool"), Type("string"), Type
 
 ATOMIC = (
     *("num", "dnum", "bool", "string", "clock", "socketdev", "iodev", "dir", "rawbytes", "triggdata", "syncident"),
-    "shapedata",
+    *("shapedata", "mecunit", "egmident"),
 )
 """Types whose values are one thing."""
 
@@ -57,6 +57,7 @@ RECORDS: dict[str, list[tuple[str, str]]] = {
         "listitem": "image:string text:string",
         "tasks": "taskname:string",
         "wztemporary": "wz:num",
+        "egm_minmax": "min:num max:num",
     }.items()
 }
 """Components (type, name) of the records that come with the language."""
@@ -64,7 +65,7 @@ RECORDS: dict[str, list[tuple[str, str]]] = {
 ALIASES = {
     **dict.fromkeys(("byte", "errnum", "intnum", "dionum", "socketstatus", "stoppoint"), "num"),
     **dict.fromkeys(("btnres", "buttondata", "icondata", "inttypes", "opnum", "symnum"), "num"),
-    **dict.fromkeys(("identno", "tpnum"), "num"),
+    **dict.fromkeys(("identno", "tpnum", "egmframetype", "egmstate", "egmstopmode"), "num"),
     "errstr": "string",
     "wzstationary": "wztemporary",
 }

@@ -24,6 +24,7 @@ from virtualrobot.errors import (
 from virtualrobot.geometry import Matrix
 from virtualrobot.motions.moves import Move
 
+from virtualrobot_apps.emulators.body import Twin
 from virtualrobot_apps.languages.core.joint_speed import full_speed, turn_between
 from virtualrobot_apps.languages.core.motion import Step
 from virtualrobot_apps.languages.core.together import GroupQueue
@@ -56,7 +57,7 @@ class World(Signals):
         limits = self.robot.limits
         if len(self.joints) != 6:
             raise WrongStateError(f"{robot!r} has {len(self.joints)} joints; RAPID moves arms with six here")
-        self._velocities = np.array([limits[name].velocity for name in self.joints], dtype=float)
+        self.velocities = np.array([limits[name].velocity for name in self.joints], dtype=float)
         self._say, self._said = say, set[str]()
         self.configurations, self.linear_configurations = True, True
         self.speed_share, self.speed_limit = 1.0, math.inf
@@ -301,9 +302,9 @@ class World(Signals):
         """
         wanted, turning = self._speed(speed), math.radians(max(speed[1], 1e-3))
         if self.seconds is not None:
-            seconds = float(np.max(np.abs(goal - start) / self._velocities))
+            seconds = float(np.max(np.abs(goal - start) / self.velocities))
             return float(min(1.0, max(1e-3, seconds / self.seconds))) if seconds > 0.0 else 1.0
-        full = full_speed(self.robot, self.joints, start, goal, self._velocities)
+        full = full_speed(self.robot, self.joints, start, goal, self.velocities)
         if not full.seconds:
             return 1.0
         share = min(wanted / max(full.speed, 1e-9), turning / max(full.turning, 1e-9))
@@ -451,6 +452,12 @@ class World(Signals):
         if self._tool is None:
             self.use_tool([True, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0]]])
         return self._flange_t_tcp
+
+    def follower(self) -> Twin:
+        """Return the robot as one that follows setpoints, when all that was given before is done."""
+        self.queue.close()
+        self._target = self._place = None
+        return Twin(self.robot, world_t_base=self.base)
 
     # The end.
 

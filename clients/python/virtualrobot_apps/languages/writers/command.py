@@ -1,8 +1,7 @@
-"""`virtualrobot program`: writes programs of the kernel in the languages of controllers, and reads them from there."""
+"""`virtualrobot program`: programs of the kernel, and curves of CAD files, in the languages of controllers."""
 
 from __future__ import annotations
 
-import importlib
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,11 +9,11 @@ from typing import TYPE_CHECKING
 import click
 from virtualrobot.cli.options import Target, target_options
 
+from virtualrobot_apps.curves.command import curves
+from virtualrobot_apps.languages.writers.options import LANGUAGES, language_options, wanted, write
+
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.writers.statements import Value
-
-LANGUAGES = {"rapid": ".mod", "urscript": ".script", "krl": ".src", "fanuc": ".ls"}
-"""Languages, each a module of this package, and how their files end."""
 
 _EXAMPLES = """
 \b
@@ -23,10 +22,13 @@ Examples:
   virtualrobot program export cell.yaml --as krl --signal "gripper=$OUT[1]" --tool-state closed=gripper
   virtualrobot program export cell.yaml --as urscript --signal "gripper=standard_out[0]" -o cell.script
   virtualrobot program import cell.mod --robot arm -o again.yaml
+  virtualrobot program curves hood.vda --as rapid --curve C1 --tool-axis 0,0,-1 --speed 0.05
 """
 
 
-@click.group(epilog=_EXAMPLES, short_help="Write programs in a controller's language, or read them from RAPID.")
+@click.group(
+    epilog=_EXAMPLES, short_help="Write programs, or curves of CAD files, in a controller's language; read RAPID."
+)
 @target_options
 @click.pass_context
 def program(ctx: click.Context, target: Target) -> None:
@@ -34,11 +36,12 @@ def program(ctx: click.Context, target: Target) -> None:
     ctx.obj = target
 
 
+program.add_command(curves)
+
+
 @program.command()
 @click.argument("file", metavar="FILE", type=click.Path(path_type=Path))
-@click.option("--as", "language", required=True, type=click.Choice(sorted(LANGUAGES)), help="The language.")
-@click.option("--robot", metavar="NAME", help="The arm whose program it is [the only robot].")
-@click.option("-o", "--output", type=click.Path(path_type=Path), metavar="FILE", help="Where to [FILE's name].")
+@language_options(required=True)
 @click.option(
     "--signal",
     "signals",
@@ -52,14 +55,6 @@ def program(ctx: click.Context, target: Target) -> None:
     multiple=True,
     metavar="STATE=SIGNAL[:VALUE]",
     help="The signal, and its value [on], that brings the tool into a state.",
-)
-@click.option("--signs", metavar="1,-1,...", help="Senses of a KUKA's axes against the model's [1,1,1,1,1,1].")
-@click.option(
-    "--coupling",
-    type=float,
-    default=1.0,
-    show_default=True,
-    help="The part of joint 2 by which a FANUC's joint 3 is less than the model's.",
 )
 @target_options
 def export(
@@ -80,23 +75,13 @@ def export(
     """
     from virtualrobot_apps.languages.core.command import only_robot
     from virtualrobot_apps.languages.writers.resolve import robot_program
-    from virtualrobot_apps.languages.writers.words import Language
 
-    try:
-        senses = tuple(float(one) for one in signs.split(",")) if signs else ()
-    except ValueError:
-        raise click.UsageError(f"--signs takes numbers, as 1,-1,1,1,1,1, not {signs}") from None
     of_tool = {state: _value(told) for state, told in map(_pair, tool_states)}
-    wanted = Language(dict(map(_pair, signals)), senses, coupling)
+    facts = wanted(dict(map(_pair, signals)), signs, coupling)
     with target.connect() as client:
         name = only_robot(client, robot)
         resolved = robot_program(client, client.read_program(file), client.robot(name), file.stem, of_tool)
-    text = importlib.import_module(f"virtualrobot_apps.languages.writers.{language}").write(resolved, wanted)
-    where = output or file.with_suffix(LANGUAGES[language])
-    where.write_text(text, encoding="utf-8")
-    for note in resolved.notes:
-        click.echo(f"note: {note}", err=True)
-    click.echo(f"{len(resolved.statements)} statements in {where}")
+    write(resolved, language, facts, output or file.with_suffix(LANGUAGES[language]))
     return 0
 
 

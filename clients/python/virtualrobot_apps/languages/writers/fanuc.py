@@ -8,9 +8,12 @@ for the coupling of joints 2 and 3 (`J23_factor`).
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from virtualrobot_apps.languages.writers.statements import (
+    Condition,
     Floats,
     Line,
     Move,
@@ -38,6 +41,7 @@ LONGEST = 36
 """Most characters of a program's name, of capital letters."""
 TIMEOUT_LABEL = 99
 _COMPARISONS = {"==": "=", "!=": "<>"}
+_CONTRARY = {"==": "!=", "!=": "==", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
 
 
 def write(program: RobotProgram, language: Language) -> str:
@@ -66,6 +70,7 @@ class _Tp(Writer):
         self._numbers = {tool: place for place, tool in enumerate(program.tools, 1)}
         self.positions: list[tuple[float, ...]] = []
         self.times_out = False
+        self._label = 0
 
     def tools(self) -> list[str]:
         """Return the lines that set the tools."""
@@ -112,12 +117,42 @@ class _Tp(Writer):
         return f"P[{self.positions.index(told) + 1}]"
 
     def wait(self, at: str, wait: WaitSignal) -> list[str]:
-        value = self._value(at, wait.signal, wait.value)
-        line = f"WAIT {self.signals[wait.signal]}{_COMPARISONS.get(wait.comparison, wait.comparison)}{value}"
+        line = f"WAIT {self._holds(at, wait)}"
         if wait.seconds is None:
             return [line]
         self.times_out = True
         return [f"$WAITTMOUT={number(round(100.0 * wait.seconds))}", f"{line} TIMEOUT,LBL[{TIMEOUT_LABEL}]"]
+
+    def decide(self, at: str, condition: Condition, then: list[str], otherwise: list[str]) -> list[str]:
+        no = self._new_label()
+        jump = f"IF {self._fails(at, condition)},JMP LBL[{no}]"
+        if not otherwise:
+            return [jump, *then, f"LBL[{no}]"]
+        end = self._new_label()
+        return [jump, *then, f"JMP LBL[{end}]", f"LBL[{no}]", *otherwise, f"LBL[{end}]"]
+
+    def repeat(self, at: str, condition: Condition | None, body: list[str]) -> list[str]:
+        again = self._new_label()
+        if condition is None:
+            return [f"LBL[{again}]", *body, f"JMP LBL[{again}]"]
+        end = self._new_label()
+        jump = f"IF {self._fails(at, condition)},JMP LBL[{end}]"
+        return [f"LBL[{again}]", jump, *body, f"JMP LBL[{again}]", f"LBL[{end}]"]
+
+    def forget(self) -> None:
+        """Do nothing: each line tells all that it needs."""
+
+    def _new_label(self) -> int:
+        self._label += 2 if self._label + 1 == TIMEOUT_LABEL else 1
+        return self._label
+
+    def _holds(self, at: str, condition: Condition) -> str:
+        value = self._value(at, condition.signal, condition.value)
+        comparison = _COMPARISONS.get(condition.comparison, condition.comparison)
+        return f"{self.signals[condition.signal]}{comparison}{value}"
+
+    def _fails(self, at: str, condition: Condition) -> str:
+        return self._holds(at, replace(condition, comparison=_CONTRARY[condition.comparison]))
 
     def _value(self, at: str, signal: str, value: Value) -> str:
         of_bits = self.signals[signal][0] not in "AG"

@@ -12,6 +12,7 @@ from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 
 from virtualrobot_apps.languages.writers.statements import (
+    Condition,
     Floats,
     Goal,
     Line,
@@ -31,7 +32,7 @@ from virtualrobot_apps.languages.writers.words import (
     six_joints,
     zyx_degrees,
 )
-from virtualrobot_apps.languages.writers.writer import Writer
+from virtualrobot_apps.languages.writers.writer import Writer, indented
 
 ADDRESS = r"\$(OUT|IN|ANOUT|ANIN)\[\d{1,4}\]"
 EXAMPLE = "$OUT[1]"
@@ -59,7 +60,8 @@ def write(program: RobotProgram, language: Language) -> str:
 class _Krl(Writer):
     def __init__(self, program: RobotProgram, signals: dict[str, str], signs: Floats) -> None:
         super().__init__(program, signals)
-        self._signs, self._set, self._frame = signs, dict[str, str](), ""
+        self._signs, self._set = signs, dict[str, str]()
+        self._frame: str | None = ""
 
     def use(self, tool: str) -> list[str]:
         return [f"$TOOL = {{{_frame(self.program.tools[tool])}}}"]
@@ -87,7 +89,7 @@ class _Krl(Writer):
             lines += self._changed("cdis", f"$APO.CDIS = {number(1000.0 * move.zone.meters)}")
         if move.goal.frame != self._frame:
             self._frame = move.goal.frame
-            lines.append(f"$BASE = {{{_frame(self.program.frames[self._frame])}}}")
+            lines.append(f"$BASE = {{{_frame(self.program.frames[move.goal.frame])}}}")
         ends = f"{_goal(move.goal)}{' C_DIS' if move.zone is not None else ''}"
         if isinstance(move, Line):
             return [*lines, f"LIN {ends}"]
@@ -101,8 +103,7 @@ class _Krl(Writer):
         return [line]
 
     def wait(self, at: str, wait: WaitSignal) -> list[str]:
-        address, value = self.signals[wait.signal], self._value(at, wait.signal, wait.value)
-        condition = f"{address} {_COMPARISONS.get(wait.comparison, wait.comparison)} {value}"
+        condition = self._holds(at, wait)
         if wait.seconds is None:
             return [f"WAIT FOR {condition}"]
         return [
@@ -113,6 +114,24 @@ class _Krl(Writer):
             "  HALT",
             "ENDIF",
         ]
+
+    def decide(self, at: str, condition: Condition, then: list[str], otherwise: list[str]) -> list[str]:
+        ends = ["ELSE", *indented(otherwise), "ENDIF"] if otherwise else ["ENDIF"]
+        return [f"IF {self._holds(at, condition)} THEN", *indented(then), *ends]
+
+    def repeat(self, at: str, condition: Condition | None, body: list[str]) -> list[str]:
+        if condition is None:
+            return ["LOOP", *indented(body), "ENDLOOP"]
+        return [f"WHILE {self._holds(at, condition)}", *indented(body), "ENDWHILE"]
+
+    def forget(self) -> None:
+        self._set.clear()
+        self._frame = None
+
+    def _holds(self, at: str, condition: Condition) -> str:
+        value = self._value(at, condition.signal, condition.value)
+        comparison = _COMPARISONS.get(condition.comparison, condition.comparison)
+        return f"{self.signals[condition.signal]} {comparison} {value}"
 
     def _value(self, at: str, signal: str, value: Value) -> str:
         analog = "$AN" in self.signals[signal]

@@ -10,6 +10,7 @@ from virtualrobot.geometry import Matrix, quaternion_of
 from virtualrobot_apps.languages.rapid.configuration import confdata
 from virtualrobot_apps.languages.rapid.predefined import SPEEDS, ZONES
 from virtualrobot_apps.languages.writers.statements import (
+    Condition,
     Goal,
     Line,
     Move,
@@ -19,9 +20,11 @@ from virtualrobot_apps.languages.writers.statements import (
     Value,
     WaitSignal,
     Zone,
+    every,
+    signal_of,
 )
 from virtualrobot_apps.languages.writers.words import Language, names_for, number, six_joints
-from virtualrobot_apps.languages.writers.writer import Writer
+from virtualrobot_apps.languages.writers.writer import Writer, indented
 
 LONGEST = 32
 """Most characters of a name in RAPID."""
@@ -47,11 +50,12 @@ class _Rapid(Writer):
     def __init__(self, program: RobotProgram, language: Language) -> None:
         named = [name for name in (*program.tools, *(f"in {one}" for one in program.frames)) if name not in ("", "in ")]
         self._names = names_for(named, LONGEST, TAKEN)
-        signals = [one.signal for _, one in program.statements if isinstance(one, SetSignal | WaitSignal)]
+        statements = [one for _, one in every(program.statements)]
+        signals = [name for name in map(signal_of, statements) if name is not None]
         known = names_for(dict.fromkeys(signals), LONGEST, (*TAKEN, *self._names.values()))
         super().__init__(program, {**known, **language.signals})
-        self._outputs = {one.signal for _, one in program.statements if isinstance(one, SetSignal)}
-        self._tool, self._acceleration = "tool0", math.inf
+        self._outputs = {one.signal for one in statements if isinstance(one, SetSignal)}
+        self._acceleration = math.inf
 
     def text(self) -> str:
         """Return the module."""
@@ -84,7 +88,6 @@ class _Rapid(Writer):
         return "\n".join(lines)
 
     def use(self, tool: str) -> list[str]:
-        self._tool = self._names[tool] if tool else "tool0"
         return []
 
     def comment(self, text: str) -> str:
@@ -106,8 +109,24 @@ class _Rapid(Writer):
         how = _SWITCHES.get(wait.comparison)
         if how is not None and (isinstance(wait.value, int) or wait.comparison in "<>"):
             return [f"Wait{'GI' if isinstance(wait.value, int) else 'AI'} {signal}, {how}{value}{most};"]
-        comparison = _COMPARISONS.get(wait.comparison, wait.comparison)
-        return [f"WaitUntil \\InPos, {signal} {comparison} {value}{most};"]
+        return [f"WaitUntil \\InPos, {self._holds(wait)}{most};"]
+
+    def decide(self, at: str, condition: Condition, then: list[str], otherwise: list[str]) -> list[str]:
+        ends = ["ELSE", *indented(otherwise), "ENDIF"] if otherwise else ["ENDIF"]
+        return [f"IF {self._holds(condition)} THEN", *indented(then), *ends]
+
+    def repeat(self, at: str, condition: Condition | None, body: list[str]) -> list[str]:
+        return [f"WHILE {self._holds(condition) if condition else 'TRUE'} DO", *indented(body), "ENDWHILE"]
+
+    def forget(self) -> None:
+        self._acceleration = math.nan
+
+    def _holds(self, condition: Condition) -> str:
+        comparison = _COMPARISONS.get(condition.comparison, condition.comparison)
+        signal = self.signals[condition.signal]
+        if isinstance(condition.value, bool) and condition.signal in self._outputs:
+            signal = f"DOutput({signal})"
+        return f"{signal} {comparison} {number(condition.value)}"
 
     def move(self, at: str, move: Move) -> list[str]:
         lines = []
@@ -119,7 +138,9 @@ class _Rapid(Writer):
 
     def _move(self, move: Move) -> str:
         frame = move.goal.frame
-        ends = f"{_zone(move.zone)}, {self._tool}" + (f" \\WObj:={self._names[f'in {frame}']}" if frame else "")
+        ends = f"{_zone(move.zone)}, {self._names[self.tool] if self.tool else 'tool0'}" + (
+            f" \\WObj:={self._names[f'in {frame}']}" if frame else ""
+        )
         if isinstance(move, PointToPoint):
             speed = _joint_speed(move)
             if move.goal.frame_t_tcp is None or not move.goal.branch:

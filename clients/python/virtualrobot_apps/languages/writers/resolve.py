@@ -1,16 +1,20 @@
-"""Programs of the kernel as one robot's statements: each goal with its joints, as the kernel plans them."""
+"""Programs of the kernel as one robot's statements: each goal with its joints, as the kernel plans them.
+
+What follows a decision is planned from each place to which the decisions before it lead, and must come to the same
+statements from all of them.
+"""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from google.protobuf import json_format
 from virtualrobot.connection import Client
-from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.errors import InvalidArgumentError, VirtualRobotError
 from virtualrobot.geometry import Matrix, pose_from_quaternion
 from virtualrobot.motions.plans import MotionPlan
 from virtualrobot.motions.program import Program
@@ -21,20 +25,25 @@ from virtualrobot_apps.languages.core.joint_speed import full_speed
 from virtualrobot_apps.languages.writers.statements import (
     Arc,
     Comment,
+    Condition,
     Dwell,
     Floats,
     Goal,
+    If,
     Line,
     Move,
+    Placed,
     PointToPoint,
     RobotProgram,
     SetSignal,
-    Statement,
     UseTool,
     Value,
     WaitSignal,
+    While,
     Zone,
+    every,
 )
+from virtualrobot_apps.languages.writers.ways import MOST_WAYS, Step, Way, all_steps, distinct, merged, tree_of
 
 REST_SECONDS = 0.05
 """Time (s) that the planned program stands after each move, so that a sample is where the move ends."""
@@ -90,11 +99,11 @@ class _Resolver:
     def __init__(self, client: Client, robot: Robot, program: Program, tool_signals: ToolSignals) -> None:
         self._client, self._robot, self._tool_signals = client, robot, tool_signals
         flat, paths = program.flat()
-        self._whole, self._steps = program, list(zip(paths, _spec_of(flat).steps, strict=True))
+        self._whole, self._steps = program, list(tree_of(_spec_of(flat).steps, iter(paths)))
         self._tools: dict[str, Matrix] = {}
         self._frames: dict[str, Matrix] = {}
-        self._found: list[tuple[str, Statement]] = []
-        self._notes: list[str] = []
+        self._found: list[Placed] = []
+        self._notes: dict[str, None] = {}
         self._share, self._flange_t_tcp = 1.0, np.eye(4)
         self._joints = tuple(robot.chain_joint_names)
         limits = robot.limits
@@ -105,28 +114,23 @@ class _Resolver:
 
     def resolved(self, name: str) -> RobotProgram:
         """Return the robot's program."""
-        for at, step in self._steps:
-            self._check(at, step)
-        plan, numbers = self._plan()
+        if not self._steps:
+            raise InvalidArgumentError("the program has no steps to write")
+        for step in all_steps(self._steps):
+            self._check(step.at, step.message)
+        # As it is: its errors name its own steps, and its notes tell of zones.
+        for note in self._whole.plan(sample_time=1.0).notes:
+            if note.kind != "DEFERRED":
+                self._note(note.message)
         state = self._robot.state
         here = dict(zip(self._robot.coordinates, state.positions.tolist(), strict=True))
         joints, place = np.array([here[one] for one in self._joints]), self._in_base(state.world_t_tcp)
-        begin, self._tool = (joints, place), (state.tool, state.tool_center_point)
+        begin = Way((), joints, place, (state.tool, state.tool_center_point), 1.0)
+        self._take(begin)
         self._use("0")
-        for (at, step), number in zip(self._steps, numbers, strict=True):
-            if not _moves(step):
-                self._other(at, step)
-                continue
-            inside, rest = np.flatnonzero(plan.steps == number), np.flatnonzero(plan.steps == number + 1)[-1]
-            way = plan.robots[self._robot.name]
-            columns = [way.joint_names.index(one) if one in way.joint_names else -1 for one in self._joints]
-            moved = [column >= 0 for column in columns]
-            ways = np.where(moved, way.positions[[*inside, rest]][:, columns], joints)
-            poses = np.stack([place, *map(self._in_base, way.world_t_tcp[[*inside, rest]])])
-            self._found.append((at, self._move(at, step.move, np.vstack([joints, ways]), poses)))
-            joints, place = ways[-1], poses[-1]
-        self._begin(*begin)
-        self._settle_zones()
+        found = [*self._found, *self._block(self._steps, [begin])[0]]
+        self._take(begin)
+        found = self._settled(self._begun(found, joints, place))
         types = self._robot.joint_types
         return RobotProgram(
             name,
@@ -135,9 +139,91 @@ class _Resolver:
             tuple(types[one] == "prismatic" for one in self._joints),
             self._tools,
             self._frames,
-            tuple(self._found),
+            tuple(found),
             tuple(self._notes),
         )
+
+    def _note(self, words: str) -> None:
+        self._notes[words] = None
+
+    # Ways that decisions lead.
+
+    def _block(self, steps: Sequence[Step], ways: list[Way]) -> tuple[list[Placed], list[Way]]:
+        """Return the statements of steps that are come to by some ways, and the ways that lead on from there."""
+        found = list[Placed]()
+        run = list[Step]()
+        for step in steps:
+            if not ways:
+                self._note(f"step {step.at} and what follows it are never reached: the loop before it has no end")
+                return found, ways
+            if not step.branches:
+                run.append(step)
+                continue
+            ways = self._run(run, ways, found)
+            run = []
+            decision, ways = self._decision(step, ways)
+            found.append((step.at, decision))
+        return found, self._run(run, ways, found)
+
+    def _decision(self, step: Step, ways: list[Way]) -> tuple[If | While, list[Way]]:
+        if step.message.WhichOneof("step") == "if_signal":
+            asked = self._condition(step.at, step.message.if_signal.condition)
+            (then, after), (otherwise, beside) = (self._block(one, ways) for one in step.branches)
+            return If(asked, tuple(then), tuple(otherwise)), distinct([*after, *beside])
+        (steps,), loop = step.branches, step.message.while_signal
+        asked = self._condition(step.at, loop.condition) if loop.HasField("condition") else None
+        while len(ways) <= MOST_WAYS:
+            body, after = self._block(steps, ways)
+            known = distinct([*ways, *after])
+            if len(known) == len(ways):
+                return While(asked, tuple(body)), ways if asked is not None else []
+            ways = known
+        raise _refused(step.at, "each round begins elsewhere; give its moves goals that say where all joints go")
+
+    def _run(self, run: Sequence[Step], ways: list[Way], found: list[Placed]) -> list[Way]:
+        """Add the statements of steps that decide nothing, the same by all ways, and return the ways after them."""
+        if not run or not ways:
+            return ways
+        told: list[list[Placed]] = []
+        ends = list[Way]()
+        for way in ways:
+            self._found = []
+            ends.append(self._led_on(way, run))
+            told.append(self._found)
+        for by_each in zip(*told, strict=True):
+            at, statement = by_each[0]
+            for _, other in by_each[1:]:
+                statement, words = merged(statement, other)
+                if statement is None:
+                    raise _refused(at, words)
+                if words:
+                    self._note(f"step {at}: {words}")
+            found.append((at, statement))
+        return distinct(ends)
+
+    def _led_on(self, way: Way, run: Sequence[Step]) -> Way:
+        """Write the statements of steps at the end of a way, and return the way that goes on after them."""
+        self._take(way)
+        steps = (*way.steps, *((one.at, one.message) for one in run))
+        plan, numbers = self._plan(steps)
+        joints, place = way.joints, way.base_t_tcp
+        for step, number in zip(run, numbers[len(way.steps) :], strict=True):
+            if not _moves(step.message):
+                self._other(step.at, step.message)
+                continue
+            inside, rest = np.flatnonzero(plan.steps == number), np.flatnonzero(plan.steps == number + 1)[-1]
+            moved = plan.robots[self._robot.name]
+            columns = [moved.joint_names.index(one) if one in moved.joint_names else -1 for one in self._joints]
+            goes = [column >= 0 for column in columns]
+            ways = np.where(goes, moved.positions[[*inside, rest]][:, columns], joints)
+            poses = np.stack([place, *map(self._in_base, moved.world_t_tcp[[*inside, rest]])])
+            self._found.append((step.at, self._move(step.at, step.message.move, np.vstack([joints, ways]), poses)))
+            joints, place = ways[-1], poses[-1]
+        return Way(steps, joints, place, self._tool, self._share)
+
+    def _take(self, way: Way) -> None:
+        """Be where a way ends, with the tool and the speed that are chosen there."""
+        self._found, self._tool, self._share, self._flange_t_tcp = [], way.tool, way.share, self._tcp(way.tool)[1]
 
     def _in_base(self, world_t_node: Matrix) -> Matrix:
         return np.linalg.inv(self._world_t_base) @ world_t_node
@@ -164,22 +250,27 @@ class _Resolver:
         if len(step.move.moves) > 1:
             raise _refused(at, "a tool that moves together with its arm can't be written; move one after the other")
 
-    def _plan(self) -> tuple[MotionPlan, list[int]]:
+    def _plan(self, steps: Sequence[tuple[str, motion_pb2.ProgramStep]]) -> tuple[MotionPlan, list[int]]:
         """Return the plan without zones, at rest after each move, and the number of each step in it."""
-        spec, numbers = motion_pb2.MotionSpec(), list[int]()
-        for _, step in self._steps:
+        spec, numbers, places = motion_pb2.MotionSpec(), list[int](), list[str]()
+        for at, step in steps:
             numbers.append(len(spec.steps))
+            places.append(at)
             spec.steps.add().CopyFrom(step)
             if _moves(step):
                 spec.steps[-1].move.ClearField("blend_distance_meters")
                 spec.steps[-1].move.ClearField("blend_percent")
                 spec.steps.add().dwell.seconds = REST_SECONDS
-        if not numbers:
-            raise InvalidArgumentError("the program has no steps to write")
-        # As it is: its errors name its own steps, and its notes tell of zones.
-        self._notes += [note.message for note in self._whole.plan(sample_time=1.0).notes]
+                places.append(at)
         said = {"schema_version": 1, **json_format.MessageToDict(spec, preserving_proto_field_name=True)}
-        return self._client.program(json.dumps(said)).plan(), numbers
+        try:
+            return self._client.program(json.dumps(said)).plan(), numbers
+        except VirtualRobotError as error:
+            number = error.metadata.get("step", "")
+            if not number.isdigit():
+                raise
+            words = str(error).removeprefix(f"step {number}: ")
+            raise InvalidArgumentError(f"step {places[int(number)]}: {words}", metadata=error.metadata) from error
 
     # Statements.
 
@@ -189,9 +280,8 @@ class _Resolver:
         if kind == "set_signal":
             self._found.append((at, SetSignal(step.set_signal.signal, _value(at, step.set_signal.value))))
         elif kind == "wait_signal":
-            wait, condition = step.wait_signal, step.wait_signal.condition
-            comparison, value = _COMPARISONS[condition.comparison], _value(at, condition.value)
-            self._found.append((at, WaitSignal(condition.signal, comparison, value, wait.timeout_seconds or None)))
+            asked, most = self._condition(at, step.wait_signal.condition), step.wait_signal.timeout_seconds or None
+            self._found.append((at, WaitSignal(asked.signal, asked.comparison, asked.value, most)))
         elif kind == "dwell":
             self._found.append((at, Dwell(step.dwell.seconds)))
         elif kind == "set_speed":
@@ -205,7 +295,10 @@ class _Resolver:
             self._move_tool(at, step.move.moves[0].tool_state)
         else:
             self._found.append((at, Comment(_OF_THE_WORLD[kind])))
-            self._notes.append(f"step {at}: {_OF_THE_WORLD[kind]}; on a robot the tool's signal has to do it")
+            self._note(f"step {at}: {_OF_THE_WORLD[kind]}; on a robot the tool's signal has to do it")
+
+    def _condition(self, at: str, asked: motion_pb2.SignalCondition) -> Condition:
+        return Condition(asked.signal, _COMPARISONS[asked.comparison], _value(at, asked.value))
 
     def _move_tool(self, at: str, goal: motion_pb2.ToolStateMove) -> None:
         if not goal.state:
@@ -219,26 +312,26 @@ class _Resolver:
 
     def _use(self, at: str) -> None:
         """Work with the chosen tool from here on."""
-        tool, point = self._tool
+        name, self._flange_t_tcp = self._tcp(self._tool)
+        self._tools[name] = self._flange_t_tcp
+        self._found.append((at, UseTool(name)))
+
+    def _tcp(self, chosen: tuple[str, str]) -> tuple[str, Matrix]:
+        """Return name and `flange_t_tcp` (4x4) of a tool and its tool centre point."""
+        tool, point = chosen
         if not tool:
-            self._found.append((at, self._used("", np.eye(4))))
-            return
+            return "", np.eye(4)
         points = self._robot.tool(tool).tool_center_points
         point = point or next(iter(points), "")
         tool_t_tcp = points[point] if point else np.eye(4)
-        name = f"{tool}.{point}" if len(points) > 1 else tool
         flange_t_tool = np.linalg.inv(self._world_t_flange) @ self._client.scene.pose(tool)
-        self._found.append((at, self._used(name, flange_t_tool @ tool_t_tcp)))
-
-    def _used(self, name: str, flange_t_tcp: Matrix) -> UseTool:
-        self._tools[name] = self._flange_t_tcp = flange_t_tcp
-        return UseTool(name)
+        return f"{tool}.{point}" if len(points) > 1 else tool, flange_t_tool @ tool_t_tcp
 
     def _move(self, at: str, step: motion_pb2.MoveStep, ways: Floats, poses: Matrix) -> Move:
         """Return a move that passes joints (k, n), and the tool centre point poses (k, 4, 4) in the base's frame."""
         (move,) = step.moves
         if move.time_law == motion_pb2.TIME_LAW_TIME_OPTIMAL:
-            self._notes.append(f"step {at}: a controller has a time law of its own, and not one without a jerk limit")
+            self._note(f"step {at}: a controller has a time law of its own, and not one without a jerk limit")
         kind = move.WhichOneof("move")
         share = (move.speed_factor or 1.0) * self._share
         zone = self._zone(at, step, poses)
@@ -312,32 +405,41 @@ class _Resolver:
             return Zone(meters, min(0.5, meters / length) if length > 0.0 else 0.5)
         if given == "blend_percent":
             radius = length * step.blend_percent / 100.0
-            self._notes.append(
+            self._note(
                 f"step {at}: its zone of {step.blend_percent:g}% is one of {1000.0 * radius:.4g} mm in a language that "
                 "tells its radius"
             )
             return Zone(radius, step.blend_percent / 100.0)
         return None
 
-    def _settle_zones(self) -> None:
-        """Drop zones that lead to no move, as the kernel does."""
-        for place, (at, statement) in enumerate(self._found):
-            if not isinstance(statement, PointToPoint | Line | Arc) or statement.zone is None:
-                continue
-            after = [one for _, one in self._found[place + 1 :] if not isinstance(one, SetSignal | Comment)]
-            if not after or not isinstance(after[0], PointToPoint | Line | Arc):
-                self._found[place] = (at, replace(statement, zone=None))
+    def _settled(self, statements: Sequence[Placed]) -> list[Placed]:
+        """Return statements without the zones that lead to no move, as the kernel drops them."""
+        found = list[Placed]()
+        for place, (at, statement) in enumerate(statements):
+            match statement:
+                case If(condition, then, otherwise):
+                    statement = If(condition, tuple(self._settled(then)), tuple(self._settled(otherwise)))
+                case While(condition, body):
+                    statement = While(condition, tuple(self._settled(body)))
+                case PointToPoint() | Line() | Arc() if statement.zone is not None:
+                    after = [one for _, one in statements[place + 1 :] if not isinstance(one, SetSignal | Comment)]
+                    if not after or not isinstance(after[0], PointToPoint | Line | Arc):
+                        statement = replace(statement, zone=None)
+            found.append((at, statement))
+        return found
 
-    def _begin(self, joints: Floats, pose: Matrix) -> None:
-        """Go where the program begins first, where its own first move is no joint move."""
-        moves = [(place, at, one) for place, (at, one) in enumerate(self._found) if not isinstance(one, UseTool)]
-        first = next((one for one in moves if isinstance(one[2], PointToPoint | Line | Arc)), None)
-        if first is not None and isinstance(first[2], Line | Arc):
-            goal = Goal(joints, pose)
-            self._found.insert(first[0], (first[1], self._point_to_point(goal, 0.1, joints, None)))
-            self._notes.append(
-                f"step {first[1]}: it begins where the robot stands now, so the program goes there first"
-            )
+    def _begun(self, statements: list[Placed], joints: Floats, pose: Matrix) -> list[Placed]:
+        """Return statements that go first where the program begins, where its own first move is no joint move."""
+        for place, (at, statement) in enumerate(statements):
+            moves = [one for _, one in every([(at, statement)]) if isinstance(one, PointToPoint | Line | Arc)]
+            if not moves:
+                continue
+            if isinstance(statement, PointToPoint):
+                return statements
+            self._note(f"step {at}: it begins where the robot stands now, so the program goes there first")
+            first = self._point_to_point(Goal(joints, pose), 0.1, joints, None)
+            return [*statements[:place], (at, first), *statements[place:]]
+        return statements
 
 
 def _spec_of(program: Program) -> motion_pb2.MotionSpec:

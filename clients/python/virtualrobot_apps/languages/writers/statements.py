@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -101,13 +102,36 @@ class SetSignal:
 
 
 @dataclass(frozen=True, slots=True)
-class WaitSignal:
-    """Wait until a signal compares so with a value; after `seconds`, if given, it is an error."""
+class Condition:
+    """Condition that a signal compares so with a value: `==`, `!=`, `<`, `<=`, `>` or `>=`."""
 
     signal: str
     comparison: str
     value: Value
+
+
+@dataclass(frozen=True, slots=True)
+class WaitSignal(Condition):
+    """Wait until a condition holds; after `seconds`, if given, it is an error."""
+
     seconds: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class If:
+    """Statements that are done if a condition holds where the robot stands then, and those that are done otherwise."""
+
+    condition: Condition
+    then: tuple[Placed, ...]
+    otherwise: tuple[Placed, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class While:
+    """Statements that are done again and again while a condition holds before each round; None: for ever."""
+
+    condition: Condition | None
+    body: tuple[Placed, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -125,7 +149,26 @@ class Comment:
 
 
 Move: TypeAlias = PointToPoint | Line | Arc
-Statement: TypeAlias = Move | UseTool | SetSignal | WaitSignal | Dwell | Comment
+Statement: TypeAlias = Move | UseTool | SetSignal | WaitSignal | Dwell | Comment | If | While
+Placed: TypeAlias = tuple[str, Statement]
+"""Statement with its step's place in the text, such as `4[2].0`."""
+
+
+def every(statements: Iterable[Placed]) -> Iterator[Placed]:
+    """Return statements and those within them."""
+    for at, statement in statements:
+        yield at, statement
+        if isinstance(statement, If):
+            yield from every((*statement.then, *statement.otherwise))
+        elif isinstance(statement, While):
+            yield from every(statement.body)
+
+
+def signal_of(statement: Statement) -> str | None:
+    """Return the signal that a statement itself sets or reads, None where it does neither."""
+    if isinstance(statement, If | While):
+        return statement.condition.signal if statement.condition is not None else None
+    return statement.signal if isinstance(statement, SetSignal | Condition) else None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -138,7 +181,7 @@ class RobotProgram:
         joint_names: its joints; `prismatic` says which of them slide.
         tools: `flange_t_tcp`, 4x4, by name; the flange itself has the empty one.
         frames: `base_t_frame`, 4x4, by name; the base itself has the empty one.
-        statements: what it does, each with its step's place in the text, such as `4[2].0`.
+        statements: what it does.
         notes: what it says otherwise than the program that it was made of.
     """
 
@@ -148,5 +191,5 @@ class RobotProgram:
     prismatic: tuple[bool, ...]
     tools: dict[str, Matrix]
     frames: dict[str, Matrix]
-    statements: tuple[tuple[str, Statement], ...]
+    statements: tuple[Placed, ...]
     notes: tuple[str, ...] = ()

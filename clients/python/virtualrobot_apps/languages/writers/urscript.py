@@ -8,6 +8,7 @@ import numpy as np
 from virtualrobot.geometry import Matrix
 
 from virtualrobot_apps.languages.writers.statements import (
+    Condition,
     Goal,
     Line,
     Move,
@@ -18,7 +19,7 @@ from virtualrobot_apps.languages.writers.statements import (
     Zone,
 )
 from virtualrobot_apps.languages.writers.words import Language, addresses, names_for, number, said, six_joints
-from virtualrobot_apps.languages.writers.writer import Writer
+from virtualrobot_apps.languages.writers.writer import Writer, indented
 
 ADDRESS = r"(standard|configurable|tool)_(in|out)\[[0-7]\]"
 EXAMPLE = "standard_out[0]"
@@ -77,13 +78,7 @@ class _Script(Writer):
         return f"pose_trans({self._frames[f'frame {goal.frame}']}, {pose})" if goal.frame else pose
 
     def wait(self, at: str, wait: WaitSignal) -> list[str]:
-        address = self.signals[wait.signal]
-        kind, way, bit = _parts(address)
-        if wait.comparison not in ("==", "!="):
-            raise said(at, f"a digital signal that is {wait.comparison} a number", "URScript")
-        read = f"get_{kind}_digital_{way}({bit})"
-        wanted = _bool(at, wait.value) == ("True" if wait.comparison == "==" else "False")
-        waiting = f"not {read}" if wanted else read
+        address, waiting = self.signals[wait.signal], self._holds(at, wait, False)
         if wait.seconds is None:
             return [f"while {waiting}:", "  sync()", "end"]
         return [
@@ -97,6 +92,25 @@ class _Script(Writer):
             "  waited = waited + get_steptime()",
             "end",
         ]
+
+    def decide(self, at: str, condition: Condition, then: list[str], otherwise: list[str]) -> list[str]:
+        ends = ["else:", *indented(otherwise), "end"] if otherwise else ["end"]
+        return [f"if {self._holds(at, condition)}:", *indented(then), *ends]
+
+    def repeat(self, at: str, condition: Condition | None, body: list[str]) -> list[str]:
+        # A round without a move or a wait would take no time, which a controller doesn't allow.
+        return [f"while {self._holds(at, condition) if condition else 'True'}:", *indented([*body, "sync()"]), "end"]
+
+    def forget(self) -> None:
+        """Do nothing: each line tells all that it needs."""
+
+    def _holds(self, at: str, condition: Condition, wanted: bool = True) -> str:
+        """Return the text of a condition, or of its contrary."""
+        kind, way, bit = _parts(self.signals[condition.signal])
+        if condition.comparison not in ("==", "!="):
+            raise said(at, f"a digital signal that is {condition.comparison} a number", "URScript")
+        on = (_bool(at, condition.value) == "True") == (condition.comparison == "==")
+        return f"{'' if on == wanted else 'not '}get_{kind}_digital_{way}({bit})"
 
 
 def _parts(address: str) -> tuple[str, str, str]:

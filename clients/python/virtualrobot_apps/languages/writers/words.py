@@ -11,7 +11,7 @@ import numpy as np
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
 
-from virtualrobot_apps.languages.writers.statements import RobotProgram, SetSignal, WaitSignal
+from virtualrobot_apps.languages.writers.statements import RobotProgram, every, signal_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,10 +54,10 @@ def names_for(names: Iterable[str], longest: int, taken: Iterable[str] = ()) -> 
 def addresses(program: RobotProgram, language: Language, pattern: str, example: str) -> dict[str, str]:
     """Return where the signals of a program are; raises InvalidArgumentError for one that is nowhere, or wrong."""
     found: dict[str, str] = {}
-    for at, statement in program.statements:
-        if not isinstance(statement, SetSignal | WaitSignal):
+    for at, statement in every(program.statements):
+        name = signal_of(statement)
+        if name is None:
             continue
-        name = statement.signal
         where = language.signals.get(name)
         if where is None:
             raise InvalidArgumentError(

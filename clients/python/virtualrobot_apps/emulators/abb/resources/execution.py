@@ -46,7 +46,7 @@ def _reset_pointer(call: Call) -> None:
     call.controller.reset_pointer()
 
 
-@resource("POST", "/rw/rapid/execution", "setcycle")
+@resource("POST", "/rw/rapid/execution", "setcycle", second="/rw/rapid/execution/cycle")
 def _set_cycle(call: Call) -> None:
     """Says how often main is run: `cycle` is once or forever."""
     call.controller.set_cycle(call.needs("cycle"))
@@ -55,25 +55,25 @@ def _set_cycle(call: Call) -> None:
 @resource("GET", "/rw/rapid/tasks")
 def _tasks(call: Call) -> list[Item]:
     """All tasks, each with its state, whether it is active and whether it moves a robot."""
-    return [_task_item(call.controller, unit, "rap-task-li") for unit in call.controller.units.values()]
+    return [_task_item(call, unit, "rap-task-li") for unit in call.controller.units.values()]
 
 
 @resource("GET", "/rw/rapid/tasks/{task}")
 def _task(call: Call) -> list[Item]:
     """A task, as in the list."""
-    return [_task_item(call.controller, call.controller.unit(call.path["task"]), "rap-task")]
+    return [_task_item(call, call.controller.unit(call.path["task"]), "rap-task")]
 
 
-@resource("POST", "/rw/rapid/tasks/{task}", "activate")
+@resource("POST", "/rw/rapid/tasks/{task}", "activate", second="/rw/rapid/tasks/activate")
 def _activate(call: Call) -> None:
     """Has the task run when the controller starts."""
-    call.controller.activate(call.path["task"], True)
+    call.controller.activate(call.name("task"), True)
 
 
-@resource("POST", "/rw/rapid/tasks/{task}", "deactivate")
+@resource("POST", "/rw/rapid/tasks/{task}", "deactivate", second="/rw/rapid/tasks/deactivate")
 def _deactivate(call: Call) -> None:
     """Has the task stand still when the controller starts."""
-    call.controller.activate(call.path["task"], False)
+    call.controller.activate(call.name("task"), False)
 
 
 @resource("GET", "/rw/rapid/tasks/{task}/pcp")
@@ -88,12 +88,12 @@ def _pointer(call: Call) -> list[Item]:
     return [Item("pcp-info", "progpointer", values)]
 
 
-def _task_item(controller: Controller, unit: Unit, kind: str) -> Item:
+def _task_item(call: Call, unit: Unit, kind: str) -> Item:
     values = {
         "name": unit.name,
-        "type": "norm",
+        "type": "normal" if call.second else "norm",
         "taskstate": "linked" if unit.modules else "initiated",
-        "excstate": controller.state_of(unit),
+        "excstate": call.controller.state_of(unit),
         "active": "On" if unit.active else "Off",
         "motiontask": "TRUE",
     }

@@ -22,13 +22,14 @@ def controller_state(controller: Controller) -> str:
     return "motoron" if controller.motors_on else "motoroff"
 
 
-@resource("GET", "/rw/panel/ctrlstate")
+@resource("GET", "/rw/panel/ctrlstate", second="/rw/panel/ctrl-state")
 def _state(call: Call) -> list[Item]:
     """`ctrlstate`: motoron or motoroff."""
-    return [Item("pnl-ctrlstate", "ctrlstate", {"ctrlstate": controller_state(call.controller)})]
+    title = "ctrl-state" if call.second else "ctrlstate"
+    return [Item("pnl-ctrlstate", title, {"ctrlstate": controller_state(call.controller)})]
 
 
-@resource("POST", "/rw/panel/ctrlstate", "setctrlstate")
+@resource("POST", "/rw/panel/ctrlstate", "setctrlstate", second="/rw/panel/ctrl-state")
 def _set_state(call: Call) -> None:
     """Gives the motors power or takes it, by `ctrl-state`; a program is stopped before."""
     wanted = call.needs("ctrl-state")
@@ -49,7 +50,7 @@ def _speed(call: Call) -> list[Item]:
     return [Item("pnl-speedratio", "speedratio", {"speedratio": round(100.0 * call.controller.client.speed_factor)})]
 
 
-@resource("POST", "/rw/panel/speedratio", "setspeedratio")
+@resource("POST", "/rw/panel/speedratio", "setspeedratio", second="/rw/panel/speedratio?action=setspeedratio")
 def _set_speed(call: Call) -> None:
     """Sets it by `speed-ratio`, above 0 and up to 100."""
     percent = _number(call.needs("speed-ratio"))
@@ -98,7 +99,7 @@ def _signal(call: Call) -> list[Item]:
     return [_signal_item(signal(call.controller, call.path["path"]), "ios-signal")]
 
 
-@resource("POST", "/rw/iosystem/signals/{path*}", "set")
+@resource("POST", "/rw/iosystem/signals/{path*}", "set", second="/rw/iosystem/signals/{path*}/set-value")
 def _set_signal(call: Call) -> None:
     """Gives a signal the value `lvalue`."""
     one = signal(call.controller, call.path["path"])
@@ -113,6 +114,8 @@ def _set_signal(call: Call) -> None:
 def signal(controller: Controller, path: str) -> Signal:
     """Return the signal of a path, which is network, unit and name, or its name alone."""
     name = path.rstrip("/").rpartition("/")[2]
+    if not name:
+        raise Refused("UNRESOLVED_URL", "a signal has a name", 404)
     try:
         found = controller.client.signals.read([name])[0]
     except UnknownNameError:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 
 from virtualrobot_apps.emulators.abb.answers import Item
-from virtualrobot_apps.emulators.abb.disk import place
 from virtualrobot_apps.emulators.abb.program import PREDEFINED, Symbol
 from virtualrobot_apps.emulators.abb.refused import Refused, unknown
 from virtualrobot_apps.emulators.abb.table import Call, resource
@@ -21,7 +20,7 @@ _TRUTHS = {"true": True, "1": True, "false": False, "0": False}
 def _load(call: Call) -> None:
     """Loads the module of the file `modulepath`; with `replace=true` in place of the one of its name."""
     name = call.needs("modulepath")
-    file = place(call.controller.files, name)
+    file = call.file(name)
     if not file.is_file():
         raise Refused("FILE_NOT_FOUND", f"there is no file {name!r}")
     replace = _TRUTHS.get(call.form.get("replace", "false").lower())
@@ -36,20 +35,20 @@ def _unload(call: Call) -> None:
     call.controller.unload_module(call.path["task"], call.needs("module"))
 
 
-@resource("GET", "/rw/rapid/modules")
+@resource("GET", "/rw/rapid/modules", second="/rw/rapid/tasks/{task}/modules")
 def _modules(call: Call) -> list[Item]:
     """The modules of `task`."""
-    unit = call.controller.unit(call.needs("task"))
+    unit = call.controller.unit(call.name("task"))
     return [
         Item("rap-module-info-li", f"{unit.name}/{name}", {"name": name, "type": "ProgMod"}, f"modules/{name}")
         for name in unit.modules
     ]
 
 
-@resource("GET", "/rw/rapid/modules/{module}")
+@resource("GET", "/rw/rapid/modules/{module}", second="/rw/rapid/tasks/{task}/modules/{module}/text")
 def _module(call: Call) -> list[Item]:
     """A module of `task`: its file and its text."""
-    unit = call.controller.unit(call.needs("task"))
+    unit = call.controller.unit(call.name("task"))
     name = call.path["module"]
     found = next((one for one in unit.modules if one.lower() == name.lower()), None)
     if found is None:
@@ -59,7 +58,7 @@ def _module(call: Call) -> list[Item]:
     return [Item("rap-module-text", found, values)]
 
 
-@resource("GET", "/rw/rapid/symbol/data/RAPID/{path*}")
+@resource("GET", "/rw/rapid/symbol/data/RAPID/{path*}", second="/rw/rapid/symbol/RAPID/{path*}/data")
 def _value(call: Call) -> list[Item]:
     """Value of a datum, TASK/NAME or TASK/MODULE/NAME."""
     path = call.path["path"].split("/")
@@ -67,20 +66,20 @@ def _value(call: Call) -> list[Item]:
     return [Item("rap-data", f"RAPID/{'/'.join(path)}", {"value": value_text(one.holder[0])})]
 
 
-@resource("POST", "/rw/rapid/symbol/data/RAPID/{path*}", "set")
+@resource("POST", "/rw/rapid/symbol/data/RAPID/{path*}", "set", second="/rw/rapid/symbol/RAPID/{path*}/data")
 def _set_value(call: Call) -> None:
     """Gives a persistent the value `value`; a variable only while nothing runs, a constant never."""
     call.controller.set_symbol(call.path["path"].split("/"), call.needs("value"))
 
 
-@resource("GET", "/rw/rapid/symbol/properties/RAPID/{path*}")
+@resource("GET", "/rw/rapid/symbol/properties/RAPID/{path*}", second="/rw/rapid/symbol/RAPID/{path*}/properties")
 def _properties(call: Call) -> list[Item]:
     """Storage, type and dimensions of a datum."""
     path = call.path["path"].split("/")
-    return [_symbol_item(path[0], call.controller.symbol(path))]
+    return [_symbol_item(path[0], call.controller.symbol(path), call.second)]
 
 
-@resource("POST", "/rw/rapid/symbols", "search-symbols")
+@resource("POST", "/rw/rapid/symbols", "search-symbols", second="/rw/rapid/symbols/search")
 def _search(call: Call) -> list[Item]:
     """The data below `blockurl` (RAPID/TASK/MODULE or less) of `symtyp` (any, per, var, con), `dattyp` and `regexp`."""
     blocks = call.form.get("blockurl", "RAPID").strip("/").split("/")
@@ -95,7 +94,7 @@ def _search(call: Call) -> list[Item]:
         raise Refused("INVALIDARG", f"regexp is no regular expression: {error}") from None
     tasks = [call.controller.unit(blocks[1]).name] if len(blocks) > 1 else list(call.controller.units)
     return [
-        _symbol_item(task, one, "-li")
+        _symbol_item(task, one, call.second, "-li")
         for task in tasks
         for one in call.controller.symbols(task)
         if kind in ("any", _kind(one))
@@ -109,7 +108,7 @@ def _kind(one: Symbol) -> str:
     return next(kind for kind, storage in SYMBOL_TYPES.items() if storage == one.storage)
 
 
-def _symbol_item(task: str, one: Symbol, ending: str = "") -> Item:
+def _symbol_item(task: str, one: Symbol, second: bool, ending: str = "") -> Item:
     local = one.scope == "local"
     url = f"RAPID/{task}/{f'{one.module}/' if local or one.module == PREDEFINED else ''}{one.name}"
     values = {
@@ -124,7 +123,8 @@ def _symbol_item(task: str, one: Symbol, ending: str = "") -> Item:
         "rdonly": str(one.storage == "const").lower(),
         "taskvar" if one.storage == "var" else "taskpers": str(one.scope == "task").lower(),
     }
-    return Item(f"{CLASSES[one.storage]}{ending}", url, values, f"symbol/data/{url}")
+    href = f"symbol/{url}/data" if second else f"symbol/data/{url}"
+    return Item(f"{CLASSES[one.storage]}{ending}", url, values, href)
 
 
 def _sizes(value: object, dimensions: int) -> list[int]:

@@ -9,21 +9,21 @@ from pathlib import Path
 
 from virtualrobot_apps.emulators.abb.answers import BYTES, Answer, Item
 from virtualrobot_apps.emulators.abb.controller import Queued
-from virtualrobot_apps.emulators.abb.disk import DISKS, place
+from virtualrobot_apps.emulators.abb.disk import DISKS
 from virtualrobot_apps.emulators.abb.log import Message
 from virtualrobot_apps.emulators.abb.refused import Refused, unknown
 from virtualrobot_apps.emulators.abb.table import Call, resource
 
 MOST_QUEUES, MOST_QUEUED = 32, 1000
+VERSIONS = {False: ("6", "15", "6.15.0"), True: ("7", "8", "7.8.0")}
+"""RobotWare that is told by Robot Web Services 1.0, and by 2.0 (True)."""
 
 
 @resource("GET", "/rw/system")
 def _system(call: Call) -> list[Item]:
-    """Name and version: RobotWare 6, virtual."""
+    """Name and version: RobotWare 6, by Robot Web Services 2.0 RobotWare 7; virtual."""
     values = {
-        "major": "6",
-        "minor": "15",
-        "rwversion": "6.15.0",
+        **dict(zip(("major", "minor", "rwversion"), VERSIONS[call.second], strict=True)),
         "name": "VirtualRobot",
         "ctrltype": "Virtual Controller",
     }
@@ -66,7 +66,7 @@ def _message_item(one: Message, kind: str) -> Item:
 # Files.
 
 
-@resource("GET", "/ctrl/${variable}")
+@resource("GET", "/ctrl/${variable}", only="1.0")
 def _variable(call: Call) -> list[Item]:
     """The disk that HOME, TEMP or RAMDISK stands for; all are the same folder."""
     name = call.path["variable"]
@@ -78,7 +78,7 @@ def _variable(call: Call) -> list[Item]:
 @resource("GET", "/fileservice/{path*}")
 def _read(call: Call) -> list[Item] | Answer:
     """A file, or what is in a folder."""
-    found = place(call.controller.files, call.path["path"])
+    found = call.file(call.path["path"])
     if found.is_dir():
         return [_file_item(one) for one in sorted(found.iterdir())]
     if not found.is_file():
@@ -89,7 +89,7 @@ def _read(call: Call) -> list[Item] | Answer:
 @resource("PUT", "/fileservice/{path*}")
 def _write(call: Call) -> Answer:
     """Writes a file, whose folder is made where it isn't there."""
-    file = place(call.controller.files, call.path["path"])
+    file = call.file(call.path["path"])
     if file.is_dir():
         raise Refused("INVALIDARG", f"{call.path['path']!r} is a folder")
     new = not file.exists()
@@ -104,19 +104,23 @@ def _write(call: Call) -> Answer:
 @resource("DELETE", "/fileservice/{path*}")
 def _delete(call: Call) -> None:
     """Deletes a file, or a folder with what is in it."""
-    found = place(call.controller.files, call.path["path"])
+    found = call.file(call.path["path"])
     if not found.exists() or found == call.controller.files.resolve():
         raise Refused("FILE_NOT_FOUND", f"there is nothing to delete at {call.path['path']!r}", 404)
     shutil.rmtree(found) if found.is_dir() else found.unlink()
 
 
-@resource("POST", "/fileservice/{path*}")
+@resource("POST", "/fileservice/{path*}", second="/fileservice/{path*}/create")
 def _make(call: Call) -> None:
-    """Makes the folder `fs-newname`, by `fs-action=create`."""
-    action = call.needs("fs-action")
+    """Makes the folder `fs-newname`, in 1.0 by `fs-action=create`."""
+    action = "create" if call.second else call.needs("fs-action")
     if action != "create":
         raise unknown("fs-action", action, ("create",))
-    place(call.controller.files, f"{call.path['path']}/{call.needs('fs-newname')}").mkdir(parents=True, exist_ok=True)
+    folder = call.file(f"{call.path['path']}/{call.needs('fs-newname')}")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise Refused("INVALIDARG", f"{folder.name!r} can't be made: {error.strerror}") from None
 
 
 def _file_item(one: Path) -> Item:
@@ -130,7 +134,7 @@ def _file_item(one: Path) -> Item:
 # Message queues.
 
 
-@resource("POST", "/rw/dipc", "dipc-create")
+@resource("POST", "/rw/dipc", "dipc-create", second="/rw/dipc")
 def _create_queue(call: Call) -> None:
     """Makes the queue `dipc-queue-name`, for messages from other clients; tasks of RAPID have none here."""
     name, queues = call.needs("dipc-queue-name"), call.controller.queues
@@ -141,7 +145,7 @@ def _create_queue(call: Call) -> None:
     queues[name] = deque()
 
 
-@resource("POST", "/rw/dipc/{queue}", "dipc-send")
+@resource("POST", "/rw/dipc/{queue}", "dipc-send", second="/rw/dipc/{queue}")
 def _send(call: Call) -> None:
     """Adds a message to a queue."""
     queue = _queue(call)
@@ -151,7 +155,7 @@ def _send(call: Call) -> None:
     queue.append(Queued(call.needs("dipc-data"), *parts))
 
 
-@resource("GET", "/rw/dipc/{queue}", "dipc-read")
+@resource("GET", "/rw/dipc/{queue}", "dipc-read", second="/rw/dipc/{queue}")
 def _receive(call: Call) -> list[Item]:
     """Takes all messages out of a queue."""
     queue, items = _queue(call), []
@@ -185,3 +189,11 @@ def _request(call: Call) -> None:
 def _granted(call: Call) -> list[Item]:
     """`status` of that: GRANTED."""
     return [Item("user-rmmp-poll", "rmmp", {"status": "GRANTED"})]
+
+
+@resource("POST", "/rw/mastership/request", only="2.0")
+@resource("POST", "/rw/mastership/release", only="2.0")
+@resource("POST", "/rw/mastership/{domain}/request", only="2.0")
+@resource("POST", "/rw/mastership/{domain}/release", only="2.0")
+def _mastership(call: Call) -> None:
+    """Asks for the right to write, or gives it back: it is granted at once, to everybody."""

@@ -8,6 +8,7 @@ ROOMS = (
     *(
         "motion",
         "paths",
+        "egm",
         "frames",
         "signals",
         "interrupts",

@@ -42,7 +42,7 @@ export function Modeller() {
       <div class="under">
         <button type="button" class="button small" id="new-body" title="A box at the origin, to begin with" onClick={() => void create()}><Icon name="plus" size={13} />New body</button>
         {fault.value ? <span class="grow verdict bad cut" role="alert" title={fault.value}>{fault.value}</span> : (
-          <span class="grow verdict muted cut" role="status">{!modelled.value ? "" : waiting.value ? "is made …" : `${modelled.value} is what is written; each change is a step, which undo takes back`}</span>
+          <span class="grow verdict muted cut" role="status">{!modelled.value ? "" : waiting.value ? "is made …" : `${modelled.value} is what is written, in meters: 0.1 is 100 mm; undo takes each change back`}</span>
         )}
       </div>
     </>

@@ -6,6 +6,7 @@ import { filming } from "../kernel/films";
 import { goal } from "../kernel/goal";
 import { isolated } from "../kernel/isolation";
 import { download, placing } from "../kernel/loader";
+import { otherMover } from "../kernel/own_motions";
 import { isOutdated } from "../kernel/served_page";
 import { opened, toggle } from "../kernel/shown";
 import { isTraced, trace, untrace } from "../kernel/traces";
@@ -14,6 +15,7 @@ import { Icon } from "../parts/icons";
 import { fixed, positionOf } from "../parts/numbers";
 import { inToolAxes, tool, type Tool } from "../view/gizmo";
 import { loading } from "../view/meshes";
+import { draggedNode, snaps } from "../view/node_handle";
 import { Viewport } from "../view/viewport";
 import { CameraInset } from "./camera_inset";
 import { Devices } from "./devices";
@@ -42,6 +44,7 @@ export function View() {
       <Robot />
       <CameraInset />
       <Cover />
+      <Moved />
       <Alone />
       <Placing />
       <Speeds />
@@ -66,7 +69,11 @@ function Handles() {
       {one("select", "mouse-pointer-2", "Select (Q)")}
       {one("translate", "move-3d", "Drag the robot's tool (W)")}
       {one("rotate", "rotate-3d", "Turn the robot's tool (E)")}
+      {one("move", "move", "Move the selected node (M)")}
       <span class="line" />
+      <button type="button" class="tool" aria-pressed={snaps.value} title="Nodes that are moved snap: to 10 mm, and to faces beside them" onClick={() => (snaps.value = !snaps.value)}>
+        <Icon name="magnet" size={17} />
+      </button>
       <button type="button" class="tool" aria-pressed={inToolAxes.value} title="Drag along the tool's own axes" onClick={() => (inToolAxes.value = !inToolAxes.value)}>
         <Icon name="axis-3d" size={17} />
       </button>
@@ -107,6 +114,7 @@ function Robot() {
         <Fact key={place} name={`${"XYZ"[place]} (mm)`}><span class="mono coordinate">{fixed(1000 * value, 1)}</span></Fact>
       ))}
       <Fact name="Motion"><span id="motion" class={moves ? "good" : "muted"}>{moves ? "running" : "at rest"}</span></Fact>
+      {otherMover.value && <Fact name="Moved by"><span class="warned" id="mover">{otherMover.value}</span></Fact>}
       {goal.reach.value !== "unknown" && (
         <Fact name="Goal">
           <span class={goal.reach.value === "reached" ? "accent" : "bad"}>{goal.reach.value === "reached" ? "reachable" : "out of reach"}</span>
@@ -118,6 +126,21 @@ function Robot() {
 
 function Fact({ name, children }: { name: string; children: ComponentChildren }) {
   return <div class="fact"><b>{name}</b>{children}</div>;
+}
+
+/** Says where a node would be that is dragged, and at whose face. */
+function Moved() {
+  const dragged = draggedNode.value;
+  if (!dragged) return null;
+  const { name, position, beside } = dragged;
+  return (
+    <div class="float moved" role="status">
+      <Icon name="move-3d" size={16} color="var(--part)" />
+      <b class="cut">{name}</b>
+      <span class="mono">{position.toArray().map((value) => fixed(1000 * value, 1)).join(" ")} mm</span>
+      {beside.length > 0 && <span class="accent cut">at {beside.join(", ")}</span>}
+    </div>
+  );
 }
 
 /** Says that the console has been updated. */

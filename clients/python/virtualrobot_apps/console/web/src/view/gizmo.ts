@@ -11,9 +11,9 @@ import { orientationOf, positionOf } from "../parts/numbers";
 import { readRow } from "./poses";
 import type { Viewport } from "./viewport";
 
-export type Tool = "select" | "translate" | "rotate";
+export type Tool = "select" | "translate" | "rotate" | "move";
 
-/** What the pointer does in the view, and whether the handle has the tool's axes. */
+/** What the pointer does in the view, besides clicks: drag or turn the robot's tool, or move the selected node; and whether the tool's handle has its axes. */
 export const tool = signal<Tool>("select");
 export const inToolAxes = signal(false);
 
@@ -41,7 +41,7 @@ export class Gizmo {
     hearers.poses.add(() => this.#renew());
     effect(() => {
       const mode = tool.value;
-      if (mode === "select" || !chosen.value) this.#controls.detach();
+      if ((mode !== "translate" && mode !== "rotate") || !chosen.value) this.#controls.detach();
       else {
         this.#controls.attach(this.#handle);
         this.#controls.setMode(mode);

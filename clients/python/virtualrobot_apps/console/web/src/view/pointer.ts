@@ -12,7 +12,7 @@ export function hearPointer(view: Viewport): void {
   view.canvas.addEventListener("pointerdown", (event) => (down = event));
   view.canvas.addEventListener("pointerup", (event) => {
     const still = down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < CLICK_PIXELS;
-    if (still && !view.gizmo.dragging && !view.observer.axes.handleClick(event)) pick(view, event);
+    if (still && !view.gizmo.dragging && !view.nodeHandle.dragging && !view.observer.axes.handleClick(event)) pick(view, event);
     view.invalidate();
   });
   // By a finger that stays; the right button is heard when it goes up, since it shifts the view while it is held.

@@ -8,6 +8,7 @@ import { theme } from "../parts/theme";
 import { Ghost } from "./copies";
 import { Follower } from "./follower";
 import { Gizmo } from "./gizmo";
+import { NodeHandle } from "./node_handle";
 import { Observer } from "./observer";
 import { hearPointer } from "./pointer";
 import { Solids } from "./solids";
@@ -23,6 +24,7 @@ export class Viewport {
   readonly solids = new Solids(() => this.invalidate());
   readonly ghost = new Ghost(0x38a3ff);
   readonly gizmo: Gizmo;
+  readonly nodeHandle: NodeHandle;
   /** What panels draw into the view. */
   readonly overlay = new Group();
   #stage = new Stage();
@@ -38,7 +40,8 @@ export class Viewport {
     host.append(this.canvas);
     this.observer = new Observer(this.canvas, () => this.invalidate());
     this.gizmo = new Gizmo(this);
-    scene.add(...this.solids.objects, this.ghost.group, this.overlay, ...this.gizmo.objects);
+    this.nodeHandle = new NodeHandle(this);
+    scene.add(...this.solids.objects, this.ghost.group, this.overlay, ...this.gizmo.objects, ...this.nodeHandle.objects);
     new ResizeObserver(() => this.#resize()).observe(host);
     hearPointer(this);
     drawTraces(this);

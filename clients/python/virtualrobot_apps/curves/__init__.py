@@ -1,0 +1,1 @@
+"""Curves of CAD files (VDA-FS, IGES, STEP) as ways that a tool can follow."""

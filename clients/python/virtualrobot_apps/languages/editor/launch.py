@@ -1,0 +1,140 @@
+"""Launch of a program in RAPID for a debugger: what an editor says, the tasks that it asks for, and their run."""
+
+from __future__ import annotations
+
+import queue
+from collections.abc import Callable, Mapping
+from contextlib import ExitStack
+from dataclasses import replace
+from itertools import chain
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from virtualrobot_apps.languages.core.source import read_source
+from virtualrobot_apps.languages.rapid.cell import Cell
+from virtualrobot_apps.languages.rapid.command import add_signals
+from virtualrobot_apps.languages.rapid.debugger import DebuggedTask
+from virtualrobot_apps.languages.rapid.signals import Signals
+from virtualrobot_apps.languages.rapid.task import load_tasks
+from virtualrobot_apps.languages.rapid.world import World
+
+if TYPE_CHECKING:
+    from virtualrobot import Client
+    from virtualrobot.cli.options import Target
+
+OWN = "T_ROB1"
+"""Name of the task of `program`."""
+
+KNOWN: dict[str, type | tuple[type, ...]] = {
+    "program": (str, list),
+    "robot": str,
+    "address": str,
+    "routine": str,
+    "stopOnEntry": bool,
+    "continuous": bool,
+    "createSignals": bool,
+    "files": str,
+    "listen": str,
+    "answers": list,
+    "tasks": list,
+}
+"""Names that a launch has, and the types of their values."""
+
+
+class WrongLaunch(Exception):
+    """A launch that can't be done as it is; its message says why."""
+
+
+class Launch:
+    """Tasks that are debugged; `close` ends what they use."""
+
+    def __init__(self, given: Mapping[str, Any], target: Target, write: Callable[[str], None]) -> None:
+        """Load the program, and connect to the kernel where a robot is asked for; nothing runs yet.
+
+        The kernel is `target`, unless the launch gives another address. `write` gets each line of a pendant. Raises
+        WrongLaunch, ProgramError, or an error of the kernel.
+        """
+        for name, kinds in KNOWN.items():
+            if name in given and not isinstance(given[name], kinds):
+                told = " or ".join(one.__name__ for one in (kinds if isinstance(kinds, tuple) else (kinds,)))
+                raise WrongLaunch(f"{name!r} of a launch is a {told}, not {given[name]!r}")
+        self._given, self._target = given, target
+        parts = [(OWN, _files(given.get("program"), "program"), given.get("robot"), False)]
+        for one in given.get("tasks", ()):
+            if not isinstance(one, dict) or not isinstance(one.get("name"), str):
+                raise WrongLaunch("each of 'tasks' has a 'name', a 'program', and a 'robot' or 'static'")
+            parts.append(
+                (one["name"], _files(one.get("program"), one["name"]), one.get("robot"), bool(one.get("static")))
+            )
+        names = [name.lower() for name, *_ in parts]
+        if len({*names}) < len(names):
+            raise WrongLaunch(f"each task has a name of its own, not {', '.join(name for name, *_ in parts)}")
+        self._opened = ExitStack()
+        self._typed: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+        try:
+            client = self._connected() if any(robot for _, _, robot, _ in parts) else None
+            sources = {name: [read_source(file) for file in files] for name, files, _, _ in parts}
+            signals = list(client.signals) if client is not None else []
+            programs = load_tasks(sources, signals, debugged=True)
+            if client is not None and given.get("createSignals"):
+                add_signals(client, programs.values())
+            self.cell = Cell()
+            self.tasks: list[DebuggedTask] = []
+            answers = chain(map(str, given.get("answers", ())), iter(self._typed.get, None))
+            folder = given.get("files")
+            for name, _, robot, _ in parts:
+                where = f"{name}: " if len(parts) > 1 else ""
+                world = (
+                    None
+                    if client is None
+                    else World(client, robot, lambda note: write(f"note: {note}"))
+                    if robot
+                    else Signals(client)
+                )
+                task = DebuggedTask(
+                    programs[name],
+                    world,
+                    lambda line, where=where: write(where + line),
+                    given.get("listen"),
+                    files=None if folder is None else Path(folder),
+                    answers=answers,
+                    name=name,
+                    cell=self.cell,
+                )
+                task.stops_first = bool(given.get("stopOnEntry"))
+                self.tasks.append(task)
+        except BaseException:
+            self._opened.close()
+            raise
+        self._static = [task for task, (*_, static) in zip(self.tasks, parts, strict=True) if static]
+
+    def _connected(self) -> Client:
+        target = replace(self._target, address=self._given.get("address", self._target.address))
+        return self._opened.enter_context(target.connect("debugger"))
+
+    def run(self) -> None:
+        """Run all tasks to their end; raises the error of one that ended by it."""
+        routine = str(self._given.get("routine", "main"))
+        self.cell.run(routine, self._static, forever=bool(self._given.get("continuous")))
+
+    def answer(self, text: str) -> bool:
+        """Answer what a task asks on its pendant; return whether one asks."""
+        asks = any(one.pendant.waits for one in self.tasks)
+        if asks:
+            self._typed.put(text)
+        return asks
+
+    def close(self) -> None:
+        """End the connection to the kernel, and the wait for answers."""
+        for _ in self.tasks:
+            self._typed.put(None)
+        self._opened.close()
+
+
+def _files(given: object, of: str) -> list[Path]:
+    """Return the files of a task, with all of their folders, as editors name them."""
+    found = given if isinstance(given, list) else [given]
+    names = [one for one in found if isinstance(one, str) and one]
+    if not names or len(names) < len(found):
+        raise WrongLaunch(f"'program' is the file of {of}, or a list of its files, not {given!r}")
+    return [Path(one).resolve() for one in names]

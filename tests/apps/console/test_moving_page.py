@@ -1,0 +1,80 @@
+"""A person moves a node by its handle in the view, which snaps."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import virtualrobot
+from playwright.sync_api import expect
+
+from tests.apps.console.browsing import PLAIN, browsers, needs_page, opened, row
+from tests.apps.console.consoles import Console
+from tests.kernels import KernelProcess
+from tests.waiting import until
+
+pytestmark = [*needs_page, pytest.mark.long]
+
+RASTER = 0.01
+"""Meters, as the page has it."""
+
+
+def test_a_node_is_moved_by_its_handle(console: Console, stepped_kernel: KernelProcess) -> None:
+    with virtualrobot.connect(stepped_kernel.address) as client, browsers() as browser:
+        client.scene.add_object("table", virtualrobot.box(1.0, 1.0, 0.1), pose=virtualrobot.pose(z=0.45))
+        client.scene.add_object("block", virtualrobot.box(0.1, 0.1, 0.1), pose=virtualrobot.pose(x=0.003, z=0.623))
+        client.scene.add_object("core", virtualrobot.box(0.02, 0.02, 0.02), parent="block")
+        with opened(browser, console.url + PLAIN) as page:
+            row(page, "block").click()
+            page.get_by_role("tab", name="Properties").click()
+            for key in ("f", "1", "m"):
+                page.keyboard.press(key)
+            expect(page.get_by_title("Move the selected node (M)")).to_have_attribute("aria-pressed", "true")
+            page.locator('.view .canvas[aria-busy="false"]').wait_for()
+            canvas = page.locator(".view .canvas canvas").bounding_box()
+            assert canvas is not None
+            x, y = canvas["x"] + canvas["width"] / 2, canvas["y"] + canvas["height"] / 2
+            said = page.locator(".moved")
+
+            def dragged_until(dx: int, dy: int, words: str) -> None:
+                """Drag the middle of the handle in steps of pixels until the page says words of where the node is."""
+                page.mouse.move(x, y)
+                page.mouse.down()
+                for number in range(1, 16):
+                    page.mouse.move(x + dx * number, y + dy * number)
+                    if number > 1 and words in said.inner_text():
+                        return
+                raise AssertionError(f"never {words}: {said.inner_text()}")
+
+            def looks_at_it_again() -> None:
+                """Look at the block where it stood at first, once the page knows that it stands there."""
+                expect(page.locator("#properties").get_by_label("Z", exact=True)).to_have_value("623.00")
+                page.keyboard.press("f")
+                page.locator('.view .canvas[aria-busy="false"]').wait_for()
+
+            # Down to the table: near its top the block's bottom is put on it; across, it is on the raster.
+            dragged_until(0, 20, "at table")
+            np.testing.assert_allclose(client.scene.pose("block")[:3, 3], [0.003, 0.0, 0.623])  # nobody has let go
+            page.mouse.up()
+            expect(said).to_have_count(0)
+            x_now, y_now, z_now = client.scene.pose("block")[:3, 3]
+            assert z_now == pytest.approx(0.45 + 0.05 + 0.05, abs=1e-9)
+            assert x_now / RASTER == pytest.approx(round(x_now / RASTER), abs=1e-6) and y_now == pytest.approx(0.0)
+            np.testing.assert_allclose(client.scene.pose("core"), client.scene.pose("block"))
+            page.keyboard.press("Control+z")
+            looks_at_it_again()
+
+            # Esc while it is dragged leaves it where it is.
+            dragged_until(0, 20, "at table")
+            page.keyboard.press("Escape")
+            expect(said).to_have_count(0)
+            page.mouse.up()
+            assert client.scene.pose("block")[2, 3] == pytest.approx(0.623)
+
+            # Without snapping it goes wherever it is let go.
+            page.get_by_title("Nodes that are moved snap").click()
+            looks_at_it_again()
+            dragged_until(27, 13, "mm")
+            page.mouse.up()
+            expect(said).to_have_count(0)
+            until(lambda: client.scene.pose("block")[0, 3] > 0.0031)
+            assert client.scene.pose("block")[0, 3] / RASTER % 1.0 > 1e-6
