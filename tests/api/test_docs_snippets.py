@@ -62,6 +62,7 @@ LONG = {
     "recording.md",
     "sensor-models.md",
     "streaming.md",
+    "tool-paths.md",
     "topics.md",
     "tracking.md",
     "tutorial-controllers.md",
@@ -74,6 +75,7 @@ LONG = {
     "tutorial-ros.md",
     "tutorial-teacher.md",
     "walkers.md",
+    "writers.md",
 }
 COMMAND_SECONDS = 300
 SPEED = 5.0
