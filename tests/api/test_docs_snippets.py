@@ -62,6 +62,7 @@ LONG = {
     "recording.md",
     "sensor-models.md",
     "streaming.md",
+    "studies.md",
     "tool-paths.md",
     "topics.md",
     "tracking.md",
