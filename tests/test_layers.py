@@ -124,6 +124,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         for name, libraries in {
             "bag.py": ("rosbags", "click"),
             "messages/types.py": ("rosbags", "yaml"),
+            "messages/ros1.py": ("rosbags",),
             "messages/message.py": ("cbor2",),
             "mapping/sensors.py": ("PIL",),
             "dds": ("cyclonedds",),

@@ -64,6 +64,7 @@ LONG = {
     "sensor-models.md",
     "streaming.md",
     "studies.md",
+    "tool-paths.md",
     "topics.md",
     "tracking.md",
     "tutorial-controllers.md",
@@ -76,6 +77,7 @@ LONG = {
     "tutorial-ros.md",
     "tutorial-teacher.md",
     "walkers.md",
+    "writers.md",
 }
 COMMAND_SECONDS = 300
 SPEED = 5.0
