@@ -210,7 +210,19 @@ GROUPS = (
         "Real robots and plugins",
         services=("DriverService", "PluginService"),
         python={"client.cell": "cell:Cell", "client.drivers": "drivers:Drivers", "client.plugins": "plugins:Plugins"},
-        commands=("driver", "estop", "emulate", "program", "rapid", "rapl", "editor", "plugins", "grade", "demo"),
+        commands=(
+            "driver",
+            "estop",
+            "emulate",
+            "program",
+            "rapid",
+            "rapl",
+            "urscript",
+            "editor",
+            "plugins",
+            "grade",
+            "demo",
+        ),
     ),
 )
 
