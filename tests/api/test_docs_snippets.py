@@ -73,6 +73,7 @@ LONG = {
     "tutorial-rapl.md",
     "tutorial-ros.md",
     "tutorial-teacher.md",
+    "tutorial-urscript.md",
     "walkers.md",
 }
 COMMAND_SECONDS = 300

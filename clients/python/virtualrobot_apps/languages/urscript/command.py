@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
+from virtualrobot.cli.options import Target, target_options
 
 from virtualrobot_apps.languages.core.command import faulty, lay_out
 
@@ -23,8 +24,11 @@ _files = click.argument("files", nargs=-1, required=True, metavar="FILE...", typ
 
 
 @click.group(epilog=_EXAMPLES, short_help="Check and format scripts of controllers of Universal Robots.")
-def urscript() -> None:
+@target_options
+@click.pass_context
+def urscript(ctx: click.Context, target: Target) -> None:
     """Scripts in URScript, the language of Universal Robots' controllers, each in a file of its own."""
+    ctx.obj = target
 
 
 @urscript.command()
