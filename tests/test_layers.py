@@ -96,6 +96,20 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Navigation fits, measures distances and plans by libraries, where they are installed, and writes maps as ROS does.
     f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
+    # Processes look for ways on meshes, and on splines.
+    f"{APPS}/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "trimesh"),
+    # Studies run in processes of loky, draw by scipy, search by cma and leave Parquet files, where these are installed.
+    **{
+        f"{APPS}/studies/{name}.py": ("virtualrobot_apps", "virtualrobot", "numpy", *libraries)
+        for name, libraries in {
+            "engines": ("loky",),
+            "parameters": ("scipy",),
+            "parts": ("pyarrow",),
+            "plans": ("cma",),
+            "report": ("pyarrow",),
+            "summary": ("pyarrow", "scipy"),
+        }.items()
+    },
     # Programs for controllers are read from, and written as, program files in the contract's words.
     f"{APPS}/languages/writers": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "yaml", "google.protobuf"),
     # Curves of IGES and STEP are read by Open CASCADE, where it is installed.
@@ -110,6 +124,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         for name, libraries in {
             "bag.py": ("rosbags", "click"),
             "messages/types.py": ("rosbags", "yaml"),
+            "messages/ros1.py": ("rosbags",),
             "messages/message.py": ("cbor2",),
             "mapping/sensors.py": ("PIL",),
             "dds": ("cyclonedds",),

@@ -41,7 +41,7 @@ def browsers() -> Iterator[Browser]:
 @contextmanager
 def opened(browser: Browser, url: str, width: int = WIDTH, height: int = HEIGHT) -> Iterator[Page]:
     """Give the page at an address; what it complains of fails the test, and so does what it asks of other machines."""
-    page = browser.new_page(viewport={"width": width, "height": height})
+    page = browser.new_page(viewport={"width": width, "height": height}, color_scheme="dark")
     page.set_default_timeout(PATIENCE_MS)
     complaints: list[str] = []
     page.on("pageerror", lambda error: complaints.append(str(error)))

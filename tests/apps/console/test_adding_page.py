@@ -65,7 +65,7 @@ def test_a_person_adds_a_table_and_a_part(console: Console, stepped: Stubs, step
 
             # Where it is, written number by number with Tab; the fields tell what has come of it.
             page.get_by_role("tab", name="Properties").click()
-            for label, text in {"X": "-350", "Y": "25", "Yaw": "90"}.items():
+            for label, text in {"X": "-350", "Y": "25", "Rz": "90"}.items():
                 field = page.locator("#properties").get_by_label(label, exact=True)
                 field.fill(text)
                 field.press("Tab")
@@ -91,6 +91,22 @@ def test_a_person_adds_a_table_and_a_part(console: Console, stepped: Stubs, step
 
             until(lambda: color() == (0.0, 1.0, 0.0))
             np.testing.assert_allclose(greatest(client, "cylinder"), [0.03, 0.03, 0.125])
+
+            # A camera that looks at a point, as the client's own function has it, and its picture; a beam goes along x.
+            eye, goal = (0.6, -0.4, 0.9), (0.0, 0.1, 0.5)
+            for kind, name in (("Camera", "camera"), ("Range sensor", "range sensor")):
+                page.get_by_role("button", name="Add …").click()
+                page.get_by_role("radio", name=kind, exact=True).click()
+                for words, point in (("Stands at", eye), ("Looks at", goal)):
+                    for axis, meters in zip("XYZ", point, strict=True):
+                        page.get_by_label(f"{words} {axis}").fill(f"{1000.0 * meters:g}")
+                add.click()
+                expect(row(page, name)).to_have_attribute("aria-selected", "true")
+            np.testing.assert_allclose(client.scene.pose("camera"), virtualrobot.looking_at(eye, goal), atol=1e-6)
+            expect(page.locator(".inset")).to_contain_text("camera")
+            beam = client.scene.pose("range sensor")
+            np.testing.assert_allclose(beam[:3, 0], virtualrobot.looking_at(eye, goal)[:3, 2], atol=1e-6)
+            assert beam[2, 2] > 0.0
 
             # A command of a panel that isn't shown: the panel comes, and the command is done.
             page.keyboard.press("Control+k")

@@ -44,7 +44,7 @@ def test_each_field_keeps_what_was_written(console: Console, stepped: Stubs, ste
             page.get_by_role("tab", name="Properties").click()
 
             # A pose, and settings of a kind, which are one message to the kernel.
-            type_at_once(page, "#properties", {"X": "-350", "Y": "20", "Z": "750", "Yaw": "90"})
+            type_at_once(page, "#properties", {"X": "-350", "Y": "20", "Z": "750", "Rz": "90"})
             until(lambda: np.allclose(client.scene.pose("eye"), virtualrobot.pose(-0.35, 0.02, 0.75, yaw=np.pi / 2)))
             type_at_once(page, "#properties", {"Width": "80", "Height": "60"})
 
@@ -68,7 +68,7 @@ def test_each_field_keeps_what_was_written(console: Console, stepped: Stubs, ste
             # Where the tool shall be: the ghost that the robot moves to is that of all of it.
             row(page, "arm").click()
             page.get_by_role("tab", name="Pendant").click()
-            wanted = {"X": "450", "Y": "100", "Z": "600", "Roll": "180", "Pitch": "0", "Yaw": "0"}
+            wanted = {"X": "450", "Y": "100", "Z": "600", "Rx": "180", "Ry": "0", "Rz": "0"}
             type_at_once(page, "#pendant", wanted)
             page.locator("#go").click()
             goal = virtualrobot.pose(0.45, 0.1, 0.6, roll=np.pi)
@@ -76,4 +76,4 @@ def test_each_field_keeps_what_was_written(console: Console, stepped: Stubs, ste
                 until(lambda: np.allclose(client.robot("arm").tcp, goal, atol=1e-4))
                 expect(page.locator("#go")).to_have_count(0)
             # Half a turn is written and read as the same number.
-            expect(page.locator("#pendant").get_by_label("Roll", exact=True)).to_have_value("180.00")
+            expect(page.locator("#pendant").get_by_label("Rx", exact=True)).to_have_value("180.00")

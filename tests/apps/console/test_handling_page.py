@@ -52,7 +52,7 @@ def test_a_person_teaches_a_pick_and_a_place(
             lines.fill("80")
             lines.press("Enter")
             arm.set_positions(THERE)
-            expect(page.get_by_label("lbr_iiwa_joint_1 position", exact=True)).to_have_value("22.9")
+            expect(page.get_by_label("J1 lbr_iiwa_joint_1 position", exact=True)).to_have_value("22.9")
             add.select_option(label="Place here on world, with approach")
             on = step_row(page, 2).get_by_label("What it is placed on")
             expect(on).to_have_value("world")

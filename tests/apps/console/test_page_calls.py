@@ -8,8 +8,18 @@ from websockets.exceptions import InvalidStatus
 
 from tests.api.asking import IIWA, joints, load
 from tests.api.reading import state, step
-from tests.apps.console.consoles import BEGIN, CANCEL, END, HEAD, MESSAGE, Console, PageRefused
-from tests.kernels import Stubs
+from tests.apps.console.consoles import (
+    BEGIN,
+    CANCEL,
+    END,
+    HEAD,
+    MESSAGE,
+    PATIENCE_SECONDS,
+    Console,
+    PageRefused,
+    consoles,
+)
+from tests.kernels import StartKernel, Stubs
 from tests.waiting import until
 
 PAUSED, RUNNING = motion_pb2.MOTION_PHASE_PAUSED, motion_pb2.MOTION_PHASE_RUNNING
@@ -152,3 +162,27 @@ def test_a_lease_of_a_page_ends_with_the_page(console: Console, stepped: Stubs) 
             page.ask("SceneService/Apply", change)
         assert refused.value.args[0]["details"][0]["debug"]["reason"] == "LEASED"
     until(lambda: not stepped.lease.ListLeases(lease_pb2.ListLeasesRequest()).leases)
+
+
+@pytest.mark.long
+def test_a_kernel_that_goes_leaves_the_terminal_quiet(start_kernel: StartKernel) -> None:
+    """Watches and a stream of requests are open at it: each ends, and Python complains of none that it found later."""
+    kernel = start_kernel()
+    load(kernel.stubs(), IIWA, name="arm")
+    with consoles(kernel.address) as console:
+        with console.page() as page:
+            watch = page.open("SceneService/WatchScene", {})
+            next(page.answers(watch))
+            target = {"robot": "arm", "mode": "SETPOINT_MODE_VELOCITY", "timeout_seconds": 60}
+            led = page.open("MotionService/StreamSetpoints", {"target": target, "values": [0.0] * 7})
+            next(page.answers(led))
+            kernel.end()
+            for call in (watch, led):
+                with pytest.raises(PageRefused) as refused:
+                    list(page.answers(call))
+                assert refused.value.args[0]["code"] == "unavailable"
+        console.process.terminate()
+        console.process.wait(PATIENCE_SECONDS)
+        assert console.process.stdout
+        said = console.process.stdout.read()
+        assert not any(word in said for word in ("Task", "aclose", "Traceback")), said

@@ -29,7 +29,7 @@ def kill(page: Page) -> None:
     page.close()
 
 
-@pytest.mark.parametrize(("label", "end"), [("lbr_iiwa_joint_1 plus", hang), ("Z minus", kill)])
+@pytest.mark.parametrize(("label", "end"), [("J1 lbr_iiwa_joint_1 plus", hang), ("Z minus", kill)])
 def test_a_page_that_ends_ends_its_jog(
     console: Console, stepped: Stubs, stepped_kernel: KernelProcess, label: str, end: Callable[[Page], None]
 ) -> None:
@@ -87,7 +87,7 @@ def test_a_kernel_that_comes_again_is_shown(start_kernel: StartKernel) -> None:
     with virtualrobot.connect(kernel.address) as client:
         client.load_robot(IIWA, name="first")
     with consoles(kernel.address) as console, browsers() as browser, opened(browser, console.url + PLAIN) as page:
-        expect(row(page, "first")).to_be_visible()
+        row(page, "first").click()
         # Meanwhile the console was updated, so that it serves another page.
         served = page.request.get(console.url + "/").text()
         page.route(
@@ -95,6 +95,12 @@ def test_a_kernel_that_comes_again_is_shown(start_kernel: StartKernel) -> None:
         )
         kernel.end()
         expect(page.locator("#connection")).to_have_text("disconnected")
+        # What would ask it for something can't be pressed; STOP can.
+        expect(page.get_by_role("status").filter(has_text="trying again")).to_be_visible()
+        for label in ("J1 lbr_iiwa_joint_1 plus", "Z minus", "Speed of all robots, %"):
+            expect(page.get_by_label(label, exact=True)).to_be_disabled()
+        expect(page.get_by_role("slider", name="lbr_iiwa_joint_1, °")).to_have_attribute("aria-disabled", "true")
+        expect(page.locator("#stop")).to_be_enabled()
         expect(page.get_by_text("another version of this page")).to_have_count(0)
         again = start_kernel("--port", port)
         with virtualrobot.connect(again.address) as client:

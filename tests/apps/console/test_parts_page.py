@@ -48,15 +48,17 @@ def test_a_person_picks_and_places(console: Console, stepped: Stubs, stepped_ker
             expect(listed.nth(0)).to_contain_text("brick")
             expect(listed.nth(0)).to_contain_text("250.0 mm")
             panel.get_by_role("button", name="Pick nearest").click()
-            expect(said).to_contain_text("the part 'brick' is 0.2500 m from the tool centre point")
+            expect(said).to_contain_text("the part 'brick' is 250 mm from the tool centre point")
             listed.nth(0).get_by_role("button").press("Enter")
             expect(row(page, "brick")).to_have_attribute("aria-selected", "true")
             chosen = panel.get_by_label("Chosen part")
             expect(chosen).to_contain_text("250.0 mm")
             expect(panel.get_by_label("Parts", exact=True)).to_be_in_viewport(ratio=1.0)
             until(lambda: color_count(page, BEYOND) > 20)  # the way there, red since it is too far
+            expect(page.locator("#reach")).to_have_class(re.compile("primary"))
+            expect(page.locator("#pick")).not_to_have_class(re.compile("primary"))
             chosen.get_by_role("button", name="Pick", exact=True).click()
-            expect(said).to_contain_text("farther than 0.2 m")
+            expect(said).to_contain_text("farther than 200 mm")
             assert parents()["brick"] == "world"
 
             # A robot that works with no tool can't pick.

@@ -66,7 +66,7 @@ def test_a_person_teaches_and_plays_a_program(
             arm.set_positions(THERE)
             there = arm.tcp
             # The page has been told when its pendant shows it: 0.4 rad are 22.9°.
-            expect(page.get_by_label("lbr_iiwa_joint_1 position", exact=True)).to_have_value("22.9")
+            expect(page.get_by_label("J1 lbr_iiwa_joint_1 position", exact=True)).to_have_value("22.9")
             teach.click()
             until(lambda: "P2" in scene(stepped))
             step_row(page, 2).get_by_role("button", name="PTP", exact=True).click()

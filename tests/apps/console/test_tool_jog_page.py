@@ -116,7 +116,7 @@ def test_a_speed_limit_for_teaching_holds(
         arm.tcp_speed_limit = limit = 0.05
         arm.set_positions([0.4, *HERE[1:]])
         # The page has been told of the limit when its pendant shows what came after it: 0.4 rad are 22.9°.
-        expect(page.get_by_label("lbr_iiwa_joint_1 position", exact=True)).to_have_value("22.9")
+        expect(page.get_by_label("J1 lbr_iiwa_joint_1 position", exact=True)).to_have_value("22.9")
         page.get_by_label("Jog speed, %").fill("100")
         tick, speeds = ticks(page, stepped, arm), []
 

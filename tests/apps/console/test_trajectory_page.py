@@ -118,15 +118,15 @@ def test_a_person_plays_a_trajectory(console: Console, stepped: Stubs, stepped_k
             # What is wrong with files: line and column; what was here stays.
             alert = page.locator("#loading")
             for change, words in [
-                (("0.050,", "0.000,"), "swing.csv:3: column 1 (time): 0 s does not come after 0 s of line 2"),
-                (("0.600000", "nan"), "swing.csv:22: column 2 (lbr_iiwa_joint_1): nan is no finite number"),
-                ((JOINTS[1], "panda_joint4"), "swing.csv:1: column 3 (panda_joint4): 'iiwa' has no joint"),
+                (("0.050,", "0.000,"), "line 3: column 1 (time): 0 s does not come after 0 s of line 2"),
+                (("0.600000", "nan"), "line 22: column 2 (lbr_iiwa_joint_1): nan is no finite number"),
+                ((JOINTS[1], "panda_joint4"), "line 1: column 3 (panda_joint4): 'iiwa' has no joint"),
             ]:
                 give(page, table(change))
                 expect(alert).to_contain_text(words)
                 alert.get_by_title("Close").click()
             give(page, b'{"times": [0, 1],\n"positions": [[0, 1, 2, 3, 4, 5],\n[0, 1, 2, 3, 4, 5]]}', "six.json")
-            expect(alert).to_contain_text("six.json:2: column 14 (positions): ")
+            expect(alert).to_contain_text("line 2: column 14 (positions): ")
             expect(alert).to_contain_text("these are 6 joints: 6 values for the robot 'iiwa'")
             alert.get_by_title("Close").click()
             expect(panel.get_by_title("Close swing.csv")).to_be_visible()

@@ -134,7 +134,7 @@ def an_arm_on_it(person: Person) -> None:
     until(lambda: "arm" in client.scene)
     assert client.scene.pose("arm")[2, 3] == pytest.approx(0.75, abs=1e-6)
     person.tab("Properties")
-    for label, text in {"X": "-350", "Y": "0", "Z": "750", "Yaw": "180"}.items():
+    for label, text in {"X": "-350", "Y": "0", "Z": "750", "Rz": "180"}.items():
         person.write(text, label, "#properties")
     person.tab("Scene")
     person.done += ["arm", "bench"]
@@ -179,7 +179,7 @@ def by_hand(person: Person) -> None:
     person.press("Look at everything", person.page.get_by_title("Look at everything"))
     person.tab("Pendant")
     turned, height = arm.positions[0], person.tool[2]
-    person.hold("J1", "joint_1 plus", lambda: arm.positions[0] > turned + 0.1)
+    person.hold("J1", "J1 joint_1 plus", lambda: arm.positions[0] > turned + 0.1)
     person.hold("Z", "Z minus", lambda: person.tool[2] < height - 0.03)
     person.tab("Joints")
 
@@ -193,7 +193,7 @@ def five_places(person: Person) -> None:
         person.press(words, page.get_by_label(f"Teach {words}", exact=True))
         expect(row(page, name)).to_be_visible()
 
-    person.pose(X="200", Y="350", Z="950", Roll="180", Pitch="0", Yaw="0")
+    person.pose(X="200", Y="350", Z="950", Rx="180", Ry="0", Rz="0")
     taught("P1", "PTP")
     person.pose(Z="802")
     taught("P2", "LIN")
@@ -210,11 +210,23 @@ def five_places(person: Person) -> None:
 
 
 def play_it(person: Person) -> None:
-    person.press("Play", person.page.locator("#play"))
-    expect(person.page.locator(".step.lit")).to_have_count(1)
-    until(lambda: np.allclose(person.client.scene.pose("block")[:3, 3], [0.2, -0.35, 0.775], atol=2e-3))
-    until(lambda: person.client.scene.node("block").parent == "world")
-    expect(person.page.get_by_title("End the program")).to_be_disabled()
+    play = person.page.locator("#play")
+
+    def at(y: float) -> bool:
+        return np.allclose(person.client.scene.pose("block")[:3, 3], [0.2, y, 0.775], atol=2e-3)
+
+    def is_played() -> None:
+        person.press("Play", play)
+        expect(person.page.locator(".step.lit")).to_have_count(1)
+        until(lambda: at(-0.35))
+        until(lambda: person.client.scene.node("block").parent == "world")
+        expect(person.page.get_by_title("End the program")).to_be_disabled()
+        expect(person.page.locator("#last")).to_have_text("the program is done")
+
+    is_played()
+    person.press("Back to before Play")
+    until(lambda: at(0.35))
+    is_played()
 
 
 def film_it(person: Person) -> None:

@@ -96,19 +96,26 @@ class Upstream:
     ) -> AsyncGenerator[Answer, None]:
         refused: list[Refusal] = []
 
-        async def sent(requests: AsyncIterator[bytes]) -> AsyncIterator[bytes]:
+        async def send(requests: AsyncIterator[bytes]) -> None:
             try:
                 async for one in requests:
-                    yield one
+                    await running.write(one)
+                await running.done_writing()
             except Refusal as refusal:
                 refused.append(refusal)
                 running.cancel()
+            except (grpc.aio.AioRpcError, asyncio.InvalidStateError):
+                pass  # the call has ended, which its answers tell
+            except Exception:
+                running.cancel()
+                raise
 
         arity = f"{_arity(method.streams_requests)}_{_arity(method.streams_answers)}"
         made = getattr(self._channel, arity)(method.path)
-        running: Any = made(
-            request if isinstance(request, bytes) else sent(request), metadata=metadata, timeout=seconds
-        )
+        first = [request] if isinstance(request, bytes) else []
+        running: Any = made(*first, metadata=metadata, timeout=seconds)
+        # Given an iterator, gRPC would go on waiting for its next request when the call has ended.
+        sending = None if isinstance(request, bytes) else asyncio.create_task(send(request))
         try:
             if method.streams_answers:
                 async for data in running:
@@ -121,6 +128,9 @@ class Upstream:
             raise
         finally:
             running.cancel()
+            if sending is not None:
+                sending.cancel()
+                await asyncio.gather(sending, return_exceptions=True)
 
     def _share(self, method: Method, request: bytes, metadata: Metadata) -> AsyncGenerator[Answer, None]:
         # What a page calls itself makes no other answers; its token may.

@@ -24,6 +24,7 @@ Examples:
   virtualrobot ros --server ws://192.168.0.5:9090
   virtualrobot ros --dds --domain 7
   virtualrobot ros --dds --rmw cyclonedds
+  virtualrobot ros --ros1
   virtualrobot ros --simuep scene.xml
   virtualrobot ros --host 0.0.0.0 --client-token-file rosbridge.token
 """
@@ -52,6 +53,23 @@ Examples:
     help="On what the node's peers run: for rmw_cyclonedds it has services and actions, too, not only topics.",
 )
 @click.option("--domain", default=0, show_default=True, type=click.IntRange(0, 232), help="Its domain.")
+@click.option(
+    "--ros1", is_flag=True, help="Be a node of ROS 1; where there is no master on this machine it brings one."
+)
+@click.option(
+    "--master",
+    envvar="ROS_MASTER_URI",
+    default="http://127.0.0.1:11311",
+    show_default=True,
+    metavar="URL",
+    help="The master of ROS 1, as in ROS_MASTER_URI.",
+)
+@click.option(
+    "--ros1-host",
+    default="127.0.0.1",
+    show_default=True,
+    help="This machine as nodes of ROS 1 reach it, which know no tokens: who reaches it may move the robots.",
+)
 @click.option("--foxglove", is_flag=True, help="Serve Foxglove and Lichtblick on this machine, too.")
 @click.option("--foxglove-port", default=8765, show_default=True, type=click.IntRange(0, 65535), help="Their port.")
 @click.option(
@@ -101,6 +119,9 @@ def ros(
     dds: bool,
     rmw: str,
     domain: int,
+    ros1: bool,
+    master: str,
+    ros1_host: str,
     foxglove: bool,
     foxglove_port: int,
     record: Path | None,
@@ -138,6 +159,10 @@ def ros(
     transports: list[Transport] = [RosbridgeServer(host, port, token=token, origins=origins)]
     if dds:
         transports.append(_dds_node(domain, services=rmw == "cyclonedds"))
+    if ros1:
+        from virtualrobot_apps.bridges.ros.ros1.node import Ros1Node
+
+        transports.append(Ros1Node(master, ros1_host, say=click.echo))
     if foxglove:
         transports.append(_foxglove_server(foxglove_port))
     if server is not None:

@@ -84,9 +84,9 @@ def make(name: str, /, **values: object) -> Any:  # noqa: ANN401 each type is a 
     return STORE.types[name](**values)
 
 
-def _definitions() -> Iterator[tuple[str, list[str]]]:
-    """Yield each message of the file: those of services and actions by their parts, and what carries an action."""
-    for package, kinds in yaml.safe_load(FILE.read_text("utf-8")).items():
+def definitions(file: Path = FILE) -> Iterator[tuple[str, list[str]]]:
+    """Yield each message of a file: those of services and actions by their parts, and what carries an action."""
+    for package, kinds in yaml.safe_load(file.read_text("utf-8")).items():
         for kind, interfaces in kinds.items():
             for base, parts in interfaces.items():
                 name = f"{package}/{kind}/{base}"
@@ -121,5 +121,5 @@ def _store(definitions: Iterable[tuple[str, list[str]]]) -> Any:  # noqa: ANN401
     return store
 
 
-STORE = _store(_definitions())
+STORE = _store(definitions())
 """All types that are known."""

@@ -7,6 +7,8 @@ import { placing } from "./kernel/loader";
 import { shownBelow, shownRight } from "./kernel/shown";
 import { selected } from "./kernel/world";
 import { Chosen, Tabs, type Tab } from "./parts/tabs";
+import { WhileConnected } from "./parts/while_connected";
+import { WrongNumber } from "./parts/wrong_number";
 import { Bottom, toolsBelow } from "./panels/bottom";
 import { Finder, openFinder, type Group } from "./panels/finder";
 import { Library } from "./panels/library";
@@ -21,6 +23,7 @@ import { View, viewport } from "./panels/view";
 import { turnTo, Views } from "./panels/views";
 import { stop } from "./kernel/stop";
 import { tool } from "./view/gizmo";
+import { picking } from "./view/jointing";
 
 const left = signal("scene");
 
@@ -43,17 +46,18 @@ export function App() {
       <Top />
       <aside class="left" aria-label="Scene">
         <Tabs label="Left" chosen={left.value} choose={(id) => (left.value = id)} tabs={LEFT} />
-        <Chosen tabs={LEFT} chosen={left.value} />
+        <WhileConnected><Chosen tabs={LEFT} chosen={left.value} /></WhileConnected>
       </aside>
       <View />
       <aside class="right" aria-label="Robot and properties">
         <Tabs label="Right" chosen={shownRight.value} choose={(id) => (shownRight.value = id)} tabs={RIGHT} />
-        <Chosen tabs={RIGHT} chosen={shownRight.value} />
+        <WhileConnected><Chosen tabs={RIGHT} chosen={shownRight.value} /></WhileConnected>
       </aside>
       <Bottom />
       <Status />
       <Finder />
       <NodeMenu />
+      <WrongNumber />
     </div>
   );
 }
@@ -81,6 +85,7 @@ const KEYS: Record<string, () => void> = {
   Escape: () => {
     viewport.current?.nodeHandle.leave();
     goal.clear();
+    picking.value = false;
     placing.value = undefined;
   },
 };

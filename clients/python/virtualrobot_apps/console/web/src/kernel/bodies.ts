@@ -1,12 +1,16 @@
-// Simple things that people add: tables, boxes, cylinders and balls, each by how large it is and where it stands.
+// Simple things that people add: tables, boxes, cylinders and balls, each by how large it is and where it stands; cameras and
+// range sensors, by where they are and what they look at.
 import { create } from "@bufbuild/protobuf";
 import { FigureSchema, MaterialSchema, NodeSchema, PartSchema, SceneObjectSchema, type Figure } from "../generated/virtualrobot/v1/nodes_pb";
+import type { AnyPose } from "../parts/numbers";
+import { watched } from "./camera_picture";
 import { say } from "./messages";
 import { apply } from "./orders";
 import { items, selected } from "./world";
 
 type Triple = readonly [number, number, number];
 export type Shape = "table" | "box" | "cylinder" | "ball";
+export type Sensor = "camera" | "range sensor";
 
 /** What is to be added; lengths in meters. */
 export interface Body {
@@ -44,8 +48,19 @@ export async function add({ shape, name, size, stands: [x, y, z], part, mass }: 
   return done;
 }
 
+/** Adds a camera, whose picture is shown then, or a range sensor of one beam, as the kernel has them by itself; and selects it. */
+export async function addSensor(sensor: Sensor, name: string, parentTNode: AnyPose): Promise<boolean> {
+  const kind = sensor === "camera" ? { case: "cameraSensor" as const, value: {} } : { case: "rangeSensor" as const, value: { running: true } };
+  const done = await apply({ case: "createNode", value: { node: { name, parentTNode, kind } } });
+  if (!done) return false;
+  say(`${name} is here`, "good");
+  selected.value = name;
+  if (sensor === "camera") watched.value = name;
+  return true;
+}
+
 /** Returns a name that nothing has. */
-export function freeName(shape: Shape): string {
+export function freeName(shape: Shape | Sensor): string {
   let name: string = shape;
   for (let number = 2; items.value.has(name); number++) name = `${shape} ${number}`;
   return name;

@@ -1,10 +1,10 @@
 // The picture of a camera of the scene, as it takes it: it is read while somebody looks.
-import { ConnectError } from "@connectrpc/connect";
 import { effect, signal } from "@preact/signals";
 import { ImageKind } from "../generated/virtualrobot/v1/sensing_pb";
 import type { Image, SensorReading } from "../generated/virtualrobot/v1/sensor_pb";
 import { ofArray } from "./arrays";
 import { sensors } from "./services";
+import { wordsOf } from "./words";
 import { connection, hearers } from "./world";
 
 const MOST_HERTZ = 5;
@@ -37,7 +37,7 @@ async function follow(name: string, end: AbortSignal): Promise<void> {
       for (const reading of readings) take(reading);
     }
   } catch (error) {
-    if (!end.aborted) blind.value = ConnectError.from(error).rawMessage;
+    if (!end.aborted) blind.value = wordsOf(error);
   }
 }
 

@@ -1,6 +1,5 @@
 // Collisions: what touches now and how deep, what has begun and ended, how far things are apart, what may touch, what is done.
 import type { MessageInitShape } from "@bufbuild/protobuf";
-import { ConnectError } from "@connectrpc/connect";
 import { computed, signal } from "@preact/signals";
 import { CollisionDetail, CollisionMode } from "../generated/virtualrobot/v1/collision_pb";
 import type {
@@ -9,6 +8,7 @@ import type {
 import { attempt, say } from "./messages";
 import { apply } from "./orders";
 import { collisions } from "./services";
+import { wordsOf } from "./words";
 import { items, touching } from "./world";
 
 const MOST_EVENTS = 500;
@@ -72,7 +72,7 @@ export async function measure(): Promise<void> {
     unmeasured.value = "";
   } catch (error) {
     distances.value = [];
-    unmeasured.value = ConnectError.from(error).rawMessage;
+    unmeasured.value = wordsOf(error);
   }
 }
 

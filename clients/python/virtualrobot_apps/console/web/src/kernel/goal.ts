@@ -1,12 +1,12 @@
 // Where the chosen robot shall go: joints as sliders say, or the postures that reach where the handle was dragged.
 import { computed, effect, signal } from "@preact/signals";
 import type { MessageInitShape } from "@bufbuild/protobuf";
-import { ConnectError } from "@connectrpc/connect";
 import type { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
 import { ofArray } from "./arrays";
 import { say } from "./messages";
 import { run } from "./orders";
 import { robots } from "./services";
+import { forPeople, wordsOf } from "./words";
 import { chosen } from "./world";
 
 type AnyPose = MessageInitShape<typeof PoseSchema>;
@@ -18,10 +18,21 @@ export interface Goal {
 }
 
 export interface Branch extends Goal {
+  /** As the kernel names it: its way, and full turns of joints, such as `right up noflip joint_6+1`. */
   name: string;
+  /** The way without turns. */
+  way: string;
 }
 
 export type Reach = "unknown" | "reached" | "unreachable";
+
+const TURN = / \S+[+-]\d+$/;
+
+function namesOf(name: string): Pick<Branch, "name" | "way"> {
+  let way = name;
+  while (TURN.test(way)) way = way.replace(TURN, "");
+  return { name, way };
+}
 
 class Goals {
   /** All postures that reach the wanted pose, the nearest first, and which of them is shown. */
@@ -87,7 +98,7 @@ class Goals {
       try {
         await this.#solve(robot, pose);
       } catch (error) {
-        say(ConnectError.from(error).rawMessage, "error");
+        say(wordsOf(error), "error");
       }
     }
     this.#asked = undefined;
@@ -100,14 +111,14 @@ class Goals {
     const joints = said.jointNames, numbers = said.solutions ? ofArray(said.solutions) : new Float64Array();
     const found = Array.from({ length: joints.length ? numbers.length / joints.length : 0 }, (_, row) => ({
       robot,
-      name: said.configurations[row] || `posture ${row + 1}`,
+      ...namesOf(said.configurations[row] || `posture ${row + 1}`),
       jointPositions: Object.fromEntries(joints.map((joint, place) => [joint, numbers[row * joints.length + place]])),
     }));
     this.joints.value = undefined;
     this.branch.value = 0;
     this.branches.value = found;
     this.reach.value = found.length > 0 ? "reached" : "unreachable";
-    this.explanation.value = found.length > 0 ? "" : said.explanation;
+    this.explanation.value = found.length > 0 ? "" : forPeople(said.explanation);
   }
 
   #clearBranches(): void {

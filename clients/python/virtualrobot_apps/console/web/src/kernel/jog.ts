@@ -1,11 +1,12 @@
 // Jogs that run only while a key is held: the motion gets beats as long as the page is well, and brakes on its path when
 // they don't come, 0.2 s after the last one.
-import { ConnectError } from "@connectrpc/connect";
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import { signal } from "@preact/signals";
 import { BusyPolicy, DisconnectPolicy, type MoveSchema } from "../generated/virtualrobot/v1/motion_pb";
 import { say } from "./messages";
+import { start } from "./own_motions";
 import { motions } from "./services";
+import { forPeople, wordsOf } from "./words";
 
 export type Move = MessageInitShape<typeof MoveSchema>;
 
@@ -34,7 +35,7 @@ class Jog {
   #wake = () => {};
 
   constructor(move: Move) {
-    this.#run(move).catch((error) => say(ConnectError.from(error).rawMessage, "error"));
+    this.#run(move).catch((error) => say(wordsOf(error), "error"));
   }
 
   letGo(): void {
@@ -43,14 +44,14 @@ class Jog {
   }
 
   async #run(move: Move): Promise<void> {
-    const { motion, notes } = await motions.startMotion({
+    const { motion, notes } = await start({
       spec: { moves: [move] },
       busyPolicy: BusyPolicy.PREEMPT,
       onDisconnect: DisconnectPolicy.STOP,
       hold: true,
     });
     const id = motion?.id ?? "";
-    for (const note of notes) say(note.message);
+    for (const note of notes) say(forPeople(note.message));
     try {
       if (this.#held) for await (const _ of motions.holdMotion(this.#beats(id))) continue;
     } finally {

@@ -133,11 +133,20 @@ async function loading(name: string, work: (course: Shown) => Promise<void>): Pr
   } catch (error) {
     const { code, rawMessage } = ConnectError.from(stopping.signal.aborted ? stopping.signal.reason : error);
     const hint = reasonOf(error) === "MISSING_FILE" ? ". Give it along with the others, or their folder as a zip archive" : "";
-    say(`${name}: ${rawMessage}${hint}`, code === Code.Canceled ? "warning" : "error");
-    const refused = { name, words: rawMessage + hint, refused: true, cancel: () => (loads.value = undefined) };
+    const { whole, rest } = named(name, rawMessage);
+    say(whole + hint, code === Code.Canceled ? "warning" : "error");
+    const refused = { name, words: rest + hint, refused: true, cancel: () => (loads.value = undefined) };
     loads.value = code === Code.Canceled ? undefined : refused;
     return false;
   }
+}
+
+/** Returns what was refused with the name of what it is about, and without it: what reads a file names it, and the line. */
+function named(name: string, said: string): { whole: string; rest: string } {
+  if (!said.startsWith(name)) return { whole: `${name}: ${said}`, rest: said };
+  const [place, line] = /^:(?:(\d+):)? /.exec(said.slice(name.length)) ?? [];
+  const rest = place === undefined ? said : said.slice(name.length + place.length);
+  return { whole: said, rest: line === undefined ? rest : `line ${line}: ${rest}` };
 }
 
 async function upload(files: Files, main: string, course: Shown): Promise<Map<string, string>> {

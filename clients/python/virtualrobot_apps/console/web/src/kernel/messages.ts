@@ -1,6 +1,6 @@
 // Words for people: what was refused, what has begun and ended.
-import { ConnectError } from "@connectrpc/connect";
 import { signal } from "@preact/signals";
+import { wordsOf } from "./words";
 
 export type Level = "info" | "good" | "warning" | "error";
 
@@ -27,7 +27,7 @@ export async function attempt<T>(answer: Promise<T>): Promise<T | undefined> {
   try {
     return await answer;
   } catch (error) {
-    say(ConnectError.from(error).rawMessage, "error");
+    say(wordsOf(error), "error");
     return undefined;
   }
 }

@@ -1,16 +1,17 @@
 // What people ask of the kernel, besides jogs and STOP.
 import type { MessageInitShape } from "@bufbuild/protobuf";
-import { ConnectError } from "@connectrpc/connect";
 import type { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
 import { BusyPolicy, DisconnectPolicy, MotionPhase, type MotionSpecSchema } from "../generated/virtualrobot/v1/motion_pb";
 import type { Node } from "../generated/virtualrobot/v1/nodes_pb";
 import type { CommandSchema } from "../generated/virtualrobot/v1/scene_pb";
 import type { SignalValue } from "../generated/virtualrobot/v1/signal_pb";
 import { attempt, say } from "./messages";
+import { start } from "./own_motions";
 import { history, motions, scenes } from "./services";
+import { forPeople, wordsOf } from "./words";
 import * as world from "./world";
 
-type Commands = MessageInitShape<typeof CommandSchema>["command"];
+export type Commands = MessageInitShape<typeof CommandSchema>["command"];
 
 /** The last change that this page has asked for: each begins when the one before has been answered. */
 let last: Promise<unknown> = Promise.resolve();
@@ -103,14 +104,14 @@ export async function teach(robot: string): Promise<string> {
 export async function run(spec: MessageInitShape<typeof MotionSpecSchema>): Promise<boolean> {
   try {
     const options = { busyPolicy: BusyPolicy.PREEMPT, onDisconnect: DisconnectPolicy.STOP };
-    const { motion, notes } = await motions.startMotion({ spec, ...options });
-    for (const note of notes) say(note.message);
+    const { motion, notes } = await start({ spec, ...options });
+    for (const note of notes) say(forPeople(note.message));
     for await (const now of motions.watchMotion({ id: motion?.id ?? "", maxRateHertz: 5 })) {
       if (now.motion?.phase === MotionPhase.SUCCEEDED) return true;
-      if (now.motion?.endReason) say(now.motion.endReason, "warning");
+      if (now.motion?.endReason) say(forPeople(now.motion.endReason), "warning");
     }
   } catch (error) {
-    say(ConnectError.from(error).rawMessage, "error");
+    say(wordsOf(error), "error");
   }
   return false;
 }

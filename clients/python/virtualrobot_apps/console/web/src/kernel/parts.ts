@@ -1,10 +1,10 @@
 // Parts: which are held, and which a robot's tool may pick, place, and how far they are from it.
 import type { MessageInitShape } from "@bufbuild/protobuf";
-import { ConnectError } from "@connectrpc/connect";
 import { signal } from "@preact/signals";
 import type { CommandSchema } from "../generated/virtualrobot/v1/scene_pb";
 import { say } from "./messages";
 import { scenes } from "./services";
+import { wordsOf } from "./words";
 import { children, items, type Item } from "./world";
 
 /** How far a part's origin may be from the tool centre point to be picked, as the kernel has it where no part is named. */
@@ -52,7 +52,7 @@ async function asked(command: MessageInitShape<typeof CommandSchema>["command"])
     refused.value = "";
     return pickedParts;
   } catch (error) {
-    refused.value = ConnectError.from(error).rawMessage;
+    refused.value = wordsOf(error);
     say(refused.value, "error");
     return undefined;
   }

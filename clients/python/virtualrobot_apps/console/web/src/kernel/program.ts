@@ -1,16 +1,18 @@
 // The program that is taught here: steps of the contract, played, stepped and saved as the project's program files.
 import { computed, effect, signal } from "@preact/signals";
 import { clone, create, toJson, type JsonObject, type MessageInitShape } from "@bufbuild/protobuf";
-import { ConnectError } from "@connectrpc/connect";
 import {
   BusyPolicy, DisconnectPolicy, MotionPhase, MotionSpecSchema, ProgramStepSchema, type Motion, type MotionSpec, type ProgramStep,
 } from "../generated/virtualrobot/v1/motion_pb";
+import { StepKind, type Checkpoint } from "../generated/virtualrobot/v1/history_pb";
 import { yaml } from "../parts/yaml";
 import { attempt, say } from "./messages";
 import { teach } from "./orders";
+import { start } from "./own_motions";
 import { ground } from "./parts";
-import { motions } from "./services";
-import { chosen, hearers, items, states } from "./world";
+import { history, motions } from "./services";
+import { asListed, forPeople, wordsOf } from "./words";
+import { chosen, hearers, items, states, steps } from "./world";
 
 export type Way = "pointToPoint" | "linear";
 
@@ -43,6 +45,13 @@ export const running = signal<Run | undefined>(undefined);
 export const recording = signal(false);
 /** Part of the greatest speed that steps have which are taught. */
 export const taughtSpeed = signal(0.5);
+
+/** How the world was before the last Play from the first step, as the kernel keeps it. */
+const kept = signal<Checkpoint | undefined>(undefined);
+const EDITS: readonly StepKind[] = [StepKind.EDIT, StepKind.UNDO, StepKind.REDO, StepKind.RESTORE];
+
+/** Whether the cell can go back to before Play. */
+export const canGoBack = computed(() => kept.value !== undefined && !running.value);
 
 /** The place of the step that is lit. */
 export const lit = computed(() => running.value?.at);
@@ -118,6 +127,7 @@ export function shift(number: number, by: number): void {
 }
 
 export function clear(): void {
+  forget();
   lines.value = [];
   programs = {};
   next.value = 0;
@@ -128,7 +138,38 @@ export function clear(): void {
 export async function play(): Promise<void> {
   if (running.peek()) return void (await attempt(motions.resumeMotion({ id: running.peek()!.id })));
   const from = next.peek() < lines.peek().length ? next.peek() : 0;
-  await run(from, lines.peek().slice(from));
+  if (from === 0) await keep();
+  if (await run(from, lines.peek().slice(from))) say("the program is done", "good");
+}
+
+/** Has the kernel keep the world as it is, in place of what it kept before. */
+async function keep(): Promise<void> {
+  forget();
+  try {
+    kept.value = (await history.createCheckpoint({ name: `before Play, ${new Date().toISOString()}` })).checkpoint;
+  } catch {
+    // Who may not keep the world may play all the same.
+  }
+}
+
+function forget(): void {
+  if (kept.peek()) history.removeCheckpoint({ name: kept.peek()!.name }).catch(() => {}); // who plays may still not forget
+  kept.value = undefined;
+}
+
+// An edit of anybody would be lost on the way back.
+effect(() => {
+  const from = kept.value?.tick;
+  if (from !== undefined && steps.value.some(({ kind, tick }) => tick > from && EDITS.includes(kind))) forget();
+});
+
+/** Puts the cell back to how it was before Play: robots, parts and signals. */
+export async function goBack(): Promise<void> {
+  const before = kept.peek();
+  if (!before || !(await attempt(history.restoreCheckpoint({ name: before.name })))) return;
+  forget();
+  next.value = 0;
+  say("the cell is as it was before Play", "good");
 }
 
 export async function pause(): Promise<void> {
@@ -169,19 +210,17 @@ async function run(from: number, some: readonly Line[]): Promise<boolean> {
   running.value = { id: "", from, at: from, phase: MotionPhase.UNSPECIFIED };
   let done = false;
   try {
-    const { motion, notes } = await motions.startMotion({ spec, busyPolicy: BusyPolicy.PREEMPT, onDisconnect: DisconnectPolicy.STOP });
-    for (const note of notes) say(note.message);
+    const { motion, notes } = await start({ spec, busyPolicy: BusyPolicy.PREEMPT, onDisconnect: DisconnectPolicy.STOP });
+    for (const note of notes) say(asListed(forPeople(note.message), from));
     for await (const now of motions.watchMotion({ id: motion?.id ?? "", maxRateHertz: RATE_HERTZ })) {
       if (!now.motion) continue;
       running.value = { id: now.motion.id, from, at: from + placeOf(now.motion), phase: now.motion.phase };
       done = now.motion.phase === MotionPhase.SUCCEEDED;
-      if (now.motion.endReason) say(now.motion.endReason, "warning");
+      if (now.motion.endReason) say(asListed(forPeople(now.motion.endReason), from), "warning");
     }
     next.value = done ? from + some.length : running.peek()!.at;
   } catch (error) {
-    // Of a part of the program the kernel counts from its own first step.
-    const words = ConnectError.from(error).rawMessage.replace(/^step (\d+)/, (_, step) => `step ${Number(step) + from + 1}`);
-    say(words, "error");
+    say(asListed(wordsOf(error), from), "error");
   } finally {
     running.value = undefined;
   }

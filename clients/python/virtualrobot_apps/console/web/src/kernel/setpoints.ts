@@ -1,11 +1,12 @@
 // Setpoints while something is held: keys, buttons, or the dead man's button of a device. The page sends them 20 times a
 // second; when none comes for 0.2 s, since it hangs or is gone, the kernel brakes what they lead.
 import type { MessageInitShape } from "@bufbuild/protobuf";
-import { ConnectError } from "@connectrpc/connect";
 import { signal } from "@preact/signals";
 import { BusyPolicy, type SetpointTargetSchema } from "../generated/virtualrobot/v1/motion_pb";
 import { say } from "./messages";
+import { expectMotion } from "./own_motions";
 import { motions } from "./services";
+import { forPeople, wordsOf } from "./words";
 
 /** Parts of the limits, from -1 to 1. */
 export type Parts = readonly number[];
@@ -75,7 +76,7 @@ class Stream {
   constructor(private readonly led: Led) {
     this.key = keyOf(led);
     this.#run()
-      .catch((error) => this.#held && say(ConnectError.from(error).rawMessage, "error"))
+      .catch((error) => this.#held && say(wordsOf(error), "error"))
       .finally(() => {
         this.#held = false;
         if (stream !== this) return;
@@ -94,11 +95,17 @@ class Stream {
 
   async #run(): Promise<void> {
     let reason = "";
-    for await (const { motion, heldBy: by } of motions.streamSetpoints(this.#setpoints())) {
-      reason = motion?.endReason ?? "";
-      if (this.#held) heldBy.value = by;
+    const tell = expectMotion();
+    try {
+      for await (const { motion, heldBy: by } of motions.streamSetpoints(this.#setpoints())) {
+        tell(motion?.id);
+        reason = motion?.endReason ?? "";
+        if (this.#held) heldBy.value = by;
+      }
+    } finally {
+      tell();
     }
-    if (this.#held && reason) say(reason, "warning");
+    if (this.#held && reason) say(forPeople(reason), "warning");
   }
 
   async *#setpoints() {

@@ -5,12 +5,22 @@ import { DriverService, StopCellResponseSchema } from "../generated/virtualrobot
 import { letGo } from "./jog";
 import { attempt, say } from "./messages";
 import { drivers } from "./services";
+import { personOf } from "./words";
 import { cell, moving } from "./world";
 
 export type Stopping = "ready" | "asked" | "braking" | "stopped";
 
 const REASON = "STOP in the console";
 const asked = signal(false);
+
+/** Whether this page was the first to ask for the stop that holds. */
+const mine = signal(false);
+
+/** Who has stopped the cell, for people. */
+export const stoppedBy = computed(() => (mine.value ? "you" : personOf(cell.value?.stoppedBy ?? "")));
+
+/** Why, where it is more than that button. */
+export const stopReason = computed(() => (cell.value?.reason === REASON ? "" : (cell.value?.reason ?? "")));
 
 /** How far the stop of the cell is, whoever asked for it. */
 export const stopping = computed<Stopping>(() => {
@@ -22,11 +32,13 @@ export const stopping = computed<Stopping>(() => {
 export async function stop(): Promise<void> {
   letGo();
   asked.value = true;
+  if (!cell.peek()?.stopped) mine.value = true;
   try {
     const { cell: told } = await Promise.any([drivers.stopCell({ reason: REASON }), stopByRequest()]);
     cell.value = told;
   } catch (error) {
     const [first] = (error as AggregateError).errors as Error[];
+    mine.value = false;
     say(`STOP was not heard: ${first.message}. Use the robot's own stop.`, "error");
   } finally {
     asked.value = false;
@@ -55,7 +67,8 @@ let before = stopping.peek();
 
 effect(() => {
   const now = stopping.value;
-  if (now === "stopped" && before !== now) say(`stopped by ${cell.peek()?.stoppedBy}: all robots stand, until somebody releases them`, "warning");
+  if (now === "stopped" && before !== now) say(`stopped by ${stoppedBy.peek()}: all robots stand; press Release, and they may move again`, "warning");
   if (now === "ready" && (before === "stopped" || before === "braking")) say("robots may move again", "good");
+  if (now === "ready") mine.value = false;
   before = now;
 });

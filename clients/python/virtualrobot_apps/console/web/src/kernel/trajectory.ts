@@ -1,7 +1,6 @@
 // A trajectory of a file: what the kernel plans of it, whether it may be played, and what was measured when it was.
 import { effect, signal } from "@preact/signals";
 import { create, fromJson, type JsonValue } from "@bufbuild/protobuf";
-import { ConnectError } from "@connectrpc/connect";
 import {
   BusyPolicy, DisconnectPolicy, JointTrajectorySchema, MotionPhase, MotionSpecSchema, type JointTrajectory, type MotionSpec, type PlanMotionResponse,
 } from "../generated/virtualrobot/v1/motion_pb";
@@ -10,8 +9,10 @@ import { ofArray } from "./arrays";
 import { askConsole } from "./console_calls";
 import { goal } from "./goal";
 import { attempt, say } from "./messages";
+import { start as startMotion } from "./own_motions";
 import { motions } from "./services";
 import { shownBelow } from "./shown";
+import { forPeople, wordsOf } from "./words";
 import { chosen, clock, hearers, items, robots, states } from "./world";
 
 /** Rows of samples at times (s) from 0, a column for each joint; what isn't known is left out. */
@@ -122,7 +123,7 @@ export async function play(): Promise<void> {
     if (!one?.checked || one.fault) return void say(one?.fault?.words ?? "the trajectory is gone", "error");
     samples = [];
     measured.value = undefined;
-    const { motion } = await motions.startMotion({ spec: one.spec, busyPolicy: BusyPolicy.PREEMPT, onDisconnect: DisconnectPolicy.STOP });
+    const { motion } = await startMotion({ spec: one.spec, busyPolicy: BusyPolicy.PREEMPT, onDisconnect: DisconnectPolicy.STOP });
     const { id, startTimeSeconds: start, plannedDurationSeconds: whole } = motion!;
     playing.value = id;
     const course: [time: number[], done: number[][]] = [[start], [[-one.before]]];
@@ -133,10 +134,10 @@ export async function play(): Promise<void> {
       measured.value = taken(one, course);
       moment.value = Math.min(Math.max(0, course[1].at(-1)![0]), one.curve.times.at(-1)!);
       if (now.phase === MotionPhase.SUCCEEDED) say(`${robot} has followed ${one.file}`, "good");
-      if (now.endReason) say(now.endReason, "warning");
+      if (now.endReason) say(forPeople(now.endReason), "warning");
     }
   } catch (error) {
-    say(ConnectError.from(error).rawMessage, "error");
+    say(wordsOf(error), "error");
   } finally {
     playing.value = undefined;
   }
@@ -173,9 +174,9 @@ async function look(): Promise<void> {
     change(planned);
     const { firstViolation: found } = await motions.checkMotion({ spec });
     const time = found?.timeSeconds === undefined ? undefined : found.timeSeconds - planned.before;
-    change({ checked: true, fault: found && { words: found.message, time } });
+    change({ checked: true, fault: found && { words: forPeople(found.message), time } });
   } catch (error) {
-    change({ checked: true, fault: { words: ConnectError.from(error).rawMessage.replace(/^step \d+: /, "") } });
+    change({ checked: true, fault: { words: wordsOf(error).replace(/^step \d+: /, "") } });
   }
 }
 

@@ -9,7 +9,7 @@ import { assets } from "./services";
 import { info } from "./world";
 
 const CHUNK_BYTES = 1024 * 1024;
-const MEBIBYTE = 1024 * 1024;
+const KIBIBYTE = 1024, MEBIBYTE = 1024 * 1024;
 const HEAD_BYTES = 5;
 const END = 2;
 const NAME_NOTHING = new Set([".stl", ".png", ".jpg", ".jpeg", ".gif", ".bmp", ".tga", ".tif", ".tiff", ".bin", ".webp"]);
@@ -32,6 +32,7 @@ export function checkSize(name: string, bytes: number): void {
 }
 
 export function megabytes(bytes: number): string {
+  if (bytes < MEBIBYTE / 10) return `${Math.ceil(bytes / KIBIBYTE)} KiB`;
   return `${(bytes / MEBIBYTE).toFixed(bytes < 10 * MEBIBYTE ? 1 : 0)} MiB`;
 }
 

@@ -9,6 +9,7 @@ import { take as takeCollisions } from "./collisions";
 import { attempt, say } from "./messages";
 import { compare } from "./served_page";
 import * as service from "./services";
+import { forPeople, wordsOf } from "./words";
 import * as world from "./world";
 
 const RATE_HERTZ = Number(new URLSearchParams(location.search).get("rate") ?? 30);
@@ -92,10 +93,10 @@ function told(): void {
 function lost(error: ConnectError): void {
   const refused = error.code === Code.Unauthenticated || error.code === Code.PermissionDenied;
   if (!refused && error.code !== Code.Unavailable) {
-    if (error.code !== Code.Canceled) say(error.rawMessage, "error");
+    if (error.code !== Code.Canceled) say(forPeople(error.rawMessage), "error");
     return;
   }
-  if (world.connection.value === "connected") say(error.rawMessage, "error");
+  if (world.connection.value === "connected") say(forPeople(error.rawMessage), "error");
   world.connection.value = refused ? "refused" : "lost";
   world.trouble.value = error.rawMessage;
 }
@@ -155,7 +156,7 @@ async function describe(name: string): Promise<void> {
     world.robots.value = new Map(world.robots.value).set(name, said);
   } catch (error) {
     // One that is gone again is told by the scene.
-    if (world.items.peek().has(name)) say(`${name}: ${ConnectError.from(error).rawMessage}`, "error");
+    if (world.items.peek().has(name)) say(`${name}: ${wordsOf(error)}`, "error");
   }
 }
 

@@ -39,6 +39,8 @@ export const children = computed(() => {
     if (list) list.push(item);
     else found.set(item.parent, [item]);
   }
+  // One that was removed comes back to its place by undo.
+  for (const list of found.values()) list.sort((one, other) => (one.uid < other.uid ? -1 : 1));
   return found;
 });
 

@@ -4,9 +4,11 @@ import { messages, type Level } from "../kernel/messages";
 import { lines } from "../kernel/program";
 import { shownBelow as shown } from "../kernel/shown";
 import { traces } from "../kernel/traces";
+import { personOf } from "../kernel/words";
 import { cellSignals, steps, touching } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { Chosen, Tabs, type Tab } from "../parts/tabs";
+import { WhileConnected } from "../parts/while_connected";
 import { Collisions } from "./collisions";
 import { Modeller } from "./modeller";
 import { Plot } from "./plot";
@@ -38,7 +40,7 @@ export function Bottom() {
   return (
     <section class="bottom" aria-label="What happens">
       <Tabs label="Below" chosen={shown.value} choose={(id) => (shown.value = id)} tabs={tabs} />
-      <Chosen tabs={tabs} chosen={shown.value} />
+      <WhileConnected><Chosen tabs={tabs} chosen={shown.value} /></WhileConnected>
     </section>
   );
 }
@@ -56,7 +58,7 @@ function History() {
           <span class="mono muted">{time ? new Date(1000 * Number(time.seconds)).toTimeString().slice(0, 8) : ""}</span>
           <Icon name={STEP_ICONS[kind] ?? "history"} size={13} color="var(--muted)" />
           <span class="grow cut">{label}</span>
-          <span class="muted cut">{author}</span>
+          <span class="muted cut" title={author}>{personOf(author)}</span>
         </div>
       ))}
     </div>

@@ -8,7 +8,8 @@ import { download } from "../kernel/loader";
 import { attempt, say } from "../kernel/messages";
 import { cellSignals } from "../kernel/world";
 import { Icon } from "../parts/icons";
-import { read } from "../parts/numbers";
+import { read, whyNot } from "../parts/numbers";
+import { tellNumber } from "../parts/wrong_number";
 import { Value } from "./signals";
 
 const MANY = "...";
@@ -124,7 +125,11 @@ function Bar({ choice, isAny }: { choice: ComponentChildren; isAny: boolean }) {
       {made.inputs[0] === MANY && <button type="button" class="tool small" title="One more signal" onClick={() => (form.value = { ...form.value, inputs: [...inputs, ""] })}><Icon name="plus" size={13} /></button>}
       {made.settings.map((name) => (
         <label key={name} class={`field setting ${setting && read(setting) === undefined ? "wrong" : ""}`} title={name === "seconds" ? "Simulation time, s" : "Which bit, from 0"}>
-          <input class="mono" inputMode="decimal" aria-label={name} placeholder={name === "seconds" ? "time" : name} value={setting} onInput={(event) => (form.value = { ...form.value, setting: event.currentTarget.value })} />
+          <input class="mono" inputMode="decimal" aria-label={name} placeholder={name === "seconds" ? "time" : name} value={setting}
+            onInput={(event) => {
+              form.value = { ...form.value, setting: event.currentTarget.value };
+              tellNumber(event.currentTarget, event.currentTarget.value && whyNot(event.currentTarget.value));
+            }} />
           <i>{name === "seconds" ? "s" : ""}</i>
         </label>
       ))}

@@ -2,6 +2,7 @@
 import { useState } from "preact/hooks";
 import { goal } from "../kernel/goal";
 import { letGo, press, type Move } from "../kernel/jog";
+import { connection } from "../kernel/world";
 import { Icon } from "../parts/icons";
 
 interface Props {
@@ -25,7 +26,7 @@ export function HoldButton({ label, icon, begin, end }: Props & { begin: () => v
     setHeld(false);
   };
   return (
-    <button type="button" class={`jog ${held ? "held" : ""}`} aria-label={label} title={`${label}: moves while it is held`}
+    <button type="button" class={`jog ${held && connection.value !== "lost" ? "held" : ""}`} aria-label={label} title={`${label}: moves while it is held`}
       onPointerDown={(event) => {
         if (event.button !== 0) return;
         event.currentTarget.setPointerCapture(event.pointerId);

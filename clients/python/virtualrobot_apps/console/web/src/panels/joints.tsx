@@ -5,8 +5,9 @@ import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
 import { goal } from "../kernel/goal";
 import { jogSpeed } from "../kernel/jog";
 import { MOVING, TURNING } from "../kernel/leads";
+import { connection } from "../kernel/world";
 import { NumberField } from "../parts/number_field";
-import { unitOf } from "../parts/numbers";
+import { fixed, unitOf } from "../parts/numbers";
 import { JogButton } from "./jog_button";
 
 /** Range of the slider of a joint without limits, rad and m. */
@@ -28,7 +29,7 @@ export function Joints({ robot, about, state }: Props) {
   });
   return (
     <section aria-label="Joints">
-      <h4>Joints</h4>
+      <h4><span>Joints{goal.shown.value?.robot === robot && <span class="ghost" title="Coloured numbers and marks are where the ghost is; the white knobs are where the robot is"> of the ghost</span>}</span></h4>
       {single.map(({ joint, position }, number) => (
         <Joint key={joint.name} robot={robot} joint={joint} number={number + 1} position={position} />
       ))}
@@ -54,7 +55,8 @@ function Joint({ robot, joint: { name, type, limits }, number, position }: Joint
   const wanted = goal.shown.value?.robot === robot ? goal.shown.value.jointPositions[name] : undefined;
   const speed = Math.min(slides ? MOVING : TURNING, limits?.velocity || Infinity) * jogSpeed.value;
   const jog = (sign: number) => () => ({ robot, move: { case: "jointJog" as const, value: { joint: name, velocity: sign * speed } } });
-  const want = (value: number) => goal.setJoint(robot, name, Math.max(lower, Math.min(upper, value)));
+  const gone = connection.value === "lost";
+  const want = (value: number) => !gone && goal.setJoint(robot, name, Math.max(lower, Math.min(upper, value)));
   const drag = (event: PointerEvent) => {
     const area = track.current!.getBoundingClientRect();
     want(lower + ((event.clientX - area.left) / area.width) * (upper - lower));
@@ -66,11 +68,13 @@ function Joint({ robot, joint: { name, type, limits }, number, position }: Joint
     want((wanted ?? position) + sign / factor);
   };
   const nearLimit = (limits?.lower !== undefined && at < NEAR) || (limits?.upper !== undefined && at > 1 - NEAR);
+  const short = `${slides ? "P" : "J"}${number}`;
+  const called = name === short ? name : `${short} ${name}`;
   return (
-    <div class="joint" title={name}>
-      <span class="name">{slides ? "P" : "J"}{number}</span>
-      <JogButton label={`${name} minus`} icon="chevron-left" move={jog(-1)} />
-      <div ref={track} class={`track ${nearLimit ? "near" : ""}`} role="slider" tabIndex={0} aria-label={`${name}, ${unit}`}
+    <div class={`joint ${wanted === undefined ? "" : "ghostly"}`} title={name}>
+      <span class="name">{short}</span>
+      <JogButton label={`${called} minus`} icon="chevron-left" move={jog(-1)} />
+      <div ref={track} class={`track ${nearLimit ? "near" : ""}`} role="slider" tabIndex={gone ? -1 : 0} aria-disabled={gone} aria-label={`${called}, ${unit}`}
         aria-valuemin={lower * factor} aria-valuemax={upper * factor} aria-valuenow={(wanted ?? position) * factor}
         onPointerDown={(event) => {
           event.currentTarget.setPointerCapture(event.pointerId);
@@ -82,8 +86,8 @@ function Joint({ robot, joint: { name, type, limits }, number, position }: Joint
         {wanted !== undefined && <span class="wanted" style={{ left: `${100 * part(wanted)}%` }} />}
         <span class="knob" style={{ left: `${100 * at}%` }} />
       </div>
-      <JogButton label={`${name} plus`} icon="chevron-right" move={jog(1)} />
-      <NumberField label={`${name} position`} value={(wanted ?? position) * factor} unit={unit} decimals={1} write={(value) => want(value / factor)} />
+      <JogButton label={`${called} plus`} icon="chevron-right" move={jog(1)} />
+      <NumberField label={`${called} position`} about={wanted === undefined ? `Where ${called} is` : `Where the ghost has ${called}; the robot has it at ${fixed(position * factor, 1)}`} value={(wanted ?? position) * factor} unit={unit} decimals={1} write={(value) => want(value / factor)} />
     </div>
   );
 }

@@ -108,6 +108,7 @@ function Chosen({ robot, tool }: { robot: string; tool: string }) {
   const item = items.value.get(selected.value);
   const one = near.value.find(({ name }) => name === item?.name);
   if (!item || !one || parts.holderOf(one.name) === tool) return null;
+  const isNear = one.meters <= parts.graspMeters.value;
   return (
     <section aria-label="Chosen part">
       <h4>
@@ -120,8 +121,8 @@ function Chosen({ robot, tool }: { robot: string; tool: string }) {
         ))}
       </div>
       <div class="row">
-        <button type="button" class="button grow" id="reach" title="A ghost of the robot with its tool centre point there, turned as it is now" onClick={() => reach(robot, one)}><Icon name="crosshair" size={14} />Reach</button>
-        <button type="button" class="button primary grow" id="pick" title={`Fix ${one.name} to the tool where it is`} onClick={() => void parts.pick(robot, one.name)}><Icon name="hand-grab" size={14} />Pick</button>
+        <button type="button" class={`button grow ${isNear ? "" : "primary"}`} id="reach" title="A ghost of the robot with its tool centre point there, turned as it is now" onClick={() => reach(robot, one)}><Icon name="crosshair" size={14} />Reach</button>
+        <button type="button" class={`button grow ${isNear ? "primary" : ""}`} id="pick" title={`Fix ${one.name} to the tool where it is`} onClick={() => void parts.pick(robot, one.name)}><Icon name="hand-grab" size={14} />Pick</button>
       </div>
     </section>
   );

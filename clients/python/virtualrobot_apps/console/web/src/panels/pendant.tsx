@@ -1,8 +1,10 @@
 // The pendant: joints, jogs of the tool centre point, where it is, tools, and where the robot shall go.
+import { signal } from "@preact/signals";
 import { isCraft } from "../kernel/devices";
 import { goal } from "../kernel/goal";
 import { jogSpeed } from "../kernel/jog";
 import { teach } from "../kernel/orders";
+import { otherMover } from "../kernel/own_motions";
 import { chosen, leases, robotNames, robots, selected, states } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
@@ -31,6 +33,7 @@ export function Pendant() {
         </div>
         <DevicesHeld />
         {lease && <p class="hint warned"><Icon name="lock" size={13} /> {lease.owner} has leased it: others can't move it.</p>}
+        {otherMover.value && <p class="hint warned" role="status"><Icon name="users" size={13} /> Somebody else moves {name} ({otherMover.value}).</p>}
         {isCraft(name) && <Drive robot={name} about={about} state={state} />}
         <Joints robot={name} about={about} state={state} />
         <ToolJog robot={name} />
@@ -53,20 +56,34 @@ export function Pendant() {
   );
 }
 
-/** All postures that reach the wanted place, to click through. */
+/** Whether full turns of joints are postures of their own to click through. */
+const withTurns = signal(false);
+const MOST_CHIPS = 64;
+
+/** Postures that reach the wanted place, to click through: of each way the nearest, or the turns of the way that is shown. */
 export function Branches() {
   const unreachable = goal.reach.value === "unreachable";
   if (!goal.isPose && !unreachable) return null;
+  const all = goal.branches.value.map((one, place) => ({ ...one, place }));
+  const shown = all[goal.branch.value]?.way;
+  const nearest = [...new Map(all.toReversed().map((one) => [one.way, one] as const)).values()].sort((one, other) => one.place - other.place);
+  const turns = all.length - nearest.length;
+  const chips = withTurns.value && turns > 0 ? all.filter(({ way }) => way === shown) : nearest;
   return (
     <section aria-label="Postures">
       <h4>
-        {unreachable ? <span class="bad">Out of reach</span> : <span>Postures <span class="muted">{goal.branches.value.length}</span></span>}
+        {unreachable ? <span class="bad">Out of reach</span> : <span>Postures <span class="muted">{nearest.length}</span></span>}
+        {turns > 0 && (
+          <button type="button" class="chip" aria-pressed={withTurns.value} title="The same posture with joints turned by whole turns, each as far as its limits let it" onClick={() => (withTurns.value = !withTurns.value)}>
+            Full turns
+          </button>
+        )}
       </h4>
       {unreachable && <p class="hint">{goal.explanation.value}</p>}
       <div class="chips">
-        {goal.branches.value.slice(0, 16).map(({ name }, place) => (
-          <button key={place} type="button" class="chip" aria-pressed={goal.branch.value === place} onClick={() => (goal.branch.value = place)}>
-            {name}
+        {chips.slice(0, MOST_CHIPS).map(({ name, way, place }) => (
+          <button key={place} type="button" class="chip" aria-pressed={withTurns.value ? goal.branch.value === place : shown === way} onClick={() => (goal.branch.value = place)}>
+            {withTurns.value ? name : way}
           </button>
         ))}
       </div>

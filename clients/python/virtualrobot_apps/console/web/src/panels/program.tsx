@@ -22,6 +22,12 @@ export function Program() {
         {steps.length === 0 && <p class="hint">Bring the robot somewhere and teach a step, record what it does, or drop a program file here.</p>}
         {steps.map((line, place) => <Row key={line.number} {...line} place={place} />)}
       </div>
+      {program.canGoBack.value && (
+        <div class="under">
+          <span class="muted grow cut">Play begins with the cell as it is now.</span>
+          <button type="button" class="button small" title="Robots, parts and signals are where they were before Play; Undo doesn't reach behind this" onClick={() => void program.goBack()}><Icon name="rotate-ccw" size={13} />Back to before Play</button>
+        </div>
+      )}
       <Bar />
     </>
   );

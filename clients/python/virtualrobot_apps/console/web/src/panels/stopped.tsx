@@ -1,5 +1,5 @@
 // Who has stopped the cell, when and why, and the button that releases it.
-import { release, stopping } from "../kernel/stop";
+import { release, stopping, stoppedBy, stopReason } from "../kernel/stop";
 import { cell } from "../kernel/world";
 import { Icon } from "../parts/icons";
 
@@ -12,7 +12,7 @@ export function Stopped() {
     <div class="float stopped-by" role="alert" id="stopped">
       <Icon name="stop" size={18} width={2.4} color="var(--danger)" />
       <span class="words" title={`${stop.stoppedBy}: ${stop.reason}`}>
-        <b>{rests ? "Stopped" : "Braking"}</b> since {time} by {stop.stoppedBy}: {stop.reason}
+        <b>{rests ? "Stopped" : "Braking"}</b> by {stoppedBy.value} at {time}{stopReason.value && `: ${stopReason.value}`}{rests && "; press Release to go on"}
       </span>
       <button type="button" class="button" id="release" disabled={!rests} title="Robots may move again; nothing moves by this" onClick={() => void release()}>
         Release

@@ -9,6 +9,7 @@ import { holdTime } from "../kernel/watches";
 import { clock, leases, simulationTime, speedFactor } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { switchTheme, theme } from "../parts/theme";
+import { WhileConnected } from "../parts/while_connected";
 import { FileButtons } from "./files";
 
 const STEP_TICKS = 10;
@@ -21,12 +22,14 @@ export function Top() {
     <header class="top">
       <div class="logo"><Icon name="robot" size={22} width={1.8} />VirtualRobot</div>
       <div class="line" />
-      <FileButtons />
-      <button type="button" class="tool" title="Undo (Ctrl-Z)" onClick={() => void undo()}><Icon name="undo-2" /></button>
-      <button type="button" class="tool" title="Redo (Ctrl-Shift-Z)" onClick={() => void redo()}><Icon name="redo-2" /></button>
-      <div class="grow" />
-      <Time />
-      <Speed />
+      <WhileConnected>
+        <FileButtons />
+        <button type="button" class="tool" title="Undo (Ctrl-Z)" onClick={() => void undo()}><Icon name="undo-2" /></button>
+        <button type="button" class="tool" title="Redo (Ctrl-Shift-Z)" onClick={() => void redo()}><Icon name="redo-2" /></button>
+        <div class="grow" />
+        <Time />
+        <Speed />
+      </WhileConnected>
       <People />
       <button type="button" class="tool" title={dark ? "Light theme" : "Dark theme"} onClick={switchTheme}>
         <Icon name={dark ? "sun" : "moon"} />

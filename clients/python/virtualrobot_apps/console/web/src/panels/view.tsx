@@ -6,6 +6,7 @@ import { filming } from "../kernel/films";
 import { goal } from "../kernel/goal";
 import { isolated } from "../kernel/isolation";
 import { download, placing } from "../kernel/loader";
+import { otherMover } from "../kernel/own_motions";
 import { isOutdated } from "../kernel/served_page";
 import { opened, toggle } from "../kernel/shown";
 import { isTraced, trace, untrace } from "../kernel/traces";
@@ -113,6 +114,7 @@ function Robot() {
         <Fact key={place} name={`${"XYZ"[place]} (mm)`}><span class="mono coordinate">{fixed(1000 * value, 1)}</span></Fact>
       ))}
       <Fact name="Motion"><span id="motion" class={moves ? "good" : "muted"}>{moves ? "running" : "at rest"}</span></Fact>
+      {otherMover.value && <Fact name="Moved by"><span class="warned" id="mover">{otherMover.value}</span></Fact>}
       {goal.reach.value !== "unknown" && (
         <Fact name="Goal">
           <span class={goal.reach.value === "reached" ? "accent" : "bad"}>{goal.reach.value === "reached" ? "reachable" : "out of reach"}</span>

@@ -122,7 +122,7 @@ function Cameras() {
   return (
     <section aria-label="Cameras">
       <h4>Cameras of the scene</h4>
-      {cameras.length === 0 && <p class="hint">There is none. <code>virtualrobot add sensor NAME --camera</code> adds one.</p>}
+      {cameras.length === 0 && <p class="hint">There is none. <b>Add …</b> below the tree adds one.</p>}
       {cameras.map((item) => (
         <div key={item.uid} class="entry view-row" role="listitem" aria-label={item.name}>
           <KindIcon kind="cameraSensor" size={14} />

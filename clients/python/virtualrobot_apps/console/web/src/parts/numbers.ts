@@ -28,6 +28,14 @@ export function read(text: string): number | undefined {
   return trimmed === "" || !Number.isFinite(value) ? undefined : value;
 }
 
+/** Returns why a text is no number, and what would be one; "" where it is one. */
+export function whyNot(text: string): string {
+  if (read(text) !== undefined) return "";
+  if (text.trim() === "") return "Write a number";
+  const meant = /^-?\d{1,3}(?:[.' ]\d{3})+,\d+$/.test(text.trim()) ? text.replace(/[.' ]/g, "") : /^-?\d{1,3}(?:[,' ]\d{3})+\.\d+$/.test(text.trim()) ? text.replace(/[,' ]/g, "") : "";
+  return meant ? `“${text}”: write ${read(meant)}, without signs between thousands` : `“${text}” is no number: such as 12.5 or 12,5`;
+}
+
 const LEAST_ANGLE = 1e-6 - Math.PI;
 
 /** Returns the angles about the fixed axes x, y and z, in this order (roll, pitch, yaw), in radians; half a turn is positive. */

@@ -30,8 +30,8 @@ export function PoseFields({ pose, write }: Props) {
         <NumberField key={axis} label={axis.toUpperCase()} name={axis.toUpperCase()} color={COLORS[place]} unit="mm" decimals={2}
           value={1000 * position[place]} write={write && ((value) => write((one) => moved(one, place, value / 1000)))} />
       ))}
-      {notation.value === "rpy" && ["Roll", "Pitch", "Yaw"].map((label, place) => (
-        <NumberField key={label} label={label} name={`R${AXES[place]}`} color={COLORS[place]} unit="°" decimals={2}
+      {notation.value === "rpy" && ["Roll", "Pitch", "Yaw"].map((about, place) => (
+        <NumberField key={about} label={`R${AXES[place]}`} about={`${about}: about the fixed ${AXES[place]}`} name={`R${AXES[place]}`} color={COLORS[place]} unit="°" decimals={2}
           value={DEGREES * angles[place]} write={write && ((value) => write((one) => turned(one, place, value / DEGREES)))} />
       ))}
       {notation.value === "vector" && rotationVector(orientation).map((value, place) => (

@@ -25,11 +25,19 @@ export function Chosen({ tabs, chosen }: Pick<Props, "tabs" | "chosen">) {
   return Panel ? <Panel /> : null;
 }
 
+/** Brings a tab into its bar, which scrolls where it is narrow; the page stays where it is. */
+function intoView(tab: HTMLElement | null): void {
+  const bar = tab?.parentElement;
+  if (!tab || !bar) return;
+  if (tab.offsetLeft < bar.scrollLeft) bar.scrollLeft = tab.offsetLeft;
+  else if (tab.offsetLeft + tab.offsetWidth > bar.scrollLeft + bar.clientWidth) bar.scrollLeft = tab.offsetLeft + tab.offsetWidth - bar.clientWidth;
+}
+
 export function Tabs({ label, tabs, chosen, choose }: Props) {
   return (
     <div class="tabs" role="tablist" aria-label={label}>
       {tabs.map(({ id, icon, name, count, alarm }) => (
-        <button key={id} type="button" role="tab" aria-selected={chosen === id} class="tab" title={name} onClick={() => choose(id)}>
+        <button key={id} ref={chosen === id ? intoView : undefined} type="button" role="tab" aria-selected={chosen === id} class="tab" title={name} onClick={() => choose(id)}>
           <Icon name={icon} size={14} />
           {name}
           {!!count && <span class={alarm ? "badge alarm" : "badge"}>{count}</span>}

@@ -1,11 +1,11 @@
 // Meshes as the kernel reads them, by content: each is asked for once, as glTF, and drawn wherever its content is.
 import { Matrix4, Mesh, type MeshStandardMaterial, type Object3D } from "three";
 import { GLTFLoader } from "three/examples/jsm/loaders/GLTFLoader.js";
-import { ConnectError } from "@connectrpc/connect";
 import { signal } from "@preact/signals";
 import type { Figure } from "../generated/virtualrobot/v1/nodes_pb";
 import { say } from "../kernel/messages";
 import { assets, scenes } from "../kernel/services";
+import { wordsOf } from "../kernel/words";
 import { below, items } from "../kernel/world";
 import { contentOf, seen, type Piece } from "./figures";
 import { matrixOf } from "./poses";
@@ -46,7 +46,7 @@ export class Meshes {
       try {
         await this.#load(name);
       } catch (error) {
-        say(`meshes of ${name}: ${ConnectError.from(error).rawMessage}`, "error");
+        say(`meshes of ${name}: ${wordsOf(error)}`, "error");
         for (const [, contents] of fresh) for (const content of contents) this.#asked.set(content, MOST_ASKED);
       }
     }

@@ -1,0 +1,208 @@
+"""`virtualrobot study`: thousands of cells of a function, run, watched, resumed and reported."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from virtualrobot.errors import WrongStateError
+
+from virtualrobot_apps.new.writing import Folder, write
+
+if TYPE_CHECKING:
+    from virtualrobot_apps.studies.running import Progress
+    from virtualrobot_apps.studies.study_file import Study
+
+EXAMPLES = Path(__file__).parent / "examples"
+_PACKAGES = ("cma", "loky", "pyarrow", "scipy")
+_TOLD_SECONDS = 0.5
+_BEGIN = "\r\x1b[K"
+_EXAMPLES = """
+\b
+Examples:
+  virtualrobot study new my-study
+  virtualrobot study run my-study/pick.yaml
+  virtualrobot study report my-study/pick.yaml
+"""
+FILE = click.argument("file", type=click.Path(path_type=Path, dir_okay=False), metavar="STUDY.yaml")
+FOLDER = click.option(
+    "--folder", type=click.Path(path_type=Path, file_okay=False), help="Where results are [STUDY, beside the file]."
+)
+WORKERS = click.option(
+    "--workers", type=click.IntRange(0, 1024), help="Worker processes [one for each core]; 0 is this process."
+)
+
+
+@click.group(epilog=_EXAMPLES, short_help="Run a function over thousands of cells, and go on after whatever dies.")
+def study() -> None:
+    """Run a function over thousands of cells, each with its own parameters and random numbers.
+
+    STUDY.yaml names the function, its parameters and its results. These go into a folder as Parquet files; whatever
+    dies meanwhile, 'resume' goes on. No kernel is needed, unless the function wants one.
+    """
+
+
+@study.command()
+@click.argument("folder", type=Folder(), required=False)
+def new(folder: Path | None) -> None:
+    """Write a study that runs as it is into FOLDER [pick], as a start for your own."""
+    files = write([EXAMPLES / "pick"], folder or Path("pick"))
+    where = files[0].parent
+    click.echo(f"written: {', '.join(file.name for file in files)} in {where}")
+    click.echo(f"Run it:  virtualrobot study run {where / 'pick.yaml'}")
+
+
+@study.command()
+@FILE
+@FOLDER
+@WORKERS
+def run(file: Path, folder: Path | None, workers: int | None) -> None:
+    """Begin a study and do all its cells; Ctrl-C ends it at once, 'study cancel' after the running blocks.
+
+    The exit code is 1 when it is cancelled. Cells that fail are results.
+    """
+    _do(file, folder, workers, resume=False)
+
+
+@study.command()
+@FILE
+@FOLDER
+@WORKERS
+def resume(file: Path, folder: Path | None, workers: int | None) -> None:
+    """Do the cells that are missing, with the same results as if nothing had happened.
+
+    Refused when function, scene, parameters or versions have changed since.
+    """
+    _do(file, folder, workers, resume=True)
+
+
+@study.command()
+@FILE
+@FOLDER
+@click.option("--json", "as_json", is_flag=True, help="Write it as JSON, with the SHA-256 of the results.")
+def status(file: Path, folder: Path | None, as_json: bool) -> None:
+    """Tell how many cells are done and how many have failed, and how long a run that goes on will take."""
+    from virtualrobot_apps.studies.parts import Parts
+    from virtualrobot_apps.studies.running import Progress
+
+    found, where = _found(file, folder)
+    parts = Parts(where, found)
+    counts = parts.counts()
+    if as_json:
+        click.echo(json.dumps({"cells": found.cells.count, **counts._asdict(), "sha256": parts.digest()}))
+        return
+    told = where / "progress.json"
+    ago, left = 0.0, None
+    if counts.done < found.cells.count and told.is_file():
+        document = json.loads(told.read_text("utf-8"))
+        ago, left = time.time() - document["at"], document["left"]
+    progress = Progress(found.cells.count, *counts, left=left)
+    click.echo(_line(progress) + (f", as of {_time(ago)} ago" if left is not None else ""))
+
+
+@study.command()
+@FILE
+@FOLDER
+def cancel(file: Path, folder: Path | None) -> None:
+    """End the run of a study after the blocks that are running; it may be resumed."""
+    _, where = _found(file, folder)
+    try:
+        (where / "cancel").touch()
+    except OSError as error:
+        raise WrongStateError(f"{where} cannot be written: {error.strerror or error}") from error
+    click.echo("its run ends after the blocks that it is at")
+
+
+@study.command()
+@FILE
+@FOLDER
+@click.option(
+    "--output", type=click.Path(path_type=Path, dir_okay=False), help="File to write [report.html in the folder]."
+)
+def report(file: Path, folder: Path | None, output: Path | None) -> None:
+    """Write tables, histograms and failures of the cells that are done as one HTML file."""
+    from virtualrobot_apps.studies import report as reports
+    from virtualrobot_apps.studies.parts import Parts
+
+    found, where = _found(file, folder)
+    text, output = reports.report(found, Parts(where, found)), output or where / "report.html"
+    try:
+        output.write_text(text, "utf-8")
+    except OSError as error:
+        raise WrongStateError(f"{output} cannot be written: {error.strerror or error}") from error
+    click.echo(output)
+
+
+def check_packages() -> None:
+    """Raise WrongStateError, which says how to install them, where packages are missing."""
+    if missing := [name for name in _PACKAGES if importlib.util.find_spec(name) is None]:
+        raise WrongStateError(f"studies need {' and '.join(missing)}: pip install 'virtualrobot[studies]'")
+
+
+def _read(file: Path, folder: Path | None) -> tuple[Study, Path]:
+    check_packages()
+    from virtualrobot_apps.studies.study_file import read_study
+
+    return read_study(file), folder or file.with_suffix("")
+
+
+def _found(file: Path, folder: Path | None) -> tuple[Study, Path]:
+    study, where = _read(file, folder)
+    if not (where / "study.json").is_file():
+        raise WrongStateError(f"{where} has no results yet: 'virtualrobot study run {file}' begins them")
+    return study, where
+
+
+def _do(file: Path, folder: Path | None, workers: int | None, resume: bool) -> None:
+    study, where = _read(file, folder)
+    from virtualrobot_apps.studies.engines import Here, Local
+    from virtualrobot_apps.studies.running import open_job
+    from virtualrobot_apps.studies.running import run as run_job
+
+    job = open_job(study, where, resume)
+    try:
+        progress = run_job(job, Here() if workers == 0 else Local(workers), _teller())
+    except KeyboardInterrupt:
+        click.echo(f"ended: what is done stays; 'virtualrobot study resume {file}' goes on", err=True)
+        raise
+    click.echo(f"{_BEGIN if sys.stdout.isatty() else ''}{_line(progress)}; results in {where / 'cells'}")
+    if progress.done < progress.cells:
+        click.echo(f"cancelled: 'virtualrobot study resume {file}' goes on", err=True)
+        raise SystemExit(1)
+
+
+def _teller() -> Callable[[Progress], None]:
+    """Return what tells the progress, in one line where a terminal has it, and the first failure once."""
+    last, failure = 0.0, ""
+
+    def tell(progress: Progress) -> None:
+        nonlocal last, failure
+        if progress.failure and not failure:
+            failure = progress.failure
+            click.echo(f"first failure: {failure}", err=True)
+        if sys.stdout.isatty() and time.monotonic() - last >= _TOLD_SECONDS:
+            last = time.monotonic()
+            click.echo(f"{_BEGIN}{_line(progress)}", nl=False)
+
+    return tell
+
+
+def _line(progress: Progress) -> str:
+    said = f"{progress.done} of {progress.cells} cells, {progress.failed} failed, {progress.killed} killed"
+    if progress.done == progress.cells or progress.left is None:
+        return said
+    low, high = map(_time, progress.left)
+    return f"{said}, {low if low == high else f'{low} to {high}'} left"
+
+
+def _time(seconds: float) -> str:
+    """Return a time for people: 40 s, 3 min, 2.5 h."""
+    if seconds < 100.0:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 6000.0 else f"{seconds / 3600.0:.1f} h"

@@ -1,0 +1,144 @@
+"""Report of a study as one HTML file: tables, histograms and what failed; it needs no other file and no script."""
+
+from __future__ import annotations
+
+import html
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from itertools import islice
+
+import numpy as np
+import pyarrow
+
+from virtualrobot_apps.studies import summary
+from virtualrobot_apps.studies.parameters import SENSITIVITY, Floats
+from virtualrobot_apps.studies.parts import Counts, Parts
+from virtualrobot_apps.studies.study_file import TEXT, Study
+from virtualrobot_apps.studies.summary import Summary
+from virtualrobot_apps.studies.work import OK
+
+_MOST_POINTS = 500
+_MOST_ERRORS = 20
+_BEST = 10
+_MOST_TEXTS = 50
+_WIDTH, _HEIGHT, _BARS = 640, 160, 40
+_STYLE = """
+body { font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222 }
+table { border-collapse: collapse; margin: 1em 0 } th, td { padding: .2em .8em; border-bottom: 1px solid #ddd }
+td { text-align: right; font-variant-numeric: tabular-nums } td:first-child, th { text-align: left }
+pre { background: #f5f5f5; padding: .5em; overflow: auto } rect { fill: #4477aa } text { font-size: 12px }
+"""
+_FIGURES = ("cells", "mean", "95% interval", "deviation", "least", "median", "most")
+
+
+def report(study: Study, parts: Parts) -> str:
+    """Return the report of the cells that are done.
+
+    Raises:
+        MalformedFileError: when a part is damaged.
+    """
+    return "\n".join(_lines(study, parts.table(), parts.counts(), parts.digest()))
+
+
+def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> Iterator[str]:
+    name = html.escape(study.file.stem)
+    yield f'<!doctype html><html lang="en"><meta charset="utf-8"><title>{name}</title><style>{_STYLE}</style>'
+    yield f"<h1>{name}</h1>"
+    cells = study.cells
+    yield _table(
+        ("", ""),
+        [
+            ("function", study.function),
+            ("scene", study.scene.name if study.scene else "none"),
+            (
+                "seed, sampling, draws",
+                f"{cells.seed}, {cells.sampling if study.search is None else 'search'}, {cells.draws}",
+            ),
+            ("cells", f"{counts.done} of {cells.count}, {counts.failed} failed, {counts.killed} killed"),
+            ("SHA-256 of the results", digest),
+        ],
+    )
+    found = summary.numbers(study, table)
+    figures = summary.summaries(study, found)
+    if study.search is not None:
+        yield "<h2>Best cells</h2>"
+        order = [(study.search.result, "ascending" if study.search.sign > 0 else "descending")]
+        best = table.sort_by(order).slice(0, _BEST).to_pylist()
+        names = ["cell", *(law.name for law in cells.laws), *(name for name, _ in study.results)]
+        yield _table(names, [tuple(_value(row[name]) for name in names) for row in best if row["status"] == OK])
+    for result, one in figures.items():
+        yield f"<h2>{html.escape(result)}</h2>"
+        yield _table(("", *_FIGURES), [("all cells", *_told(one))])
+        if cells.fixed and cells.count > cells.per_point:
+            points = islice(summary.by_point(study, table), _MOST_POINTS)
+            names = [fixed.name for fixed in cells.fixed]
+            rows = [(*map(_value, at.values()), *_told(those[result])) for at, those in points if result in those]
+            yield _table((*names, *_FIGURES), rows)
+        yield from _sensitivities(study, table, found[result])
+        values = found[result]
+        yield _histogram(values[~np.isnan(values)])
+    for result in (name for name, kind in study.results if kind == TEXT):
+        counted = Counter(one for one in table.column(result).to_pylist() if one is not None)
+        yield f"<h2>{html.escape(result)}</h2>"
+        yield _table(("", "cells"), [(text, str(count)) for text, count in counted.most_common(_MOST_TEXTS)])
+    yield from _failures(table)
+    yield "</html>"
+
+
+def _sensitivities(study: Study, table: pyarrow.Table, values: Floats) -> Iterator[str]:
+    """Yield a table of each point of the grid, where all cells are done and have the result."""
+    if study.cells.sampling != SENSITIVITY or len(table) < study.cells.count:
+        return
+    for point in range(min(study.cells.count // study.cells.per_point, _MOST_POINTS)):
+        if shares := summary.sensitivities(study, values, point):
+            at = study.cells.point(point * study.cells.per_point)
+            head = ", ".join(f"{name} {_value(value)}" for name, value in at.items()) or "share of the variance"
+            rows = [(name, f"{one.first_order:.3f}", f"{one.total_order:.3f}") for name, one in shares.items()]
+            yield _table((head, "alone", "with others"), rows)
+
+
+def _failures(table: pyarrow.Table) -> Iterator[str]:
+    rows = table.select(["cell", "status", "error"]).to_pylist()
+    kinds: dict[str, list[dict[str, object]]] = {}
+    for row in rows:
+        if row["status"] != OK:
+            kinds.setdefault(row["error"].strip().splitlines()[-1], []).append(row)
+    if not kinds:
+        return
+    yield "<h2>Cells that failed</h2>"
+    for said, those in sorted(kinds.items(), key=lambda kind: -len(kind[1]))[:_MOST_ERRORS]:
+        first = those[0]
+        about = f"{len(those)} {first['status']}, first cell {first['cell']}: {said}"
+        trace = html.escape(str(first["error"]))
+        yield f"<details><summary>{html.escape(about)}</summary><pre>{trace}</pre></details>"
+
+
+def _told(one: Summary) -> tuple[str, ...]:
+    interval = "" if one.interval is None else f"{one.interval[0]:.5g} to {one.interval[1]:.5g}"
+    others = (one.deviation, one.least, one.median, one.most)
+    return str(one.count), f"{one.mean:.5g}", interval, *(f"{value:.5g}" for value in others)
+
+
+def _value(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, int | float) else str(value)
+
+
+def _table(heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    head = "".join(f"<th>{html.escape(one)}</th>" for one in heads)
+    body = ("".join(f"<td>{html.escape(one)}</td>" for one in row) for row in rows)
+    return f"<table><tr>{head}</tr>{''.join(f'<tr>{row}</tr>' for row in body)}</table>"
+
+
+def _histogram(values: Floats) -> str:
+    counts, edges = np.histogram(values, bins=_BARS)
+    width, scale = _WIDTH / _BARS, (_HEIGHT - 20) / counts.max()
+    bars = (
+        f'<rect x="{number * width:.1f}" y="{_HEIGHT - 20 - count * scale:.1f}" width="{width - 1:.1f}" '
+        f'height="{count * scale:.1f}"><title>{edges[number]:.5g} to {edges[number + 1]:.5g}: {count}</title></rect>'
+        for number, count in enumerate(counts)
+    )
+    ends = (
+        f'<text x="0" y="{_HEIGHT - 4}">{edges[0]:.5g}</text>'
+        f'<text x="{_WIDTH}" y="{_HEIGHT - 4}" text-anchor="end">{edges[-1]:.5g}</text>'
+    )
+    return f'<svg viewBox="0 0 {_WIDTH} {_HEIGHT}" width="{_WIDTH}" role="img">{"".join(bars)}{ends}</svg>'
