@@ -61,8 +61,10 @@ class Leading:
 class Process(Protocol):
     """What a process does along each way."""
 
-    what: str
-    """What a way is called, such as `seam`."""
+    @property
+    def what(self) -> str:
+        """The name of a way, such as `seam`."""
+        ...
 
     def stretches(self, way: Way, name: str) -> Iterable[tuple[str, Way, Floats, float]]:
         """Return what the tool goes for one way: each a name, a way, its frames (n, 4, 4), and a speed (m/s)."""
