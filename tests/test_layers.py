@@ -128,6 +128,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "messages/message.py": ("cbor2",),
             "mapping/sensors.py": ("PIL",),
             "dds": ("cyclonedds",),
+            "zenoh_node.py": ("zenoh",),
             "foxglove_server.py": ("foxglove",),
             # A robot of ROS is driven from here, so that no plugin needs to know of ROS.
             "driver.py": ("virtualrobot_sdk", "msgspec", "websockets"),

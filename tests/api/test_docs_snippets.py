@@ -77,6 +77,7 @@ LONG = {
     "tutorial-rapl.md",
     "tutorial-ros.md",
     "tutorial-teacher.md",
+    "tutorial-urscript.md",
     "walkers.md",
     "writers.md",
 }

@@ -18,7 +18,8 @@ FILE = Path(__file__).parent.parent / "definitions" / "interfaces.yaml"
 NO_FIELD = "structure_needs_at_least_one_member"
 """Name of the byte that ROS 2 puts into messages without a field; nobody sees it."""
 
-BASE, MESSAGE, ARRAY = 1, 2, 3
+BASE, MESSAGE, ARRAY, _SEQUENCE = 1, 2, 3, 4
+_EVENT_INFO = "service_msgs/msg/ServiceEventInfo"
 PARTS = {"srv": ("request", "response"), "action": ("goal", "result", "feedback")}
 
 _UUID, _STAMP = "unique_identifier_msgs/UUID goal_id", "builtin_interfaces/Time stamp"
@@ -71,6 +72,25 @@ def fields(name: str) -> dict[str, Description]:
 def hash_of(name: str) -> str:
     """Return the hash of a type, `RIHS01_...`, by which ROS 2 tells whether two have the same one (REP 2016)."""
     return STORE.hash_rihs01(name)
+
+
+@cache
+def hash_of_service(name: str) -> str:
+    """Return the hash of a service: that of a message with its request, its response and its event (REP 2016)."""
+    request, response, event = (f"{name}_{part}" for part in ("Request", "Response", "Event"))
+    bounded = [("request", (_SEQUENCE, ((MESSAGE, request), 1))), ("response", (_SEQUENCE, ((MESSAGE, response), 1)))]
+    info = {
+        **fields(_EVENT_INFO),
+        "client_gid": (ARRAY, ((BASE, ("uint8", 0)), 16)),
+    }  # a char is one for ROS 2's hashes
+    store: Any = get_typestore(Stores.EMPTY)
+    store.fielddefs = {
+        **STORE.fielddefs,
+        _EVENT_INFO: ([], [*info.items()]),
+        event: ([], [("info", (MESSAGE, _EVENT_INFO)), *bounded]),
+        name: ([], [(f"{key}_message", (MESSAGE, f"{name}_{key.capitalize()}")) for key in (*PARTS["srv"], "event")]),
+    }
+    return store.hash_rihs01(name)
 
 
 @cache

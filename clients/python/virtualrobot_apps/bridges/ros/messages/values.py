@@ -53,6 +53,14 @@ def default_of(one: Description, store: Any = types.STORE) -> object:  # noqa: A
     return [default_of(inner, store) for _ in range(size)]
 
 
+def refusal(type: str, words: str) -> Any:  # noqa: ANN401 each type is a class of its own
+    """Return the response of a service that has failed: zeros, and the words where it has a `message`."""
+    response = default(f"{type}_Response")
+    if "message" in types.fields(f"{type}_Response"):
+        response.message = words
+    return response
+
+
 def from_plain(name: str, value: object, path: str = "") -> Any:  # noqa: ANN401 each type is a class of its own
     """Return a message for plain values; fields that are absent are zero, and the seconds of ROS 1 are understood.
 
