@@ -140,7 +140,9 @@ def test_a_tool_follows_gcode(steps: Client, tmp_path: Path) -> None:
     assert 0.03 - 1.2e-4 <= radii.min() and radii.max() <= 0.03 + 2e-5
     np.testing.assert_allclose(points[:, 2], 0.0, atol=1e-5)
     np.testing.assert_allclose(poses[:, :3, 2], np.tile([0.0, 0.0, -1.0], (len(poses), 1)), atol=1e-5)
-    assert len(poses) * TICK == pytest.approx(2 * np.pi * 0.03 / 0.1, rel=0.1)
+    speeds = np.linalg.norm(np.diff(points, axis=0), axis=1) / TICK
+    quarter = len(speeds) // 4
+    np.testing.assert_allclose(speeds[quarter:-quarter], 0.1, rtol=1e-2)  # by chords
 
 
 def test_the_mesh_of_a_part_is_in_its_own_frame(steps: Client) -> None:
