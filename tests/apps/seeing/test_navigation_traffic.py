@@ -47,7 +47,8 @@ class Driven:
     def body(self) -> Box:
         """Return the box about it, parallel to the walls, as others' rays meet it."""
         low, high = self.corners().min(axis=0), self.corners().max(axis=0)
-        return Box(*(0.5 * (low + high)).tolist(), *(high - low).tolist(), 1.0, "#888")
+        (x, y), (wide, deep) = 0.5 * (low + high), high - low
+        return Box(float(x), float(y), float(wide), float(deep), 1.0, "#888")
 
     def step(self, boxes: Sequence[Box], time: float, period: int, rng: np.random.Generator) -> None:
         """Go on by a period."""
