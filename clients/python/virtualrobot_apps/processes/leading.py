@@ -59,7 +59,7 @@ class Leading:
 
 
 class Process(Protocol):
-    """What a process does along each way."""
+    """Work of a process along each way."""
 
     @property
     def what(self) -> str:

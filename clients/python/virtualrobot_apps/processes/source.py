@@ -31,7 +31,7 @@ _NORMAL = ("points", "gcode", "curves")
 
 @dataclass(frozen=True, slots=True)
 class Cell:
-    """What sources ask of a cell.
+    """Meshes and places of a cell, as sources ask for them.
 
     Attributes:
         mesh: the mesh (m) of parts, in the frame of the first one.
