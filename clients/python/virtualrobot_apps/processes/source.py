@@ -56,7 +56,7 @@ def cell_of(client: Client) -> Cell:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Density:
-    """How dense ways are: `chord` and `step` (m) as of `sampled`."""
+    """Density of ways: `chord` and `step` (m) as of `sampled`."""
 
     chord: float = CHORD
     step: float = STEP
