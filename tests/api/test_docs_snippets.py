@@ -73,6 +73,7 @@ LONG = {
     "rapl.md",
     "tutorial-rapl.md",
     "tutorial-ros.md",
+    "tutorial-studies.md",
     "tutorial-teacher.md",
     "walkers.md",
 }
