@@ -96,6 +96,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Navigation fits, measures distances and plans by libraries, where they are installed, and writes maps as ROS does.
     f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
+    # Processes look for ways on meshes, and on splines.
+    f"{APPS}/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "trimesh"),
     # Studies run in processes of loky, draw by scipy, search by cma and leave Parquet files, where these are installed.
     **{
         f"{APPS}/studies/{name}.py": ("virtualrobot_apps", "virtualrobot", "numpy", *libraries)
@@ -122,9 +124,11 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         for name, libraries in {
             "bag.py": ("rosbags", "click"),
             "messages/types.py": ("rosbags", "yaml"),
+            "messages/ros1.py": ("rosbags",),
             "messages/message.py": ("cbor2",),
             "mapping/sensors.py": ("PIL",),
             "dds": ("cyclonedds",),
+            "zenoh_node.py": ("zenoh",),
             "foxglove_server.py": ("foxglove",),
             # A robot of ROS is driven from here, so that no plugin needs to know of ROS.
             "driver.py": ("virtualrobot_sdk", "msgspec", "websockets"),

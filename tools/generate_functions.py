@@ -122,6 +122,7 @@ GROUPS = (
                 "check",
                 "start",
                 "path",
+                "process",
                 "jog",
                 "drive",
                 "teleop",
@@ -210,7 +211,9 @@ GROUPS = (
         "Real robots and plugins",
         services=("DriverService", "PluginService"),
         python={"client.cell": "cell:Cell", "client.drivers": "drivers:Drivers", "client.plugins": "plugins:Plugins"},
-        commands=("driver", "estop", "emulate", "program", "rapid", "rapl", "editor", "plugins", "grade", "demo"),
+        commands=(
+            *("driver", "estop", "emulate", "program", "rapid", "rapl", "editor", "plugins", "grade", "study", "demo"),
+        ),
     ),
 )
 

@@ -14,8 +14,11 @@ from pathlib import Path
 import click
 from playwright.sync_api import Page, sync_playwright
 
-ARGUMENTS = ("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader")
-"""For Chromium: draw WebGL on the processor, so that no graphics card is needed."""
+ARGUMENTS = (
+    *("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+    *("--disable-gpu-rasterization", "--disable-gpu-compositing"),
+)
+"""For Chromium: draw WebGL on the processor, so that no graphics card is needed, and all else without WebGL."""
 
 
 def find_chromium() -> str | None:

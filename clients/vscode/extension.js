@@ -1,5 +1,5 @@
 // Extension for VS Code: starts `virtualrobot editor lsp` for texts in RAPID and URScript, and `virtualrobot editor dap`
-// for each program in RAPID that is debugged.
+// for each program that is debugged.
 
 const vscode = require("vscode");
 const { LanguageClient } = require("vscode-languageclient/node");
@@ -12,11 +12,12 @@ function command() {
 
 async function activate(context) {
   const files = vscode.workspace.createFileSystemWatcher("**/*.{mod,modx,sys,sysx,prg}");
+  const adapters = {
+    createDebugAdapterDescriptor: () => new vscode.DebugAdapterExecutable(command(), ["editor", "dap"]),
+  };
   context.subscriptions.push(
     files,
-    vscode.debug.registerDebugAdapterDescriptorFactory("rapid", {
-      createDebugAdapterDescriptor: () => new vscode.DebugAdapterExecutable(command(), ["editor", "dap"]),
-    }),
+    ...["rapid", "urscript"].map((type) => vscode.debug.registerDebugAdapterDescriptorFactory(type, adapters)),
   );
   client = new LanguageClient(
     "virtualrobot",

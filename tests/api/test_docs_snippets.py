@@ -57,12 +57,14 @@ LONG = {
     "own-kernel.md",
     "physics.md",
     "pictures-and-films.md",
+    "processes.md",
     "programs.md",
     "rays.md",
     "recording.md",
     "sensor-models.md",
     "streaming.md",
     "studies.md",
+    "tool-paths.md",
     "topics.md",
     "tracking.md",
     "tutorial-controllers.md",
@@ -76,6 +78,7 @@ LONG = {
     "tutorial-studies.md",
     "tutorial-teacher.md",
     "walkers.md",
+    "writers.md",
 }
 COMMAND_SECONDS = 300
 SPEED = 5.0

@@ -17,6 +17,8 @@ from tests.kernels import KernelProcess, StartKernel
 from tests.plugins.install import environment, install
 from tests.waiting import PATIENCE_SECONDS, until
 
+pytestmark = pytest.mark.long
+
 G = 9.81
 TICK = 0.004
 ENGINES = ("late", "late_inside")

@@ -12,9 +12,11 @@ from numpy.typing import NDArray
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError, WrongStateError
 from virtualrobot_apps.curves import reading, vda
 from virtualrobot_apps.curves.curve import Curve, directions, points_on, polyline, polynomial
+from virtualrobot_apps.curves.fitting import ways
+from virtualrobot_apps.curves.frames import frames
 from virtualrobot_apps.curves.program import _zones
 from virtualrobot_apps.curves.reading import read_curves
-from virtualrobot_apps.curves.way import Way, frames, ways
+from virtualrobot_apps.curves.way import Way
 from virtualrobot_apps.languages.writers.command import program as command
 
 from tests.apps.cad_files import curve_element
@@ -49,10 +51,15 @@ def on_arc(begin: Floats, via: Floats, end: Floats, count: int = 33) -> Floats:
     return center + np.cos(angles) * x + np.sin(angles) * y
 
 
+def vias_of(way: Way) -> Floats:
+    """Return a point in the middle of each arc; not a number for a line."""
+    return np.full((len(way.points) - 1, 3), np.nan) if way.vias is None else way.vias
+
+
 def along(way: Way) -> Floats:
     """Return points on the lines and arcs of a way."""
     found = []
-    for via, (begin, end) in zip(way.vias, pairwise(way.points), strict=True):
+    for via, (begin, end) in zip(vias_of(way), pairwise(way.points), strict=True):
         line = begin + np.linspace(0.0, 1.0, 33)[:, None] * (end - begin)
         found.append(line if np.isnan(via[0]) else on_arc(begin, via, end))
     return np.vstack(found)
@@ -145,11 +152,11 @@ def test_a_circle_is_arcs_without_corners_and_a_line_is_one_line() -> None:
         curve_element("L", [[[0.0] * 3, [100, 0, 0]]]),
     )
     (way,) = ways([circle], 1e-6)
-    assert len(way.points) == 5 and not np.isnan(way.vias).any()
+    assert len(way.points) == 5 and not np.isnan(vias_of(way)).any()
     np.testing.assert_allclose(np.linalg.norm(along(way), axis=1), 0.1, atol=1e-12)
     np.testing.assert_allclose(way.corners(), 0.0, atol=1e-7)
     (way,) = ways([line], 1e-6)
-    assert len(way.points) == 2 and np.isnan(way.vias).all()
+    assert len(way.points) == 2 and np.isnan(vias_of(way)).all()
 
 
 def test_curves_that_meet_are_one_way_also_backwards() -> None:
@@ -161,7 +168,7 @@ def test_curves_that_meet_are_one_way_also_backwards() -> None:
     one, other = ways([first, second, apart], 1e-4)
     np.testing.assert_allclose(one.points[:, :2], [[0, 0], [0.01, 0], [0.01, 0.01]])
     assert len(ways([first, Curve("N", second.pieces, np.tile([0.0, 0.0, 1.0], (2, 1)))], 1e-4)) == 2
-    assert one.places == ("A, point 1", "A, point 2", "B, point 2") and len(other.points) == 2
+    assert one.names == ("A, point 1", "A, point 2", "B, point 2") and len(other.points) == 2
 
 
 def test_frames_have_z_along_the_axis_and_x_along_the_way() -> None:

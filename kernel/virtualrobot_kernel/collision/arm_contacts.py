@@ -19,7 +19,7 @@ _ELSEWHERE = 0.1
 
 
 class ArmContacts:
-    """What touches as an arm moves; used by one thread at a time.
+    """Contacts as an arm moves; used by one thread at a time.
 
     Pairs count of which the arm moves one node against the other: a base that stands in the floor is no matter, nor are
     fingers that are closed, at whatever posture rounding makes them touch.
@@ -38,7 +38,7 @@ class ArmContacts:
         groups = scene.bodies.allowed.groups
         self.robots = {groups[uid] for uid, row in snapshot.structure.rows.items() if rows[row] and groups.get(uid)}
         self.counts = cache(partial(moves, snapshot, moved))
-        """Whether a pair of nodes (uids) counts."""
+        """True for a pair of nodes (uids) that counts."""
 
     def contact(self, q: NDArray[np.float64]) -> Pair | None:
         """Return two nodes (uids) that touch at q (k,) and may not, or None."""

@@ -207,24 +207,24 @@ def _advanced(running: PlanExecution, dt: float) -> PlanExecution:
         return running
     if running.brakes:
         return _brake_on(running, dt)
-    waiting = 0.0
-    if _wanted(running) != running.ramp.goal:
+    waiting, ramp = 0.0, running.ramp
+    if (0.0 if running.phase in _STANDING else running.override) != ramp.goal:
         waiting = running.waiting + dt
         if int(waiting / RETRY) != int(running.waiting / RETRY):
             running = _retarget(replace(running, waiting=waiting))
             if running.brakes:
                 return _brake_on(running, dt)
-            waiting = running.waiting
+            waiting, ramp = running.waiting, running.ramp
     elapsed = running.elapsed + dt
-    rate, slope, _, gone = running.ramp.state(elapsed)
+    rate, slope, _, gone = ramp.state(elapsed)
     tau = max(running.tau, running.ramp_tau + gone)
     phase, left = running.phase, 0.0
     if tau >= running.plan.duration - END_TOLERANCE:
         left = min(dt, max(0.0, tau - running.plan.duration) / rate) if rate > 0.0 else 0.0
         phase, tau, rate, slope = Phase.SUCCEEDED, running.plan.duration, 0.0, 0.0
-    elif elapsed >= running.ramp.length and running.ramp.goal == 0.0 and phase in _SLOWING:
+    elif elapsed >= ramp.length and ramp.goal == 0.0 and phase in _SLOWING:
         phase = Phase.PAUSED if phase is Phase.PAUSING else Phase.CANCELLED
-    override, ramp, begun = running.override, running.ramp, running.ramp_tau
+    override, begun = running.override, running.ramp_tau
     return _made(running.plan, phase, override, tau, rate, slope, ramp, begun, elapsed, waiting, (), left)
 
 

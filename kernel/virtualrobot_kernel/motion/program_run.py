@@ -137,7 +137,8 @@ class ProgramRun:
         """Return the program `dt` seconds later, with the speed `override` in (0, 1] of its motions."""
         if self.phase in ENDED:
             return self
-        run = _searched(self, context)
+        searches = self.running is not None and self.program.stages[self.at].until is not None
+        run = _searched(self, context) if searches else self
         return _on_its_way(run, dt, override) or _advanced(run, dt, override, context)
 
     def pause(self) -> ProgramRun:

@@ -19,6 +19,8 @@ class RateRamp:
 
     def state(self, t: float) -> tuple[float, float, float, float]:
         """Return rate, its first and second derivative (1/s, 1/s²), and the nominal time gone by since t = 0 (s)."""
+        if not self.length:
+            return self.goal, 0.0, 0.0, self.goal * t
         if t >= self.length:
             c0, c1, c2, c3, c4, c5 = self.coefficients
             gone = self.length * (c0 + c1 / 2.0 + c2 / 3.0 + c3 / 4.0 + c4 / 5.0 + c5 / 6.0)

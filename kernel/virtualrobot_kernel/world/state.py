@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from virtualrobot_kernel.motion.quick import maker
+from virtualrobot_kernel.motion.quick import changer, maker
 from virtualrobot_kernel.motion.running_motion import Phase, RunningMotion
 from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.world.collisions import NOTHING_SET, Allowance, CollisionSettings
@@ -164,10 +164,8 @@ class Motion:
     deviations: tuple[Deviation, ...] = ()
 
     def going(self, running: RunningMotion) -> Motion:
-        """Return the motion with another state on its path, as `replace` does in ten times the time."""
-        values = [*_every_value(self)]
-        values[_RUNNING] = running
-        return _motion(*values)
+        """Return the motion with another state on its path, as `replace` does in twenty times the time."""
+        return _going(self, running)
 
     @property
     def step_path(self) -> str:
@@ -187,10 +185,7 @@ class Motion:
         return phase
 
 
-_NAMES = [one.name for one in fields(Motion)]
-_RUNNING = _NAMES.index("running")
-_every_value = attrgetter(*_NAMES)
-_motion = maker(Motion)
+_going = changer(Motion, "running")
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,7 +13,7 @@ from virtualrobot_kernel.motion.plan_execution import PlanExecution, sample_all
 from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.motion.running_motion import Phase, TickContext
 from virtualrobot_kernel.world import dynamics, measured, physics, tolerances
-from virtualrobot_kernel.world.apply_motions import override
+from virtualrobot_kernel.world.apply_motions import override_of
 from virtualrobot_kernel.world.change import Forward
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Search, Signal, State
 from virtualrobot_kernel.world.structure import Structure
@@ -38,6 +38,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
     tool_states: dict[int, str] = {}
     on_plans: list[tuple[Motion, PlanExecution]] = []
     still: list[Motion] = []
+    factor = None if state.speed_factors else override_of(state, ())
     for motion in in_order(state.motions):
         # One without length has succeeded before its first tick.
         done = motion.running.steps_done if motion.tool_states and state.tick > motion.start_tick else 0
@@ -47,7 +48,8 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
             on_plans.clear()
             told = context._replace(tracked=(float(q[at[0]]), float(v[at[1]])))
         try:
-            now = motion.running.advance(tick_seconds, override(state, motion), told)
+            speed = override_of(state, motion.robots) if factor is None else factor
+            now = motion.running.advance(tick_seconds, speed, told)
             on_plan = now.whole if isinstance(now, ProgramRun) else None
             if on_plan is None:
                 position, velocity, _ = now.sample()
@@ -59,7 +61,7 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
             now, on_plan = motion.running, None
         if on_plan is not None:
             on_plans.append((motion, on_plan))
-        for name, value in now.signals.items():
+        for name, value in now.signals.items() if now.signals else ():
             if (signal := signals.get(name) or state.signals[name]).value != value:
                 signals[name] = replace(signal, value=value)
         if now.fault and not motion.cancellation:
@@ -85,12 +87,13 @@ def advance(structure: Structure, state: State, tick_seconds: float, forward: Fo
             if not np.isfinite(joints := q[motion.q_index]).all():
                 log.error("the motion %r leads to %s; it ends where it is", motion.id, joints.tolist())
                 advanced[motion.id] = replace(_failed(motion, "no finite numbers"), end_tick=state.tick + 1)
+                still.append(motion)
                 q[motion.q_index] = measured.commanded(structure, state)[0][motion.q_index]
                 v[motion.v_index] = 0.0
     motions = [advanced[motion.id] for motion in state.motions]
     later = state.but(
         **measured.parted(structure, state, q, v),
-        **_going_and_ended(state, motions),
+        **(_going_and_ended(state, motions) if still else {"motions": tuple(motions)}),
         tick=state.tick + 1,
         signals={**state.signals, **signals} if signals else state.signals,
         # The same object as long as it is the same: whoever shows or sees tools goes by that.
@@ -129,7 +132,7 @@ def _put(motions: Sequence[tuple[Motion, PlanExecution]], q: Floats, v: Floats) 
         return
     positions, velocities, _ = sample_all([running for _, running in motions])
     q[np.concatenate([motion.q_index for motion, _ in motions])] = positions
-    if all(motion.rated is ... for motion, _ in motions):
+    if not [motion for motion, _ in motions if motion.rated is not ...]:
         v[np.concatenate([motion.v_index for motion, _ in motions])] = velocities
         return
     ends = np.cumsum([len(motion.q_index) for motion, _ in motions])[:-1]
@@ -178,7 +181,7 @@ def in_order(motions: Sequence[Motion]) -> Sequence[Motion]:
 
     Otherwise they keep their order; so do those that go along with each other.
     """
-    if not any(motion.tracked_joint for motion in motions):
+    if not [motion for motion in motions if motion.tracked_joint]:
         return motions
     mover = {joint: motion for motion in motions for joint in motion.joints}
 

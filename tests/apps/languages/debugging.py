@@ -8,8 +8,12 @@ from __future__ import annotations
 import json
 import queue
 import re
+import socket
+import subprocess
+import sys
 import threading
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
@@ -41,6 +45,37 @@ def kind_of(message: dict[str, Any]) -> str:
     if message["type"] == "response" and not message["success"]:
         return "ErrorResponse"
     return f"{name[0].upper()}{name[1:]}{message['type'].capitalize()}"
+
+
+COMMAND = [sys.executable, "-m", "virtualrobot", "editor", "dap"]
+
+
+@contextmanager
+def adapters() -> Iterator[int]:
+    """Give the port of a process that serves debug adapters."""
+    process = subprocess.Popen([*COMMAND, "--port", "0"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
+    try:
+        assert process.stderr is not None
+        told = process.stderr.readline().decode()
+        assert told.startswith("listening at 127.0.0.1:")
+        yield int(told.rpartition(":")[2])
+        process.stderr.close()
+    finally:
+        process.kill()
+        process.wait()
+
+
+@contextmanager
+def editors(port: int) -> Iterator[Editor]:
+    """Give an editor that is connected; what it has heard is compared with the schema at the end."""
+    with socket.create_connection(("127.0.0.1", port), PATIENCE_SECONDS) as connection:
+        with connection.makefile("rb") as source, connection.makefile("wb") as sink:
+            editor = Editor(source, sink)
+            yield editor
+            with suppress(OSError, ValueError):
+                connection.shutdown(socket.SHUT_RDWR)
+    for message in editor.heard:
+        schema(kind_of(message)).validate(message)
 
 
 class Editor:

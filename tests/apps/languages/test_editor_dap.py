@@ -5,9 +5,7 @@ from __future__ import annotations
 import json
 import math
 import re
-import socket
 import subprocess
-import sys
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -19,10 +17,8 @@ from jsonschema import ValidationError
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.rapid.task import RapidTask, load
 
-from tests.apps.languages.debugging import Editor, Failed, kind_of, schema
+from tests.apps.languages.debugging import COMMAND, Editor, Failed, adapters, editors, schema
 from tests.waiting import PATIENCE_SECONDS, repeated, until
-
-COMMAND = [sys.executable, "-m", "virtualrobot", "editor", "dap"]
 
 SUMS = r"""MODULE Sums
   VAR num total := 0;
@@ -86,29 +82,15 @@ def line(piece: str) -> int:
 @pytest.fixture(scope="module")
 def port() -> Iterator[int]:
     """Return the port of a debug adapter."""
-    process = subprocess.Popen([*COMMAND, "--port", "0"], stderr=subprocess.PIPE, stdout=subprocess.DEVNULL)
-    try:
-        assert process.stderr is not None
-        told = process.stderr.readline().decode()
-        assert told.startswith("listening at 127.0.0.1:")
-        yield int(told.rpartition(":")[2])
-        process.stderr.close()
-    finally:
-        process.kill()
-        process.wait()
+    with adapters() as port:
+        yield port
 
 
 @pytest.fixture
 def editor(port: int) -> Iterator[Editor]:
     """Return an editor that is connected."""
-    with socket.create_connection(("127.0.0.1", port), PATIENCE_SECONDS) as connection:
-        with connection.makefile("rb") as source, connection.makefile("wb") as sink:
-            editor = Editor(source, sink)
-            yield editor
-            with suppress(OSError, ValueError):
-                connection.shutdown(socket.SHUT_RDWR)
-    for message in editor.heard:
-        schema(kind_of(message)).validate(message)
+    with editors(port) as editor:
+        yield editor
 
 
 @pytest.fixture

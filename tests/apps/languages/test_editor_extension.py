@@ -11,7 +11,7 @@ from typing import Any
 
 import pytest
 from virtualrobot_apps.languages.editor.command import editor
-from virtualrobot_apps.languages.editor.launch import KNOWN
+from virtualrobot_apps.languages.editor.launch import KNOWN, OF_SCRIPTS
 from virtualrobot_apps.languages.editor.lsp import LANGUAGES
 from virtualrobot_apps.languages.rapid.lexer import KEYWORDS as RAPID
 from virtualrobot_apps.languages.urscript.lexer import KEYWORDS as URSCRIPT
@@ -21,13 +21,18 @@ NODE = shutil.which("node")
 PACKAGE = json.loads((FOLDER / "package.json").read_text())
 
 HOST = """
-const made = { started: 0 };
+const made = { started: 0, types: [] };
 const vscode = {
   workspace: {
     getConfiguration: (name) => ({ get: (key) => `${name}.${key}` }),
     createFileSystemWatcher: (pattern) => ({ pattern }),
   },
-  debug: { registerDebugAdapterDescriptorFactory: (type, factory) => Object.assign(made, { type, factory }) },
+  debug: {
+    registerDebugAdapterDescriptorFactory: (type, factory) => {
+      made.types.push(type);
+      return Object.assign(made, { factory });
+    },
+  },
   DebugAdapterExecutable: class { constructor(command, args) { Object.assign(this, { command, args }); } },
 };
 class LanguageClient {
@@ -71,14 +76,15 @@ def test_the_languages_are_those_that_are_served() -> None:
     assert told == {one.name: one.endings for one in LANGUAGES}
 
 
-def test_a_launch_has_the_names_and_types_that_the_adapter_knows() -> None:
+@pytest.mark.parametrize(("language", "names"), [("rapid", KNOWN), ("urscript", OF_SCRIPTS)])
+def test_a_launch_has_the_names_and_types_that_the_adapter_knows(language: str, names: dict[str, Any]) -> None:
     types = {str: "string", list: "array", bool: "boolean"}
-    (debugger,) = PACKAGE["contributes"]["debuggers"]
+    (debugger,) = [one for one in PACKAGE["contributes"]["debuggers"] if one["type"] == language]
     told = {}
     for name, one in debugger["configurationAttributes"]["launch"]["properties"].items():
         told[name] = one["type"] if isinstance(one["type"], list) else [one["type"]]
     known = {}
-    for name, kinds in KNOWN.items():
+    for name, kinds in names.items():
         known[name] = [types[one] for one in (kinds if isinstance(kinds, tuple) else (kinds,))]
     assert told == known
 
@@ -131,5 +137,6 @@ def test_it_starts_the_language_server_and_debug_adapters() -> None:
     (pattern,) = (one["pattern"] for one in [made["client"]["synchronize"]["fileEvents"]])
     beside = [ending.removeprefix(".") for one in LANGUAGES if one.beside for ending in one.endings]
     assert pattern == f"**/*.{{{','.join(beside)}}}"
-    assert (made["type"], made["startedAfter"], made["started"], made["kept"]) == ("rapid", 1, 0, 2)
+    assert made["types"] == [one["type"] for one in PACKAGE["contributes"]["debuggers"]] == ["rapid", "urscript"]
+    assert (made["startedAfter"], made["started"], made["kept"]) == (1, 0, 3)
     assert sorted(editor.commands) == ["dap", "lsp"]

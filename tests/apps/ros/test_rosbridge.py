@@ -31,6 +31,8 @@ from tests.apps.ros.bridges import GUARD, Heard, answer, bridge, roslibpy_client
 from tests.kernels import StartKernel
 from tests.waiting import repeated
 
+pytestmark = pytest.mark.long
+
 TICK = 0.004
 WALL = 2.0
 """Distance (m) of a wall's surface from the scanner."""
@@ -425,7 +427,6 @@ def test_the_program_of_the_tutorial_runs(client: Client, tmp_path: Path) -> Non
         assert done.stdout.splitlines()[1] == f"{arm.joint_names} {arm.positions.tolist()}"
 
 
-@pytest.mark.long
 def test_a_bridge_waits_for_a_kernel_that_has_gone(start_kernel: StartKernel) -> None:
     kernel = start_kernel()
     port = kernel.address.rpartition(":")[2]

@@ -8,7 +8,7 @@ from dataclasses import FrozenInstanceError, dataclass, field, fields, replace
 import pytest
 from virtualrobot_kernel.motion.plan_execution import PlanExecution
 from virtualrobot_kernel.motion.program_run import ProgramRun
-from virtualrobot_kernel.motion.quick import maker
+from virtualrobot_kernel.motion.quick import changer, maker
 from virtualrobot_kernel.world.state import Motion, State
 
 
@@ -50,6 +50,22 @@ def test_each_field_of_what_ticks_make_gets_its_own_value(of: type) -> None:
         assert getattr(made, one.name) is getattr(built, one.name) is value
     with pytest.raises(TypeError):
         maker(of)(*values[1:])
+
+
+@pytest.mark.parametrize("of", [PlanExecution, ProgramRun, Motion, State])
+def test_what_is_changed_is_what_replace_makes(of: type) -> None:
+    one, other = of(*(object() for _ in fields(of))), object()
+    for changed in fields(of):
+        made, replaced = changer(of, changed.name)(one, other), replace(one, **{changed.name: other})
+        assert type(made) is of
+        assert all(getattr(made, field.name) is getattr(replaced, field.name) for field in fields(of))
+    both = changer(Point, "names", "x")(Point(1.0), (), 3.0)
+    assert both == Point(3.0, 2.0, ())
+
+
+def test_a_field_that_is_none_is_refused() -> None:
+    with pytest.raises(TypeError, match="Point has no field 'z'; it has x, y, names"):
+        changer(Point, "x", "z")
 
 
 def test_a_class_whose_constructor_does_more_is_refused() -> None:

@@ -70,9 +70,9 @@ def curves(
     """
     from virtualrobot.errors import VirtualRobotError
 
+    from virtualrobot_apps.curves.fitting import ways
     from virtualrobot_apps.curves.program import following
     from virtualrobot_apps.curves.reading import read_curves
-    from virtualrobot_apps.curves.way import ways
     from virtualrobot_apps.languages.core.command import only_robot
     from virtualrobot_apps.languages.writers.resolve import robot_program
 

@@ -10,7 +10,8 @@ from virtualrobot import Client, Program, Robot, pose
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError, VirtualRobotError
 
 from virtualrobot_apps.curves.curve import Floats
-from virtualrobot_apps.curves.way import Way, frames
+from virtualrobot_apps.curves.frames import frames
+from virtualrobot_apps.curves.way import Way
 
 LEAST_ZONE = 1e-4
 """Radius (m) of a corner below which the tool stops there."""
@@ -62,19 +63,20 @@ def following(
     program, places = client.program(), list[str]()
     for way in ways:
         poses, zones = frames(way, axis, turn=turn), _zones(way, tolerance)
+        vias = np.full((len(poses) - 1, 3), np.nan) if way.vias is None else way.vias
         before = [one @ pose(z=-approach) for one in (poses[0], poses[-1])]
         program.move(robot.ptp(before[0], reference=reference))
         program.move(robot.linear(poses[0], reference=reference, velocity=speed))
-        places += [f"before {way.places[0]}", way.places[0]]
-        for place, (goal, via, zone) in enumerate(zip(poses[1:], way.vias, zones[1:], strict=True), 1):
+        places += [f"before {way.names[0]}", way.names[0]]
+        for place, (goal, via, zone) in enumerate(zip(poses[1:], vias, zones[1:], strict=True), 1):
             if np.isnan(via[0]):
                 move = robot.linear(goal, reference=reference, velocity=speed)
             else:
                 move = robot.circular(via, goal, reference=reference, velocity=speed)
             program.move(move, zone=float(zone) if zone > 0.0 else None)
-            places.append(way.places[place])
+            places.append(way.names[place])
         program.move(robot.linear(before[1], reference=reference, velocity=speed))
-        places.append(f"after {way.places[-1]}")
+        places.append(f"after {way.names[-1]}")
     if not places:
         raise InvalidArgumentError("there are no curves to follow")
     return Following(program, tuple(places))

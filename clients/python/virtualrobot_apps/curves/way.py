@@ -1,41 +1,96 @@
-"""Ways of a tool: curves, one after the other where they meet, as lines and arcs within a chord tolerance."""
+"""Ways of a tool: points with lines or arcs between them, and the normals of the surface there."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from virtualrobot.errors import InvalidArgumentError
 
-from virtualrobot_apps.curves.curve import SAME, Curve, Floats, directions, points_on
-
-SAMPLES = 9
-"""Points of a stretch, its ends among them, at which it is compared with a line and an arc."""
-MOST_HALVINGS = 20
-MOST_TURN = 1.05 * np.pi
-"""Angle (rad) up to which a stretch is one arc."""
-ALONG = 1e-3
-"""Sine of the angle between tool and way below which it is open how the tool is turned about itself."""
+Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Way:
-    """Way of a tool centre point in meters, as lines and arcs between points.
+    """Way of a tool, on a part or along curves of a file.
 
     Attributes:
-        places: (n,) whose curve each point is on, and which of its points, such as `C1, point 3`.
-        points: (n, 3); `tangents` (n, 3) the unit directions of the way there, at a corner halfway between both.
-        vias: (n - 1, 3) a point in the middle of each arc; not a number for a line.
-        normals: (n, 3) the surface's normals, where the file tells them.
+        points: (n, 3) in m; those of a loop end where they begin.
+        normals: (n, k, 3) unit normals of the surface, out of the part: none, where a file doesn't tell them (k = 0);
+            of the surface (k = 1); or of the faces on the left and on the right of an edge, seen from outside and along
+            the way (k = 2).
+        closed: true for a loop.
+        vias: (n - 1, 3) a point in the middle of each arc, not a number for a line; None for lines alone.
+        directions: (n, 3) the unit directions of the way at the points, at a corner halfway between both, where the
+            curve that it is from tells them.
+        names: (n,) whose curve each point is on, and which of its points, such as `C1, point 3`; empty without a file.
     """
 
-    places: tuple[str, ...]
     points: Floats
-    tangents: Floats
-    vias: Floats
-    normals: Floats | None = None
+    normals: Floats
+    closed: bool = False
+    vias: Floats | None = None
+    directions: Floats | None = None
+    names: tuple[str, ...] = ()
+
+    @property
+    def length(self) -> float:
+        """Its length (m); that of arcs a little less."""
+        return float(self.lengths().sum())
+
+    @property
+    def outward(self) -> Floats:
+        """The directions (n, 3) out of the part: its normals, or the bisectors of two of them.
+
+        Raises InvalidArgumentError where two faces are back to back, and where it has no normals.
+        """
+        if not self.normals.shape[1]:
+            raise InvalidArgumentError(f"{place(self, 0)} the surface's normal is not known; give one")
+        total = self.normals.sum(axis=1)
+        sizes = np.linalg.norm(total, axis=1)
+        if (sizes < 1e-6).any():
+            row = int(sizes.argmin())
+            raise InvalidArgumentError(f"{place(self, row)} the faces beside the way are back to back")
+        return total / sizes[:, None]
+
+    @property
+    def tangents(self) -> Floats:
+        """Its unit directions (n, 3) at the points; at those of a loop's start the same as at its end.
+
+        Raises InvalidArgumentError where it turns back, unless its curve tells them.
+        """
+        if self.directions is not None:
+            return self.directions
+        found = slopes(self.points, self.closed)
+        sizes = np.linalg.norm(found, axis=1)
+        if (sizes < 1e-6).any():
+            row = int(sizes.argmin())
+            raise InvalidArgumentError(f"{place(self, row)} it turns back on itself, which leaves its direction open")
+        return found / sizes[:, None]
+
+    def reversed(self) -> Way:
+        """Return the way from its end to its start; left and right change places."""
+        return Way(
+            self.points[::-1].copy(),
+            self.normals[::-1, ::-1].copy(),
+            self.closed,
+            None if self.vias is None else self.vias[::-1].copy(),
+            None if self.directions is None else -self.directions[::-1],
+            self.names[::-1],
+        )
+
+    def facing(self, axis: ArrayLike) -> Way:
+        """Return the way with the normal against an axis (3,) in which the tool points, where it has none of its own.
+
+        Raises InvalidArgumentError for an axis without length.
+        """
+        wanted = np.asarray(axis, dtype=np.float64)
+        if wanted.shape != (3,) or not np.isfinite(wanted).all() or not wanted.any():
+            raise InvalidArgumentError(f"the tool's axis is three numbers that are not all 0, not {wanted.tolist()}")
+        if self.normals.shape[1]:
+            return self
+        return replace(self, normals=np.tile(-wanted / np.linalg.norm(wanted), (len(self.points), 1, 1)))
 
     def corners(self) -> Floats:
         """Return the angles (n,) in rad by which lines and arcs bend where they meet; 0 at both ends."""
@@ -46,6 +101,8 @@ class Way:
     def lengths(self) -> Floats:
         """Return the lengths (n - 1,) of the lines and arcs; those of arcs a little less."""
         steps = np.linalg.norm(np.diff(self.points, axis=0), axis=1)
+        if self.vias is None:
+            return steps
         halves = np.linalg.norm(self.vias - self.points[:-1], axis=1) + np.linalg.norm(
             self.points[1:] - self.vias, axis=1
         )
@@ -53,6 +110,8 @@ class Way:
 
     def radii(self) -> Floats:
         """Return the radii (n - 1,) of the arcs in m, those of the circles through three points; lines have no end."""
+        if self.vias is None:
+            return np.full(len(self.points) - 1, np.inf)
         first, second, chord = self.vias - self.points[:-1], self.points[1:] - self.vias, np.diff(self.points, axis=0)
         sides = np.prod([np.linalg.norm(one, axis=1) for one in (first, second, chord)], axis=0)
         lines = np.isnan(sides)
@@ -63,7 +122,8 @@ class Way:
     def _slopes(self) -> tuple[Floats, Floats]:
         """Return the unit directions (n - 1, 3) in which each line and arc ends, and begins."""
         arrive, leave = [], []
-        for start, via, end in zip(self.points[:-1], self.vias, self.points[1:], strict=True):
+        vias = np.full((len(self.points) - 1, 3), np.nan) if self.vias is None else self.vias
+        for start, via, end in zip(self.points[:-1], vias, self.points[1:], strict=True):
             along = end - start
             begins = ends = along
             if not np.isnan(via[0]):
@@ -75,129 +135,73 @@ class Way:
         return np.array(arrive), np.array(leave)
 
 
-def ways(curves: Iterable[Curve], tolerance: float, *, arcs: bool = True, joint: float = 1e-5) -> list[Way]:
-    """Return the ways along curves: each from where the last one ends, if that is within `joint` (m).
+def place(way: Way, row: int) -> str:
+    """Return where a point of a way is, as the beginning of a sentence."""
+    if way.names:
+        return f"{way.names[row]}:"
+    return f"at points[{row}] of the way, ({', '.join(f'{1e3 * one:.6g}' for one in way.points[row])}) mm,"
 
-    A curve whose end is there is followed backwards, and one with normals never goes on from one without. Lines, and
-    arcs if they are wanted, are at most `tolerance` (m) away from the curve.
+
+def checked_way(points: ArrayLike, normals: ArrayLike, closed: bool = False) -> Way:
+    """Return a way of points (n, 3) in m and of normals (3,), (n, 3) or (n, k, 3) of any length above 0.
+
+    Raises:
+        InvalidArgumentError: for fewer than two points, for those that are the same in a row or not finite, for normals
+            without length, and for a loop that doesn't end where it begins.
     """
-    if not tolerance > 0.0:
-        raise InvalidArgumentError(f"the tolerance is {tolerance:g} m; it must be above 0")
-    runs: list[list[Curve]] = []
-    for curve in curves:
-        if runs and (curve.normals is None) == (runs[-1][-1].normals is None):
-            gaps = np.linalg.norm(curve.ends - runs[-1][-1].ends[1], axis=1)
-            if gaps.min() <= joint:
-                runs[-1].append(curve if gaps[0] <= joint else curve.reversed())
-                continue
-        runs.append([curve])
-    return [_way(run, tolerance, arcs) for run in runs]
+    places = np.array(points, dtype=np.float64)
+    if places.ndim != 2 or places.shape[1] != 3 or len(places) < 2:
+        raise InvalidArgumentError(f"the points of a way have the shape (n, 3), n at least 2, not {places.shape}")
+    given = np.array(normals, dtype=np.float64)
+    if given.shape == (3,):
+        given = np.tile(given, (len(places), 1))
+    if given.ndim == 2:
+        given = given[:, None]
+    if given.ndim != 3 or given.shape[0] != len(places) or given.shape[1] not in (1, 2) or given.shape[2] != 3:
+        raise InvalidArgumentError(
+            f"the normals of {len(places)} points have the shape (3,), ({len(places)}, 3) or ({len(places)}, 2, 3), "
+            f"not {np.shape(normals)}"
+        )
+    for what, values in (("points", places), ("normals", given)):
+        if not np.isfinite(values).all():
+            row = int(np.flatnonzero(~np.isfinite(values).reshape(len(places), -1).all(axis=1))[0])
+            raise InvalidArgumentError(f"{what}[{row}] of the way is {values[row].tolist()}; it must be finite")
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    if not steps.all():
+        row = int(steps.argmin())
+        raise InvalidArgumentError(f"points[{row + 1}] of the way is the same as points[{row}]; leave it out")
+    sizes = np.linalg.norm(given, axis=2)
+    if not sizes.all():
+        raise InvalidArgumentError(f"normals[{int(sizes.min(axis=1).argmin())}] of the way has no length")
+    if closed and (len(places) < 4 or not np.array_equal(places[0], places[-1])):
+        raise InvalidArgumentError("a loop has at least three points and ends with the one that it begins with")
+    return Way(places, given / sizes[:, :, None], closed)
 
 
-def frames(way: Way, axis: ArrayLike, *, turn: bool = True) -> Floats:
-    """Return frames (n, 4, 4) of the tool centre point: z along `axis` (3,), x along the way as far as it is across z.
-
-    Where the file tells normals of the surface, z is against them. Without `turn` the tool is turned about itself as
-    little as can be, beginning along the way.
-
-    Raises InvalidArgumentError for an axis along the way, and for one without length.
-    """
-    wanted = np.asarray(axis, dtype=np.float64)
-    if wanted.shape != (3,) or not np.isfinite(wanted).all() or not wanted.any():
-        raise InvalidArgumentError(f"the tool's axis is three numbers that are not all 0, not {wanted.tolist()}")
-    z = np.broadcast_to(wanted, way.points.shape) if way.normals is None else -way.normals
-    z = z / np.linalg.norm(z, axis=1)[:, None]
-    found = np.tile(np.eye(4), (len(z), 1, 1))
-    along = way.tangents[0]
-    for place, (point, tangent) in enumerate(zip(way.points, way.tangents, strict=True)):
-        if turn:
-            along = tangent
-        across = along - (along @ z[place]) * z[place]
-        size = np.linalg.norm(across)
-        if size < ALONG:
-            raise InvalidArgumentError(
-                f"{way.places[place]}: the tool's axis is along the way, which leaves open how the tool is turned "
-                "about it; give another --tool-axis"
-            )
-        x = across / size
-        found[place, :3, :] = np.stack([x, np.cross(z[place], x), z[place], point], axis=1)
-        along = x
-    return found
+def slopes(points: Floats, closed: bool) -> Floats:
+    """Return derivatives (n, 3) by length of the parabolas through each point (n, 3) and the two beside it."""
+    around = np.concatenate([points[-2:-1], points, points[1:2]]) if closed else points
+    steps = np.linalg.norm(np.diff(around, axis=0), axis=1)[:, None]
+    lines = np.diff(around, axis=0) / steps
+    if len(lines) == 1:
+        return lines.repeat(2, axis=0)
+    inner = (lines[:-1] * steps[1:] + lines[1:] * steps[:-1]) / (steps[:-1] + steps[1:])
+    if closed:
+        return inner
+    first = lines[0] + (lines[0] - lines[1]) * steps[0] / (steps[0] + steps[1])
+    last = lines[-1] + (lines[-1] - lines[-2]) * steps[-1] / (steps[-1] + steps[-2])
+    return np.concatenate([first[None], inner, last[None]])
 
 
-def _way(curves: list[Curve], tolerance: float, arcs: bool) -> Way:
-    places, points, vias, normals = list[str](), list[Floats](), list[Floats](), list[Floats]()
-    arrive, leave = list[Floats](), list[Floats]()
-    for curve in curves:
-        count = 1
-        for number, piece in enumerate(curve.pieces):
-            stretches = list(_stretches(piece, 0.0, 1.0, tolerance, arcs))
-            at = np.array([0.0, *(end for end, _ in stretches)])
-            (on, _), slopes = points_on(piece, at), directions(piece, at)
-            if not points:
-                points.append(on[0])
-                places.append(f"{curve.name}, point 1")
-                arrive.append(slopes[0])
-                if curve.normals is not None:
-                    normals.append(curve.normals[0])
-            leave += list(slopes[:-1])
-            arrive += list(slopes[1:])
-            points += list(on[1:])
-            vias += [via for _, via in stretches]
-            places += [f"{curve.name}, point {count + one}" for one in range(1, len(at))]
-            count += len(stretches)
-            if curve.normals is not None:
-                normals += list(np.linspace(curve.normals[number], curve.normals[number + 1], len(at))[1:])
-    leave.append(arrive[-1])
-    tangents = np.array(arrive) + np.array(leave)
-    back = np.linalg.norm(tangents, axis=1) < 1e-6  # where it turns back there is no halfway
-    tangents[back] = np.array(leave)[back]
-    tangents /= np.linalg.norm(tangents, axis=1)[:, None]
-    return Way(tuple(places), np.array(points), tangents, np.array(vias), np.array(normals) if normals else None)
+def units(vectors: Floats) -> Floats:
+    """Return vectors (..., 3) of length 1 along others."""
+    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
 
 
-def _stretches(
-    piece: Floats, begin: float, end: float, tolerance: float, arcs: bool, halvings: int = 0
-) -> Iterator[tuple[float, Floats]]:
-    """Yield the parameters at which the lines and arcs of a piece end, and a point in the middle of each arc."""
-    points, _ = points_on(piece, np.linspace(begin, end, SAMPLES))
-    middle = points[SAMPLES // 2]
-    if _off_line(points) <= tolerance or halvings == MOST_HALVINGS:
-        yield end, np.full(3, np.nan)
-    elif arcs and _off_arc(points, middle) <= tolerance:
-        yield end, middle
-    else:
-        half = 0.5 * (begin + end)
-        yield from _stretches(piece, begin, half, tolerance, arcs, halvings + 1)
-        yield from _stretches(piece, half, end, tolerance, arcs, halvings + 1)
-
-
-def _off_line(points: Floats) -> float:
-    """Return the greatest distance of points (k, 3) from the line between the first and the last, if that is one."""
-    chord = points[-1] - points[0]
-    size = chord @ chord
-    if size <= SAME**2:
-        return np.inf
-    shares = np.clip((points - points[0]) @ chord / size, 0.0, 1.0)
-    return float(np.linalg.norm(points - points[0] - shares[:, None] * chord, axis=1).max())
-
-
-def _off_arc(points: Floats, middle: Floats) -> float:
-    """Return the greatest distance of points (k, 3) from the arc through the first, the middle and the last one."""
-    a, b = middle - points[0], points[-1] - points[0]
-    normal = np.cross(a, b)
-    size = normal @ normal
-    if size <= 1e-12 * (a @ a) * (b @ b):
-        return np.inf
-    to_center = np.cross((a @ a) * b - (b @ b) * a, normal) / (2.0 * size)
-    radius = float(np.linalg.norm(to_center))
-    spokes = points - points[0] - to_center
-    turned = np.linalg.norm(np.diff(spokes, axis=0), axis=1).sum() / radius
-    if turned > MOST_TURN:
-        return np.inf
-    above = spokes @ (normal / np.sqrt(size))
-    across = np.linalg.norm(np.cross(spokes, normal / np.sqrt(size)), axis=1)
-    return float(np.hypot(above, across - radius).max())
+def above_zero(what: str, value: float) -> None:
+    """Raise InvalidArgumentError for a length (m) that is not finite and above 0."""
+    if not (np.isfinite(value) and value > 0.0):
+        raise InvalidArgumentError(f"the {what} is {value:g} m; it must be above 0")
 
 
 def _unit(along: Floats) -> Floats:

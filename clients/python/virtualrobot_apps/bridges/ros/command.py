@@ -24,6 +24,8 @@ Examples:
   virtualrobot ros --server ws://192.168.0.5:9090
   virtualrobot ros --dds --domain 7
   virtualrobot ros --dds --rmw cyclonedds
+  virtualrobot ros --zenoh --domain 7
+  virtualrobot ros --ros1
   virtualrobot ros --simuep scene.xml
   virtualrobot ros --host 0.0.0.0 --client-token-file rosbridge.token
 """
@@ -51,7 +53,34 @@ Examples:
     show_default=True,
     help="On what the node's peers run: for rmw_cyclonedds it has services and actions, too, not only topics.",
 )
-@click.option("--domain", default=0, show_default=True, type=click.IntRange(0, 232), help="Its domain.")
+@click.option("--zenoh", is_flag=True, help="Be a node of ROS 2 on rmw_zenoh.")
+@click.option(
+    "--zenoh-router",
+    default="tcp/localhost:7447",
+    show_default=True,
+    metavar="ADDRESS",
+    help="The router of rmw_zenoh, by which nodes find each other.",
+)
+@click.option(
+    "--domain", default=0, show_default=True, type=click.IntRange(0, 232), help="The domain of DDS and of zenoh."
+)
+@click.option(
+    "--ros1", is_flag=True, help="Be a node of ROS 1; where there is no master on this machine it brings one."
+)
+@click.option(
+    "--master",
+    envvar="ROS_MASTER_URI",
+    default="http://127.0.0.1:11311",
+    show_default=True,
+    metavar="URL",
+    help="The master of ROS 1, as in ROS_MASTER_URI.",
+)
+@click.option(
+    "--ros1-host",
+    default="127.0.0.1",
+    show_default=True,
+    help="This machine as nodes of ROS 1 reach it, which know no tokens: who reaches it may move the robots.",
+)
 @click.option("--foxglove", is_flag=True, help="Serve Foxglove and Lichtblick on this machine, too.")
 @click.option("--foxglove-port", default=8765, show_default=True, type=click.IntRange(0, 65535), help="Their port.")
 @click.option(
@@ -100,7 +129,12 @@ def ros(
     no_client_token: bool,
     dds: bool,
     rmw: str,
+    zenoh: bool,
+    zenoh_router: str,
     domain: int,
+    ros1: bool,
+    master: str,
+    ros1_host: str,
     foxglove: bool,
     foxglove_port: int,
     record: Path | None,
@@ -138,6 +172,12 @@ def ros(
     transports: list[Transport] = [RosbridgeServer(host, port, token=token, origins=origins)]
     if dds:
         transports.append(_dds_node(domain, services=rmw == "cyclonedds"))
+    if zenoh:
+        transports.append(_zenoh_node(zenoh_router, domain))
+    if ros1:
+        from virtualrobot_apps.bridges.ros.ros1.node import Ros1Node
+
+        transports.append(Ros1Node(master, ros1_host, say=click.echo))
     if foxglove:
         transports.append(_foxglove_server(foxglove_port))
     if server is not None:
@@ -169,6 +209,14 @@ def _dds_node(domain: int, *, services: bool) -> Transport:
     except ModuleNotFoundError as error:
         raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[dds]'") from error
     return DdsNode(domain, services=services)
+
+
+def _zenoh_node(router: str, domain: int) -> Transport:
+    try:
+        from virtualrobot_apps.bridges.ros.zenoh_node import ZenohNode
+    except ModuleNotFoundError as error:
+        raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[zenoh]'") from error
+    return ZenohNode(router, domain)
 
 
 def _foxglove_server(port: int) -> Transport:

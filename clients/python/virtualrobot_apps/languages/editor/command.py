@@ -46,7 +46,7 @@ def lsp(port: int | None) -> int:
 @_port
 @target_options
 def dap(target: Target, port: int | None) -> int:
-    """Serve an editor by the Debug Adapter Protocol: programs in RAPID, with or without a robot.
+    """Serve an editor by the Debug Adapter Protocol: programs in RAPID, with or without a robot, and in URScript.
 
     Breakpoints, steps, the call stack with program and motion pointer, and variables that can be edited.
     """

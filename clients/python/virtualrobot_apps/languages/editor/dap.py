@@ -1,7 +1,7 @@
-"""Debug adapter of RAPID, by the Debug Adapter Protocol: each task is a thread that stops by itself.
+"""Debug adapter of RAPID and URScript, by the Debug Adapter Protocol: each task is a thread that stops by itself.
 
-Program pointer and motion pointer are two entries of the call stack: the first is what the program does next, the last
-one, where the robot is still on its way, the move that it makes.
+Program pointer and motion pointer of RAPID are two entries of the call stack: the first is what the program does next,
+the last one, where the robot is still on its way, the move that it makes.
 """
 
 from __future__ import annotations
@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Any
 
 from virtualrobot.errors import VirtualRobotError
 
+from virtualrobot_apps.languages.core.debugger import RUNS, Datum, Debugger, Place, WrongExpression
 from virtualrobot_apps.languages.core.diagnostics import ProgramError
 from virtualrobot_apps.languages.core.task import TaskStopped
 from virtualrobot_apps.languages.editor.channel import Channel, ChannelError
-from virtualrobot_apps.languages.editor.launch import Launch, WrongLaunch
-from virtualrobot_apps.languages.rapid.debugger import RUNS, DebuggedTask, Place
-from virtualrobot_apps.languages.rapid.inspection import Slot, WrongExpression
+from virtualrobot_apps.languages.editor.launch import Launch, WrongLaunch, launched
 
 if TYPE_CHECKING:
     from virtualrobot.cli.options import Target
@@ -52,8 +51,8 @@ class DebugAdapter:
         self._lock = threading.Lock()
         self._launch: Launch | None = None
         self._thread: threading.Thread | None = None
-        self._frames: dict[int, tuple[DebuggedTask, Place]] = {}
-        self._slots: dict[int, tuple[DebuggedTask, Place, Callable[[], Sequence[Slot]]]] = {}
+        self._frames: dict[int, tuple[Debugger, Place]] = {}
+        self._slots: dict[int, tuple[Debugger, Place, Callable[[], Sequence[Datum]]]] = {}
         self._after: Callable[[], None] | None = None
         self._ended = False
         self._requests: dict[str, Callable[[Mapping[str, Any]], dict[str, Any] | None]] = {
@@ -158,7 +157,7 @@ class DebugAdapter:
     def _launched(self, given: Mapping[str, Any]) -> None:
         if self._launch is not None:
             raise Refused("a program is launched already")
-        self._launch = Launch(given, self._target, self._write)
+        self._launch = launched(given, self._target, self._write)
         for number, task in enumerate(self._launch.tasks, 1):
             task.stopped = self._stopper(number)
         self._after = lambda: self._event("initialized")
@@ -213,7 +212,7 @@ class DebugAdapter:
             raise Refused("a source has a path")
         file = str(Path(path).resolve())
         asked = {int(one["line"]): str(one.get("condition") or "") for one in given.get("breakpoints") or ()}
-        tasks = [one for one in self._program.tasks if file in one.program.files]
+        tasks = [one for one in self._program.tasks if file in one.files]
         if not tasks:
             told = [{"verified": False, "line": line, "message": "the program has no such file"} for line in asked]
             return {"breakpoints": told}
@@ -232,7 +231,7 @@ class DebugAdapter:
 
     # Where tasks stand.
 
-    def _task(self, given: Mapping[str, Any]) -> DebuggedTask:
+    def _task(self, given: Mapping[str, Any]) -> Debugger:
         number = int(given["threadId"])
         tasks = self._program.tasks
         if not 1 <= number <= len(tasks):
@@ -278,7 +277,7 @@ class DebugAdapter:
         self._numbered += 1
         return self._numbered
 
-    def _frame(self, number: Any) -> tuple[DebuggedTask, Place]:  # noqa: ANN401 JSON
+    def _frame(self, number: Any) -> tuple[Debugger, Place]:  # noqa: ANN401 JSON
         if number not in self._frames:
             raise Refused("the program has gone on; ask for its stack again")
         return self._frames[number]
@@ -287,36 +286,23 @@ class DebugAdapter:
         task, place = self._frame(given["frameId"])
         if place.frame is None:
             return {"scopes": []}
-        routine, module, others = task.scopes(place.frame)
-        scopes = [
-            {
-                "name": "Routine",
-                "presentationHint": "locals",
-                "variablesReference": self._kept(task, place, lambda: routine),
-                "expensive": False,
-            }
-        ]
-        for one in (module, *others):
-            reference = self._kept(task, place, lambda one=one: task.inspection.of_module(one))
-            scopes.append(
-                {
-                    "name": f"Module {one.module.name}",
-                    "variablesReference": reference,
-                    "expensive": one is not module,
-                }
-            )
-        return {"scopes": scopes}
+        found = []
+        for one in task.scopes(place.frame):
+            reference = self._kept(task, place, one.data)
+            found.append({"name": one.name, "variablesReference": reference, "expensive": one.aside})
+            if one.local:
+                found[-1]["presentationHint"] = "locals"
+        return {"scopes": found}
 
-    def _kept(self, task: DebuggedTask, place: Place, slots: Callable[[], Sequence[Slot]]) -> int:
+    def _kept(self, task: Debugger, place: Place, slots: Callable[[], Sequence[Datum]]) -> int:
         number = self._number()
         self._slots[number] = (task, place, slots)
         return number
 
-    def _shown(self, task: DebuggedTask, place: Place, slot: Slot) -> dict[str, Any]:
+    def _shown(self, task: Debugger, place: Place, slot: Datum) -> dict[str, Any]:
         """Return value and type of a datum, and a number by which its parts are asked for."""
-        parts = isinstance(slot.holder[slot.index], list)
-        reference = self._kept(task, place, lambda: slot.parts(task.program.checked.types)) if parts else 0
-        return {"type": str(slot.type), "variablesReference": reference}
+        reference = self._kept(task, place, lambda: slot.parts) if slot.parts else 0
+        return {"type": slot.kind, "variablesReference": reference}
 
     def _variables(self, given: Mapping[str, Any]) -> dict[str, Any]:
         task, place, slots = self._slot(given["variablesReference"])
@@ -324,7 +310,7 @@ class DebugAdapter:
         first = int(given.get("start") or 0)
         return {"variables": found[first : first + (int(given.get("count") or 0) or len(found))]}
 
-    def _slot(self, number: Any) -> tuple[DebuggedTask, Place, Callable[[], Sequence[Slot]]]:  # noqa: ANN401 JSON
+    def _slot(self, number: Any) -> tuple[Debugger, Place, Callable[[], Sequence[Datum]]]:  # noqa: ANN401 JSON
         if number not in self._slots:
             raise Refused("the program has gone on; ask for its variables again")
         return self._slots[number]

@@ -1,22 +1,35 @@
-"""Launch of a program in RAPID for a debugger: what an editor says, the tasks that it asks for, and their run."""
+"""Launch of a program for a debugger: what an editor says, the tasks that it asks for, and their run."""
 
 from __future__ import annotations
 
 import queue
-from collections.abc import Callable, Mapping
+import time
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from itertools import chain
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
+from virtualrobot.errors import VirtualRobotError
+
+from virtualrobot_apps.emulators.body import SimulatedArm
+from virtualrobot_apps.emulators.ur.command import HOME
+from virtualrobot_apps.emulators.ur.controller import Controller
+from virtualrobot_apps.emulators.ur.kinematics import MODELS
+from virtualrobot_apps.languages.core.debugger import Debugger
 from virtualrobot_apps.languages.core.source import read_source
+from virtualrobot_apps.languages.core.task import TaskStopped
+from virtualrobot_apps.languages.editor.urscript import URSCRIPT
 from virtualrobot_apps.languages.rapid.cell import Cell
 from virtualrobot_apps.languages.rapid.command import add_signals
 from virtualrobot_apps.languages.rapid.debugger import DebuggedTask
 from virtualrobot_apps.languages.rapid.signals import Signals
 from virtualrobot_apps.languages.rapid.task import load_tasks
 from virtualrobot_apps.languages.rapid.world import World
+from virtualrobot_apps.languages.urscript.debugger import DebuggedScript
+from virtualrobot_apps.languages.urscript.robot import ScriptProgram
+from virtualrobot_apps.languages.urscript.task import load_source
 
 if TYPE_CHECKING:
     from virtualrobot import Client
@@ -38,14 +51,90 @@ KNOWN: dict[str, type | tuple[type, ...]] = {
     "answers": list,
     "tasks": list,
 }
-"""Names that a launch has, and the types of their values."""
+"""Names that the launch of a program in RAPID has, and the types of their values."""
+OF_SCRIPTS: dict[str, type | tuple[type, ...]] = {"program": str, "stopOnEntry": bool, "model": str}
+"""Those of a script in URScript."""
 
 
 class WrongLaunch(Exception):
     """A launch that can't be done as it is; its message says why."""
 
 
-class Launch:
+class Launch(Protocol):
+    """Tasks that are debugged."""
+
+    @property
+    def tasks(self) -> Sequence[Debugger]:
+        """The tasks, in the order of their threads' numbers."""
+        ...
+
+    def run(self) -> None:
+        """Run all tasks to their end; raises the error of one that ended by it, or TaskStopped."""
+        ...
+
+    def answer(self, text: str) -> bool:
+        """Answer what a task asks on its pendant; return whether one asks."""
+        ...
+
+    def close(self) -> None:
+        """End what they use."""
+        ...
+
+
+def launched(given: Mapping[str, Any], target: Target, write: Callable[[str], None]) -> Launch:
+    """Return the launch of a program, whose language its file's ending tells; as `RapidLaunch`."""
+    program = given.get("program")
+    if isinstance(program, str) and program.endswith(URSCRIPT.endings):
+        return ScriptLaunch(given, write)
+    return RapidLaunch(given, target, write)
+
+
+class ScriptLaunch:
+    """Script on an emulated controller with an arm of its own, in real time but where it stands."""
+
+    def __init__(self, given: Mapping[str, Any], write: Callable[[str], None]) -> None:
+        """Load the script; nothing runs yet. `write` gets each line of its log. Raises WrongLaunch or ProgramError."""
+        _check_types(given, OF_SCRIPTS)
+        if wrong := sorted({*given} & {*KNOWN} - {*OF_SCRIPTS}):
+            raise WrongLaunch(f"{wrong[0]!r} is for programs in RAPID: a script has an emulated controller of its own")
+        model = given.get("model", "ur5e")
+        if model not in MODELS:
+            raise WrongLaunch(f"'model' is one of {', '.join(MODELS)}, not {model!r}")
+        (file,) = _files(given.get("program"), "program")
+        loaded = load_source(read_source(file), debugged=True)
+        if loaded.secondary:
+            raise WrongLaunch(f"{loaded.name!r} is a secondary program (sec), which takes no time to stand in")
+        self._controller = Controller(SimulatedArm(HOME), model)
+        self._program = ScriptProgram(loaded, self._controller, DebuggedScript)
+        assert isinstance(self._program.task, DebuggedScript)
+        self._task = self._program.task
+        self._task.write, self._task.stops_first = write, bool(given.get("stopOnEntry"))
+        self.tasks = [self._task]
+
+    def run(self) -> None:
+        """Run it to its end; raises VirtualRobotError with the controller's words, or TaskStopped."""
+        controller = self._controller
+        controller.play(self._program)
+        due = time.monotonic()
+        while controller.program is not None:
+            controller.cycle()
+            due = max(due + controller.dt, time.monotonic())
+            time.sleep(max(0.0, due - time.monotonic()))
+        if self._task.ended:
+            raise TaskStopped("stopped")
+        if controller.words:
+            raise VirtualRobotError(controller.words[-1][2])
+
+    def answer(self, text: str) -> bool:
+        """Return that nobody asks: the emulated controller has no pendant."""
+        return False
+
+    def close(self) -> None:
+        """Close its connections."""
+        self._program.close()
+
+
+class RapidLaunch:
     """Tasks that are debugged; `close` ends what they use."""
 
     def __init__(self, given: Mapping[str, Any], target: Target, write: Callable[[str], None]) -> None:
@@ -54,10 +143,7 @@ class Launch:
         The kernel is `target`, unless the launch gives another address. `write` gets each line of a pendant. Raises
         WrongLaunch, ProgramError, or an error of the kernel.
         """
-        for name, kinds in KNOWN.items():
-            if name in given and not isinstance(given[name], kinds):
-                told = " or ".join(one.__name__ for one in (kinds if isinstance(kinds, tuple) else (kinds,)))
-                raise WrongLaunch(f"{name!r} of a launch is a {told}, not {given[name]!r}")
+        _check_types(given, KNOWN)
         self._given, self._target = given, target
         parts = [(OWN, _files(given.get("program"), "program"), given.get("robot"), False)]
         for one in given.get("tasks", ()):
@@ -129,6 +215,13 @@ class Launch:
         for _ in self.tasks:
             self._typed.put(None)
         self._opened.close()
+
+
+def _check_types(given: Mapping[str, Any], known: Mapping[str, type | tuple[type, ...]]) -> None:
+    for name, kinds in known.items():
+        if name in given and not isinstance(given[name], kinds):
+            told = " or ".join(one.__name__ for one in (kinds if isinstance(kinds, tuple) else (kinds,)))
+            raise WrongLaunch(f"{name!r} of a launch is a {told}, not {given[name]!r}")
 
 
 def _files(given: object, of: str) -> list[Path]:

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from types import CodeType, FrameType
 from typing import Any
 
+from virtualrobot_apps.languages.core.debugger import WrongExpression
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.core.words import Failed
@@ -20,10 +21,6 @@ from virtualrobot_apps.languages.rapid.types import ANY, SIGNALS, Type, Types
 from virtualrobot_apps.languages.rapid.values import Clock, value_text
 
 
-class WrongExpression(Exception):
-    """An expression that can't be computed where the program stands; its message says why."""
-
-
 @dataclass(frozen=True, slots=True)
 class Slot:
     """A datum of a program that stands: the list that holds it, and the index there.
@@ -31,6 +28,7 @@ class Slot:
     Attributes:
         name: its name, of a component or element that within the datum.
         type: its type.
+        types: those of the program.
         holder: the list.
         index: the index.
         constant: it can't be changed.
@@ -38,9 +36,15 @@ class Slot:
 
     name: str
     type: Type
+    types: Types
     holder: list[Any]
     index: int
     constant: bool = False
+
+    @property
+    def kind(self) -> str:
+        """The type's name."""
+        return str(self.type)
 
     @property
     def text(self) -> str:
@@ -50,17 +54,21 @@ class Slot:
             return str(value)
         return value_text(value.read()) if isinstance(value, Clock) else value_text(value)
 
-    def parts(self, types: Types) -> list[Slot]:
-        """Return the elements of an array, or the components of a record."""
+    @property
+    def parts(self) -> list[Slot]:
+        """The elements of an array, or the components of a record."""
         value = self.holder[self.index]
         if not isinstance(value, list):
             return []
         if self.type.dimensions:
             inner = Type(self.type.name, self.type.dimensions - 1)
-            return [Slot(f"{{{number + 1}}}", inner, value, number, self.constant) for number in range(len(value))]
+            return [
+                Slot(f"{{{number + 1}}}", inner, self.types, value, number, self.constant)
+                for number in range(len(value))
+            ]
         return [
-            Slot(name, Type(types.resolved(kind) or "any"), value, number, self.constant)
-            for number, (kind, name) in enumerate(types.components(self.type.name))
+            Slot(name, Type(self.types.resolved(kind) or "any"), self.types, value, number, self.constant)
+            for number, (kind, name) in enumerate(self.types.components(self.type.name))
         ]
 
     def set(self, value: Any) -> None:  # noqa: ANN401 any value of RAPID
@@ -85,6 +93,10 @@ class Inspection:
 
     # Data.
 
+    def slot(self, name: str, kind: Type, holder: list[Any], index: int, constant: bool) -> Slot:
+        """Return a datum of the program."""
+        return Slot(name, kind, self._checked.types, holder, index, constant)
+
     def of_routine(self, frame: FrameType) -> list[Slot]:
         """Return parameters and variables that a frame's routine has by now."""
         routine, found, local = self.routine(frame), [], self.local(frame)
@@ -96,17 +108,17 @@ class Inspection:
                 value = local.get(datum.python)
                 holder, index = (value if datum.boxable or value is None else [value]), 0
             if isinstance(holder, list) and holder[index] is not None:
-                found.append(Slot(datum.name, datum.type, holder, index, constant))
+                found.append(self.slot(datum.name, datum.type, holder, index, constant))
         line = frame.f_lineno
         for loop in _loops(routine, line):
             if loop.symbol.python in local:
-                found.append(Slot(loop.name, loop.symbol.type, [local[loop.symbol.python]], 0, True))
+                found.append(self.slot(loop.name, loop.symbol.type, [local[loop.symbol.python]], 0, True))
         return found
 
     def of_module(self, scope: ModuleScope) -> list[Slot]:
         """Return the data that a module declares."""
         data = [one.symbol for one in scope.module.declarations if isinstance(one, tree.Data)]
-        return [Slot(one.name, one.type, self._names[one.python], 0, one.storage == "const") for one in data]
+        return [self.slot(one.name, one.type, self._names[one.python], 0, one.storage == "const") for one in data]
 
     def local(self, frame: FrameType) -> dict[str, Any]:
         """Return the locals of a frame's routine, by their names in Python."""

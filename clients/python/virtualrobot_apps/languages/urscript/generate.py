@@ -28,16 +28,20 @@ _WORDS = {
 _BINARY = {"+": "add", "-": "subtract", "*": "multiply", "/": "divide", "%": "remainder"}
 
 
-def generate(checked: Checked) -> CodeType:
-    """Return the code that defines the program and its functions."""
-    return Generator(checked).code()
+def generate(checked: Checked, debugged: bool = False) -> CodeType:
+    """Return the code that defines the program and its functions; `debugged`: it looks around before each statement."""
+    return Generator(checked, debugged).code()
 
 
 class Generator:
-    """Generator of one script's code, as lines of Python with the line of URScript that each comes from."""
+    """Generator of one script's code, as lines of Python with the line of URScript that each comes from.
 
-    def __init__(self, checked: Checked) -> None:
+    In code that is debugged a function's own variables are in a dictionary, `own`, where others can set them.
+    """
+
+    def __init__(self, checked: Checked, debugged: bool = False) -> None:
         """Begin without a line."""
+        self._debugged = debugged
         self._checked, self._source = checked, checked.script.source
         self._lines: list[str] = []
         self._places: list[int] = []
@@ -68,6 +72,8 @@ class Generator:
         if names := sorted(set_here - own):
             self._put(f"global {', '.join(f'g_{name}' for name in names)}")
         self._turn()
+        if self._debugged:
+            self._put(f"own = Own({', '.join(f'v_{one.name}=v_{one.name}' for one in function.parameters)})")
         self._block(function.body)
         self._depth -= 1
 
@@ -79,6 +85,8 @@ class Generator:
         self._put("pass")
         for one in body:
             self._line = self._source.line(one.at)
+            if self._debugged and not isinstance(one, tree.Function):
+                self._put("task.look()")
             self._statement(one)
 
     def _statement(self, node: tree.Statement) -> None:
@@ -99,6 +107,8 @@ class Generator:
                 self._put(f"while {self.truth(node.condition)}:")
                 self._depth += 1
                 self._turn()
+                if self._debugged:
+                    self._put("task.look()")
                 self._depth -= 1
                 self._inner(node.body)
             case tree.Return():
@@ -126,7 +136,14 @@ class Generator:
     # Values.
 
     def _variable(self, name: str) -> str:
-        return f"v_{name}" if name in self._own else f"g_{name}"
+        if name not in self._own:
+            return f"g_{name}"
+        return f"own['v_{name}']" if self._debugged else f"v_{name}"
+
+    def within(self, own: set[str]) -> Generator:
+        """Return it as it is within a function that has variables of its own, for expressions there."""
+        self._own = own
+        return self
 
     def own_value(self, node: tree.Expression) -> str:
         """Return the text of a value that nobody else has: a copy where it is that of a variable."""

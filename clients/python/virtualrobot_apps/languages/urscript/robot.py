@@ -49,12 +49,12 @@ class RobotTask(ScriptTask):
 
 
 class ScriptProgram:
-    """A script as a program of a controller."""
+    """A script as a program of a controller; `task` is the script at work."""
 
-    def __init__(self, loaded: Loaded, controller: Controller) -> None:
-        """Begin before the first statement."""
+    def __init__(self, loaded: Loaded, controller: Controller, kind: type[RobotTask] = RobotTask) -> None:
+        """Begin before the first statement, with a task of a kind."""
         self.name = loaded.name
-        self._task = RobotTask(loaded, controller)
+        self.task = kind(loaded, controller)
 
     def cycle(self, controller: Controller) -> bool:
         """Do what the script does in one cycle; return whether it goes on.
@@ -64,7 +64,7 @@ class ScriptProgram:
         before = dict(controller.registers)
         try:
             # The last move goes to its end, whatever its radius.
-            return self._task.cycle() or self._task.blending is not None
+            return self.task.cycle() or self.task.blending is not None
         except ScriptFault as fault:
             controller.registers = before
             controller.say(255, 0, str(fault))
@@ -72,4 +72,4 @@ class ScriptProgram:
 
     def close(self) -> None:
         """Close the script's connections."""
-        self._task.connections.close()
+        self.task.connections.close()

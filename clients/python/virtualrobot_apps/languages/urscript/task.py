@@ -17,7 +17,7 @@ from typing import Any
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics, ProgramError
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.urscript import values
-from virtualrobot_apps.languages.urscript.check import check
+from virtualrobot_apps.languages.urscript.check import Checked, check
 from virtualrobot_apps.languages.urscript.faults import ScriptFault, ScriptHalted
 from virtualrobot_apps.languages.urscript.generate import MAIN, generate
 from virtualrobot_apps.languages.urscript.parser import parse
@@ -40,23 +40,29 @@ class Loaded:
         secondary: it runs beside the program that runs already, and takes no time.
         code: defines its functions.
         source: its text.
+        checked: what its names mean.
     """
 
     name: str
     secondary: bool
     code: CodeType
     source: Source
+    checked: Checked
 
 
 def load(text: str, file: str = "script") -> Loaded:
     """Return the script of a text; raises ProgramError with all faults that it has."""
+    return load_source(Source(text, file))
+
+
+def load_source(source: Source, debugged: bool = False) -> Loaded:
+    """Return the script of a source, `debugged` for a debugger; raises ProgramError with all faults that it has."""
     diagnostics = Diagnostics()
-    source = Source(text, file)
     script = parse(source, diagnostics)
     checked = check(script, diagnostics)
     if len(diagnostics):
         raise ProgramError(diagnostics.sorted())
-    return Loaded(script.main.name, script.main.kind == "sec", generate(checked), source)
+    return Loaded(script.main.name, script.main.kind == "sec", generate(checked, debugged), source, checked)
 
 
 class Thread:
@@ -73,6 +79,14 @@ class Thread:
         self.over = True
 
 
+class Own(dict[str, Any]):
+    """Own variables of a function that is debugged, by their names in Python."""
+
+    def __missing__(self, name: str) -> None:
+        """Raise what reading a variable of Python does."""
+        raise NameError(f"name {name!r} has no value")
+
+
 class ScriptTask:
     """A script at work, of which somebody calls `cycle` once a cycle.
 
@@ -81,19 +95,21 @@ class ScriptTask:
         dt: duration of a cycle (s).
         write: is told the script's messages.
         thread: the thread whose turn it is.
+        names: those of the code; of a global variable it is `g_` and its own.
     """
 
     def __init__(self, loaded: Loaded, dt: float = 0.002, write: Callable[[str], object] = print) -> None:
         """Begin before the first statement."""
         self.loaded, self.dt, self.write = loaded, dt, write
         self.left = TURN
-        names: dict[str, Any] = {
+        self.names: dict[str, Any] = {
             "task": self,
+            "Own": Own,
             **{name: getattr(values, name) for name in _VALUES},
             **{f"b_{name}": one.run for name, one in BUILTINS.items()},
         }
-        exec(loaded.code, names)
-        self.thread = Thread(loaded.name, names[MAIN]())
+        exec(loaded.code, self.names)
+        self.thread = Thread(loaded.name, self.names[MAIN]())
         self.main = self.thread
         self._threads = [self.thread]
 
@@ -128,7 +144,7 @@ class ScriptTask:
             thread.end()
             return
         except (ScriptFault, ArithmeticError, ValueError, NameError, RecursionError) as error:
-            raise ScriptFault(f"{self._place(error)}: {_told(error)}") from error
+            raise ScriptFault(f"{self._place(error)}: {told(error)}") from error
         thread.turns = thread.turns + 1 if heavy else 0
         if thread.turns > TURNS:
             said = "computes without a wait: put sync() or sleep() into its loop"
@@ -180,7 +196,7 @@ _VALUES = """add subtract multiply divide remainder negative truth order element
 pose Struct""".split()
 
 
-def _told(error: BaseException) -> str:
+def told(error: BaseException) -> str:
     """Return what an exception says, in words of the language."""
     if isinstance(error, ScriptFault):
         return str(error)

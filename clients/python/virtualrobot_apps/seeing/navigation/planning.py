@@ -24,8 +24,11 @@ MARGIN = 0.03
 """Distance (m) that a way keeps from obstacles beside the footprint's inner radius."""
 SPACING = 0.05
 """Distance (m) between points of a way."""
-STRIDE, SPAN, SAMPLES = 3, 30, 180
-"""Cells from one point to the next of those that lines are laid between, their most, and places looked at on each."""
+STRIDE, SPAN, SAMPLES = 3, 30, 128
+"""Cells from one point to the next of those that lines are laid between, their most, and places looked at on each.
+
+The longest line goes across 90 cells, so that it passes 127.
+"""
 
 
 class NoWayError(ValueError):
@@ -118,11 +121,12 @@ class Planner:
         best, before = np.full(count, np.inf), np.zeros(count, int)
         best[0] = 0.0
         marks = np.linspace(0.0, 1.0, SAMPLES)
+        places, by_place, width = (points - grid.origin) / grid.resolution, self._costs.ravel(), self._costs.shape[1]
         for first in range(count - 1):
             ends = points[first + 1 : first + 1 + SPAN]
-            lines = points[first] + marks[:, None, None] * (ends - points[first])
-            rows, columns = grid.cells(lines)
-            costs = self._costs[rows, columns]
+            along = places[first + 1 : first + 1 + SPAN] - places[first]
+            lines = (places[first] + marks[:, None, None] * along).astype(np.intp)  # in cells
+            costs = by_place[lines[..., 1] * width + lines[..., 0]]
             # What begins or ends nearer to something than ways go is as dear as can be, and no bar.
             costs[0] = np.minimum(costs[0], 1.0 + SHY)
             lengths = np.hypot(*(ends - points[first]).T)

@@ -18,10 +18,8 @@ from cyclonedds.topic import Topic as DdsTopic
 
 from virtualrobot_apps.bridges.ros.dds.types import Heard, idl_type, quality
 from virtualrobot_apps.bridges.ros.hub import HubError, Service
-from virtualrobot_apps.bridges.ros.mapping.basics import RosValue
 from virtualrobot_apps.bridges.ros.messages.message import Message
-from virtualrobot_apps.bridges.ros.messages.types import fields
-from virtualrobot_apps.bridges.ros.messages.values import default
+from virtualrobot_apps.bridges.ros.messages.values import refusal
 
 QUEUE, MOST_CALLS = 100, 64
 """Requests that wait to be taken, and calls of a service that go on at once."""
@@ -109,14 +107,6 @@ class DdsService:
             if any(_identity(one) == client for one in readers):
                 return
             time.sleep(_LOOK_SECONDS)
-
-
-def refusal(type: str, words: str) -> RosValue:
-    """Return the response of a service that has failed: zeros, and the words where it has a `message`."""
-    response = default(f"{type}_Response")
-    if "message" in fields(f"{type}_Response"):
-        response.message = words
-    return response
 
 
 def _identity(endpoint: Any) -> bytes:  # noqa: ANN401 an endpoint, or None

@@ -45,6 +45,13 @@ class Message:
         return bytes(STORE.serialize_cdr(self.value, self.type))
 
     @cached_property
+    def ros1(self) -> bytes:
+        """Its bytes as ROS 1 has them."""
+        from virtualrobot_apps.bridges.ros.messages.ros1 import ros1_bytes  # its types take a while to make
+
+        return ros1_bytes(self.type, self.value, self.__dict__.get("cdr"))
+
+    @cached_property
     def plain(self) -> Any:  # noqa: ANN401 dictionaries of any depth
         """Its values as dictionaries and lists, NaN as None."""
         return to_plain(self.value)

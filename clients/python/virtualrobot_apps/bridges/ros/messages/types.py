@@ -18,7 +18,8 @@ FILE = Path(__file__).parent.parent / "definitions" / "interfaces.yaml"
 NO_FIELD = "structure_needs_at_least_one_member"
 """Name of the byte that ROS 2 puts into messages without a field; nobody sees it."""
 
-BASE, MESSAGE, ARRAY = 1, 2, 3
+BASE, MESSAGE, ARRAY, _SEQUENCE = 1, 2, 3, 4
+_EVENT_INFO = "service_msgs/msg/ServiceEventInfo"
 PARTS = {"srv": ("request", "response"), "action": ("goal", "result", "feedback")}
 
 _UUID, _STAMP = "unique_identifier_msgs/UUID goal_id", "builtin_interfaces/Time stamp"
@@ -74,6 +75,25 @@ def hash_of(name: str) -> str:
 
 
 @cache
+def hash_of_service(name: str) -> str:
+    """Return the hash of a service: that of a message with its request, its response and its event (REP 2016)."""
+    request, response, event = (f"{name}_{part}" for part in ("Request", "Response", "Event"))
+    bounded = [("request", (_SEQUENCE, ((MESSAGE, request), 1))), ("response", (_SEQUENCE, ((MESSAGE, response), 1)))]
+    info = {
+        **fields(_EVENT_INFO),
+        "client_gid": (ARRAY, ((BASE, ("uint8", 0)), 16)),
+    }  # a char is one for ROS 2's hashes
+    store: Any = get_typestore(Stores.EMPTY)
+    store.fielddefs = {
+        **STORE.fielddefs,
+        _EVENT_INFO: ([], [*info.items()]),
+        event: ([], [("info", (MESSAGE, _EVENT_INFO)), *bounded]),
+        name: ([], [(f"{key}_message", (MESSAGE, f"{name}_{key.capitalize()}")) for key in (*PARTS["srv"], "event")]),
+    }
+    return store.hash_rihs01(name)
+
+
+@cache
 def text_of(name: str) -> str:
     """Return the definition of a message with those of all that it holds, as bag files have it."""
     return STORE.generate_msgdef(name, ros_version=2)[0]
@@ -84,9 +104,9 @@ def make(name: str, /, **values: object) -> Any:  # noqa: ANN401 each type is a 
     return STORE.types[name](**values)
 
 
-def _definitions() -> Iterator[tuple[str, list[str]]]:
-    """Yield each message of the file: those of services and actions by their parts, and what carries an action."""
-    for package, kinds in yaml.safe_load(FILE.read_text("utf-8")).items():
+def definitions(file: Path = FILE) -> Iterator[tuple[str, list[str]]]:
+    """Yield each message of a file: those of services and actions by their parts, and what carries an action."""
+    for package, kinds in yaml.safe_load(file.read_text("utf-8")).items():
         for kind, interfaces in kinds.items():
             for base, parts in interfaces.items():
                 name = f"{package}/{kind}/{base}"
@@ -121,5 +141,5 @@ def _store(definitions: Iterable[tuple[str, list[str]]]) -> Any:  # noqa: ANN401
     return store
 
 
-STORE = _store(_definitions())
+STORE = _store(definitions())
 """All types that are known."""

@@ -32,12 +32,13 @@ class FieldError(ValueError):
     """A value that does not fit its field; the text names the field, what is wrong and what would be right."""
 
 
-def default(name: str) -> Any:  # noqa: ANN401 each type is a class of its own
-    """Return a message of zeros and empty texts."""
-    return types.make(name, **{key: _default(one) for key, one in types.fields(name).items()})
+def default(name: str, store: Any = types.STORE) -> Any:  # noqa: ANN401 each type is a class of its own
+    """Return a message of zeros and empty texts; a store of rosbags says which one a name means."""
+    return store.types[name](**{key: default_of(one, store) for key, one in store.fielddefs[name][1]})
 
 
-def _default(one: Description) -> object:
+def default_of(one: Description, store: Any = types.STORE) -> object:  # noqa: ANN401
+    """Return the value of a field that nobody has set."""
     kind, detail = int(one[0]), one[1]
     if kind == BASE:
         base = detail[0]
@@ -45,11 +46,19 @@ def _default(one: Description) -> object:
             return ""
         return False if base == "bool" else 0.0 if base.startswith("float") else 0
     if kind == MESSAGE:
-        return default(detail)
+        return default(detail, store)
     inner, size = detail[0], detail[1] if kind == ARRAY else 0
     if int(inner[0]) == BASE and inner[1][0] in DTYPES:
         return np.zeros(size, DTYPES[inner[1][0]])
-    return [_default(inner) for _ in range(size)]
+    return [default_of(inner, store) for _ in range(size)]
+
+
+def refusal(type: str, words: str) -> Any:  # noqa: ANN401 each type is a class of its own
+    """Return the response of a service that has failed: zeros, and the words where it has a `message`."""
+    response = default(f"{type}_Response")
+    if "message" in types.fields(f"{type}_Response"):
+        response.message = words
+    return response
 
 
 def from_plain(name: str, value: object, path: str = "") -> Any:  # noqa: ANN401 each type is a class of its own
@@ -69,7 +78,7 @@ def from_plain(name: str, value: object, path: str = "") -> Any:  # noqa: ANN401
             raise FieldError(f"{path or name} has no field {str(key)[:40]!r}; it has {', '.join(names) or 'none'}")
     beginning = f"{path}." if path else ""
     made = {
-        key: _from(one, value[key], beginning + key) if key in value else _default(one) for key, one in known.items()
+        key: _from(one, value[key], beginning + key) if key in value else default_of(one) for key, one in known.items()
     }
     return types.make(name, **made)
 

@@ -23,6 +23,7 @@ import { View, viewport } from "./panels/view";
 import { turnTo, Views } from "./panels/views";
 import { stop } from "./kernel/stop";
 import { tool } from "./view/gizmo";
+import { picking } from "./view/jointing";
 
 const left = signal("scene");
 
@@ -84,6 +85,7 @@ const KEYS: Record<string, () => void> = {
   Escape: () => {
     viewport.current?.nodeHandle.leave();
     goal.clear();
+    picking.value = false;
     placing.value = undefined;
   },
 };

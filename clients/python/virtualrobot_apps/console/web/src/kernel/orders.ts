@@ -11,7 +11,7 @@ import { history, motions, scenes } from "./services";
 import { forPeople, wordsOf } from "./words";
 import * as world from "./world";
 
-type Commands = MessageInitShape<typeof CommandSchema>["command"];
+export type Commands = MessageInitShape<typeof CommandSchema>["command"];
 
 /** The last change that this page has asked for: each begins when the one before has been answered. */
 let last: Promise<unknown> = Promise.resolve();

@@ -1,9 +1,16 @@
-// The modeller: the text by which the selected node's body is made, changed where it stands, and buttons for its words.
+// The modeller: the text by which the selected node's body is made, changed where it stands, and buttons for its words; or joints.
+import { signal } from "@preact/signals";
+import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
 import { create, fault, insert, modelled, text, waiting, write } from "../kernel/modeller";
 import { AROUND, BODIES, JOINED } from "../kernel/solid_text";
 import { selected } from "../kernel/world";
+import { Choice } from "../parts/choice";
 import { Icon } from "../parts/icons";
+import { Jointing } from "./jointing";
+
+const PARTS = [["text", "Text"], ["joint", "Joint"]] as const;
+const shown = signal<(typeof PARTS)[number][0]>("text");
 
 const GROUPS = [
   { name: "Bodies", words: BODIES, title: "joined to what is there" },
@@ -13,6 +20,17 @@ const GROUPS = [
 const TITLES: Record<string, string> = { extrude: "A profile drawn upwards", lathe: "A profile turned about z", difference: "Cut", row: "In a row", ring: "Around z" };
 
 export function Modeller() {
+  const choice = <Choice label="What is made" options={PARTS} chosen={shown.value} choose={(one) => (shown.value = one)} />;
+  if (shown.value === "text") return <Text>{choice}</Text>;
+  return (
+    <>
+      <Jointing />
+      <div class="under">{choice}</div>
+    </>
+  );
+}
+
+function Text({ children }: { children: ComponentChildren }) {
   const field = useRef<HTMLTextAreaElement>(null);
   const put = (word: string) => {
     const { selectionStart = 0, selectionEnd = 0 } = field.current ?? {};
@@ -40,6 +58,7 @@ export function Modeller() {
         </p>
       )}
       <div class="under">
+        {children}
         <button type="button" class="button small" id="new-body" title="A box at the origin, to begin with" onClick={() => void create()}><Icon name="plus" size={13} />New body</button>
         {fault.value ? <span class="grow verdict bad cut" role="alert" title={fault.value}>{fault.value}</span> : (
           <span class="grow verdict muted cut" role="status">{!modelled.value ? "" : waiting.value ? "is made …" : `${modelled.value} is what is written, in meters: 0.1 is 100 mm; undo takes each change back`}</span>

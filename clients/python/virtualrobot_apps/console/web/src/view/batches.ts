@@ -1,5 +1,5 @@
 // All pieces of the world in as few drawings as there are pairs of geometry and material.
-import { Color, DynamicDrawUsage, Group, InstancedMesh, Matrix4, type Intersection, type Raycaster } from "three";
+import { Color, DynamicDrawUsage, Group, InstancedMesh, Matrix4, type BufferGeometry, type Intersection, type Raycaster } from "three";
 import type { Piece } from "./figures";
 
 interface Batch {
@@ -13,6 +13,14 @@ interface Gathered {
   nodes: string[];
   locals: Matrix4[];
   colors: (Color | undefined)[];
+}
+
+/** What a ray has met: a node, its geometry there, and that one's pose in the node's frame. */
+export interface Hit {
+  name: string;
+  geometry: BufferGeometry;
+  local: Matrix4;
+  hit: Intersection;
 }
 
 const WHITE = new Color(1, 1, 1);
@@ -41,11 +49,11 @@ export class Batches {
     }
   }
 
-  /** Returns the node that a ray meets first, and where. */
-  hit(ray: Raycaster): { name: string; hit: Intersection } | undefined {
+  /** Returns what a ray meets first, and where. */
+  hit(ray: Raycaster): Hit | undefined {
     const [hit] = ray.intersectObjects(this.group.children, false);
     const batch = this.#batches.find(({ mesh }) => mesh === hit?.object);
-    return batch && { name: batch.nodes[hit.instanceId!], hit };
+    return batch && { name: batch.nodes[hit.instanceId!], geometry: batch.mesh.geometry, local: batch.locals[hit.instanceId!], hit };
   }
 
   #batch({ piece, nodes, locals, colors }: Gathered): Batch {

@@ -1,7 +1,8 @@
-// What clicks in the view do: select, look at what is selected, and, by the right button, open its menu.
+// What clicks in the view do: select, look at what is selected, pick an axis, and, by the right button, open a node's menu.
 import { Raycaster, Vector2 } from "three";
 import { nodeMenu } from "../kernel/shown";
 import * as world from "../kernel/world";
+import { pickAxis, picking } from "./jointing";
 import type { Viewport } from "./viewport";
 
 const CLICK_PIXELS = 4;
@@ -26,7 +27,11 @@ function pick(view: Viewport, event: MouseEvent): void {
   const x = (2 * (event.clientX - area.left)) / area.width - 1, y = 1 - (2 * (event.clientY - area.top)) / area.height;
   const ray = new Raycaster();
   ray.setFromCamera(new Vector2(x, y), view.observer.camera);
-  const found = view.solids.hit(ray);
+  const hit = view.solids.hit(ray), found = hit?.name ?? "";
+  if (picking.peek() && event.button === 0) {
+    pickAxis(view, hit);
+    return;
+  }
   const isLink = world.items.peek().get(found)?.kind === "link";
   const name = isLink && !event.altKey ? world.robotOf(found) : found;
   world.selected.value = name;

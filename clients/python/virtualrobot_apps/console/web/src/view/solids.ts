@@ -2,7 +2,7 @@
 import { Box3, Matrix4, type Object3D, type Raycaster } from "three";
 import { outlined } from "../kernel/collisions";
 import * as world from "../kernel/world";
-import { Batches } from "./batches";
+import { Batches, type Hit } from "./batches";
 import { Silhouette } from "./copies";
 import { contentOf, primitive, seen, type Piece } from "./figures";
 import { Marks } from "./marks";
@@ -75,9 +75,9 @@ export class Solids {
     return box;
   }
 
-  /** Returns the node that a ray meets first; "" for none. */
-  hit(ray: Raycaster): string {
-    return this.#batches.hit(ray)?.name ?? "";
+  /** Returns what a ray meets first. */
+  hit(ray: Raycaster): Hit | undefined {
+    return this.#batches.hit(ray);
   }
 
   setSize(width: number, height: number): void {

@@ -61,11 +61,9 @@ export class Stage {
   }
 
   #light(): void {
-    const generator = new THREE.PMREMGenerator(this.renderer);
-    this.scene.environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
-    // The room's up is y, the world's z.
-    this.scene.environmentRotation.set(Math.PI / 2, 0, 0);
-    this.scene.environmentIntensity = 0.55;
+    const sky = new THREE.HemisphereLight(0xdfe9f5, 0x39414c, QUALITY === "high" ? 0.35 : 1.6);
+    this.scene.add(sky);
+    if (QUALITY === "high") this.#surround();
     const sun = new THREE.DirectionalLight(0xffffff, 1.7);
     sun.position.set(2.5, -3.5, 6);
     sun.castShadow = true;
@@ -74,7 +72,16 @@ export class Stage {
     sun.shadow.bias = -0.0004;
     sun.shadow.normalBias = 0.02;
     sun.shadow.radius = 4;
-    this.scene.add(sun, sun.target, new THREE.HemisphereLight(0xdfe9f5, 0x39414c, 0.35));
+    this.scene.add(sun, sun.target);
+  }
+
+  /** Lets surfaces mirror a room, as metal does; slow without a graphics card. */
+  #surround(): void {
+    const generator = new THREE.PMREMGenerator(this.renderer);
+    this.scene.environment = generator.fromScene(new RoomEnvironment(), 0.04).texture;
+    // The room's up is y, the world's z.
+    this.scene.environmentRotation.set(Math.PI / 2, 0, 0);
+    this.scene.environmentIntensity = 0.55;
   }
 }
 

@@ -8,6 +8,7 @@ import { theme } from "../parts/theme";
 import { Ghost } from "./copies";
 import { Follower } from "./follower";
 import { Gizmo } from "./gizmo";
+import { drawAxis } from "./jointing";
 import { NodeHandle } from "./node_handle";
 import { Observer } from "./observer";
 import { hearPointer } from "./pointer";
@@ -46,6 +47,7 @@ export class Viewport {
     hearPointer(this);
     drawTraces(this);
     drawSpans(this);
+    drawAxis(this);
     effect(() => {
       this.#stage.setTheme(theme.value);
       this.invalidate();

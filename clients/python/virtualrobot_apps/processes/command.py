@@ -1,0 +1,90 @@
+"""`virtualrobot process`: processes that files describe, planned and run."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+from virtualrobot.cli.options import Target, target_options
+from virtualrobot.errors import WrongStateError
+
+if TYPE_CHECKING:
+    from virtualrobot import Client
+
+    from virtualrobot_apps.processes.process import PlannedProcess
+
+_EXAMPLES = """
+\b
+Examples:
+  virtualrobot process plan weld.yaml
+  virtualrobot process plan weld.yaml --output weld-program.yaml
+  virtualrobot process run weld.yaml
+"""
+FILE = click.argument("file", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE")
+
+
+@click.group(epilog=_EXAMPLES, short_help="Plan and run a process, such as arc welding, that a file describes.")
+@target_options
+@click.pass_context
+def process(ctx: click.Context, target: Target) -> None:
+    """Plan and run a process that FILE (YAML) describes: where on a part, by which tool, how fast.
+
+    The cell has to be there: the robot with its tool, and the parts.
+    """
+    ctx.obj = target
+
+
+@process.command()
+@FILE
+@click.option(
+    "--output",
+    type=click.Path(path_type=Path, dir_okay=False),
+    metavar="PROGRAM",
+    help="Write the program there, which `virtualrobot run` takes.",
+)
+@target_options
+def plan(target: Target, file: Path, output: Path | None) -> int:
+    """Tell what a process comes to, and whether it keeps all limits and touches nothing, with exit code 0 or 1."""
+    from virtualrobot.cli.plan import verdict
+
+    if output is not None and not output.parent.is_dir():
+        raise click.UsageError(f"there is no folder {output.parent}")
+    with target.connect() as client:
+        planned = _planned(client, file)
+        found = planned.program.check()
+        if output is not None:
+            output.write_text(planned.program.text + "\n", "utf-8")
+        if found.first_violation is not None:
+            click.echo(f"step {found.first_violation.step_path}: ", nl=False)
+        return verdict(str(file), found, False)
+
+
+@process.command()
+@FILE
+@target_options
+def run(target: Target, file: Path) -> None:
+    """Plan a process and run it; Ctrl-C stops it on its path."""
+    from virtualrobot.cli.move import follow, show_notes
+    from virtualrobot.cli.options import GO_ON
+
+    with target.connect() as client:
+        planned = _planned(client, file)
+        if client.clock.mode == "stepped":
+            click.echo(f"time stands still: the process goes on with each 'virtualrobot step'; {GO_ON}", err=True)
+        motion = planned.program.start(wait=False)
+        show_notes(motion)
+        follow(motion)
+        click.echo(f"{motion.id} is done")
+
+
+def _planned(client: Client, file: Path) -> PlannedProcess:
+    if missing := [name for name in ("scipy", "trimesh") if find_spec(name) is None]:
+        raise WrongStateError(f"processes need {' and '.join(missing)}: pip install 'virtualrobot[processes]'")
+    from virtualrobot_apps.processes.process import plan_file
+
+    planned = plan_file(client, file)
+    for line in planned.measures:
+        click.echo(line)
+    return planned
