@@ -212,7 +212,8 @@ GROUPS = (
         services=("DriverService", "PluginService"),
         python={"client.cell": "cell:Cell", "client.drivers": "drivers:Drivers", "client.plugins": "plugins:Plugins"},
         commands=(
-            *("driver", "estop", "emulate", "program", "rapid", "rapl", "editor", "plugins", "grade", "study", "demo"),
+            *("driver", "estop", "emulate", "program", "rapid", "rapl", "urscript", "editor"),
+            *("plugins", "grade", "study", "demo"),
         ),
     ),
 )

@@ -77,6 +77,7 @@ LONG = {
     "tutorial-ros.md",
     "tutorial-studies.md",
     "tutorial-teacher.md",
+    "tutorial-urscript.md",
     "walkers.md",
     "writers.md",
 }

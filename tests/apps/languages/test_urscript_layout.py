@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import random
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
+from virtualrobot.errors import MissingFileError
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics, ProgramError
 from virtualrobot_apps.languages.core.source import Source
+from virtualrobot_apps.languages.urscript.command import urscript
 from virtualrobot_apps.languages.urscript.layout import formatted
 from virtualrobot_apps.languages.urscript.lexer import words_of
 
@@ -80,3 +85,23 @@ def test_layout_twice_is_layout_once() -> None:
     once = laid("while True:\nif a: b() elif c: d()\nelse:\ne()\nend\nend\n")
     assert once == "while True:\n  if a: b() elif c: d()\n  else:\n    e()\n  end\nend\n"
     assert laid(once) == once
+
+
+def test_the_command_checks_scripts_and_lays_them_out(tmp_path: Path) -> None:
+    good, bad = tmp_path / "good.script", tmp_path / "bad.script"
+    good.write_text("def a():\ntextmsg(1)\nend\n", "utf-8")
+    bad.write_text("def b():\n  movel(p[0, 0], a=1)\n  textmsgs(1)\nend\n", "utf-8")
+
+    def told(*arguments: str) -> tuple[int, str]:
+        done = CliRunner().invoke(urscript, arguments, standalone_mode=False)
+        assert done.exception is None, done.output
+        return done.return_value, done.output.replace(f"{tmp_path}{os.sep}", "")
+
+    assert told("check", str(good), str(good)) == (0, "no fault in 2 scripts: a, a\n")
+    faults = "bad.script:2:9: 'p' is never given a value; a pose p[x, y, z, rx, ry, rz] has 6 numbers\n"
+    faults += "bad.script:3:3: there is no function 'textmsgs'; did you mean 'textmsg'?\n2 faults\n"
+    assert told("check", str(good), str(bad)) == (1, faults)
+    assert told("format", str(good), str(bad)) == (0, "good.script changed\n1 of 2 files changed\n")
+    assert good.read_text("utf-8") == "def a():\n  textmsg(1)\nend\n"
+    done = CliRunner().invoke(urscript, ["check", str(tmp_path / "none")], standalone_mode=False)
+    assert isinstance(done.exception, MissingFileError) and "can't be read" in str(done.exception)

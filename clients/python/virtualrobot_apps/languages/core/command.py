@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from virtualrobot import Client
 
     from virtualrobot_apps.languages.core.diagnostics import ProgramError
+    from virtualrobot_apps.languages.core.source import Source
     from virtualrobot_apps.languages.core.trial import Trial
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
@@ -51,6 +53,36 @@ def faulty(error: ProgramError) -> int:
         click.echo(str(one))
     click.echo(f"{len(error.diagnostics)} fault{'s' * (len(error.diagnostics) != 1)}")
     return 1
+
+
+def lay_out(files: Iterable[Path], formatted: Callable[[Source], str], only_check: bool) -> int:
+    """Write files anew as `formatted` lays them out, or only tell which would be changed; return the exit code.
+
+    Faults of a file that can't be parsed are shown, and it is left as it is: exit code 1.
+    """
+    from virtualrobot_apps.languages.core.diagnostics import ProgramError
+    from virtualrobot_apps.languages.core.source import encoded_like, read_source
+
+    count = changed = faulty = 0
+    for file in files:
+        count += 1
+        source = read_source(file)
+        before = file.read_bytes()
+        try:
+            after = encoded_like(formatted(source), before)
+        except ProgramError as error:
+            for one in error.diagnostics:
+                click.echo(str(one))
+            faulty += 1
+            continue
+        if after != before:
+            changed += 1
+            click.echo(f"{file} {'would be changed' if only_check else 'changed'}")
+            if not only_check:
+                file.write_bytes(after)
+    said = f"{changed} of {count} file{'s' * (count != 1)} {'would be ' * only_check}changed"
+    click.echo(said + (f"; {faulty} left as {'it is' if faulty == 1 else 'they are'}" if faulty else ""))
+    return 1 if faulty or (only_check and changed) else 0
 
 
 def only_robot(client: Client, name: str | None, others: Collection[str | None] = ()) -> str:

@@ -18,6 +18,7 @@ from virtualrobot_apps.languages.core.command import (
     Decorated,
     at_work,
     faulty,
+    lay_out,
     only_robot,
     set_signals,
     told,
@@ -153,29 +154,9 @@ def format_files(files: tuple[Path, ...], only_check: bool) -> int:
     Lines stay lines, and comments what they are. A file that can't be parsed is left as it is, and its faults are told,
     with exit code 1.
     """
-    from virtualrobot_apps.languages.core.diagnostics import ProgramError
-    from virtualrobot_apps.languages.core.source import encoded_like, read_source
     from virtualrobot_apps.languages.rapid.layout import formatted
 
-    changed = faulty = 0
-    for file in files:
-        source = read_source(file)
-        before = file.read_bytes()
-        try:
-            after = encoded_like(formatted(source), before)
-        except ProgramError as error:
-            for one in error.diagnostics:
-                click.echo(str(one))
-            faulty += 1
-            continue
-        if after != before:
-            changed += 1
-            click.echo(f"{file} {'would be changed' if only_check else 'changed'}")
-            if not only_check:
-                file.write_bytes(after)
-    told = f"{changed} of {len(files)} file{'s' * (len(files) != 1)} {'would be ' * only_check}changed"
-    click.echo(told + (f"; {faulty} left as {'it is' if faulty == 1 else 'they are'}" if faulty else ""))
-    return 1 if faulty or (only_check and changed) else 0
+    return lay_out(files, formatted, only_check)
 
 
 @rapid.command()
