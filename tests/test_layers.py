@@ -295,7 +295,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
 
 
 # Files beside the rooms.
-FILES = frozenset({"kernel.py", "serve.py"})
+FILES = frozenset({"embedded.py", "kernel.py", "serve.py"})
 
 
 def imports(source: str, package: str) -> Iterator[tuple[int, str]]:

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 import virtualrobot
 from playwright.sync_api import Page, expect
 
@@ -158,6 +159,21 @@ def test_a_device_is_made_of_bodies(console: Console, stepped_kernel: KernelProc
             link = client.scene.pose("hinge.slide")
             hinge.set_positions({"slide": 0.05})
             np.testing.assert_allclose(client.scene.pose("hinge.slide")[:3, 3], link[:3, 3] + 0.05 * along, atol=1e-4)
+
+            # Two bodies of one file that touch face to face, taken apart: each is a node, and undo joins them again.
+            lower, upper = trimesh.creation.box([0.2, 0.2, 0.1]), trimesh.creation.box([0.2, 0.2, 0.06])
+            upper.apply_translation([0.0, 0.0, 0.08])
+            trimesh.util.concatenate([lower, upper]).export(tmp_path / "pair.glb")
+            client.scene.load(tmp_path / "pair.glb", name="pair", pose=virtualrobot.pose(2.0, roll=0.1))
+            row(page, "pair").click()
+            page.locator('.view .canvas[aria-busy="false"]').wait_for()
+            panel.get_by_role("button", name="Take apart").click()
+            until(lambda: "pair 2" in client.scene)
+            low, high = (client.scene.bounds(name) for name in ("pair 1", "pair 2"))
+            np.testing.assert_allclose(low, lower.bounds, atol=1e-6)
+            np.testing.assert_allclose(high, upper.bounds, atol=1e-6)
+            page.get_by_title("Undo (Ctrl-Z)").click()
+            until(lambda: "pair 2" not in client.scene)
 
         # An ordinary robot, as URDF too.
         client.scene.export("hinge", tmp_path / "hinge.urdf")

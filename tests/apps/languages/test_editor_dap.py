@@ -20,6 +20,8 @@ from virtualrobot_apps.languages.rapid.task import RapidTask, load
 from tests.apps.languages.debugging import COMMAND, Editor, Failed, adapters, editors, schema
 from tests.waiting import PATIENCE_SECONDS, repeated, until
 
+pytestmark = pytest.mark.long
+
 SUMS = r"""MODULE Sums
   VAR num total := 0;
   RECORD box

@@ -26,6 +26,8 @@ from virtualrobot_apps.languages.editor.text import Positions
 from tests.apps.languages.test_editor_texts import BESIDE, CELL, at
 from tests.waiting import PATIENCE_SECONDS
 
+pytestmark = pytest.mark.long
+
 COMMAND = [sys.executable, "-m", "virtualrobot", "editor", "lsp"]
 
 WRONG = "an interrupt must be a variable (intnum)"

@@ -11,6 +11,8 @@ import pytest
 
 from tests.apps.languages.debugging import Editor, Failed, adapters, editors
 
+pytestmark = pytest.mark.long
+
 SCRIPT = """\
 def count():
   global total = 0

@@ -4,8 +4,9 @@ import { Choice } from "../parts/choice";
 import { NodeField } from "../parts/node_field";
 import { NumberField } from "../parts/number_field";
 import { DEGREES, fixed } from "../parts/numbers";
-import { selected } from "../kernel/world";
-import { grows, joint, limits, makeJoint, missing, picked, picking, reverse, type Motion } from "../view/jointing";
+import { items, selected } from "../kernel/world";
+import { grows, isBody, joint, limits, makeJoint, missing, picked, picking, reverse, type Motion } from "../view/jointing";
+import { takeApart } from "../view/parting";
 import { viewport } from "./view";
 
 const MOTIONS: readonly (readonly [Motion, string])[] = [["turns", "turns"], ["turns freely", "turns freely"], ["slides", "slides"]];
@@ -24,6 +25,10 @@ export function Jointing() {
           {picking.value ? "Click at a hole or an edge …" : "Pick an axis"}
         </button>
         <span id="picked-axis" class="mono grow cut" title={told()}>{told()}</span>
+        {!picked.value && (
+          <button type="button" class="button small" disabled={!isBody(items.value.get(selected.value))} title="Make each body of the selected node's file a node of its own, which hangs on it"
+            onClick={() => viewport.current && void takeApart(viewport.current, selected.peek())}>Take apart</button>
+        )}
         {picked.value && <button type="button" class="button small" title="Joints go up where the axis points, by the right hand" onClick={reverse}>Other way</button>}
       </div>
       <div class="entry">

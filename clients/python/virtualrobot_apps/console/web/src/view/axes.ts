@@ -1,4 +1,4 @@
-// Axes of bodies, found by a point on their triangles: of the hole or the pin whose wall is there, or of an edge that is near.
+// Axes of bodies, found by a point on their triangles: of the hole or the pin whose wall is there, or of an edge that is near; and bodies apart.
 import { Vector3, type BufferGeometry, type Matrix4 } from "three";
 
 export interface Axis {
@@ -10,6 +10,12 @@ export interface Axis {
   radius: number;
   /** Meters along the axis; 0 of a round edge. */
   length: number;
+}
+
+/** Triangles, and where they are. */
+export interface Placed {
+  geometry: BufferGeometry;
+  local: Matrix4;
 }
 
 interface Circle {
@@ -34,25 +40,30 @@ export class Surface {
   #corners: Vector3[] = [];
   #triangles: (readonly number[])[] = [];
   #normals: Vector3[] = [];
+  /** How many triangles there are up to the end of each part. */
+  #ends: number[] = [];
   /** Triangles beside each edge, by the key of its corners. */
   #beside = new Map<number, number[]>();
   /** Corners at the other ends of sharp edges. */
   #sharp = new Map<number, number[]>();
 
-  /** Reads triangles (m), placed by a matrix. */
-  constructor(geometry: BufferGeometry, place: Matrix4) {
-    const { index } = geometry, positions = geometry.getAttribute("position");
+  /** Reads triangles (m) of parts, each placed by a matrix, and numbers them one part after the other. */
+  constructor(parts: readonly Placed[]) {
     const known = new Map<string, number>();
-    const numbers = Array.from({ length: positions.count }, (_, at) => {
-      const corner = new Vector3().fromBufferAttribute(positions, at).applyMatrix4(place);
-      const key = corner.toArray().map((value) => Math.round(value / WELD_METERS)).join(" ");
-      if (!known.has(key)) known.set(key, this.#corners.push(corner) - 1);
-      return known.get(key)!;
-    });
-    const count = index?.count ?? positions.count;
-    for (let at = 0; at < count; at += 3) this.#add([0, 1, 2].map((one) => numbers[index ? index.getX(at + one) : at + one]));
+    for (const { geometry, local } of parts) {
+      const { index } = geometry, positions = geometry.getAttribute("position");
+      const numbers = Array.from({ length: positions.count }, (_, at) => {
+        const corner = new Vector3().fromBufferAttribute(positions, at).applyMatrix4(local);
+        const key = corner.toArray().map((value) => Math.round(value / WELD_METERS)).join(" ");
+        if (!known.has(key)) known.set(key, this.#corners.push(corner) - 1);
+        return known.get(key)!;
+      });
+      const count = index?.count ?? positions.count;
+      for (let at = 0; at < count; at += 3) this.#add([0, 1, 2].map((one) => numbers[index ? index.getX(at + one) : at + one]));
+      this.#ends.push(this.#triangles.length);
+    }
     for (const key of this.#beside.keys()) {
-      const [first, second] = this.#ends(key);
+      const [first, second] = endsOf(key);
       if (this.#isSmooth(key)) continue;
       for (const [one, other] of [[first, second], [second, first]]) this.#sharp.set(one, [...(this.#sharp.get(one) ?? []), other]);
     }
@@ -62,6 +73,44 @@ export class Surface {
   axisAt(triangle: number, point: Vector3, reach: number): Axis | undefined {
     const edge = this.#edgeNear(point, reach);
     return edge ? this.#axisOfEdge(...edge) : this.#axisOfWall(triangle);
+  }
+
+  /** Returns the bodies, which are triangles that hang together by edges: of each the corners of its triangles, by part. */
+  bodies(): Map<number, Vector3[]>[] {
+    const left = new Set(this.#triangles.keys()), found: Map<number, Vector3[]>[] = [];
+    for (const begin of left) {
+      if (new Set(this.#triangles[begin]).size < 3) continue;
+      const body = new Set([begin]);
+      for (const one of body) for (const key of this.#edges(this.#triangles[one])) for (const other of this.#mates(key, one)) body.add(other);
+      const parts = new Map<number, Vector3[]>();
+      for (const one of body) {
+        left.delete(one);
+        const part = this.#ends.findIndex((end) => one < end);
+        if (!parts.has(part)) parts.set(part, []);
+        parts.get(part)!.push(...this.#triangles[one].map((corner) => this.#corners[corner]));
+      }
+      found.push(parts);
+    }
+    return found;
+  }
+
+  /** Returns the triangle of the same body beyond an edge: where bodies touch along it, the nearest one through the inside. */
+  #mates(edge: number, triangle: number): number[] {
+    const others = (this.#beside.get(edge) ?? []).filter((one) => one !== triangle);
+    if (others.length <= 1) return others;
+    const normal = this.#normals[triangle], along = this.#along(edge, triangle), into = normal.clone().cross(along);
+    const turns = others.filter((one) => this.#along(edge, one).dot(along) < 0).map((one) => {
+      const there = this.#normals[one].clone().cross(this.#along(edge, one));
+      const turn = Math.atan2(-there.dot(normal), there.dot(into));
+      return [turn > 1e-6 ? turn : turn + 2 * Math.PI, one] as const;
+    });
+    return turns.sort(([one], [other]) => one - other).slice(0, 1).map(([, one]) => one);
+  }
+
+  /** Returns the direction in which a triangle, seen from outside to the left around, goes along an edge of it. */
+  #along(edge: number, triangle: number): Vector3 {
+    const [first, second] = endsOf(edge), corners = this.#triangles[triangle];
+    return corners[(corners.indexOf(first) + 1) % 3] === second ? this.#step(first, second) : this.#step(second, first);
   }
 
   #add(triangle: readonly number[]): void {
@@ -74,10 +123,6 @@ export class Surface {
 
   #edges([a, b, c]: readonly number[]): number[] {
     return [[a, b], [b, c], [c, a]].map(([one, other]) => Math.min(one, other) * MOST_CORNERS + Math.max(one, other));
-  }
-
-  #ends(key: number): [number, number] {
-    return [Math.floor(key / MOST_CORNERS), key % MOST_CORNERS];
   }
 
   #isSmooth(edge: number): boolean {
@@ -215,6 +260,10 @@ function grown(points: readonly Vector3[], begin: number, end: number, isOn: (po
   while (begin > 0 && isOn(points[begin - 1])) begin--;
   while (end + 1 < points.length && isOn(points[end + 1])) end++;
   return [begin, end];
+}
+
+function endsOf(edge: number): [number, number] {
+  return [Math.floor(edge / MOST_CORNERS), edge % MOST_CORNERS];
 }
 
 function isNear(point: Vector3, { center, radius }: Circle, direction: Vector3, share: number): boolean {

@@ -42,7 +42,7 @@ export function pickAxis(view: Viewport, met: Hit | undefined): void {
   const { fov } = view.observer.camera;
   const pixel = (2 * met.hit.distance * Math.tan((fov * Math.PI) / 360)) / view.canvas.clientHeight;
   const point = met.hit.point.clone().applyMatrix4(node.clone().invert());
-  const axis = new Surface(met.geometry, met.local).axisAt(met.hit.faceIndex!, point, REACH_PIXELS * pixel);
+  const axis = new Surface([met]).axisAt(met.hit.faceIndex!, point, REACH_PIXELS * pixel);
   if (!axis) {
     say(`${met.name} has no axis there; click at the wall of a hole or a pin, or at an edge`, "warning");
     return;
