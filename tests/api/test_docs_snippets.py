@@ -76,6 +76,7 @@ LONG = {
     "rapl.md",
     "tutorial-rapl.md",
     "tutorial-ros.md",
+    "tutorial-studies.md",
     "tutorial-teacher.md",
     "tutorial-urscript.md",
     "walkers.md",
