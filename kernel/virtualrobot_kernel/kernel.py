@@ -20,7 +20,6 @@ from virtualrobot_kernel.api.limits import Limits
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.server import Address, Server
 from virtualrobot_kernel.api.token_table import TokenTable
-from virtualrobot_kernel.collision.built import built_pairs
 from virtualrobot_kernel.collision.clearances import measured
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.guard import CollisionGuard
@@ -36,7 +35,8 @@ from virtualrobot_kernel.drawing.twin_ghosts import twin_ghosts
 from virtualrobot_kernel.drawing.view import ViewStore
 from virtualrobot_kernel.drivers.links import Links
 from virtualrobot_kernel.drivers.site import DriverSite
-from virtualrobot_kernel.errors import KernelError, MissingFileError, Reason
+from virtualrobot_kernel.embedded import scene_commands
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_cache import MeshCache
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
@@ -50,8 +50,7 @@ from virtualrobot_kernel.physics.forces import Forces
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.report import Reported, write_report
-from virtualrobot_kernel.scenes.assets import check_assets, files_of
-from virtualrobot_kernel.scenes.reading import read_scene
+from virtualrobot_kernel.scenes.assets import check_assets
 from virtualrobot_kernel.sensing.appearance import AppearanceLibrary
 from virtualrobot_kernel.sensing.casting import Casters
 from virtualrobot_kernel.sensing.choices import check_choices
@@ -59,7 +58,7 @@ from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
-from virtualrobot_kernel.world.commands import RestartWorld, SetAllowedPairs
+from virtualrobot_kernel.world.commands import RestartWorld
 from virtualrobot_kernel.world.past_world import PastWorld
 from virtualrobot_kernel.world.store import World
 
@@ -203,14 +202,7 @@ class Kernel:
                 reason=Reason.WRONG_STATE,
                 path=folder.path,
             )
-        try:
-            text = path.read_text("utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise MissingFileError(f"cannot read the scene file {path}: {error}", file=path) from error
-        files = files_of(self._meshes, ())
-        commands, warnings, of_models = read_scene(text, str(path.resolve()), files, self._meshes)
-        pairs = built_pairs(self.world.snapshot, commands, self._collisions.shapes, of_models)
-        commands += [SetAllowedPairs(built=pairs)] if pairs else []
+        commands, warnings = scene_commands(path, self._meshes, self.world.snapshot, self._collisions.shapes)
         for warning in warnings:
             log.warning("%s: %s", path, warning)
         self._view.tell(warnings)

@@ -4,29 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from functools import cache, partial
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.collision.allowed import Pair
+from virtualrobot_kernel.collision.arm_contacts import ArmContacts
 from virtualrobot_kernel.collision.certain import CertainlyFree, room_of
 from virtualrobot_kernel.collision.joint_path import of_path
-from virtualrobot_kernel.collision.node_pairs import ROUNDING, moves
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.collision.swept import RESOLUTION, SweptContact, first_contact
 from virtualrobot_kernel.motion.brake import nominal_time
 from virtualrobot_kernel.motion.path import joint_line
 from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.program import Program
-from virtualrobot_kernel.planning.robots import standing_at
 from virtualrobot_kernel.world.state import Snapshot
 
 Floats = NDArray[np.float64]
-
-_ELSEWHERE = 0.1
-"""Displacement of each joint times its number (from 1), in rad or m, that shows which nodes the arm moves."""
 
 TREE, BATCH, BATCHES = 4000, 128, 100
 """Greatest number of configurations of a tree, number of samples between two looks at who waits, and of these looks."""
@@ -70,11 +65,7 @@ class Moved(Protocol):
 
 
 class PathSpace:
-    """Configurations of one arm in a world in which all else stands; used by one thread at a time.
-
-    Pairs count of which the arm moves one node against the other: a base that stands in the floor is no matter, nor are
-    fingers that are closed, at whatever posture rounding makes them touch.
-    """
+    """Configurations of one arm in a world in which all else stands; used by one thread at a time."""
 
     def __init__(self, scene: CollisionScene, snapshot: Snapshot, query: Moved, given_up: Callable[[], bool]) -> None:
         """Take the world at the start of the path, and what tells that nobody waits any more."""
@@ -82,20 +73,15 @@ class PathSpace:
         self.start: Floats = snapshot.state.q[query.q_index]
         self.checks = 0
         """Number of configurations and lines checked."""
-        scene.place(snapshot)
-        moved = standing_at(snapshot, query.q_index, self.start + _ELSEWHERE * np.arange(1, len(self.start) + 1))
-        rows = np.abs(moved.world_t_node - snapshot.world_t_node).max(axis=(1, 2)) > ROUNDING
-        groups = scene.bodies.allowed.groups
-        self._robots = {groups[uid] for uid, row in snapshot.structure.rows.items() if rows[row] and groups.get(uid)}
-        self._counts = cache(partial(moves, snapshot, moved))
+        self._contacts = ArmContacts(scene, snapshot, query.q_index)
+        self._robots, self._counts = self._contacts.robots, self._contacts.counts
         self._certain = CertainlyFree(scene, snapshot, query.q_index, self._robots, self._counts)
         self._room = room_of(query.lower, query.upper, query.ratios, query.least, query.most)
 
     def contact(self, q: Floats) -> Pair | None:
         """Return two nodes (uids) that touch at q (k,) and may not, or None."""
         self.checks += 1
-        self._scene.place(standing_at(self._snapshot, self._query.q_index, q))
-        return self._scene.first_touching(self._robots, self._counts)
+        return self._contacts.contact(q)
 
     def contacts(self, configurations: Floats) -> list[Pair | None]:
         """Return what touches, as `contact` tells it, at each of some configurations (m, k)."""

@@ -13,7 +13,7 @@ from virtualrobot.errors import VirtualRobotError
 from virtualrobot_apps.bridges.ros.bridge_file import Choice
 from virtualrobot_apps.bridges.ros.file_server import FileServer
 from virtualrobot_apps.bridges.ros.hub import Hub
-from virtualrobot_apps.bridges.ros.map_topic import NAME, TYPE, MapTopic
+from virtualrobot_apps.bridges.ros.map_topic import MapTopic
 from virtualrobot_apps.bridges.ros.rosbridge.rosapi import serve_rosapi
 from virtualrobot_apps.bridges.ros.simuep.scene import SimuepScene
 from virtualrobot_apps.bridges.ros.simuep.topics import SimuepTopics, lines_of
@@ -53,7 +53,7 @@ class RosBridge:
             bare: calls links as in the URDF, without their robot.
             simuep: a scene that names more topics and services.
             files: folder where programs keep files by the file server; without it they keep none.
-            floor: map of a floor, a .yaml as map_server has it, which is told as `/map`.
+            floor: map of a floor, a .yaml as map_server has it, which is told as `/map`; or OctoMap's .bt or .ot.
             say: is told in words what happens.
         """
         self._client, self._transports, self._simuep, self._say = client, transports, simuep, say
@@ -75,8 +75,8 @@ class RosBridge:
             world = World(self._client, Hub(), self._choice, bare=self._bare, say=self._say)
             more = [*lines_of(self._simuep)] if self._simuep else []
             if self._floor is not None:
-                MapTopic(Hub(), self._floor, self._say)
-                more.append((NAME, TYPE, f"of {self._floor}"))
+                told = MapTopic(Hub(), self._floor, self._say)
+                more.append((told.name, told.type, f"of {self._floor}"))
             return await world.lines(more)
 
         return asyncio.run(lines())

@@ -105,8 +105,8 @@ Examples:
     "--map",
     "floor",
     type=click.Path(path_type=Path, dir_okay=False),
-    metavar="MAP.yaml",
-    help="Tell this map of a floor, as `virtualrobot navigate` and map_server have it, as /map.",
+    metavar="MAP",
+    help="Tell this map of a floor (.yaml, as `virtualrobot navigate` and map_server have it), or octree (.bt, .ot).",
 )
 @click.option("--server", metavar="URL", help="Be a client of this rosbridge_server, too: ws://HOST:9090.")
 @click.option(
@@ -163,7 +163,7 @@ def ros(
         raise click.UsageError(
             f"whoever reaches {host} could move the robots: say --client-token-file FILE, or --no-client-token"
         )
-    if floor is not None and find_spec("scipy") is None:
+    if floor is not None and floor.suffix == ".yaml" and find_spec("scipy") is None:
         raise click.UsageError("a map needs scipy: pip install 'virtualrobot[ros,navigation]'")
     if mapping and simuep:
         raise click.UsageError("a BRIDGE.YAML and --simuep both name topics: say one of them")

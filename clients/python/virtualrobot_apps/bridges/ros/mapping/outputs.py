@@ -153,7 +153,13 @@ def _of_eye(stream: Stream, frame: str) -> Iterator[Output]:
         found = pixels(reading)
         return None if found is None else sensors.compressed(found, frame, time)
 
+    def disparity(reading: sensor_pb2.SensorReading, time: int) -> RosValue | None:
+        depth = next((one for one in reading.camera.images if one.kind == kind and not one.right), None)
+        return None if depth is None else sensors.disparity(array_of(depth.pixels), reading.camera, frame, time)
+
     yield _told(stream, topic_name(side, part, "image_raw")[1:], "sensor_msgs/msg/Image", raw)
+    if stream.content == "right_depth":
+        yield _told(stream, "disparity", "stereo_msgs/msg/DisparityImage", disparity)
     if encoding == "rgb8":
         name = topic_name(side, part, "image_raw/compressed")[1:]
         yield _told(stream, name, "sensor_msgs/msg/CompressedImage", jpeg)

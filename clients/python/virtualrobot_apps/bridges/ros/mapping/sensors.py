@@ -179,6 +179,36 @@ def camera_info(camera: sensor_pb2.CameraReading, frame: str, time: int, *, righ
     )
 
 
+def disparity(depth: NDArray[np.float32], camera: sensor_pb2.CameraReading, frame: str, time: int) -> RosValue | None:
+    """Return what the left one of two eyes sees of depth (m) as `stereo_msgs/DisparityImage`, in pixels.
+
+    Where there is nothing it is -1. A pair that is not rectified, of fisheye or spherical cameras or with distortion,
+    has none.
+    """
+    pinhole = camera.projection in (
+        sensing_pb2.CAMERA_PROJECTION_UNSPECIFIED,
+        sensing_pb2.CAMERA_PROJECTION_PINHOLE,
+    )
+    if not pinhole or any(camera.distortion):
+        return None
+    f, baseline = camera.intrinsics.fx, camera.stereo_baseline_meters
+    pixels = np.where(np.isfinite(depth) & (depth > 0.0), f * baseline / depth, -1.0).astype(np.float32)
+    known = pixels[pixels >= 0.0]
+    height, width = pixels.shape
+    window = {"x_offset": 0, "y_offset": 0, "height": height, "width": width, "do_rectify": False}
+    return make(
+        "stereo_msgs/msg/DisparityImage",
+        header=header(time, frame),
+        image=image(pixels, "32FC1", frame, time),
+        f=f,
+        t=baseline,
+        valid_window=make("sensor_msgs/msg/RegionOfInterest", **window),
+        min_disparity=float(known.min()) if known.size else 0.0,
+        max_disparity=float(known.max()) if known.size else 0.0,
+        delta_d=float(np.spacing(known.max())) if known.size else 0.0,
+    )
+
+
 def imu(reading: sensor_pb2.SensorReading, frame: str, time: int) -> RosValue:
     """Return what an inertial unit feels as `sensor_msgs/Imu`; it knows no orientation."""
     return make(

@@ -1,0 +1,75 @@
+"""Placements of a robot's base: which targets it reaches from there, free of collisions and off its joints' limits.
+
+For a study file: `function: virtualrobot_apps.studies.placement:place`,
+`setup: virtualrobot_apps.studies.worlds:open_world`.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from virtualrobot_apps.studies.parameters import Floats
+from virtualrobot_apps.studies.work import Cell
+from virtualrobot_apps.studies.worlds import Postures, World
+
+
+def place(cell: Cell) -> dict[str, float | str | None]:
+    """Return how well a robot reaches its targets from another place.
+
+    Its parameters: `robot`, a name; `x` and `y`, where its base is then on its parent (m), at the height that it has;
+    `yaw`, by how much it is turned about the parent's z axis besides (rad; without it, 0); `targets`, names of nodes
+    with commas between, at whose frames the tool centre point shall be.
+
+    Its results: `reached`, the share of the targets that it reaches within limits; `free`, the share that it reaches
+    and touches nothing; `margin`, how far the joints are from their limits in the best posture of the worst target, as
+    a share of half their range, None where not all targets are free; `reason`, what is wrong with the first target
+    that is not, or with the base.
+    """
+    world: World = cell.shared
+    robot = cell.parameters["robot"]
+    targets = [name.strip() for name in cell.parameters["targets"].split(",")]
+    world.restore()
+    poses = np.array([world.pose(name) for name in targets])
+    yaw = cell.parameters.get("yaw", 0.0)
+    base = turned(yaw) @ world.parent_pose(robot)
+    base[:2, 3] = cell.parameters["x"], cell.parameters["y"]
+    world.place(robot, base)
+    found = world.postures(robot, poses)
+    reached, free = set(found.target.tolist()), set(found.target[found.free].tolist())
+    results = {"reached": len(reached) / len(targets), "free": len(free) / len(targets), "margin": None}
+    if contacts := world.contacts(robot):
+        return results | {"free": 0.0, "reason": f"{contacts[0][0]} touches {contacts[0][1]}"}
+    for number, name in enumerate(targets):
+        if number not in free:
+            return results | {"reason": f"{name}: {_reason(found, number)}"}
+    return results | {"margin": margin(found, world.joint_limits(robot), len(targets)), "reason": None}
+
+
+def margin(found: Postures, limits: Floats, targets: int) -> float:
+    """Return how far joints are from limits (k, 2), as a share of half their range: the worst of the best postures.
+
+    Each of the targets, from 0, has a posture that is free. Joints without limits don't count.
+    """
+    middle, half = limits.mean(axis=1), 0.5 * (limits[:, 1] - limits[:, 0])
+    limited = np.isfinite(half)
+    off = np.abs(found.positions - middle)[:, limited] / half[limited]
+    each = 1.0 - off.max(axis=1, initial=0.0)
+    return min(float(each[(found.target == one) & found.free].max()) for one in range(targets))
+
+
+def turned(yaw: float) -> Floats:
+    """Return the pose (4, 4) of a frame that is turned about z (rad)."""
+    result = np.eye(4)
+    result[:2, :2] = [[math.cos(yaw), -math.sin(yaw)], [math.sin(yaw), math.cos(yaw)]]
+    return result
+
+
+def _reason(found: Postures, number: int) -> str:
+    those = np.flatnonzero(found.target == number).tolist()
+    if not those:
+        return "out of reach"
+    pair = next(found.touching[one] for one in those if found.touching[one])
+    assert pair is not None
+    return f"{pair[0]} touches {pair[1]}"

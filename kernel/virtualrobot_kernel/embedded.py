@@ -1,0 +1,188 @@
+"""World in the memory of a program, without server, clock and threads: for studies, which ask of thousands of cells.
+
+Nobody watches it, so nothing of it is kept but one snapshot. Who goes back to its beginning takes the first one again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from virtualrobot_kernel.collision.allowed import Pair
+from virtualrobot_kernel.collision.arm_contacts import ArmContacts
+from virtualrobot_kernel.collision.built import built_pairs
+from virtualrobot_kernel.collision.geometry import CollisionShapes
+from virtualrobot_kernel.collision.scene import CollisionScene
+from virtualrobot_kernel.components.catalog import Catalog
+from virtualrobot_kernel.components.importing import Importers
+from virtualrobot_kernel.errors import KernelError, MissingFileError
+from virtualrobot_kernel.formats.assets import AssetStore
+from virtualrobot_kernel.formats.mesh_cache import MeshCache
+from virtualrobot_kernel.formats.mesh_library import MeshLibrary
+from virtualrobot_kernel.formats.xml import FileWarning
+from virtualrobot_kernel.planning.branches import branches, without_turns
+from virtualrobot_kernel.planning.robots import Arm, arm_of, tcp_frame, with_state, world_poses
+from virtualrobot_kernel.planning.solvers import Solvers
+from virtualrobot_kernel.scenes.assets import files_of
+from virtualrobot_kernel.scenes.reading import read_scene
+from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.apply import apply
+from virtualrobot_kernel.world.commands import Command, SetAllowedPairs, SetJointPositions, UpdateNode
+from virtualrobot_kernel.world.state import Snapshot, State
+from virtualrobot_kernel.world.structure import Kind
+
+Floats = NDArray[np.float64]
+
+_TICK_SECONDS = 0.004
+
+
+class Postures(NamedTuple):
+    """Postures of a robot at n poses, m together.
+
+    Attributes:
+        target: (m,) which pose each is for, ascending.
+        positions: (m, k) of the joints, rad or m.
+        free: (m,) which touch nothing.
+        touching: (m) two names of nodes that touch, or None.
+    """
+
+    target: NDArray[np.int64]
+    positions: Floats
+    free: NDArray[np.bool_]
+    touching: tuple[tuple[str, str] | None, ...]
+
+
+class EmbeddedWorld:
+    """World of a scene file; used by one thread at a time."""
+
+    def __init__(self, scene: Path) -> None:
+        """Load a scene file.
+
+        Raises:
+            KernelError: when something in it, or in a file that it names, is wrong or missing.
+        """
+        catalog = Catalog()
+        self._solvers, self._importers = Solvers(catalog), Importers(catalog)
+        meshes = MeshLibrary(AssetStore(), self._importers, cache=MeshCache())
+        shapes = CollisionShapes(meshes.load)
+        structure, state = index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
+        self._now = Snapshot(structure, state, world_poses(structure, state), 0, 0.0, _TICK_SECONDS)
+        self._scene = CollisionScene(shapes)
+        self._arms: dict[str, _Standing] = {}
+        self._apply(scene_commands(scene, meshes, self._now, shapes)[0])
+        self._begin = self._now
+
+    def restore(self) -> None:
+        """Go back to the world as it was loaded."""
+        self._now = self._begin
+
+    def place(self, node: str, parent_t_node: ArrayLike) -> None:
+        """Put a node, such as a robot's base, elsewhere on its parent: parent_t_node (4, 4), m.
+
+        Raises:
+            KernelError: when there is no such node, or this is no pose.
+        """
+        pose = np.array(parent_t_node, np.float64)
+        if pose.shape != (4, 4) or not np.isfinite(pose).all():
+            raise KernelError(f"the pose of {node!r} is (4, 4) and finite, not {pose.tolist()}", field="parent_t_node")
+        self._apply([UpdateNode(node, parent_t_node=pose)])
+
+    def set_joints(self, robot: str, positions: Mapping[str, float]) -> None:
+        """Put joints elsewhere, by name, rad or m; raise KernelError for others, or beyond limits."""
+        self._apply([SetJointPositions(robot, dict(positions))])
+
+    def pose(self, node: str) -> Floats:
+        """Return world_t_node (4, 4); raise KernelError when there is no such node."""
+        return self._now.world_t(self._now.structure.node(node).uid).copy()
+
+    def parent_pose(self, node: str) -> Floats:
+        """Return parent_t_node (4, 4); raise KernelError when there is no such node."""
+        return self._now.state.parent_t_node[self._now.structure.rows[self._now.structure.node(node).uid]].copy()
+
+    def tool_pose(self, robot: str) -> Floats:
+        """Return world_t_tcp (4, 4) of the chosen tool centre point, without a tool the flange."""
+        return tcp_frame(self._now, self._now.structure.node(robot, Kind.ROBOT)).copy()
+
+    def joint_limits(self, robot: str) -> Floats:
+        """Return the limits (k, 2) of the joints that lead the tool centre point (rad or m)."""
+        chain = arm_of(self._now, self._now.structure.node(robot, Kind.ROBOT)).serial()
+        return np.stack([chain.lower, chain.upper], axis=1)
+
+    def postures(self, robot: str, world_t_tcp: ArrayLike) -> Postures:
+        """Return all postures that bring the tool centre point to poses (n, 4, 4), and which touch nothing.
+
+        Each branch is there once, without full turns. Seven joints have endlessly many: there a search gives some.
+        Asked is what touches while the arm alone moves, of pairs that it moves against each other; all others are
+        `contacts`.
+
+        Raises:
+            KernelError: when there is no such robot, no component solves it, or these are no poses.
+        """
+        poses = np.array(world_t_tcp, np.float64)
+        if poses.ndim != 3 or poses.shape[1:] != (4, 4) or not np.isfinite(poses).all():
+            raise KernelError(f"poses are (n, 4, 4) and finite, not {poses.shape}", field="world_t_tcp")
+        at = self._standing(robot)
+        found = branches(self._now, at.arm, poses, self._solvers.of)
+        touching = tuple(self._names(at.contacts.contact(q)) for q in found.positions)
+        free = np.array([pair is None for pair in touching], np.bool_)
+        return Postures(found.target, found.positions, free, touching)
+
+    def contacts(self, robot: str) -> list[tuple[str, str]]:
+        """Return the names of what touches and may not wherever the arm is, such as a robot's base and a wall."""
+        return [self._named(pair) for pair in self._standing(robot).contacts.standing()]
+
+    def close(self) -> None:
+        """End the processes of components that have any."""
+        self._solvers.close()
+        self._importers.close()
+
+    def _apply(self, commands: list[Command]) -> None:
+        now = self._now
+        change = apply(now.structure, now.state, commands, world_poses)
+        self._now = with_state(now, change.state, change.structure)
+
+    def _standing(self, robot: str) -> _Standing:
+        at = self._arms.get(robot)
+        if at is None or at.snapshot is not self._now:
+            now = self._now
+            arm = without_turns(arm_of(now, now.structure.node(robot, Kind.ROBOT)))
+            at = self._arms[robot] = _Standing(now, arm, ArmContacts(self._scene, now, arm.q_index))
+        return at
+
+    def _names(self, pair: Pair | None) -> tuple[str, str] | None:
+        return None if pair is None else self._named(pair)
+
+    def _named(self, pair: Pair) -> tuple[str, str]:
+        first, second = (self._now.structure.nodes[uid].name for uid in pair)
+        return first, second
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Standing:
+    """Arm where all else stands as in a snapshot."""
+
+    snapshot: Snapshot
+    arm: Arm
+    contacts: ArmContacts
+
+
+def scene_commands(
+    path: Path, meshes: MeshLibrary, begin: Snapshot, shapes: CollisionShapes
+) -> tuple[list[Command], list[FileWarning]]:
+    """Return the commands that make the world of a scene file on the disk, and what is odd about it.
+
+    Raises:
+        KernelError: for what is wrong in the file; MISSING_FILE when it, or one that it names, isn't there.
+    """
+    try:
+        text = path.read_text("utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise MissingFileError(f"cannot read the scene file {path}: {error}", file=path) from error
+    commands, warnings, of_models = read_scene(text, str(path.resolve()), files_of(meshes, ()), meshes)
+    pairs = built_pairs(begin, commands, shapes, of_models)
+    return commands + ([SetAllowedPairs(built=pairs)] if pairs else []), warnings

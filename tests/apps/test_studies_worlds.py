@@ -1,0 +1,229 @@
+"""Reach and placements of studies: bare EAIK and FCL, and the annulus in which a UR5e works with its tool down."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from eaik.IK_DH import DhRobot
+from numpy.typing import NDArray
+from virtualrobot.errors import InvalidArgumentError
+from virtualrobot_apps.studies import placement
+from virtualrobot_apps.studies.engines import Here
+from virtualrobot_apps.studies.parts import Parts
+from virtualrobot_apps.studies.reach import orientations
+from virtualrobot_apps.studies.running import open_job, run
+from virtualrobot_apps.studies.study_file import read_study
+from virtualrobot_apps.studies.worlds import open_world
+from virtualrobot_kernel.collision.scene import CollisionScene, Detail
+from virtualrobot_kernel.embedded import EmbeddedWorld
+from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.planning.robots import arm_of, standing_at
+
+from tests.tiers import Draws
+
+pytestmark = pytest.mark.long
+
+Floats = NDArray[np.float64]
+
+# "DH Parameters for calculations of kinematics and dynamics", Universal Robots: UR5e, m.
+D1, A2, A3, D4, D5, D6 = 0.1625, -0.425, -0.3922, 0.1333, 0.0997, 0.0996
+SCENE = """
+schema_version: 1
+nodes:
+- name: table
+  object: {}
+  parent_t_node: {position: {z: -0.03}}
+  figures: [{box: {size: {x: 2, y: 2, z: 0.04}}}]
+- name: post
+  object: {}
+  parent_t_node: {position: {x: 0.45, y: 0.3, z: 0.3}}
+  figures: [{box: {size: {x: 0.1, y: 0.1, z: 0.6}}}]
+- {name: first, object: {}, parent_t_node: {position: {x: 0.3, y: 0.1, z: 0.2}, orientation: {x: 1}}}
+- {name: second, object: {}, parent_t_node: {position: {x: 0.2, y: -0.5, z: 0.1}, orientation: {x: 1}}}
+models: [{uri: "model://ur5e", name: arm}]
+"""
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a UR5e by a post on a table, and two places to grasp at."""
+    file = tmp_path_factory.mktemp("scene") / "cell.yaml"
+    file.write_text(SCENE)
+    return file
+
+
+@pytest.fixture(scope="module")
+def world(scene: Path) -> Iterator[EmbeddedWorld]:
+    """Return the scene's world."""
+    made = EmbeddedWorld(scene)
+    yield made
+    made.close()
+
+
+def is_within(x: float, y: float, z: float) -> bool:
+    """Return whether a UR5e reaches (x, y, z) of its base's frame (m) with its tool down.
+
+    The wrist's first joint is then D6 above the flange, D4 beside the plane of the arm and D5 before or behind, so that
+    its centre is at u = sqrt(r^2 - D4^2) +- D5 and height z + D6 - D1; the elbow lets it be | |A2| - |A3| | to
+    |A2| + |A3| from the shoulder.
+    """
+    across = x * x + y * y - D4**2
+    if across < 0.0:
+        return False
+    distances = [math.hypot(math.sqrt(across) + side * D5, z + D6 - D1) for side in (1.0, -1.0)]
+    return any(abs(abs(A2) - abs(A3)) <= one <= abs(A2) + abs(A3) for one in distances)
+
+
+def test_branches_and_contacts_are_those_of_bare_libraries(
+    world: EmbeddedWorld, rng: np.random.Generator, draws: Draws
+) -> None:
+    """Each angle of EAIK, made anew from the maker's table, and FCL at each posture, without a tree of balls."""
+    world.restore()
+    bare = DhRobot(
+        np.array([math.pi / 2, 0.0, 0.0, math.pi / 2, -math.pi / 2, 0.0]),
+        np.array([0.0, A2, A3, 0.0, 0.0, 0.0]),
+        np.array([D1, 0.0, 0.0, D4, D5, D6]),
+    )
+    count = draws(150)
+    poses = np.tile(np.eye(4), (count, 1, 1))
+    poses[:, :3, 3] = rng.uniform(-0.8, 0.8, (count, 3))
+    poses[:, :3, :3] = rng.permutation(orientations(count, 1))
+    found = world.postures("arm", poses)
+    snapshot = world._now
+    arm = arm_of(snapshot, snapshot.structure.node("arm"))
+    checked = CollisionScene(world._scene._shapes)
+    free = 0
+    for target, pose in enumerate(poses):
+        answer = bare.IK(pose)
+        exact = [q for q, least in zip(answer.Q, answer.is_LS, strict=True) if not least]
+        expected = {tuple(np.round(np.exp(1j * q), 6) + 0.0) for q in exact}
+        ours = found.positions[found.target == target]
+        assert len(ours) == len(expected)
+        for q, is_free in zip(ours, found.free[found.target == target], strict=True):
+            apart = [np.abs(np.angle(np.exp(1j * (q - other)))).max() for other in exact]
+            assert min(apart) < 1e-6
+            checked.place(standing_at(snapshot, arm.q_index, q))
+            assert bool(is_free) is not bool(checked.collisions(Detail.FIRST, [arm.robot.uid]))
+            free += bool(is_free)
+    assert 0 < free < len(found.target)
+
+
+def test_a_tool_that_points_down_reaches_an_annulus(world: EmbeddedWorld, rng: np.random.Generator) -> None:
+    world.restore()
+    places = rng.uniform([-1.0, -1.0, -0.3], [1.0, 1.0, 0.9], (300, 3))
+    poses = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (300, 1, 1))
+    poses[:, :3, 3] = places
+    reached = set(world.postures("arm", poses).target.tolist())
+    assert reached == {number for number, place in enumerate(places) if is_within(*place)}
+    assert 50 < len(reached) < 250
+
+
+def test_it_goes_back_and_says_what_its_base_touches(world: EmbeddedWorld) -> None:
+    world.restore()
+    before = world.tool_pose("arm")
+    assert world.contacts("arm") == []
+    lowered = np.eye(4)
+    lowered[:3, 3] = 0.45, 0.3, 0.1
+    world.place("arm", lowered)
+    assert world.pose("arm")[:3, 3] == pytest.approx([0.45, 0.3, 0.1])
+    assert {name for pair in world.contacts("arm") for name in pair} >= {"post"}
+    world.restore()
+    assert np.array_equal(world.tool_pose("arm"), before)
+    assert world.contacts("arm") == []
+
+
+STUDY = """
+schema_version: 1
+scene: {scene}
+setup: virtualrobot_apps.studies.worlds:open_world
+function: virtualrobot_apps.studies.{function}
+block: 20
+parameters: {parameters}
+results: {results}
+"""
+
+
+def test_a_reach_map_is_told_place_by_place(world: EmbeddedWorld, scene: Path, tmp_path: Path) -> None:
+    """Beyond the arm's length nothing is reached; before it, what the same orientations give one by one."""
+    text = STUDY.format(
+        scene=scene,
+        function="reach:reach",
+        parameters="{robot: {list: [arm]}, directions: {list: [6]}, turns: {list: [2]}, "
+        "x: {list: [0.2, 0.4, 1.2]}, y: {list: [0.3]}, z: {list: [0.25]}}",
+        results="{reached: number, free: number, branches: number}",
+    )
+    (tmp_path / "study.yaml").write_text(text)
+    study = read_study(tmp_path / "study.yaml")
+    run(open_job(study, tmp_path / "out", False), Here())
+    rows = Parts(tmp_path / "out", study).table().to_pylist()
+    assert [row["status"] for row in rows] == ["ok"] * 3, rows
+    world.restore()
+    for row in rows:
+        free = reached = branches = 0
+        for rotation in orientations(6, 2):
+            pose = np.eye(4)
+            pose[:3, :3], pose[:3, 3] = rotation, (row["x"], row["y"], row["z"])
+            found = world.postures("arm", pose[None])
+            reached, free = reached + bool(len(found.target)), free + bool(found.free.any())
+            branches += int(found.free.sum())
+        assert (row["reached"], row["free"], row["branches"]) == (reached / 12, free / 12, branches / 12)
+    assert rows[1]["reached"] > rows[1]["free"] and rows[2]["reached"] == 0.0
+    assert rows[0]["free"] > 0.0
+
+
+def test_placements_are_those_from_which_the_targets_are_in_the_annulus(scene: Path, tmp_path: Path) -> None:
+    """Of all places of a grid, by the formula; and the reason names what is out of reach, or touches."""
+    text = STUDY.format(
+        scene=scene,
+        function="placement:place",
+        parameters='{robot: {list: [arm]}, targets: {list: ["first, second"]}, yaw: {list: [0.3]}, '
+        "x: {grid: {from: -0.9, to: 0.9, count: 9}}, y: {grid: {from: -0.9, to: 0.9, count: 9}}}",
+        results="{reached: number, free: number, margin: number, reason: text}",
+    )
+    (tmp_path / "study.yaml").write_text(text)
+    study = read_study(tmp_path / "study.yaml")
+    run(open_job(study, tmp_path / "out", False), Here())
+    rows = Parts(tmp_path / "out", study).table().to_pylist()
+    places = np.array([[0.3, 0.1, 0.2], [0.2, -0.5, 0.1]])
+    for row in rows:
+        assert row["status"] == "ok", row["error"]
+        seen = places - [row["x"], row["y"], 0.0]
+        assert row["reached"] == np.mean([is_within(*place) for place in seen])
+        if row["reason"] is None:
+            assert row["free"] == 1.0 and 0.0 < row["margin"] <= 1.0
+        elif "touches" not in row["reason"]:
+            name = "first" if not is_within(*seen[0]) else "second"
+            assert row["reason"] == f"{name}: out of reach"
+    reasons = [row["reason"] for row in rows]
+    assert None in reasons and any(one and "touches" in one for one in reasons)
+
+
+def test_margins_are_those_of_the_worst_target() -> None:
+    class Found:
+        target = np.array([0, 0, 1])
+        positions = np.array([[0.0, 0.5], [0.9, 0.0], [0.0, -1.5]])
+        free = np.array([True, True, True])
+        touching = (None, None, None)
+
+    limits = np.array([[-1.0, 1.0], [-2.0, 2.0]])
+    # The first target's best posture is 0.75 of half a range off, the second one's 0.25.
+    assert placement.margin(Found(), limits, 2) == pytest.approx(0.25)
+
+
+def test_bad_input_is_told(world: EmbeddedWorld, tmp_path: Path) -> None:
+    with pytest.raises(InvalidArgumentError, match="this study needs a scene"):
+        open_world(None)
+    with pytest.raises(KernelError, match="cannot read the scene file"):
+        EmbeddedWorld(tmp_path / "none.yaml")
+    with pytest.raises(KernelError, match="did you mean 'arm'"):
+        world.postures("armm", np.eye(4)[None])
+    with pytest.raises(KernelError, match=r"poses are \(n, 4, 4\) and finite"):
+        world.postures("arm", np.eye(4))
+    with pytest.raises(KernelError, match=r"the pose of 'arm' is \(4, 4\) and finite"):
+        world.place("arm", np.full((4, 4), np.nan))
+    with pytest.raises(ValueError, match="directions and turns are 1 or more"):
+        orientations(0, 1)
