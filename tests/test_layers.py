@@ -92,6 +92,9 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/emulators/abb/server.py": ("virtualrobot_apps", "virtualrobot", "uvicorn"),
     # So is a plugin, which its author goes on with.
     f"{APPS}/new/drivers": ("virtualrobot_sdk", "numpy", "serial", "pytest", "board"),
+    # Programs of other people, who know nothing of us, and the hand that starts them.
+    f"{APPS}/demos/controllers": ("virtualrobot_apps", "virtualrobot", "click", "abb_robot_client", "dashboard_client"),
+    f"{APPS}/demos/controllers/programs": ("abb_robot_client", "rtde_control", "rtde_receive"),
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Navigation fits, measures distances and plans by libraries, where they are installed, and writes maps as ROS does.

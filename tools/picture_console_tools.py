@@ -44,6 +44,9 @@ solid:
       step: [0.12, 0, 0]
 """
 
+BORE = 719, 428
+"""Where the wall of its foremost bore is in the page of SIZE (pixels), as the bracket is looked at."""
+
 GAMEPAD = """() => {
   const buttons = Array.from({ length: 17 }, () => ({ pressed: false, value: 0 }));
   navigator.getGamepads = () => [{ id: "Xbox Wireless Controller", connected: true, mapping: "standard",
@@ -246,6 +249,20 @@ def _modeller(client: virtualrobot.Client, page: Page) -> None:
     page.evaluate("document.activeElement.blur()")
 
 
+def _joints(client: virtualrobot.Client, page: Page) -> None:
+    """Pick the axis of a bracket's bore, about which it is to turn."""
+    _modeller(client, page)
+    page.locator(DRAWN).wait_for()
+    panel = page.get_by_label("What happens", exact=True)
+    panel.get_by_role("radio", name="Joint").click()
+    panel.get_by_role("button", name="Pick an axis").click()
+    page.mouse.click(*BORE)
+    panel.get_by_label("The body, or the link, that it moves on").fill("floor")
+    panel.get_by_label("The body, or the link, that it moves on").press("Enter")
+    panel.get_by_label("Name of the device").fill("latch")
+    page.evaluate("document.activeElement.blur()")
+
+
 def _films(client: virtualrobot.Client, page: Page) -> None:
     """Film the view while the arm moves, beside a film that is whole."""
     page.get_by_title("Films", exact=True).click()
@@ -283,6 +300,7 @@ PICTURES: dict[str, Callable[[virtualrobot.Client, Page], Locator | None]] = {
     "speeds": _speeds,
     "films": _films,
     "modeller": _modeller,
+    "joints": _joints,
 }
 """Steps that bring the page to where its picture is taken, of the page or of a part of it."""
 

@@ -71,6 +71,7 @@ LONG = {
     "tutorial-driver.md",
     "tutorial-first-cell.md",
     "tutorial-plugin.md",
+    "tutorial-processes.md",
     "tutorial-rapid.md",
     "rapl.md",
     "tutorial-rapl.md",

@@ -12,7 +12,7 @@ import logging
 from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import Distribution, EntryPoint, entry_points
 
 from virtualrobot_sdk.errors import ComponentFault, PluginError
 from virtualrobot_sdk.hookspecs import ENTRY_POINT_GROUP
@@ -126,12 +126,18 @@ class Catalog:
 
 
 def _package(point: EntryPoint) -> str:
-    return point.dist.name if point.dist else ""
+    return _named(point.dist)[0] if point.dist else ""
+
+
+@functools.lru_cache(maxsize=64)
+def _named(package: Distribution) -> tuple[str, str]:
+    """Return name and version of an installed package; a scan reads the file that tells them once for all plugins."""
+    return package.name, package.version
 
 
 def _looked_at(point: EntryPoint, recalled: Description | None) -> Plugin:
     """Return the plugin of an entry point; whatever goes wrong becomes the reason why it offers nothing."""
-    found = Plugin(point.name, _package(point), point.dist.version if point.dist else "")
+    found = Plugin(point.name, _package(point), _named(point.dist)[1] if point.dist else "")
     try:
         if found.package == OWN_PACKAGE:
             return _described(found, point, recalled or describe(*_loaded(point)), is_here=True)

@@ -30,6 +30,9 @@ log = logging.getLogger(__name__)
 
 SDK = "virtualrobot_sdk"
 
+NO_SOURCES = {"__pycache__", "node_modules"}
+"""Folders of what is made of sources, or builds a page: no plugin imports anything from there."""
+
 
 @dataclass(frozen=True, slots=True)
 class Memory:
@@ -75,7 +78,7 @@ def _stamp(points: Sequence[EntryPoint]) -> str:
         spec = find_spec(package)
         for top in spec.submodule_search_locations or () if spec else ():
             for folder, folders, names in os.walk(top):
-                folders[:] = sorted(name for name in folders if name != "__pycache__")
+                folders[:] = sorted({*folders} - NO_SOURCES)
                 for name in sorted(names):
                     about = os.stat(os.path.join(folder, name))
                     stamp.update(f"{folder}/{name} {about.st_mtime_ns} {about.st_size}\n".encode())

@@ -15,7 +15,7 @@ from collections.abc import Iterable, Mapping
 from enum import Enum
 from functools import cache
 
-from virtualrobot_kernel.history.codec import Codec, Migration
+from virtualrobot_kernel.history.codec import Codec, Migration, hints_of
 from virtualrobot_kernel.history.world_image import WorldImage
 from virtualrobot_kernel.motion import limits
 from virtualrobot_kernel.motion.plan_execution import PlanExecution
@@ -89,7 +89,7 @@ def reached(roots: Iterable[object] = ROOTS) -> list[type]:
             found[hint] = None
         elif names := _fields(hint):
             found[hint] = None
-            hints = typing.get_type_hints(hint)
+            hints = hints_of(hint)
             left += [hints[name] for name in names]
         elif dataclasses.is_dataclass(hint):
             found[hint] = None

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from math import ceil, log2
-from operator import gt, sub
+from operator import add, gt, sub
 from threading import get_ident
 from typing import NamedTuple
 
@@ -77,20 +77,22 @@ class _Leg(NamedTuple):
     last: Sequence[float]
     rests: bool
 
-    def at(self, time: float) -> list[tuple[float, float, float]]:
-        """Return position, velocity and acceleration of each joint; without rounding where its way has ended."""
+    def at(self, time: float) -> JointState:
+        """Return the state of the joints; without rounding where a joint's way has ended."""
         ends = self.trajectory.independent_min_durations
-        going = *self.trajectory.at_time(time), self.origin, self.drift
+        places, speeds, slopes = self.trajectory.at_time(time)
         if min(ends) > time:
-            return [(at + drift * time + q, drift + v, a) for q, v, a, at, drift in zip(*going, strict=True)]
+            there = [at + drift * time + q for q, at, drift in zip(places, self.origin, self.drift, strict=True)]
+            return JointState(tuple(there), tuple(map(add, self.drift, speeds)), tuple(slopes))
         states = []
+        going = places, speeds, slopes, self.origin, self.drift
         for q, v, a, origin, drift, end, last in zip(*going, ends, self.last, strict=True):
             at = origin + drift * time
             if end > time:
                 states.append((at + q, drift + v, a))
             else:
                 states.append((at if self.rests else at + q, last, 0.0))
-        return states
+        return JointState(*zip(*states, strict=True))
 
 
 class Coupling(NamedTuple):
@@ -139,13 +141,14 @@ class StoppableTrajectory(NamedTuple):
     def at(self, time: float) -> JointState:
         """Return the state of the joints `time` seconds from now."""
         states = [leg.at(time) for leg in self.legs]
-        return _inside([states[leg][joint] for joint, leg in enumerate(self.chosen)], self.bounds)
+        chosen = enumerate(self.chosen)
+        rows = [[part[joint] for part in states[leg]] for joint, leg in chosen]
+        return _inside(JointState(*zip(*rows, strict=True)), self.bounds)
 
 
-def _inside(states: Sequence[tuple[float, float, float]], bounds: Bounds) -> JointState:
-    """Return the state of all joints; rounding may have led past a limit by as much as a float's last places."""
-    q, v, a = zip(*states, strict=True)
-    return JointState(tuple(map(min, map(max, q, bounds.lower), bounds.upper)), v, a)
+def _inside(there: JointState, bounds: Bounds) -> JointState:
+    """Return the state with joints in their limits: rounding may have led past one by a float's last places."""
+    return there._replace(q=tuple(map(min, map(max, there.q, bounds.lower), bounds.upper)))
 
 
 def brake(now: JointState, bounds: Bounds, dt: float) -> tuple[StoppableTrajectory, JointState]:
@@ -191,7 +194,7 @@ def follow_positions(
 
 def can_stop(now: JointState, then: JointState, bounds: Bounds, dt: float) -> bool:
     """Return whether joints that go from one state to another in `dt`, and then brake, keep position limits."""
-    if not bounds.couplings and _far_from_limits(now, list(zip(*then, strict=True)), bounds, dt):
+    if not bounds.couplings and _far_from_limits(now, then, bounds, dt):
         return True
     spans = _spans(now, then, bounds, dt)
     if any(a < lower or b > upper for (a, b), lower, upper in zip(spans, bounds.lower, bounds.upper, strict=True)):
@@ -217,10 +220,10 @@ def _within_limits(
     it turns back no later than the brake does. Of joints that an actuator couples, one that would leave its limits
     brakes, and so do those that lead the actuator beyond its own.
     """
-    states = leg.at(dt)
-    if not bounds.couplings and _far_from_limits(now, states, bounds, dt):
-        return StoppableTrajectory((leg,), (0,) * len(states), bounds), JointState(*zip(*states, strict=True))
-    spans = _spans(now, JointState(*zip(*states, strict=True)), bounds, dt)
+    then = leg.at(dt)
+    if not bounds.couplings and _far_from_limits(now, then, bounds, dt):
+        return StoppableTrajectory((leg,), (0,) * len(then.q), bounds), then
+    spans = _spans(now, then, bounds, dt)
     chosen = [
         1 if lowest < lower or highest > upper else 0
         for (lowest, highest), lower, upper in zip(spans, bounds.lower, bounds.upper, strict=True)
@@ -228,7 +231,7 @@ def _within_limits(
     if bounds.couplings:
         _brake_coupled(now, bounds, chosen, spans)
     if not any(chosen):
-        return StoppableTrajectory((leg,), chosen, bounds), _inside(states, bounds)
+        return StoppableTrajectory((leg,), chosen, bounds), _inside(then, bounds)
     goals = [goal if choice == 1 else place for goal, place, choice in zip(rests, now.q, chosen, strict=True)]
     braking = _brake(now, bounds)
     instead = _to_rest(now, goals, [0.0] * len(goals), bounds, greatest) or braking
@@ -256,15 +259,15 @@ def _spans(now: JointState, then: JointState, bounds: Bounds, dt: float) -> list
     return spans
 
 
-def _far_from_limits(now: JointState, after: Sequence[tuple[float, float, float]], bounds: Bounds, dt: float) -> bool:
+def _far_from_limits(now: JointState, then: JointState, bounds: Bounds, dt: float) -> bool:
     """Return whether each joint can stop within its limits after `dt`, and keeps them until then: quick, and cautious.
 
     A brake from v and a goes at most |v| t + |a| t²/2 until its acceleration has ended, with t = |a|/j, and from then
     on, at the speed w = |v| + |a| t/2, at most w²/(2 A) + w A/(2 j): what the double S profile takes where it reaches
     the greatest acceleration A, and more than it takes where it doesn't.
     """
-    for place, (q, v, a), lower, upper, most, jerk in zip(
-        now.q, after, bounds.lower, bounds.upper, bounds.acceleration, bounds.jerk, strict=True
+    for place, q, v, a, lower, upper, most, jerk in zip(
+        now.q, *then, bounds.lower, bounds.upper, bounds.acceleration, bounds.jerk, strict=True
     ):
         time = abs(a) / jerk
         speed = abs(v) + abs(a) * time / 2.0
@@ -338,8 +341,7 @@ def _to_velocities(now: JointState, wanted: Sequence[float], bounds: Bounds) -> 
 
 
 def _velocities(now: JointState, wanted: Sequence[float], bounds: Bounds) -> ruckig.Trajectory:
-    given = ruckig.InputParameter(len(now.q))
-    given.control_interface = ruckig.ControlInterface.Velocity
+    given = _input(get_ident(), len(now.q), ruckig.ControlInterface.Velocity)
     given.current_velocity = now.v
     given.target_velocity = wanted
     trajectory = ruckig.Trajectory(len(now.q))
@@ -361,11 +363,12 @@ def _to_rest(
     """
     count = len(now.q)
     places = list(map(sub, now.q, origin))
-    farthest = [_FARTHEST_SECONDS * most for most in greatest]
-    if any(map(gt, map(abs, places), farthest)):
-        places = [max(-far, min(far, place)) for place, far in zip(places, farthest, strict=True)]
-        origin = [q - place for q, place in zip(now.q, places, strict=True)]
-    given = ruckig.InputParameter(count)
+    if max(map(abs, places)) > _FARTHEST_SECONDS * min(greatest):
+        farthest = [_FARTHEST_SECONDS * most for most in greatest]
+        if any(map(gt, map(abs, places), farthest)):
+            places = [max(-far, min(far, place)) for place, far in zip(places, farthest, strict=True)]
+            origin = [q - place for q, place in zip(now.q, places, strict=True)]
+    given = _input(get_ident(), count, ruckig.ControlInterface.Position)
     given.current_position = places
     given.current_velocity = list(map(sub, now.v, drift))
     given.max_velocity = list(map(sub, greatest, drift))
@@ -381,11 +384,19 @@ def _to_rest(
 def _calculate(
     given: ruckig.InputParameter, acceleration: Sequence[float], bounds: Bounds, into: ruckig.Trajectory
 ) -> None:
-    given.synchronization = ruckig.Synchronization.No
     given.current_acceleration = acceleration
     given.max_acceleration = bounds.acceleration
     given.max_jerk = bounds.jerk
     _calculator(get_ident(), given.degrees_of_freedom).calculate(given, into)
+
+
+@lru_cache(maxsize=64)
+def _input(thread: int, joints: int, interface: ruckig.ControlInterface) -> ruckig.InputParameter:
+    """Return what so many joints are asked with in a thread; whoever asks sets all that is not the same each time."""
+    del thread
+    given = ruckig.InputParameter(joints)
+    given.control_interface, given.synchronization = interface, ruckig.Synchronization.No
+    return given
 
 
 @lru_cache(maxsize=64)

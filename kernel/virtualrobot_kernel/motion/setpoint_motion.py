@@ -11,7 +11,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
-from operator import add
+from operator import add, gt, lt
 from typing import Self
 
 import numpy as np
@@ -147,7 +147,7 @@ class SetpointMotion:
         """
         if self.closed or self.ended or self.phase is Phase.STOPPING:
             return self
-        wanted = tuple(checked_joints(values, len(self.newest), "a setpoint").tolist())
+        wanted = _checked(values, len(self.newest))
         turning = self.turning
         if self.mode is SetpointMode.VELOCITY:
             check_rates(self.limits, wanted)
@@ -209,11 +209,13 @@ class SetpointMotion:
         if self.mode is SetpointMode.VELOCITY:
             wanted = [max(-most, min(most, value)) for value, most in zip(self.counted, greatest, strict=True)]
             return online.follow_velocities(self.now, wanted, self.bounds, greatest, dt)
-        origin = list(map(min, map(max, self.goal, self.bounds.lower), self.bounds.upper))
-        drift = [
-            max(-MOST_DRIFT * most, min(MOST_DRIFT * most, speed)) if inside == place else 0.0
-            for speed, most, inside, place in zip(self.drift, greatest, origin, self.goal, strict=True)
-        ]
+        origin, drift = self._clamped(self.goal), self.drift
+        fastest = [MOST_DRIFT * most for most in greatest]
+        if origin != self.goal or any(map(gt, map(abs, drift), fastest)):
+            drift = [
+                max(-most, min(most, speed)) if inside == place else 0.0
+                for speed, most, inside, place in zip(drift, fastest, origin, self.goal, strict=True)
+            ]
         return online.follow_positions(self.now, origin, drift, self.bounds, greatest, dt)
 
     def pause(self) -> Self:
@@ -331,7 +333,10 @@ class SetpointMotion:
                     limit=most,
                 )
 
-    def _clamped(self, wanted: Sequence[float]) -> tuple[float, ...]:
+    def _clamped(self, wanted: tuple[float, ...]) -> tuple[float, ...]:
+        bounds = self.bounds
+        if not (any(map(lt, wanted, bounds.lower)) or any(map(gt, wanted, bounds.upper))):
+            return wanted  # as it mostly is
         return tuple(map(min, map(max, wanted, self.bounds.lower), self.bounds.upper))
 
     def _check_jump(self, wanted: Sequence[float]) -> None:
@@ -366,6 +371,14 @@ class SetpointMotion:
 
 
 _made = maker(SetpointMotion)
+
+
+def _checked(values: Sequence[float] | Array, count: int) -> tuple[float, ...]:
+    """Return a setpoint (count,); raise KernelError as `checked_joints` does, which is not needed for good floats."""
+    if isinstance(values, list | tuple) and len(values) == count and {*map(type, values)} == {float}:
+        if math.isfinite(sum(values)):
+            return tuple(values)
+    return tuple(checked_joints(values, count, "a setpoint").tolist())
 
 
 def _distance(a: float, b: float) -> float:

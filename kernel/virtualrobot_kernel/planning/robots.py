@@ -78,8 +78,12 @@ class Arm:
 
 
 def world_poses(structure: Structure, state: State) -> NDArray[np.float64]:
-    """Return world_t_node (N, 4, 4) of every node: the one forward pass."""
-    result = poses_of_rows(structure, structure.forest.order, state.parent_t_node, state.q)
+    """Return world_t_node (N, 4, 4) of every node: the one forward pass.
+
+    The world's own node needs none: a kernel that begins empty answers before compiled code is loaded.
+    """
+    order, placed = structure.forest.order, state.parent_t_node
+    result = poses_of_rows(structure, order, placed, state.q) if len(placed) > 1 else placed.copy()
     result.setflags(write=False)
     return result
 

@@ -78,16 +78,12 @@ class CompiledFunction:
 
     def __init__(self, function: Callable[..., Any], signature: tuple[Type, ...], options: dict[str, Any]) -> None:
         """Keep `function`, the numba types of its arguments and numba's options; `compile` makes the native code."""
-        from numba import njit
-
         self.function = function
         self.directory = cache_directory(Path(function.__code__.co_filename).parent)
-        with _kept_in(self.directory):
-            self.dispatcher: Any = njit(**_COMPILED, **options)(function)
         self.name = function.__name__.lstrip("_")
         self.__name__ = function.__name__
         self.__doc__ = function.__doc__
-        self._signature = signature
+        self._signature, self._options = signature, options
         self._ready = False
         _compiled_functions.append(self)
 
@@ -96,9 +92,17 @@ class CompiledFunction:
         self.compile()
         return self.dispatcher(*arguments)
 
+    @functools.cached_property
+    def dispatcher(self) -> Any:  # noqa: ANN401  numba's own type
+        """Return numba's dispatcher, made when it is first asked for: a start makes some sixty functions."""
+        from numba import njit
+
+        with _kept_in(self.directory):
+            return njit(**_COMPILED, **self._options)(self.function)
+
     def is_cached(self) -> bool:
-        """Tell whether the cache directory has code of this function (perhaps for another processor)."""
-        return bool(_kept(self.directory, self.function))
+        """Tell whether the cache directory has code of this function for this processor."""
+        return _is_kept(self.directory, self.function)
 
     def compile(self) -> bool:
         """Compile or load; return True when it had to be compiled anew."""
@@ -136,8 +140,8 @@ class CompiledCallback:
         return self._native.address
 
     def is_cached(self) -> bool:
-        """Tell whether the cache directory has code of this function (perhaps for another processor)."""
-        return bool(_kept(self.directory, self.function))
+        """Tell whether the cache directory has code of this function for this processor."""
+        return _is_kept(self.directory, self.function)
 
     def compile(self) -> bool:
         """Compile or load; return True when it had to be compiled anew."""
@@ -238,10 +242,12 @@ def _load_numba() -> None:
 
 
 def processor() -> str:
-    """Return the name of the processor that code is compiled for."""
+    """Return the name of the processor that code is compiled for: this one, or what NUMBA_CPU_NAME says."""
     from llvmlite.binding import get_host_cpu_name
+    from numba import config
 
-    return get_host_cpu_name()
+    settings: Any = config
+    return settings.CPU_NAME or get_host_cpu_name()
 
 
 def files_of_code(*packages: str) -> list[Path]:
@@ -260,25 +266,40 @@ def _kept(directory: Path, function: Callable[..., Any]) -> list[Path]:
     return [*directory.glob(f"*/{module}.{function.__name__}-*.nbi")]
 
 
-def make_ready() -> None:
+def _is_kept(directory: Path, function: Callable[..., Any]) -> bool:
+    """Return whether the cache has a function's code for this processor, whose name and features its files tell."""
+    return any(all(mark in code for mark in _marks()) for code in map(Path.read_bytes, _kept(directory, function)))
+
+
+@functools.cache
+def _marks() -> tuple[bytes, bytes]:
+    """Return name and features of the processor that code is compiled for, as numba writes them where it keeps code."""
+    from numba import config
+    from numba.core.codegen import get_host_cpu_features
+
+    settings: Any = config
+    chosen = settings.CPU_FEATURES
+    return processor().encode(), (get_host_cpu_features() if chosen is None else chosen).encode()
+
+
+def make_ready(given_up: Callable[[], bool] = bool) -> None:
     """Compile or load every compiled function imported so far; where that was done before it costs next to nothing.
 
     A component calls this when it is made: its calls have a deadline, and the first would else wait for the compiler.
+    `given_up` is asked before each function; where it says True, the rest is left.
     """
     for function in _compiled_functions:
+        if given_up():
+            return
         function.compile()
 
 
 def compile_missing(progress: Callable[[int, int, str], None]) -> None:
     """Compile every function imported so far that is not in the cache; the others are loaded when they are called.
 
-    `progress(done, total, name)` is called before each that is compiled, with the number of these. A cache is made by
-    one processor: where the first function has to be compiled for this one, all are.
+    `progress(done, total, name)` is called before each that is compiled, with the number of these.
     """
-    functions = tuple(_compiled_functions)
-    missing = [function for function in functions if not function.is_cached()]
-    if functions and not missing and functions[0].compile():
-        missing = list(functions[1:])
+    missing = [function for function in tuple(_compiled_functions) if not function.is_cached()]
     for done, function in enumerate(missing):
         progress(done, len(missing), function.name)
         function.compile()

@@ -169,9 +169,10 @@ def test_a_device_is_made_of_bodies(console: Console, stepped_kernel: KernelProc
             page.locator('.view .canvas[aria-busy="false"]').wait_for()
             panel.get_by_role("button", name="Take apart").click()
             until(lambda: "pair 2" in client.scene)
-            low, high = (client.scene.bounds(name) for name in ("pair 1", "pair 2"))
-            np.testing.assert_allclose(low, lower.bounds, atol=1e-6)
-            np.testing.assert_allclose(high, upper.bounds, atol=1e-6)
+            for name, body in (("pair 1", lower), ("pair 2", upper)):
+                bounds = client.scene.bounds(name)
+                assert bounds is not None
+                np.testing.assert_allclose(bounds, body.bounds, atol=1e-6)
             page.get_by_title("Undo (Ctrl-Z)").click()
             until(lambda: "pair 2" not in client.scene)
 

@@ -80,13 +80,13 @@ def rapid(text: str = CELL, *others: str) -> RapidAnalysis:
 @pytest.mark.parametrize(
     ("marked", "told"),
     [
-        ("MoveL ho|me", ["CONST robtarget home := [[1,2,3]", "Module Cell."]),
-        ("v1|00", ["CONST speeddata v100 := [100,500,5000,1000]", "Comes with the language."]),
+        ("MoveL ho|me", ["CONST robtarget home := [[1,2,3]", "trans.x (mm)", "Module Cell."]),
+        ("v1|00", ["CONST speeddata v100 := [100,500,5000,1000]", "v_tcp 100 mm/s, v_ori 500 degrees/s", "language."]),
         ("Move|L", ["MoveL ", "robtarget ToPoint", "Moves the tool centre point along a line to a place."]),
         (":= su|mmed(2", [r"FUNC num summed(num x \switch More)", "Adds up,\nand multiplies.", "Module Cell."]),
         (r"2 \Mo|re", [r"\switch More", "Parameter."]),
         ("{2}.weig|ht", ["num weight", "Component of box."]),
-        ("{1}.size.x|", ["num x", "Component of pos."]),
+        ("{1}.size.x|", ["num x", "Component of pos, in mm."]),
         ("y + |i", ["num i", "Variable of the loop."]),
         ("y * |x", ["num x", "Parameter."]),
         (r"\Nu|m", ["num Num"]),

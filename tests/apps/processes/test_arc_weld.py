@@ -1,4 +1,4 @@
-"""Arc welding in a running cell: the wire along its seam from tick to tick, and what is refused with its line."""
+"""Arc welding and G-code in a running cell: the tool from tick to tick, and what is refused with its line."""
 
 from __future__ import annotations
 
@@ -125,6 +125,24 @@ def test_a_seam_goes_through_targets(steps: Client, tmp_path: Path) -> None:
     steps.scene["b"].parent_t_node = virtualrobot.pose(-0.05, 0.0, 0.01, roll=np.pi, pitch=np.radians(-30.0))
     moved = welded(steps, arm, written(tmp_path, text))[:, :3, 3] - [0.65, 0.0, 0.45]
     assert np.linalg.norm(moved - [-0.05, 0.0, 0.01], axis=1).min() < 1.2e-3
+
+
+def test_a_tool_follows_gcode(steps: Client, tmp_path: Path) -> None:
+    """A circle of 60 mm on the plate, whose lines may be 0.1 mm within it; 5 mm before it, straight down."""
+    arm = cell(steps)
+    steps.scene["wall"].remove()
+    (tmp_path / "ring.nc").write_text("G0 X0 Y30\nG3 X0 Y30 J-30\n")
+    text = "schema_version: 1\nprocess: tool_path\nrobot: arm\nways: [{part: place, gcode: ring.nc}]\nspeed: 0.1\n"
+    steps.scene.add_frame("place", pose=virtualrobot.pose(-0.07, 0.0, 0.01), parent="plate")
+    poses = welded(steps, arm, written(tmp_path, f"{text}tool: {{heading: [1, 0, 0], standoff: 0.005}}\nsignal: arc\n"))
+    points = poses[:, :3, 3] - [0.58, 0.0, 0.465]
+    radii = np.linalg.norm(points[:, :2], axis=1)
+    assert 0.03 - 1.2e-4 <= radii.min() and radii.max() <= 0.03 + 2e-5
+    np.testing.assert_allclose(points[:, 2], 0.0, atol=1e-5)
+    np.testing.assert_allclose(poses[:, :3, 2], np.tile([0.0, 0.0, -1.0], (len(poses), 1)), atol=1e-5)
+    speeds = np.linalg.norm(np.diff(points, axis=0), axis=1) / TICK
+    quarter = len(speeds) // 4
+    np.testing.assert_allclose(speeds[quarter:-quarter], 0.1, rtol=1e-2)  # by chords
 
 
 def test_the_mesh_of_a_part_is_in_its_own_frame(steps: Client) -> None:

@@ -6,14 +6,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError, VirtualRobotError
 from virtualrobot_apps.cell_io.yaml_file import parse
 from virtualrobot_apps.curves.way import Way
-from virtualrobot_apps.processes.arc_weld import ArcWeld, read_weld, seam_frames, seam_way
+from virtualrobot_apps.processes.arc_weld import ArcWeld, read_weld
 from virtualrobot_apps.processes.process import plan_file
+from virtualrobot_apps.processes.source import Cell, ways_of
 from virtualrobot_apps.processes.sources.edges import edges
 
-from tests.apps.processes.workpieces import tee_joint
+from tests.apps.processes.workpieces import plate, tee_joint
 
 WHOLE = """\
 schema_version: 1
@@ -48,39 +50,38 @@ def read(text: str) -> ArcWeld:
     return read_weld(parse(text, "weld.yaml"))
 
 
-def way_of(text: str, ways: list[Way]) -> Way:
-    """Return the way of the first seam of a text."""
-    weld = read(text)
-    return seam_way(weld.seams[0], ways, weld.chord, weld.step)
+def way_of(text: str, mesh: trimesh.Trimesh) -> Way:
+    """Return the way of the first seam of a text, on a mesh."""
+    torch = read(text).torch
+    (way,) = ways_of(torch.sources[0], Cell(lambda parts: mesh, lambda target, part: np.eye(4)), torch.density)
+    return way
 
 
 def test_all_of_a_file_is_read() -> None:
     weld = read(WHOLE)
-    assert (weld.robot, weld.speed, weld.standoff, weld.approach) == ("arm", 0.01, 0.002, 0.08)
-    assert weld.work == pytest.approx(np.radians(40.0)) and weld.travel == pytest.approx(np.radians(-10.0))
-    assert weld.base.tolist() == [0.0, 1.0, 0.0]
-    assert weld.tolerance == pytest.approx(
+    torch = weld.torch
+    assert (torch.robot, torch.speed, torch.standoff, torch.approach) == ("arm", 0.01, 0.002, 0.08)
+    assert torch.work == pytest.approx(np.radians(40.0)) and torch.travel == pytest.approx(np.radians(-10.0))
+    assert torch.base.tolist() == [0.0, 1.0, 0.0]
+    assert torch.tolerance == pytest.approx(
         {"rotation_x": np.radians(5.0), "rotation_y": np.radians(10.0), "rotation_z": np.radians(20.0)}
     )
     assert weld.weave == (0.004, 0.006, "triangle") and weld.passes == ((0.0, 0.0), (0.003, 0.003))
     assert (weld.signal, weld.start_seconds, weld.end_seconds) == ("arc", 0.2, 0.3)
-    assert (weld.chord, weld.step) == (5e-5, 0.004)
-    edge, other, picked, through = weld.seams
-    assert edge.parts == ("plate",) and edge.kind == "concave" and edge.reverse and edge.trim == (0.01, 0.02)
-    assert other.parts == ("plate", "wall") and other.kind == "convex"
-    assert picked.points is not None and picked.points.shape == (2, 3) and picked.kind is None
-    assert through.targets == ("first", "second") and through.kind is None and through.points is None
+    assert (torch.density.chord, torch.density.step) == (5e-5, 0.004)
+    edge, other, picked, _ = torch.sources
+    assert edge.parts == ("plate",) and edge.reverse and edge.trim == (0.01, 0.02) and edge.near is not None
+    assert other.parts == ("plate", "wall") and picked.near is None
     plain = read(SHORT)
-    assert plain.tolerance == {"rotation_z": "free"} and plain.weave is None and plain.passes == ((0.0, 0.0),)
-    assert plain.work is None and plain.signal is None
+    assert plain.torch.tolerance == {"rotation_z": "free"} and plain.weave is None and plain.passes == ((0.0, 0.0),)
+    assert plain.torch.work is None and plain.signal is None
 
 
 def test_the_seam_is_the_edge_that_was_meant() -> None:
     """The foot of a wall towards +y, 170 of its 200 mm, woven at the speed that the seam is to be welded at."""
-    found = edges(tee_joint())
-    way = way_of(WHOLE, found)
+    way = way_of(WHOLE, tee_joint())
     np.testing.assert_allclose(way.points[[0, -1]], [[0.09, 0.005, 0.0], [-0.08, 0.005, 0.0]], atol=1e-9)
-    frames, speed = seam_frames(read(WHOLE), way)
+    frames, speed = read(WHOLE).frames(way)
     waves, swing = 28, np.hypot(0.17 / 28 / 8, 0.001) * 8
     assert len(frames) == waves * 8 + 1
     assert speed == pytest.approx(0.01 * waves * swing / 0.17)
@@ -91,27 +92,25 @@ def test_the_seam_is_the_edge_that_was_meant() -> None:
 
 
 def test_an_edge_is_said_where_there_are_several() -> None:
-    found = edges(tee_joint())
     with pytest.raises(
         MalformedFileError,
         match=r"weld.yaml:4: seams\[0\]: 'plate' has 4 concave edges: say by `near: \[x, y, z\]` in m which one: "
         r"200 mm from \[-0.1, 0.005, 0\]; 200 mm from \[0.1, -0.005, 0\]; 10 mm",
     ):
-        way_of(SHORT, found)
-    assert way_of(SHORT, found[:1]).length == pytest.approx(0.2)
+        way_of(SHORT, tee_joint())
     with pytest.raises(MalformedFileError, match="'plate' has no concave edge"):
-        way_of(SHORT, [])
-    with pytest.raises(MalformedFileError, match="the trim leaves nothing of a seam of 200 mm"):
-        way_of(SHORT.replace("part: plate", "part: plate, trim: [0.1, 0.1]"), found[:1])
+        way_of(SHORT, plate())
+    with pytest.raises(MalformedFileError, match="the trim leaves nothing of a way of 200 mm"):
+        way_of(SHORT.replace("part: plate", "part: plate, near: [0, 1, 0], trim: [0.1, 0.1]"), tee_joint())
 
 
 def test_too_many_frames_are_told() -> None:
     (way, *_) = edges(tee_joint())
     weld = read(SHORT + "weave: {width: 0.002, length: 0.002}\n")
-    with pytest.raises(InvalidArgumentError, match=r"a seam of 200 mm has 1201 frames, and a tool path 1001 at most"):
-        seam_frames(weld, way)
+    with pytest.raises(InvalidArgumentError, match=r"a way of 200 mm has 1201 frames, and a tool path 1001 at most"):
+        weld.frames(way)
     with pytest.raises(InvalidArgumentError, match="the tool would be along the way"):
-        seam_frames(read(SHORT), Way(way.points, np.stack([way.tangents, way.tangents], axis=1)))
+        read(SHORT).frames(Way(way.points, np.stack([way.tangents, way.tangents], axis=1)))
 
 
 @pytest.mark.parametrize(
@@ -120,17 +119,29 @@ def test_too_many_frames_are_told() -> None:
         ("speed: 0.01", "speed: 0", "5: speed: a number from 1e-05 to 10 belongs here, not 0"),
         ("speed: 0.01", "sped: 0.01", "there is no field 'sped'; did you mean 'speed'"),
         ("robot: arm\n", "", "1: the field 'robot' is missing"),
-        ("seams: [{part: plate}]", "seams: []", "4: seams: a seam belongs here"),
+        ("seams: [{part: plate}]", "seams: []", "4: seams: a source of ways belongs here"),
         ("{part: plate}", "{part: []}", "the name of a part belongs here"),
         ("{part: plate}", "{edge: concave}", "the field 'part' is missing"),
         ("{part: plate}", "{part: plate, edge: sharp}", "'sharp' is not known; it is one of concave, convex"),
         ("{part: plate}", "{part: plate, near: [1, 2]}", "three numbers belong here, not 2"),
         ("{part: plate}", "{part: plate, near: [1, 2, .nan]}", "a finite number belongs here"),
         ("{part: plate}", "{part: plate, trim: [1]}", "two lengths in m belong here: at the beginning and at the end"),
-        ("{part: plate}", "{part: plate, points: [[0, 0, 0]]}", "a seam through points needs the normal"),
-        ("{part: plate}", "{part: plate, normal: [0, 0, 1]}", "the normal is of a seam through points"),
-        ("{part: plate}", "{part: p, points: [], normal: [0, 0, 1], near: [0, 0, 0]}", "a seam is an edge, or goes"),
-        ("{part: plate}", "{part: p, targets: [a, b], edge: convex}", "a seam is an edge, or goes through points or"),
+        ("{part: plate}", "{part: plate, points: [[0, 0, 0]]}", "a way through points needs the normal"),
+        (
+            "{part: plate}",
+            "{part: plate, normal: [0, 0, 1]}",
+            "edge has its own",
+        ),
+        (
+            "{part: plate}",
+            "{part: p, points: [], normal: [0, 0, 1], near: [0, 0, 0]}",
+            "and points are one",
+        ),
+        (
+            "{part: plate}",
+            "{part: p, targets: [a, b], edge: convex}",
+            "and 'edge' is given, too",
+        ),
         ("speed: 0.01", "speed: 0.01\ntorch: {work_degrees: 90}", "a number from -89 to 89 belongs here, not 90"),
         ("speed: 0.01", "speed: 0.01\ntorch: {travel_degrees: 85}", "a number from -80 to 80 belongs here, not 85"),
         ("speed: 0.01", "speed: 0.01\nweave: {width: 0.01}", "6: weave: the field 'length' is missing"),
@@ -158,9 +169,10 @@ def test_what_a_file_says_wrong_is_told_with_its_line(old: str, new: str, words:
     ids=["empty", "doubled", "along"],
 )
 def test_points_that_make_no_seam_are_refused(points: str, words: str) -> None:
-    weld = read(SHORT.replace("{part: plate}", f"{{part: plate, points: {points}, normal: [0, 0, 1]}}"))
+    text = SHORT.replace("{part: plate}", f"{{part: plate, points: {points}, normal: [0, 0, 1]}}")
+    weld = read(text)
     with pytest.raises(VirtualRobotError, match=words):
-        seam_frames(weld, seam_way(weld.seams[0], [], weld.chord, weld.step))
+        weld.frames(way_of(text, plate()))
 
 
 def test_a_process_is_found_by_its_name(tmp_path: Path) -> None:

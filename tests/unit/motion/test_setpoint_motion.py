@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, LimitError, Reason
 from virtualrobot_kernel.motion.limits import JointLimits
-from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, follow_velocities
+from virtualrobot_kernel.motion.online import Bounds, Coupling, JointState, follow_positions, follow_velocities
 from virtualrobot_kernel.motion.running_motion import Phase
 from virtualrobot_kernel.motion.setpoint_motion import (
     AHEAD_SECONDS,
+    MOST_DRIFT,
     SetpointMode,
     SetpointMotion,
     start,
@@ -383,3 +385,32 @@ def test_a_start_outside_the_limits_is_refused() -> None:
     with pytest.raises(LimitError, match="setpoints cannot be followed from here"):
         start(POSITION, one(), [3.1], 1.0)
     assert start(POSITION, one(), [3.0 + 1e-7], 1.0).advance(TICK, 1.0).now.q == (3.0 + 1e-7,)
+
+
+def test_goals_beyond_limits_and_fast_ones_are_led_to_as_formulas_have_it(rng: np.random.Generator) -> None:
+    limits = random_limits(rng, 7)
+    begun = start(POSITION, limits, (limits.lower + limits.upper) / 2.0, 1.0)
+    bounds, greatest = begun.bounds, limits.velocity.tolist()
+    for reach, speed in ((0.4, 0.5), (0.7, 0.5), (0.4, 2.0), (0.7, 2.0)) * 5:
+        goal = begun.now.q + rng.uniform(-reach, reach, 7) * (limits.upper - limits.lower)
+        drift = rng.uniform(-speed, speed, 7) * limits.velocity
+        origin = np.clip(goal, limits.lower, limits.upper)
+        fastest = MOST_DRIFT * limits.velocity
+        follows = np.where(origin == goal, np.clip(drift, -fastest, fastest), 0.0)
+        _, there = replace(begun, goal=tuple(goal.tolist()), drift=tuple(drift.tolist())).way(TICK, 1.0)
+        _, expected = follow_positions(begun.now, origin.tolist(), follows.tolist(), bounds, greatest, TICK)
+        assert there == expected
+
+
+@pytest.mark.parametrize(
+    "values", [[0.1, 0.2], (0.1, -0.0), [1e308, 1e308], np.array([0.1, 0.2]), [0, 1], ["0.1", "0.2"], [True, 0.5]]
+)
+def test_a_setpoint_of_any_numbers_is_what_an_array_makes_of_them(values: list[float]) -> None:
+    following = start(VELOCITY, wide(), np.zeros(2), 1.0)
+    found, expected = following.set(values).newest, np.array(values, np.float64).tolist()
+    assert repr(found) == repr(tuple(expected))
+
+
+def wide() -> JointLimits:
+    """Return the limits of two joints that may be as fast as can be."""
+    return JointLimits(("a", "b"), *(np.full(2, value) for value in (-1.0, 1.0, 1.5e308, 1e308, 1e308)))

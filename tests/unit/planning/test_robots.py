@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from virtualrobot_kernel.planning.robots import arm_of, tip_of, world_poses
+from virtualrobot_kernel.planning.robots import arm_of, poses_of_rows, tip_of, world_poses
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_sdk.poses import inverse
 
@@ -26,3 +26,11 @@ def test_the_tip_by_the_arm_s_rows_is_where_the_world_has_it(rng: np.random.Gene
         everything[right.q_index] = q
         world = world_poses(structure, replace(state, q=everything))
         np.testing.assert_allclose(tip(q), inverse(world[base]) @ world[flange], atol=1e-14)
+
+
+def test_the_world_s_own_node_is_where_the_forward_pass_has_it() -> None:
+    structure, state = empty().structure, empty().state
+    passed = poses_of_rows(structure, structure.forest.order, state.parent_t_node, state.q)
+    alone = world_poses(structure, state)
+    assert alone.tobytes() == passed.tobytes() and alone.shape == passed.shape
+    assert not alone.flags.writeable and alone is not state.parent_t_node

@@ -70,6 +70,31 @@ def test_a_place_that_cannot_be_written_gives_way_to_a_temporary_one(tmp_path: P
     assert not directory.exists()  # it went with its process
 
 
+MISSING = """
+import json
+from virtualrobot_sdk.compiled import cache, rigid
+calls = []
+cache.compile_missing(lambda done, total, name: calls.append((done, total, name)))
+print(json.dumps({"calls": calls, "loaded": rigid.orthonormalise._ready, "processor": cache.processor()}))
+"""
+
+
+@pytest.mark.long
+def test_code_of_another_processor_is_compiled_anew_and_this_one_s_is_loaded_when_it_is_called(tmp_path: Path) -> None:
+    first = run(MISSING, NUMBA_CACHE_DIR=str(tmp_path))
+    (name,) = (name for _, _, name in first["calls"])
+    assert name == "orthonormalise" and first["loaded"]
+    assert run(MISSING, NUMBA_CACHE_DIR=str(tmp_path)) == {**first, "calls": [], "loaded": False}
+    (index,) = tmp_path.rglob("*.nbi")
+    here = first["processor"].encode()
+    index.write_bytes(index.read_bytes().replace(here, here[::-1]))
+    assert run(MISSING, NUMBA_CACHE_DIR=str(tmp_path)) == first
+    chosen = {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "+sse2"}
+    generic = {**first, "processor": "generic"}
+    assert run(MISSING, **chosen) == generic
+    assert run(MISSING, **chosen) == {**generic, "calls": [], "loaded": False}
+
+
 @pytest.mark.long
 def test_threads_may_ask_for_the_same_code_at_once(tmp_path: Path) -> None:
     program = """

@@ -9,6 +9,7 @@ from virtualrobot.cli.options import FiniteRange, Target, target_options
 from virtualrobot.cli.own_kernel import in_kernel
 
 from virtualrobot_apps.demos.bins.command import bins
+from virtualrobot_apps.demos.controllers.command import controllers
 from virtualrobot_apps.demos.twin.command import twin
 from virtualrobot_apps.vehicles.command import auv, boebot, hexapod, maze, quadruped, rov, ugv, uvms
 
@@ -59,6 +60,7 @@ def demo(
         app.main(client, loop=loop, headless=headless, film=film, begun=begun)
 
 
+demo.add_command(controllers)
 demo.add_command(twin)
 demo.add_command(auv)
 demo.add_command(bins)

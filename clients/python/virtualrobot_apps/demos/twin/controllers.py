@@ -6,7 +6,7 @@ import os
 import socket
 import subprocess
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from virtualrobot.child_process import end_child, start_child
 from virtualrobot.errors import DriverFaultError
@@ -20,21 +20,30 @@ UR_HOSTS = tuple(f"127.0.0.{number}" for number in range(1, 100))
 
 
 class Controller:
-    """Process of `virtualrobot emulate`, which runs from the start of a block to its end."""
+    """Process of `virtualrobot emulate`, which runs from the start of a block to its end.
 
-    def __init__(self, options: Sequence[str], ready: str) -> None:
-        """Start it, and wait until it says `ready`; raises DriverFaultError with its words where it ends before."""
+    Attributes:
+        place: where it listens, as it says it; empty where it says nothing of that.
+    """
+
+    def __init__(self, options: Sequence[str], ready: str, hear: Callable[[str], object] = len) -> None:
+        """Start it, and wait until it says `ready`; `hear` gets each line that it says from then on.
+
+        Raises:
+            DriverFaultError: it ends before; its words are told.
+        """
         self._process = start_child("emulate", *options, "--until-input-ends", stderr=subprocess.STDOUT)
         assert self._process.stdout is not None
         said = ""
         for line in self._process.stdout:
             said = line.strip()
             if ready in said:
+                self.place = said.partition(" at ")[2].partition(";")[0]
                 break
         else:
             self.close()
             raise DriverFaultError(f"the emulated controller ends at once: {said}", "DRIVER_FAULT")
-        threading.Thread(target=self._forget, name="words of a controller", daemon=True).start()
+        threading.Thread(target=self._listen, args=(hear,), name="words of a controller", daemon=True).start()
 
     @property
     def pid(self) -> int:
@@ -53,21 +62,24 @@ class Controller:
         """End it."""
         self.close()
 
-    def _forget(self) -> None:
+    def _listen(self, hear: Callable[[str], object]) -> None:
         assert self._process.stdout is not None
         with self._process.stdout as lines:
-            for _ in lines:
-                pass
+            for line in lines:
+                hear(line.rstrip())
 
 
-def universal_robots(hosts: Iterable[str] = UR_HOSTS) -> tuple[Controller, str]:
-    """Return an emulated controller of Universal Robots and its address: the first that is free."""
+def universal_robots(
+    hosts: Iterable[str] = UR_HOSTS, options: Sequence[str] = (), hear: Callable[[str], object] = len
+) -> tuple[Controller, str]:
+    """Return an emulated controller of Universal Robots, with `options`, and its address: the first free one."""
     why = "no address of this machine has the ports 29999 to 30004 free"
     for host in hosts:
         if not all(_is_free(host, port) for port in UR_PORTS):
             continue
         try:
-            return Controller(["ur", "--model", "ur5e", "--host", host, "--rate", str(RATE)], "listens at"), host
+            own = ["ur", *options, "--model", "ur5e", "--host", host, "--rate", str(RATE)]
+            return Controller(own, "listens at", hear), host
         except DriverFaultError as error:  # somebody else was faster
             why = str(error)
     raise DriverFaultError(why, "DRIVER_FAULT")

@@ -17,6 +17,7 @@ from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.core.words import Words
 from virtualrobot_apps.languages.editor.language import Item, ItemKind, Language, Spot, Symbol, SymbolKind
 from virtualrobot_apps.languages.editor.text import code, comment_above
+from virtualrobot_apps.languages.editor.units import UNITS, units_of
 from virtualrobot_apps.languages.rapid import builtin, tree
 from virtualrobot_apps.languages.rapid.check import check
 from virtualrobot_apps.languages.rapid.layout import formatted
@@ -137,7 +138,8 @@ class RapidAnalysis:
         part = self._component(number)
         if part is not None:
             of, (type_name, name) = part
-            return code("rapid", f"{type_name} {name}", f"Component of {of}.")
+            unit = UNITS.get(str(of).lower(), {}).get(name.lower())
+            return code("rapid", f"{type_name} {name}", f"Component of {of}{f', in {unit}' if unit else ''}.")
         name = self._words.values[number].lower()
         meant = self._meant(number)
         if meant is None:
@@ -402,8 +404,10 @@ class RapidAnalysis:
             case Datum(storage="loop"):
                 return code("rapid", f"num {meant.name}", "Variable of the loop.")
             case Datum() if meant.name in CONSTANTS and self._declaration(meant) is None:
-                value = value_text(CONSTANTS[meant.name][1])
-                return code("rapid", f"CONST {meant.type} {meant.name} := {value}", "Comes with the language.")
+                value = CONSTANTS[meant.name][1]
+                units = units_of(meant.type.name, value if isinstance(value, list) else None)
+                shown = f"CONST {meant.type} {meant.name} := {value_text(value)}"
+                return code("rapid", shown, ", ".join(units), "Comes with the language.")
         found = self._declaration(meant)
         if found is None:
             storage = f"{meant.storage.upper()} " if isinstance(meant, Datum) else ""
@@ -416,9 +420,9 @@ class RapidAnalysis:
             stars = f"{{{','.join('*' * node.dimensions)}}}" if node.dimensions else ""
             return code("rapid", f"{sign}{mode}{node.type} {node.name}{stars}", "Parameter.")
         module = next(one.module.name for one in self._checked.modules if one.module.source is source)
-        return code(
-            "rapid", _shown(source, node), comment_above(source, source.line(node.at), "!"), f"Module {module}."
-        )
+        units = ", ".join(units_of(meant.type.name)) if isinstance(meant, Datum) else ""
+        comment = comment_above(source, source.line(node.at), "!")
+        return code("rapid", _shown(source, node), comment, units, f"Module {module}.")
 
     def _all(self, at: int) -> list[Item]:
         """Return all names that can be written at a place, those that are nearer first."""

@@ -102,7 +102,7 @@ def _pose(task: RobotTask, value: Value, name: str) -> Floats:
 def _movej(
     task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, radius: Value
 ) -> Iterator[None]:
-    """Moves all joints to positions or to those of a pose; a and v are of the joint with the longest way."""
+    """Moves joints to positions (rad) or a pose (m, rad); of the longest way a (rad/s^2), v (rad/s); t (s), r (m)."""
     controller = task.controller
 
     def make(here: Floats, before: Move | None) -> JointMove:
@@ -144,13 +144,13 @@ def _linear(
 def _movel(
     task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, radius: Value
 ) -> Iterator[None]:
-    """Moves the tool along a line to a pose, or to that of joint positions."""
+    """Moves the tool along a line to a pose (m, rad) or joint positions (rad); a (m/s^2), v (m/s), t (s), r (m)."""
     yield from _linear(task, goal, acceleration, speed, seconds, radius)
 
 
 @function("movep", "pose, a=1.2, v=0.25, r=0", waits=True)
 def _movep(task: RobotTask, goal: Value, acceleration: Value, speed: Value, radius: Value) -> Iterator[None]:
-    """Moves the tool along a line at constant speed, as movel does."""
+    """Moves the tool along a line at constant speed, as movel does; a (m/s^2), v (m/s), r (m)."""
     yield from _linear(task, goal, acceleration, speed, 0, radius)
 
 
@@ -158,7 +158,7 @@ def _movep(task: RobotTask, goal: Value, acceleration: Value, speed: Value, radi
 def _movec(
     task: RobotTask, via: Value, goal: Value, acceleration: Value, speed: Value, radius: Value, mode: Value
 ) -> Iterator[None]:
-    """Moves the tool along the arc of a circle past one place to a pose; with mode 1 it doesn't turn."""
+    """Moves the tool along an arc past a place to a pose; a (m/s^2), v (m/s), r (m); with mode 1 it doesn't turn."""
     fixed = whole(mode, "mode", 0, 1) == 1
 
     def make(here: Floats, before: Move | None) -> LineMove:
@@ -173,7 +173,7 @@ def _movec(
 
 @function("servoc", "pose, a=1.2, v=0.25, r=0", waits=True)
 def _servoc(task: RobotTask, goal: Value, acceleration: Value, speed: Value, radius: Value) -> Iterator[None]:
-    """Moves the tool to a pose along an arc that goes on as the tool moves, from rest along a line."""
+    """Moves the tool to a pose along an arc that goes on as it moves, from rest along a line; a (m/s^2), v (m/s)."""
     controller, end, rates = task.controller, _pose(task, goal, "pose"), _rates(0.0, acceleration, speed, 0)
     if not controller.moving and np.abs(_forward(task, controller.begin()) - end).max() < 1e-6:
         yield
@@ -190,7 +190,7 @@ def _servoc(task: RobotTask, goal: Value, acceleration: Value, speed: Value, rad
 def _servoj(
     task: RobotTask, goal: Value, acceleration: Value, speed: Value, seconds: Value, ahead: Value, gain: Value
 ) -> Iterator[None]:
-    """Has the joints follow positions for a time; a and v count for nothing, as on a controller."""
+    """Has the joints follow positions (rad) for a time t (s); a and v count for nothing, as on a controller."""
     positions, controller = _joints(goal, "q"), task.controller
     for value, name in ((acceleration, "a"), (speed, "v")):
         number(value, name)
@@ -232,7 +232,7 @@ def _speed(task: RobotTask, wanted: Floats, linear: bool, acceleration: Value, s
 
 @function("speedj", "qd, a=1.4, t=none", waits=True)
 def _speedj(task: RobotTask, wanted: Value, acceleration: Value, seconds: Value) -> Iterator[None]:
-    """Moves the joints at velocities, for a time, or until told otherwise; then it returns once they have them."""
+    """Moves the joints at velocities (rad/s), a (rad/s^2), for t (s) or until told otherwise."""
     values = _joints(wanted, "qd")
     if np.abs(values).max() > _FASTEST:
         raise ScriptFault(f"qd has speeds of at most {_FASTEST:.4g} rad/s, not {text(wanted)}")
@@ -241,7 +241,7 @@ def _speedj(task: RobotTask, wanted: Value, acceleration: Value, seconds: Value)
 
 @function("speedl", "xd, a=1.2, t=none, aRot=none", waits=True)
 def _speedl(task: RobotTask, wanted: Value, acceleration: Value, seconds: Value, turning: Value) -> Iterator[None]:
-    """Moves the tool at velocities (m/s and rad/s, in the base's frame), for a time, or until told otherwise."""
+    """Moves the tool at velocities (m/s, rad/s, in the base's frame), a (m/s^2), for t (s) or until told otherwise."""
     if turning is not None:
         _positive(turning, "aRot")
     yield from _speed(task, _joints(wanted, "xd"), True, acceleration, seconds)

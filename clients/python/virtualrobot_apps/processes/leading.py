@@ -1,0 +1,207 @@
+"""Tools led along the ways of sources, as files describe them: what processes that follow ways have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from virtualrobot import Client, Program, Robot, ToolPath, pose
+from virtualrobot.errors import InvalidArgumentError, UnreachableError, VirtualRobotError
+
+from virtualrobot_apps.cell_io.yaml_file import Item
+from virtualrobot_apps.curves.way import Floats, Way
+from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.source import Density, Source, cell_of, read_source, vector, ways_of
+from virtualrobot_apps.processes.sources.frames import STEEPEST, heading_frames, tool_frames
+
+MOST_FRAMES = 1001
+"""Frames of a tool path at most (docs/tool-paths.md)."""
+FIELDS = ("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Leading:
+    """Tool that is led along ways; angles in rad, lengths in m.
+
+    Attributes:
+        robot: the arm.
+        sources: of the ways, in their order.
+        speed: along them (m/s).
+        work: the work angle, as of `tool_frames`; None for the bisector, or the normal.
+        base: (3,) where the face looks that the work angle is from, as of `tool_frames`.
+        travel: the travel angle, above 0 pushed.
+        heading: (3,) along which the tool's x is, as of `heading_frames`; None for x along the way.
+        standoff: the distance of the tool centre point before the way.
+        tolerance: of the tool path, by axis.
+        approach: how far before a way, against z, the tool comes from and goes to.
+        density: of the ways.
+    """
+
+    robot: str
+    sources: tuple[Source, ...]
+    speed: float
+    work: float | None = None
+    base: Floats = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    travel: float = 0.0
+    heading: Floats | None = None
+    standoff: float = 0.0
+    tolerance: dict[str, float | tuple[float, float] | str] = field(default_factory=dict)
+    approach: float = 0.05
+    density: Density = field(default_factory=Density)
+
+    def frames(self, way: Way) -> Floats:
+        """Return the frames (n, 4, 4) of the tool along a way; raises InvalidArgumentError for what these refuse."""
+        if self.heading is not None:
+            return heading_frames(way, self.heading, standoff=self.standoff)
+        return tool_frames(way, work=self.work, base=self.base, travel=self.travel, standoff=self.standoff)
+
+
+class Process(Protocol):
+    """Work of a process along each way."""
+
+    @property
+    def what(self) -> str:
+        """The name of a way, such as `seam`."""
+        ...
+
+    def stretches(self, way: Way, name: str) -> Iterable[tuple[str, Way, Floats, float]]:
+        """Return what the tool goes for one way: each a name, a way, its frames (n, 4, 4), and a speed (m/s)."""
+        ...
+
+    def along(self, program: Program, path: ToolPath, name: str) -> float:
+        """Add what is done along a tool path to a program, and return how long (s) that takes."""
+        ...
+
+
+def read_leading(fields: dict[str, Item], sources: Item, tool: Item | None) -> Leading:
+    """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
+    found: dict[str, object] = {}
+    density: dict[str, float] = {}
+    for name, most in (("approach", 1.0), ("chord", 0.01), ("step", 0.1)):
+        if name in fields:
+            (found if name == "approach" else density)[name] = fields[name].number(1e-6, most)
+    if tool is not None:
+        found |= _tool(tool)
+    read = tuple(read_source(one) for one in sources.items())
+    if not read:
+        raise sources.error("a source of ways belongs here")
+    return Leading(
+        fields["robot"].text(),
+        read,
+        fields["speed"].number(1e-5, 10.0),
+        tolerance=_tolerance(fields.get("tolerance")),
+        density=Density(**density),
+        **found,  # pyright: ignore[reportArgumentType] each by its name
+    )
+
+
+def _tool(item: Item) -> dict[str, object]:
+    given = item.fields(("work_degrees", "base", "travel_degrees", "heading", "standoff"))
+    found: dict[str, object] = {}
+    if "heading" in given:
+        found["heading"] = vector(given["heading"])
+        for name in ("work_degrees", "base", "travel_degrees"):
+            if name in given:
+                raise given[name].error("a tool with a heading is against the normal: leave one of both out")
+    if "work_degrees" in given:
+        found["work"] = np.radians(given["work_degrees"].number(-89.0, 89.0))
+    if "base" in given:
+        found["base"] = vector(given["base"])
+    steepest = float(np.degrees(STEEPEST))
+    if "travel_degrees" in given:
+        found["travel"] = np.radians(given["travel_degrees"].number(-steepest, steepest))
+    if "standoff" in given:
+        found["standoff"] = given["standoff"].number(0.0, 1.0)
+    return found
+
+
+def _tolerance(item: Item | None) -> dict[str, float | tuple[float, float] | str]:
+    """Return the tolerance of a tool path: the tool may turn about itself if nothing else is said."""
+    if item is None:
+        return {"rotation_z": "free"}
+    fields = item.fields(("rotation", "work_degrees", "travel_degrees", "x", "y", "z"))
+    found: dict[str, float | tuple[float, float] | str] = {}
+    for name, axis in (("work_degrees", "rotation_x"), ("travel_degrees", "rotation_y")):
+        if name in fields:
+            found[axis] = float(np.radians(fields[name].number(0.0, 45.0)))
+    found |= {name: fields[name].number(0.0, 0.1) for name in ("x", "y", "z") if name in fields}
+    turn = fields["rotation"].scalar() if "rotation" in fields else "free"
+    found["rotation_z"] = "free" if turn == "free" else float(np.radians(fields["rotation"].number(0.0, 180.0)))
+    return found
+
+
+def lead(client: Client, leading: Leading, process: Process) -> tuple[PlannedProcess, float]:
+    """Return the plan of a process in the cell as it is, and how long (s) its tool works. Nothing moves.
+
+    Between ways the arm goes on free paths.
+
+    Raises:
+        MalformedFileError: for what the file says wrong, with file and line.
+        VirtualRobotError: for what can't be done, with the source where it stands.
+    """
+    robot, cell = client.robot(leading.robot), cell_of(client)
+    program, measures = client.program(), list[str]()
+    here: dict[str, float] = {}
+    working = 0.0
+    for number, source in enumerate(leading.sources, 1):
+        name = f"{process.what} {number}"
+        try:
+            ways = ways_of(source, cell, leading.density)
+            for row, way in enumerate(ways, 1):
+                name = f"{process.what} {number}" if len(ways) == 1 else f"{process.what} {number}.{row}"
+                for told, there, frames, speed in process.stretches(way, name):
+                    name = told
+                    path = client.paths.find_tool_path(
+                        robot, frames, speed, tolerance=leading.tolerance, reference=source.parts[0]
+                    )
+                    before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
+                    program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
+                    program.move(robot.ptp(path.start_joints))
+                    working += process.along(program, path, name)
+                    program.move(robot.ptp(behind))
+                    here = behind
+                    measures.append(_measure(name, there, path))
+        except VirtualRobotError as error:
+            raise _at(source.item, name, error) from None
+    return PlannedProcess(program, tuple(measures)), working
+
+
+def check_frames(frames: Floats, way: Way, remedy: str) -> None:
+    """Raise InvalidArgumentError where there are more frames than a tool path has; `remedy` says what to do then."""
+    if len(frames) > MOST_FRAMES:
+        raise InvalidArgumentError(
+            f"a way of {1e3 * way.length:.4g} mm has {len(frames)} frames, and a tool path {MOST_FRAMES} at most: "
+            f"{remedy}"
+        )
+
+
+def _before(robot: Robot, approach: float, path: ToolPath, row: int) -> dict[str, float]:
+    """Return the joints at which the tool is before its first or last place on a path, back along its z."""
+    here = dict(zip(path.joint_names, path.positions[row].tolist(), strict=True))
+    away = robot.solve_forward(here).world_t_tcp @ pose(z=-approach)
+    found = robot.solve_inverse(away, seed=here)
+    if not found.solved:
+        raise UnreachableError(
+            f"{robot.name!r} can't be {1e3 * approach:.4g} mm before the way's {'end' if row else 'beginning'}: "
+            f"{found.explanation}; give another `approach`"
+        )
+    return dict(zip(found.joint_names, found.solutions[0].tolist(), strict=True))
+
+
+def _at(item: Item, name: str, error: VirtualRobotError) -> VirtualRobotError:
+    """Return an error with the place of the source in the file before it."""
+    if error.metadata.get("file") == item.file:
+        return error
+    metadata = {**error.metadata, "file": item.file, "line": str(item.line)}
+    return type(error)(f"{item.file}:{item.line}: {name}: {error.message}", error.reason, metadata, error.code)
+
+
+def _measure(name: str, way: Way, path: ToolPath) -> str:
+    """Return a line about a way: its length and time, and how far the tool leans from its angles."""
+    lean = np.degrees(np.abs(path.freedoms[:, 3:5]).max(axis=0))
+    return (
+        f"{name}: {1e3 * way.length:.1f} mm in {path.duration:.2f} s, work angle within {lean[0]:.1f} and travel angle "
+        f"within {lean[1]:.1f} degrees of what is wanted, {path.searches} searches, {path.checks} checks"
+    )
