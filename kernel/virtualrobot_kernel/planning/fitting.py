@@ -179,7 +179,7 @@ def least_fit(residuals: Callable[[Floats], tuple[Floats, Floats]], count: int) 
 
 def told(matrix: Floats) -> int:
     """Return how many directions of parameters equations (m, k) tell, by more than rounding."""
-    return _rank(np.linalg.svd(matrix, compute_uv=False))
+    return _rank(np.asarray(np.linalg.svd(matrix, compute_uv=False), dtype=np.float64))
 
 
 def _rank(sizes: Floats) -> int:
