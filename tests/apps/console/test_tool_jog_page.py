@@ -105,6 +105,22 @@ def test_the_tool_goes_straight_while_a_button_is_held(
         until(lambda: rests(page, stepped))
         np.testing.assert_allclose(arm.tcp[:3, 2], begin[:3, 2], atol=1e-3)
 
+        # Along the axes of a node, though it is called as the arm's own frame.
+        client.scene.add_object("base", virtualrobot.box(0.1, 0.1, 0.1), pose=virtualrobot.pose(0.0, -1.0, yaw=0.5))
+        panel = page.get_by_role("region", name="Tool centre point")
+        panel.get_by_role("radio", name="User", exact=True).click()
+        row(page, "base").wait_for()
+        named = panel.get_by_label("User frame: the node along whose axes the tool goes")
+        named.fill("base")
+        named.press("Enter")
+        begin, tick = arm.tcp[:3, 3], ticks(page, stepped, arm)
+        hold(page, "Y minus")
+        until(lambda: abs(np.linalg.norm(tick()) - FULL) < 1e-3)
+        way = (arm.tcp[:3, 3] - begin) / np.linalg.norm(arm.tcp[:3, 3] - begin)
+        np.testing.assert_allclose(way, [np.sin(0.5), -np.cos(0.5), 0.0], atol=1e-4)
+        page.mouse.up()
+        until(lambda: rests(page, stepped))
+
 
 def test_a_speed_limit_for_teaching_holds(
     console: Console, stepped: Stubs, stepped_kernel: KernelProcess, browser: Browser

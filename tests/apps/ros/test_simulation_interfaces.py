@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -15,6 +18,7 @@ from virtualrobot import Client
 from tests.api.client.conftest import IIWA
 from tests.apps.ros.bridges import GUARD, bridge, roslibpy_client, told
 from tests.apps.ros.test_ros_actions import SUCCEEDED, Goal
+from tests.kernels import KernelProcess
 from tests.waiting import until
 
 pytestmark = pytest.mark.long
@@ -50,6 +54,11 @@ def ros(world: Client) -> Iterator[roslibpy.Ros]:
 @pytest.fixture
 def call(ros: roslibpy.Ros) -> Call:
     """Return what calls a service by its type and gives its response; `code` is what its result shall be."""
+    return calls_of(ros)
+
+
+def calls_of(ros: roslibpy.Ros) -> Call:
+    """Return what calls services of a bridge by roslibpy."""
 
     def called(type: str, code: int = OK, **request: object) -> Any:  # noqa: ANN401
         name = "".join(f"_{one.lower()}" if one.isupper() else one for one in type).removeprefix("_")
@@ -230,3 +239,25 @@ def test_collision_objects_stand_in_the_scene(world: Client, ros: roslibpy.Ros) 
     tell(0, primitives=[{"type": 2, "dimensions": [0.1, 0.1]}], primitive_poses=[pose()])
     tell(1)
     until(lambda: "bin" not in world.scene)
+
+
+def test_version_1_has_its_own_fields(client: Client, kernel: KernelProcess) -> None:
+    environment = {**os.environ, "VIRTUALROBOT_ADDRESS": kernel.address}
+    command = [sys.executable, "-m", "virtualrobot", "ros", "--port", "0", "--simulation-interfaces", "1"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdout is not None
+        try:
+            url = process.stdout.readline().removeprefix("rosbridge at ").strip()
+            with roslibpy_client(url) as ros:
+                called = calls_of(ros)
+                offered = [one["uri"] for one in called("GetSpawnables")["spawnables"]]
+                assert "model://ugv" in offered
+                spawned = called("SpawnEntity", name="one", uri="model://ugv?base=planar")
+                assert spawned["entity_name"] == "one"
+                again = called("SpawnEntity", name="two", resource_string=BALL)
+                assert again["entity_name"] == "two" and {"one", "two"} <= set(called("GetEntities")["entities"])
+                features = called("GetSimulatorFeatures")["features"]["features"]
+                assert max(features) == 33 and 0 in features
+                assert not [one for one in told(ros.get_services()) if "world" in one or "spawn_entities" in one]
+        finally:
+            process.terminate()

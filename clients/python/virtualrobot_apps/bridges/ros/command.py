@@ -108,6 +108,14 @@ Examples:
     metavar="MAP",
     help="Tell this map of a floor (.yaml, as `virtualrobot navigate` and map_server have it), or octree (.bt, .ot).",
 )
+@click.option(
+    "--simulation-interfaces",
+    "interfaces",
+    type=click.Choice(["1", "2"]),
+    default="2",
+    show_default=True,
+    help="Version of simulation_interfaces: 2.1, or 1.0 as other programs may still have it.",
+)
 @click.option("--server", metavar="URL", help="Be a client of this rosbridge_server, too: ws://HOST:9090.")
 @click.option(
     "--server-token-file",
@@ -141,6 +149,7 @@ def ros(
     files: Path | None,
     simuep: Path | None,
     floor: Path | None,
+    interfaces: str,
     server: str | None,
     server_token: Path | None,
     check: bool,
@@ -152,6 +161,7 @@ def ros(
     try:
         from virtualrobot_apps.bridges.ros.bridge import RosBridge
         from virtualrobot_apps.bridges.ros.bridge_file import Choice, read_choice
+        from virtualrobot_apps.bridges.ros.messages import types
         from virtualrobot_apps.bridges.ros.rosbridge.client import RosbridgeClient
         from virtualrobot_apps.bridges.ros.rosbridge.server import RosbridgeServer
         from virtualrobot_apps.bridges.ros.simuep.loading import load_simuep
@@ -167,6 +177,8 @@ def ros(
         raise click.UsageError("a map needs scipy: pip install 'virtualrobot[ros,navigation]'")
     if mapping and simuep:
         raise click.UsageError("a BRIDGE.YAML and --simuep both name topics: say one of them")
+    if interfaces == "1":
+        types.replace(types.FILE.parent / "simulation_interfaces_1.yaml")
     choice = read_choice(mapping, auto=auto) if mapping else Choice(auto)
     token = _token(client_token) if client_token else ""
     transports: list[Transport] = [RosbridgeServer(host, port, token=token, origins=origins)]

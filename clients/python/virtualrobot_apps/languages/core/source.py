@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 from bisect import bisect_right
 from contextlib import suppress
+from itertools import accumulate
 from pathlib import Path
 
 from virtualrobot.errors import MissingFileError
@@ -17,7 +18,8 @@ class Source:
         """Keep the text, without a byte order mark, and the name by which it is told of."""
         self.text = text.removeprefix("\ufeff").replace("\r\n", "\n").replace("\r", "\n")
         self.file = file
-        self._starts = [0, *(at + 1 for at, letter in enumerate(self.text) if letter == "\n")]
+        *begun, _ = accumulate((len(line) + 1 for line in self.text.split("\n")), initial=0)
+        self._starts = begun
 
     def line(self, at: int) -> int:
         """Return the line of a place, from 1."""

@@ -94,13 +94,17 @@ class ExpressionParser(RapidReader):
         The comma before the backslash of an optional argument may miss.
         """
         found: list[tree.Argument] = []
-        while self.kind != end:
-            if found and not self.take(",") and self.kind != "\\":
+        kinds = self.kinds
+        while (kind := kinds[self.next]) != end:
+            if found and kind == ",":
+                self.next += 1
+            elif found and kind != "\\":
                 if self.kind == "end" or self.source.line(self.ends[self.next - 1]) != self.source.line(self.at):
                     return found  # whoever called tells what is missing
                 self.fail(f"',' or {end!r}")
-            at = self.at
-            if self.take("\\"):
+            at = self.starts[self.next]
+            if kinds[self.next] == "\\":
+                self.next += 1
                 name = self.name("the name of an optional argument")
                 if self.take("?"):
                     where = self.at

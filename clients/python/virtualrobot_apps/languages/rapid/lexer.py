@@ -16,24 +16,24 @@ KEYWORDS = frozenset(
 )
 """Reserved words in small letters; attributes of modules, such as SYSMODULE, are none."""
 
-_WORD = re.compile(
-    r"""
-     (?P<space>[ \t\n\f\xa0\u3000]+)|(?P<comment>![^\n]*)|(?P<head>%%%[^%]*%%%)
-    |(?P<name>[^\W\d]\w*)
+_SPACES = r" \t\n\f\xa0\u3000"
+_FORMS = rf"""
+     (?P<name>[^\W\d]\w*)
     |(?P<number>0[xX][0-9a-fA-F]+|0[bB][01]+|0[oO][0-7]+|(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)
+    |(?P<comment>![^\n]*)|(?P<head>%%%[^%]*%%%)
     |(?P<text>"(?:[^"\n]|"")*")
     |(?P<unclosed>"[^\n]*)
     |(?P<place><(?:TDN|DDN|RDN|PAR|ALT|DIM|SMT|VAR|EIT|CSE|EXP|ARG|ID)>)
-    |(?P<sign>:=|<>|<=|>=|[-+*/=<>.,:;\\?%|{}()\[\]])
-    |(?P<preset>\#[^\n]*)|(?P<bad>.)""",
-    re.VERBOSE,
-)
-_SKIPPED = {"space", "comment", "head", "preset"}
+    |(?P<sign>:=|<>|<=|>=|[-+*/=<>.,:;\\?%|{{}}()\[\]])
+    |(?P<preset>\#[^\n]*)|(?P<bad>[^{_SPACES}])"""
+_WORD = re.compile(_FORMS, re.VERBOSE)
+_PIECE = re.compile(rf"(?P<space>[{_SPACES}]+)|{_FORMS}", re.VERBOSE)
+_SKIPPED = {"comment", "head", "preset"}
 
 
 def pieces_of(source: Source) -> Iterator[tuple[str, str, int]]:
     """Yield all of a source piece by piece: kind (a reserved word or sign itself, or what it is), text and place."""
-    for match in _WORD.finditer(source.text):
+    for match in _PIECE.finditer(source.text):
         kind, value = match.lastgroup or "", match.group()
         if kind == "name":
             lower = value.lower()
@@ -49,14 +49,21 @@ def words_of(source: Source, diagnostics: Diagnostics) -> Words:
     values: list[str] = []
     starts: list[int] = []
     ends: list[int] = []
-    for kind, value, at in pieces_of(source):
-        end = at + len(value)
-        if kind in _SKIPPED:
+    for match in _WORD.finditer(source.text):
+        kind, value = match.lastgroup or "", match[0]
+        at, end = match.span()
+        if kind == "name":
+            lower = value.lower()
+            if lower in KEYWORDS:
+                kind = lower
+        elif kind == "sign":
+            kind = value
+        elif kind in _SKIPPED:
             continue
-        if kind == "bad":
+        elif kind == "bad":
             diagnostics.add(source, at, f"the character {value!r} can't stand here")
             continue
-        if kind == "unclosed":
+        elif kind == "unclosed":
             diagnostics.add(source, at, "this text has no closing quote on its line")
             kind, value = "text", f'{value}"'
         elif kind == "place":

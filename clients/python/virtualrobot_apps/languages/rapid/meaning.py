@@ -132,14 +132,14 @@ class Meaning:
         `wanted` says what values in brackets are of.
         """
         match node:
+            case tree.Name():  # more often than all others
+                return self._name(node)
             case tree.Number():
                 return _DNUM if wanted == _DNUM else NUM
             case tree.Text():
                 return STRING
             case tree.Truth():
                 return BOOL
-            case tree.Name():
-                return self._name(node)
             case tree.Component():
                 return self._component(node)
             case tree.Element():
@@ -314,7 +314,7 @@ class Meaning:
                         self.error(argument.at, f"{name} has no argument {argument.name!r}{near}; {_told(parameters)}")
                     continue
             parameter, wanted = parameters[number]
-            if any(given[one] is not None for one in taken.choices[number]):
+            if given[number] is not None or any(given[one] is not None for one in taken.choices[number]):
                 self.error(argument.at, f"{name} gets {parameter.name!r}, or what stands for it, twice")
                 continue
             given[number] = argument
@@ -339,7 +339,10 @@ class Meaning:
             parameters,
             {one.name.lower(): number for number, (one, _) in enumerate(parameters)},
             [number for number in numbers if not parameters[number][0].optional],
-            [[two for two in numbers if parameters[one][0].choice == parameters[two][0].choice] for one in numbers],
+            [
+                [two for two in numbers if two != one and parameters[one][0].choice == parameters[two][0].choice]
+                for one in numbers
+            ],
             lacking,
         )
 

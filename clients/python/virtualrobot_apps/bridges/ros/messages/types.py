@@ -128,8 +128,8 @@ def _carriers(name: str) -> Iterator[tuple[str, list[str]]]:
     yield f"{name}_FeedbackMessage", [_UUID, f"{name}_Feedback feedback"]
 
 
-def _store(definitions: Iterable[tuple[str, list[str]]]) -> Any:  # noqa: ANN401 the class is rosbags' own
-    store = get_typestore(Stores.ROS2_JAZZY)
+def _parsed(definitions: Iterable[tuple[str, list[str]]]) -> dict[str, Any]:
+    """Return the fields of messages as rosbags has them, by their names."""
     found: dict[str, Any] = {}
     for name, lines in definitions:
         # rosbags calls `a/srv/B` `a/srv/msg/B`, and gives an empty message no byte.
@@ -137,6 +137,23 @@ def _store(definitions: Iterable[tuple[str, list[str]]]) -> Any:  # noqa: ANN401
         found |= {
             key.replace("/srv/msg/", "/srv/").replace("/action/msg/", "/action/"): one for key, one in parsed.items()
         }
+    return found
+
+
+def replace(file: Path) -> None:
+    """Put types of a file in place of those that have their names, before any of their messages is made."""
+    found = _parsed(definitions(file))
+    for name in found:
+        STORE.types.pop(name, None)
+        STORE.fielddefs.pop(name, None)
+    STORE.register(found)
+    for cached in (fields, hash_of, hash_of_service, text_of):
+        cached.cache_clear()
+
+
+def _store(definitions: Iterable[tuple[str, list[str]]]) -> Any:  # noqa: ANN401 the class is rosbags' own
+    store = get_typestore(Stores.ROS2_JAZZY)
+    found = _parsed(definitions)
     store.register({name: one for name, one in found.items() if name not in store.types})
     return store
 

@@ -13,7 +13,7 @@ from virtualrobot import Client
 
 from virtualrobot_apps.bridges.ros.frames import world_t_frame
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, header, matrix_of, pose_of, twist, vector
-from virtualrobot_apps.bridges.ros.messages.types import make
+from virtualrobot_apps.bridges.ros.messages.types import fields, make
 from virtualrobot_apps.bridges.ros.messages.values import default
 from virtualrobot_apps.bridges.ros.simulation.results import (
     FEATURE_UNSUPPORTED,
@@ -115,7 +115,7 @@ class Entities:
 
     def spawn(self, request: RosValue) -> str:
         """Load a model; return the name that it has got."""
-        resource, kinds = request.entity_resource, self.kinds()
+        resource, kinds = getattr(request, "entity_resource", request), self.kinds()  # 1.0 has no field of its own
         name = self._name_for(request, kinds)
         pose = self._in_world(request.initial_pose.pose, request.initial_pose.header.frame_id)
         uri, _, options = resource.uri.partition("?")
@@ -225,8 +225,13 @@ def spawnables(client: Client) -> Iterator[RosValue]:
     """Yield the models that a kernel knows by name, as `Spawnable`."""
     for one in client.models():
         if one.installed or not one.package:
-            resource = make(f"{PACKAGE}/msg/Resource", uri=f"model://{one.name}", resource_string="")
+            resource = {"uri": f"model://{one.name}"}
+            if not is_first():
+                resource = {"entity_resource": make(f"{PACKAGE}/msg/Resource", **resource, resource_string="")}
             bounds = default(f"{PACKAGE}/msg/Bounds")
-            yield make(
-                f"{PACKAGE}/msg/Spawnable", entity_resource=resource, description=one.description, spawn_bounds=bounds
-            )
+            yield make(f"{PACKAGE}/msg/Spawnable", **resource, description=one.description, spawn_bounds=bounds)
+
+
+def is_first() -> bool:
+    """Return whether the types are those of version 1.0."""
+    return "uri" in fields(f"{PACKAGE}/msg/Spawnable")

@@ -1,4 +1,4 @@
-"""Services and the action of `simulation_interfaces` 2.1 on a hub, under `/virtualrobot`."""
+"""Services and the action of `simulation_interfaces` 2.1, or 1.0, on a hub, under `/virtualrobot`."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from virtualrobot_apps.bridges.ros.hub import CANCELED, SUCCEEDED, Action, Feedb
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue
 from virtualrobot_apps.bridges.ros.messages.types import make
 from virtualrobot_apps.bridges.ros.messages.values import default
-from virtualrobot_apps.bridges.ros.simulation.entities import Entities, spawnables, tagged
+from virtualrobot_apps.bridges.ros.simulation.entities import Entities, is_first, spawnables, tagged
 from virtualrobot_apps.bridges.ros.simulation.results import (
     ALREADY_IN_TARGET_STATE,
     ENTITIES_SPAWN_FAILED,
@@ -53,6 +53,10 @@ FEATURES = (
     50,  # spawning of several
 )
 """Features that are there; source: simulation_interfaces/msg/SimulatorFeatures."""
+
+NEW_SERVICES = ("spawn_entities", "load_world", "unload_world", "get_current_world", "get_available_worlds")
+NEW_FEATURES = range(40, 51)
+"""Services and features that version 1.0 lacks."""
 
 _START = "start of the bridge"
 _MOST_STEPS = 1_000_000
@@ -117,6 +121,8 @@ class Simulation:
             "get_available_worlds": ("GetAvailableWorlds", self._worlds, {}),
         }
         for name, (base, answer, codes) in answers.items():
+            if is_first() and name in NEW_SERVICES:
+                continue
             type = f"{PACKAGE}/srv/{base}"
             work = partial(self._answered, f"{type}_Response", answer, codes)
             self._hub.serve(Service(f"{NAMESPACE}/{name}", type, work))
@@ -145,7 +151,7 @@ class Simulation:
     def _features(self, _: RosValue) -> dict[str, object]:
         formats = [one.removeprefix(".") for one in self._client.info.model_formats]
         words = "https://pypi.org/project/virtualrobot: a reset leaves the time as it is"
-        features = np.array(FEATURES, np.uint16)
+        features = np.array([one for one in FEATURES if not (is_first() and one in NEW_FEATURES)], np.uint16)
         return {
             "features": make(
                 f"{PACKAGE}/msg/SimulatorFeatures", features=features, spawn_formats=formats, custom_info=words

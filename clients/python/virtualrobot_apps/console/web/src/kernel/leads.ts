@@ -26,11 +26,11 @@ export function craftOf(robot: string): Led {
   };
 }
 
-/** Leads the tool centre point: parts are along x, y, z, then about them; `frame` has a name of FRAMES or is a node's. */
-export function toolOf(robot: string, frame: string): Led {
+/** Leads the tool centre point: parts are along x, y, z, then about them; `frame` has a name of FRAMES or is a node's, and `node` is one whatever its name. */
+export function toolOf(robot: string, frame: string, node = ""): Led {
   const limit = states.peek().get(robot)?.tcpSpeedLimit || Infinity;
   const speed = Math.min(MOVING, limit / (1 + BEYOND));
-  const where = FRAMES[frame] ? { frame: FRAMES[frame] } : { frame: JogFrame.NODE, node: frame };
+  const where = !node && FRAMES[frame] ? { frame: FRAMES[frame] } : { frame: JogFrame.NODE, node: node || frame };
   return {
     target: { robot, mode: SetpointMode.TOOL_TWIST, ...where, maxVelocityMetersPerSecond: speed, maxRotationVelocityRadiansPerSecond: TURNING },
     setpoint: (parts) => [...within(parts.slice(0, 3), jogSpeed.value * speed), ...within(parts.slice(3), jogSpeed.value * TURNING)],

@@ -4,6 +4,7 @@ import { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
 import { attach, change, rename, run, setHidden } from "../kernel/orders";
 import { items, moves, robots, selected, states, type Item } from "../kernel/world";
 import { Icon, KindIcon } from "../parts/icons";
+import { NodeField } from "../parts/node_field";
 import type { AnyPose } from "../parts/numbers";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
 import { poseOf } from "../view/poses";
@@ -76,7 +77,8 @@ function ParentRow({ item: { name, parent, kind } }: { item: Item }) {
   return (
     <div class="property">
       <span>Parent</span>
-      <button type="button" class="link" onClick={() => (selected.value = parent)}>{parent}</button>
+      {fixed ? <button type="button" class="link" onClick={() => (selected.value = parent)}>{parent}</button>
+        : <NodeField label="Parent: what it hangs on; it stays where it is" value={parent} choose={(to) => to !== parent && void attach(name, to)} />}
       {!fixed && parent !== "world" && (
         <button type="button" class="tool small" title="Hang it on the world; it stays where it is" onClick={() => void attach(name, "world")}>
           <Icon name="x" size={13} />
