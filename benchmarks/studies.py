@@ -1,24 +1,44 @@
-"""Studies beside a bare pool that does the same cells and keeps nothing; and what a cell costs beside its function."""
+"""Studies beside a bare pool that keeps nothing; what a cell costs beside its function, and a pose and a place do."""
 
 from __future__ import annotations
 
 import tempfile
 import time
+from collections.abc import Callable
 from concurrent.futures import wait
 from pathlib import Path
 
 import numpy as np
 from loky import ProcessPoolExecutor
 from virtualrobot_apps.studies.engines import Engine, Here, Local
+from virtualrobot_apps.studies.reach import orientations
 from virtualrobot_apps.studies.running import open_job
 from virtualrobot_apps.studies.running import run as run_job
 from virtualrobot_apps.studies.study_file import read_study
+from virtualrobot_apps.studies.worlds import open_world
 
 from benchmarks.rows import Row, row
 
 WORKERS, ROUNDS = 2, 3
 CELLS, BLOCK, CELL_SECONDS = 1000, 50, 0.01
 EMPTY_CELLS = 20_000
+POSES, TARGETS, PLACES = 1000, 12, 50
+SCENE = """
+schema_version: 1
+nodes:
+- name: table
+  object: {{}}
+  parent_t_node: {{position: {{z: -0.03}}}}
+  figures: [{{box: {{size: {{x: 2, y: 2, z: 0.04}}}}}}]
+{meshes}
+models: [{{uri: "model://ur5e", name: arm}}]
+"""
+MESH = """
+- name: mesh {number}
+  object: {{}}
+  parent_t_node: {{position: {{x: {x:.3f}, y: {y:.3f}, z: {z:.3f}}}}}
+  figures: [{{mesh: {{uri: "package://pybullet_data/teddy2_VHACD_CHs.obj", scale: {{x: 0.1, y: 0.1, z: 0.1}}}}}}]
+"""
 FUNCTIONS = """
 from benchmarks.studies import spin
 
@@ -51,7 +71,64 @@ def run() -> list[Row]:
         # At least 0.9 of what the pool does.
         row(what, float(np.median(ours)), float(np.median(bare)), "bare pool of loky", "s", 1.0 / 0.9),
         row("a cell beside its function, two parameters drawn", each, 1.0, "1 ms", "ms", 1.0),
+        *_asked("by a table", 0),
+        *_asked("by a table, with 50 meshes", 50),
     ]
+
+
+def _asked(where: str, meshes: int) -> list[Row]:
+    """Return what poses and places of a UR5e's base cost one core, in process time."""
+    angles = 2.0 * np.pi * np.arange(meshes) / max(meshes, 1)
+    around = zip(0.85 * np.cos(angles), 0.85 * np.sin(angles), np.linspace(0.1, 0.6, meshes), strict=True)
+    made = "".join(MESH.format(number=number, x=x, y=y, z=z) for number, (x, y, z) in enumerate(around))
+    with tempfile.TemporaryDirectory() as name:
+        file = Path(name) / "cell.yaml"
+        file.write_text(SCENE.format(meshes=made))
+        world = open_world(file)
+    try:
+        rng = np.random.default_rng(1)
+        poses = np.tile(np.eye(4), (POSES, 1, 1))
+        poses[:, :3, :3] = rng.permutation(orientations(POSES, 1))
+        poses[:, :3, 3] = rng.uniform([-0.8, -0.8, 0.0], 0.8, (POSES, 3))
+        world.postures("arm", poses[:10])
+        each = 1e3 * _least(lambda: world.postures("arm", poses)) / POSES
+
+        def place() -> None:
+            for number in range(PLACES):
+                world.restore()
+                base = np.eye(4)
+                base[0, 3] = 1e-3 * number
+                world.place("arm", base)
+                world.postures("arm", poses[:TARGETS])
+                world.contacts("arm")
+
+        places = 1e3 * _least(place) / PLACES
+    finally:
+        world.close()
+    return [
+        row(
+            f"a pose of a UR5e {where}: all branches, and what they touch",
+            each,
+            0.05,
+            "20,000 poses a second",
+            "ms",
+            1.0,
+        ),
+        # 15 s of two cores for 500 of them.
+        row(
+            f"a place of its base {where}, with {TARGETS} targets", places, 60.0, "500 in 15 s on two cores", "ms", 1.0
+        ),
+    ]
+
+
+def _least(work: Callable[[], object]) -> float:
+    """Return the least process time (s) of three runs."""
+    times = []
+    for _ in range(3):
+        start = time.process_time()
+        work()
+        times.append(time.process_time() - start)
+    return min(times)
 
 
 def spin() -> None:
