@@ -26,7 +26,8 @@ from virtualrobot_kernel.formats.mesh_cache import MeshCache
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
 from virtualrobot_kernel.formats.xml import FileWarning
 from virtualrobot_kernel.planning.branches import branches, without_turns
-from virtualrobot_kernel.planning.robots import Arm, arm_of, tcp_frame, with_state, world_poses
+from virtualrobot_kernel.planning.kinematic_errors import KinematicErrors
+from virtualrobot_kernel.planning.robots import Arm, arm_of, tcp_frame, tip_t_tcp, with_state, world_poses
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.scenes.assets import files_of
 from virtualrobot_kernel.scenes.reading import read_scene
@@ -135,6 +136,11 @@ class EmbeddedWorld:
     def contacts(self, robot: str) -> list[tuple[str, str]]:
         """Return the names of what touches and may not wherever the arm is, such as a robot's base and a wall."""
         return [self._named(pair) for pair in self._standing(robot).contacts.standing()]
+
+    def kinematic_errors(self, robot: str) -> KinematicErrors:
+        """Return a robot's chain up to its tool centre point, with errors to plant and to find, in its base's frame."""
+        arm = arm_of(self._now, self._now.structure.node(robot, Kind.ROBOT))
+        return KinematicErrors(arm.serial(), tip_t_tcp(self._now, arm))
 
     def close(self) -> None:
         """End the processes of components that have any."""

@@ -366,14 +366,14 @@ def compile_code() -> None:
 def _load_the_rest(catalog: Catalog, ended: threading.Event) -> None:
     """Load what the first call need not wait for, before somebody has to: compiled code and plugins.
 
-    The process ends after this, and not in the middle of it: LLVM is not to be taken away from a thread that is in it.
+    The process ends between two functions, never in one: LLVM is not to be taken away from a thread that is in it.
     """
     from virtualrobot_sdk.compiled.cache import make_ready
 
-    make_ready()
+    make_ready(ended.is_set)
     if not ended.is_set():
         catalog.load()
-        make_ready()
+        make_ready(ended.is_set)
 
 
 def _given_token(options: argparse.Namespace) -> str:

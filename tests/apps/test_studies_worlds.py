@@ -202,6 +202,30 @@ def test_placements_are_those_from_which_the_targets_are_in_the_annulus(scene: P
     assert None in reasons and any(one and "touches" in one for one in reasons)
 
 
+def test_calibrations_become_as_good_as_the_noise_lets_them(scene: Path, tmp_path: Path) -> None:
+    """With the 25 errors that points on the last axis tell; without noise to what is second order in the errors.
+
+    That is some times 0.5 mm by 2 mrad, 1 um.
+    """
+    text = STUDY.format(
+        scene=scene,
+        function="calibration:calibrate",
+        parameters="{robot: {list: [arm]}, postures: {list: [60]}, noise: {list: [0.0, 0.00005]}, "
+        "lengths: {list: [0.0005]}, angles: {list: [0.002]}}",
+        results="{rank: number, condition: number, before: number, after: number, worst: number, found_noise: number}",
+    )
+    (tmp_path / "study.yaml").write_text(text)
+    study = read_study(tmp_path / "study.yaml")
+    run(open_job(study, tmp_path / "out", False), Here())
+    exact, noisy = Parts(tmp_path / "out", study).table().to_pylist()
+    assert exact["status"] == noisy["status"] == "ok", exact["error"] + noisy["error"]
+    assert exact["rank"] == noisy["rank"] == 25
+    assert exact["before"] > 1e-3 and exact["worst"] < 2e-5
+    # SSR / (3 n - rank) within four of chi^2's deviations.
+    assert abs((noisy["found_noise"] / 5e-5) ** 2 - 1.0) < 4.0 * np.sqrt(2.0 / (180 - 25))
+    assert noisy["after"] < 6e-5 < noisy["before"]
+
+
 def test_margins_are_those_of_the_worst_target() -> None:
     class Found:
         target = np.array([0, 0, 1])

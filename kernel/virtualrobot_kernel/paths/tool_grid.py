@@ -7,11 +7,11 @@ from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.compiled.closed import BRANCHES, inverse_many
 from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.motion.free_path import FramePath, frame_t_tool
 from virtualrobot_kernel.numeric.ladder import cheapest_way, turns_of
+from virtualrobot_kernel.paths.closed_forms import Postures
 from virtualrobot_kernel.paths.tool_query import Tolerances, ToolPathQuery
 
 Floats = NDArray[np.float64]
@@ -97,17 +97,15 @@ def rungs_of(path: FramePath) -> Floats:
 class Ladder:
     """Postures of an arm on all rungs of a tool path, and the search among those that are not blocked."""
 
-    def __init__(self, query: ToolPathQuery, path: FramePath, arm: Floats, velocity: Floats) -> None:
-        """Solve all rungs for an arm of `spherical_wrist`, whose joints have greatest velocities (k,) in rad/s."""
+    def __init__(self, query: ToolPathQuery, path: FramePath, postures: Postures, velocity: Floats) -> None:
+        """Solve all rungs for an arm by its closed form; its joints have greatest velocities (k,) in rad/s."""
         self.rungs = rungs_of(path)
         self.grid = grid_of(query.tolerances, len(self.rungs))
         self._limits = np.stack([query.lower, query.upper])
         offsets = np.array([frame_t_tool(one) for one in self.grid.values]) @ inverse(query.tip_t_tcp)
         frames = np.array([path.pose(float(s)) for s in self.rungs])
-        tips = np.ascontiguousarray((frames[:, None] @ offsets).reshape(-1, 4, 4))
-        q, wrist = np.empty((len(tips), BRANCHES, 6)), np.empty((len(tips), BRANCHES))
-        inverse_many(arm, tips, q, wrist)
-        shape = len(self.rungs), len(self.grid.values), BRANCHES
+        q, wrist = postures((frames[:, None] @ offsets).reshape(-1, 4, 4))
+        shape = len(self.rungs), len(self.grid.values), q.shape[1]
         self.q, self._wrist = q.reshape(*shape, 6), wrist.reshape(shape)
         self.blocked = np.zeros(shape, np.int8)
         seconds = np.diff(self.rungs) * path.length / query.velocity

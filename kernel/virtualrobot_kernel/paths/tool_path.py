@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot_sdk.compiled.closed import BRANCHES, inverse_many, spherical_wrist
 from virtualrobot_sdk.kinematics import InverseOptions, InverseResult, SerialChain
 from virtualrobot_sdk.poses import inverse
 from virtualrobot_sdk.reference import chain_frames
@@ -29,6 +28,7 @@ from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.motion.resolved_rate import TcpKinematics, joint_path
 from virtualrobot_kernel.motion.spline import spline
+from virtualrobot_kernel.paths.closed_forms import closed_form
 from virtualrobot_kernel.paths.find import Site
 from virtualrobot_kernel.paths.space import PathSpace
 from virtualrobot_kernel.paths.tool_grid import Ladder
@@ -101,11 +101,11 @@ class _Search:
         chain = arm_of(snapshot, node, query.group).serial()
         self._limits = joint_limits(snapshot, node, query.joint_names)[0]
         self._tcp = TcpKinematics(_Chain(chain), query.tip_t_tcp)
-        self._arm = spherical_wrist(chain)
+        self._postures = closed_form(chain)
         self._frames = frame_path(spline(query.frames[0], list(query.frames[1:])))
         self._rate = query.velocity / self._frames.length
         self._ramp(query.acceleration)
-        self._ladder = Ladder(query, self._frames, self._arm, self._limits.velocity)
+        self._ladder = Ladder(query, self._frames, self._postures, self._limits.velocity)
         self._places = Places(query.robot, self._frames, self._ladder.rungs)
         self.space = PathSpace(site.scene, snapshot, query, site.given_up)
         self._looked_at = np.zeros_like(self._ladder.blocked)
@@ -226,9 +226,7 @@ class _Search:
 
     def _start(self, path: FreePath, branch: int, near: Floats) -> Floats:
         """Return the posture (k,) at the start of a path, of a branch, with the turns of a posture near it."""
-        q, wrist = np.empty((1, BRANCHES, 6)), np.empty((1, BRANCHES))
-        inverse_many(self._arm, (path.pose(0.0) @ inverse(self._tcp.tip_t_tcp))[None], q, wrist)
-        found = q[0, branch]
+        found = self._postures((path.pose(0.0) @ inverse(self._tcp.tip_t_tcp))[None])[0][0, branch]
         if np.isnan(found).any():
             raise self._places.error(0.0, "no posture reaches it with smoothed free values", Reason.UNREACHABLE)
         found = found + 2.0 * np.pi * np.round((near - found) / (2.0 * np.pi))

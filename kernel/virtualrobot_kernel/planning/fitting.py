@@ -19,6 +19,9 @@ what was measured may be a metre of the result."""
 MOST_STEPS = 100
 """Greatest number of steps of a fit that isn't linear."""
 
+_TOLD = 1e-7
+"""Share of the best determined direction below which rounding alone tells one."""
+
 SETTLED = 1e-12
 """Length of a step (rad, m) from which a fit has come to its end."""
 
@@ -127,3 +130,57 @@ def _fit(matrix: Floats, found: Floats, off: Floats) -> Fit:
     else:
         errors = np.full(len(found), np.nan)
     return Fit(found, errors, np.linalg.norm(off.reshape(-1, 3), axis=1))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class LeastFit:
+    """Parameters (k,) that fit best, where some can't be told apart.
+
+    Attributes:
+        parameters: the changes (k,); what the measurements don't tell is 0 in them.
+        rank: how many directions of them the measurements tell.
+        condition: the best determined of these over the worst one.
+        covariance: (k, k) of the parameters, by what is left over; NaN where nothing is to spare.
+        deviation: of one measured number, sqrt(SSR / (3 n - rank)); NaN likewise.
+        residuals: (n,) how far each point is off, m.
+    """
+
+    parameters: Floats
+    rank: int
+    condition: float
+    covariance: Floats
+    deviation: float
+    residuals: Floats
+
+
+def least_fit(residuals: Callable[[Floats], tuple[Floats, Floats]], count: int) -> LeastFit:
+    """Return the parameters (count,) whose residuals, as `fit` has them, are smallest, of those that are told at 0.
+
+    By Gauss and Newton, for parameters that are small, such as a robot's errors. What tells of a direction at 0 no more
+    than rounding does, stays 0: away from there something may, but by far too little beside noise.
+    """
+    off, slopes = residuals(np.zeros(count))
+    _, sizes, directions = np.linalg.svd(slopes.reshape(-1, count), full_matrices=False)
+    rank = _rank(sizes)
+    basis, at = directions[:rank].T, np.zeros(rank)
+    for _ in range(MOST_STEPS):
+        step = -np.linalg.lstsq(slopes.reshape(-1, count) @ basis, off.reshape(-1), rcond=None)[0]
+        at = at + step
+        off, slopes = residuals(basis @ at)
+        if np.abs(step).max(initial=0.0) < SETTLED:
+            break
+    matrix, spare = slopes.reshape(-1, count) @ basis, off.size - rank
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    deviation = float(np.sqrt(np.sum(off**2) / spare)) if spare > 0 else np.nan
+    covariance = deviation**2 * basis @ np.linalg.inv(matrix.T @ matrix) @ basis.T
+    lengths = np.linalg.norm(off, axis=1)
+    return LeastFit(basis @ at, rank, float(sizes[0] / sizes[-1]), covariance, deviation, lengths)
+
+
+def told(matrix: Floats) -> int:
+    """Return how many directions of parameters equations (m, k) tell, by more than rounding."""
+    return _rank(np.asarray(np.linalg.svd(matrix, compute_uv=False), dtype=np.float64))
+
+
+def _rank(sizes: Floats) -> int:
+    return int(np.sum(sizes > _TOLD * sizes[0]))

@@ -16,7 +16,7 @@ from virtualrobot_kernel.planning.dynamics import solve_inverse_dynamics
 from virtualrobot_kernel.planning.foreseen import after
 from virtualrobot_kernel.planning.program import GivenUp
 from virtualrobot_kernel.planning.robots import Arm
-from virtualrobot_kernel.planning.tool_path import singular_values, tool_chain, tool_states
+from virtualrobot_kernel.planning.tool_states import singular_values, tool_chain, tool_states
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.groups import WHOLE, Group
 from virtualrobot_kernel.world.state import Snapshot

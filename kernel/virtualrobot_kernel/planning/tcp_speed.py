@@ -14,7 +14,7 @@ from virtualrobot_kernel.planning.foreseen import after
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.program import MoveStep, Step
 from virtualrobot_kernel.planning.sampling import END_TOLERANCE, joint_states
-from virtualrobot_kernel.planning.tool_path import tool_chain, tool_states
+from virtualrobot_kernel.planning.tool_states import tool_chain, tool_states
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.commands import StartMotion
 from virtualrobot_kernel.world.groups import WHOLE

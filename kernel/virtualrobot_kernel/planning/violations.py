@@ -19,7 +19,7 @@ from virtualrobot_kernel.planning.dynamics import first_violation
 from virtualrobot_kernel.planning.foreseen import after, at
 from virtualrobot_kernel.planning.robots import Arm
 from virtualrobot_kernel.planning.sampling import RobotSamples, Samples, joint_states, steps_at
-from virtualrobot_kernel.planning.tool_path import tool_chain, tool_states
+from virtualrobot_kernel.planning.tool_states import tool_chain, tool_states
 from virtualrobot_kernel.world.change import single_joint
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.groups import WHOLE, Group

@@ -242,10 +242,12 @@ def _load_numba() -> None:
 
 
 def processor() -> str:
-    """Return the name of the processor that code is compiled for."""
+    """Return the name of the processor that code is compiled for: this one, or what NUMBA_CPU_NAME says."""
     from llvmlite.binding import get_host_cpu_name
+    from numba import config
 
-    return get_host_cpu_name()
+    settings: Any = config
+    return settings.CPU_NAME or get_host_cpu_name()
 
 
 def files_of_code(*packages: str) -> list[Path]:
@@ -271,18 +273,24 @@ def _is_kept(directory: Path, function: Callable[..., Any]) -> bool:
 
 @functools.cache
 def _marks() -> tuple[bytes, bytes]:
-    """Return name and features of the processor, as numba writes them where it keeps code."""
+    """Return name and features of the processor that code is compiled for, as numba writes them where it keeps code."""
+    from numba import config
     from numba.core.codegen import get_host_cpu_features
 
-    return processor().encode(), get_host_cpu_features().encode()
+    settings: Any = config
+    chosen = settings.CPU_FEATURES
+    return processor().encode(), (get_host_cpu_features() if chosen is None else chosen).encode()
 
 
-def make_ready() -> None:
+def make_ready(given_up: Callable[[], bool] = bool) -> None:
     """Compile or load every compiled function imported so far; where that was done before it costs next to nothing.
 
     A component calls this when it is made: its calls have a deadline, and the first would else wait for the compiler.
+    `given_up` is asked before each function; where it says True, the rest is left.
     """
     for function in _compiled_functions:
+        if given_up():
+            return
         function.compile()
 
 

@@ -44,9 +44,10 @@ def off_arc(poses: Floats) -> Floats:
 
 
 @pytest.mark.long
-def test_a_tool_keeps_its_path_and_its_speed_from_tick_to_tick(steps: Client) -> None:
+@pytest.mark.parametrize(("model", "height"), [("puma560", 0.0), ("ur5e", 0.5)])
+def test_a_tool_keeps_its_path_and_its_speed_from_tick_to_tick(steps: Client, model: str, height: float) -> None:
     """The arc is a formula of its own: within 0.01 mm and 0.01 degrees of it, the speed within 0.5%."""
-    arm = steps.load_robot("model://puma560", name="arm")
+    arm = steps.load_robot(f"model://{model}", name="arm", pose=virtualrobot.pose(z=height))
     told: list[ToolPathProgress] = []
     path = steps.paths.find_tool_path(arm, seam(), SPEED, tolerance={"rotation_z": "free"}, progress=told.append)
     assert path.length == pytest.approx(np.pi * RADIUS, rel=1e-5)

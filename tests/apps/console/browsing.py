@@ -18,6 +18,8 @@ WIDTH, HEIGHT = 1100, 700
 PLAIN = "/?quality=low"
 """Address of the page without shadows, which are slow without a graphics card."""
 
+PURPLE = (0.8, 0.0, 0.8)
+
 PATIENCE_MS = 60_000.0
 expect.set_options(timeout=PATIENCE_MS)
 
@@ -71,6 +73,14 @@ def color_count(page: Page, color: tuple[int, int, int]) -> int:
     page.locator('.view .canvas[aria-busy="false"]').wait_for()
     picture = Image.open(io.BytesIO(page.locator(".view .canvas canvas").screenshot())).convert("RGB")
     return int(np.count_nonzero(np.abs(np.asarray(picture, float) - color).max(axis=2) < 12.0))
+
+
+def purple_count(page: Page) -> int:
+    """Return how many pixels of the view, as it is drawn when all is known, are purple in whatever light."""
+    page.locator('.view .canvas[aria-busy="false"]').wait_for()
+    picture = Image.open(io.BytesIO(page.locator(".view .canvas canvas").screenshot())).convert("RGB")
+    red, green, blue = np.moveaxis(np.asarray(picture, float), 2, 0)
+    return int(np.count_nonzero((red > green + 50.0) & (blue > green + 50.0)))
 
 
 def _is_own(asked: str, url: str) -> bool:

@@ -78,3 +78,15 @@ def test_a_node_is_moved_by_its_handle(console: Console, stepped_kernel: KernelP
             expect(said).to_have_count(0)
             until(lambda: client.scene.pose("block")[0, 3] > 0.0031)
             assert client.scene.pose("block")[0, 3] / RASTER % 1.0 > 1e-6
+
+            # What hangs on it is where a person writes that it is in the world.
+            row(page, "core").click()
+            properties = page.locator("#properties")
+            properties.get_by_role("radio", name="World", exact=True).click()
+            field = properties.get_by_label("X", exact=True)
+            expect(field).to_have_value(f"{1000.0 * client.scene.pose('core')[0, 3]:.2f}")
+            client.scene.set_pose("block", virtualrobot.pose(0.5, 0.2, 0.8, yaw=0.7))
+            expect(field).to_have_value("500.00")
+            field.fill("250")
+            field.press("Enter")
+            until(lambda: np.allclose(client.scene.pose("core"), virtualrobot.pose(0.25, 0.2, 0.8, yaw=0.7), atol=1e-6))

@@ -2,31 +2,19 @@
 
 from __future__ import annotations
 
-import io
-
-import numpy as np
 import pytest
 import virtualrobot
-from PIL import Image
-from playwright.sync_api import Page, expect
+from playwright.sync_api import expect
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
-from tests.apps.console.browsing import PLAIN, browsers, needs_page, opened, row
+from tests.apps.console.browsing import PLAIN, PURPLE, browsers, needs_page, opened, purple_count, row
 from tests.apps.console.consoles import Console
 from tests.kernels import KernelProcess, Stubs
 from tests.waiting import until
 
 pytestmark = [*needs_page, pytest.mark.long]
 
-PURPLE, GREY = (0.8, 0.0, 0.8), (0.5, 0.5, 0.5)
-
-
-def purple_count(page: Page) -> int:
-    """Return how many pixels of the view, as it is drawn when all is known, are purple in whatever light."""
-    page.locator('.view .canvas[aria-busy="false"]').wait_for()
-    picture = Image.open(io.BytesIO(page.locator(".view .canvas canvas").screenshot())).convert("RGB")
-    red, green, blue = np.moveaxis(np.asarray(picture, float), 2, 0)
-    return int(np.count_nonzero((red > green + 50.0) & (blue > green + 50.0)))
+GREY = (0.5, 0.5, 0.5)
 
 
 def test_a_node_has_a_menu_and_is_shown_alone(console: Console, stepped: Stubs, stepped_kernel: KernelProcess) -> None:

@@ -12,7 +12,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from tests.api.asking import IIWA, joints, start
 from tests.api.reading import step
-from tests.apps.console.browsing import PLAIN, browsers, hold, needs_page, opened, row
+from tests.apps.console.browsing import PLAIN, PURPLE, browsers, hold, needs_page, opened, purple_count, row
 from tests.apps.console.consoles import Console
 from tests.kernels import KernelProcess, Stubs
 from tests.waiting import repeated, until
@@ -194,6 +194,63 @@ def test_numbers_of_a_ghost_are_told_from_the_robots(
             page.get_by_title("Drop the ghost (Esc)").click()
             expect(rows.get_by_role("heading")).to_have_text("Joints")
             expect(field).to_have_value("28.6")
+
+
+def test_help_is_where_a_person_is_and_the_view_goes_by_keys(
+    console: Console, stepped_kernel: KernelProcess, browser: Browser
+) -> None:
+    with virtualrobot.connect(stepped_kernel.address) as client:
+        client.scene.add_object("slab", virtualrobot.box(0.4, 0.1, 0.4, color=PURPLE))
+        client.scene.add_object("shelf")
+        with opened(browser, console.url + PLAIN) as page:
+            help_ = page.get_by_role("dialog", name="Help")
+            row(page, "slab").click()
+            page.keyboard.press("F1")
+            expect(help_.get_by_role("heading")).to_have_text("Scene")
+            page.keyboard.press("Escape")
+            expect(help_).to_have_count(0)
+            expect(page.get_by_role("tree")).to_be_focused()
+            page.get_by_role("tab", name="Modeller").click()
+            page.locator("#help").click()
+            expect(help_.get_by_role("heading")).to_have_text("Modeller")
+            page.keyboard.press("F1")
+            expect(help_).to_have_count(0)
+
+            page.get_by_role("tab", name="Modeller").focus()
+            page.keyboard.press("ArrowRight")
+            expect(page.get_by_role("tab", name="History")).to_be_focused()
+            expect(page.locator("#history")).to_be_visible()
+
+            # From the front the slab is four times as wide as from its side, to which 18 presses of 5 degrees turn.
+            page.locator(".view canvas").first.focus()
+            for key in ("f", "1"):
+                page.keyboard.press(key)
+            front = purple_count(page)
+            for _ in range(18):
+                page.keyboard.press("ArrowRight")
+            until(lambda: purple_count(page) < 0.5 * front)
+            side = purple_count(page)
+            page.keyboard.press("+")
+            until(lambda: purple_count(page) > 1.1 * side)
+            page.keyboard.press("-")
+            for _ in range(20):
+                page.keyboard.press("Shift+ArrowRight")
+            until(lambda: purple_count(page) == 0)
+
+            # Its name stands where it is, and not where it isn't.
+            page.keyboard.press("n")
+            name = page.locator(".names").get_by_text("slab")
+            page.keyboard.press("f")
+            expect(name).to_be_in_viewport()
+            page.keyboard.press("n")
+            expect(name).to_have_count(0)
+
+            # A node hangs elsewhere by keys.
+            page.get_by_role("tab", name="Properties").click()
+            parent = page.get_by_label("Parent: what it hangs on; it stays where it is")
+            parent.fill("shelf")
+            parent.press("Enter")
+            until(lambda: client.scene.node("slab").parent == "shelf")
 
 
 def test_the_page_is_dark_or_light_as_its_system_until_somebody_chooses(

@@ -128,6 +128,19 @@ def test_two_vehicles_share_an_aisle(rng: np.random.Generator) -> None:
     assert nearest > 0.0
 
 
+def test_a_goal_that_is_taken_is_waited_for_near_it(rng: np.random.Generator) -> None:
+    """What stands on a goal may go; what stays ends the way 10 s after it was come to, in words with numbers."""
+    walls = room(4.0, 2.0)
+    crate = Box(3.3, 1.0, 0.3, 0.3, 1.0, "#a52")
+    waits = vehicle(known(walls, 4.0, 2.0), (0.6, 1.0, 0.0), Goal(3.3, 1.0))
+    nearest = drive([waits], lambda time: [*walls, crate], rng)
+    assert not waits.navigator.reached and nearest > 0.0
+    assert 0.3 < distance(waits.pose, (3.3, 1.0)) < 1.1, waits.told
+    assert waits.told[0] == "something stands on its goal now: goes on towards it"
+    assert waits.told[-1].startswith("gives up: the goal (3.30, 1.00) is"), waits.told
+    assert waits.told[-1].endswith("with what stands there now")
+
+
 def test_wheels_that_slip_are_told_and_the_lidar_goes_on(rng: np.random.Generator) -> None:
     """For 3 s the wheels turn four times as much as they move it: it says so, and comes to its goal all the same."""
     boxes = [*room(4.0, 3.0), Box(2.2, 0.4, 0.5, 0.5, 1.0, "#a52"), Box(1.2, 2.7, 0.6, 0.3, 1.0, "#a52")]

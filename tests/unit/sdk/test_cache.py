@@ -89,6 +89,10 @@ def test_code_of_another_processor_is_compiled_anew_and_this_one_s_is_loaded_whe
     here = first["processor"].encode()
     index.write_bytes(index.read_bytes().replace(here, here[::-1]))
     assert run(MISSING, NUMBA_CACHE_DIR=str(tmp_path)) == first
+    chosen = {"NUMBA_CACHE_DIR": str(tmp_path), "NUMBA_CPU_NAME": "generic", "NUMBA_CPU_FEATURES": "+sse2"}
+    generic = {**first, "processor": "generic"}
+    assert run(MISSING, **chosen) == generic
+    assert run(MISSING, **chosen) == {**generic, "calls": [], "loaded": False}
 
 
 @pytest.mark.long

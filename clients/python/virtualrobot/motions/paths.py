@@ -205,7 +205,7 @@ class Paths:
         """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not.
 
         Nothing moves. All else stands as it does now; the part that the robot holds goes along. For arms of six joints
-        that turn, with a spherical wrist.
+        that turn, with a spherical wrist or with axes 2, 3 and 4 parallel.
 
         Args:
             robot: the robot, or its name.

@@ -64,10 +64,11 @@ class PathServiceServicer(object):
     def FindToolPath(self, request, context):
         """A way of an arm along a tool path with freedom: its postures, and those of the poses that the tolerances allow,
         so that the tool keeps its speed, joints keep their limits, and nothing touches that may not. All else stands as it
-        does now. For arms of six joints that turn, the last three about axes that meet (a spherical wrist), the second one at
-        a right angle to the first and parallel to the third. Nothing moves; the path comes with a motion that can be started.
-        Where there is none, the refusal tells the place, the frame that is nearest, the joint if it is one's, and the reason.
-        The search ends when the client goes away.
+        does now. For arms of six joints that turn, the second one at a right angle to the first and parallel to the third, and
+        the last three about axes that meet (a spherical wrist), or the fourth one parallel to the third, too, and the last two
+        about axes that meet. Nothing moves; the path comes with a motion that can be started. Where there is none, the refusal
+        tells the place, the frame that is nearest, the joint if it is one's, and the reason. The search ends when the client
+        goes away.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')

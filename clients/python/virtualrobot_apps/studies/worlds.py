@@ -38,6 +38,51 @@ class Postures(Protocol):
         ...
 
 
+class Fit(Protocol):
+    """Errors that fit best: see `virtualrobot_apps.studies.calibration`."""
+
+    @property
+    def parameters(self) -> Floats:
+        """(count,) the errors that fit best; what the points don't tell is 0 in them."""
+        ...
+
+    @property
+    def rank(self) -> int:
+        """Number of directions of them that the points tell."""
+        ...
+
+    @property
+    def condition(self) -> float:
+        """Ratio of the best determined of these to the worst one."""
+        ...
+
+    @property
+    def deviation(self) -> float:
+        """Noise of one measured number, sqrt(SSR / (3 n - rank)), m."""
+        ...
+
+
+class KinematicErrors(Protocol):
+    """Chain of a robot with six small errors behind its base and each joint: x, y, z (m), a rotation vector (rad)."""
+
+    @property
+    def count(self) -> int:
+        """Number of errors."""
+        ...
+
+    def poses(self, errors: Floats, postures: Floats) -> Floats:
+        """Return base_t_tcp (m, 4, 4) at postures (m, k), rad or m, with errors (count,)."""
+        ...
+
+    def fit(self, postures: Floats, points: Floats) -> Fit:
+        """Return the errors with which the tool centre point was at points (m, 3) in m postures (m, k)."""
+        ...
+
+    def ranks(self, postures: Floats) -> tuple[int, int]:
+        """Return how many errors can be told apart by poses, and by points, that are measured in m postures (m, k)."""
+        ...
+
+
 class World(Protocol):
     """World without a server; what it refuses raises errors in words."""
 
@@ -75,6 +120,10 @@ class World(Protocol):
 
     def contacts(self, robot: str) -> list[tuple[str, str]]:
         """Return the names of what touches and may not wherever the arm is, such as a robot's base and a wall."""
+        ...
+
+    def kinematic_errors(self, robot: str) -> KinematicErrors:
+        """Return a robot's chain up to its tool centre point, with errors to plant and to find, in its base's frame."""
         ...
 
     def close(self) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from virtualrobot_apps.seeing.navigation.following import Choice, Limits, Surroundings, ahead_of, choose, turning
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.grid import Grid
-from virtualrobot_apps.seeing.navigation.planning import Costmap, NoWayError, Planner
+from virtualrobot_apps.seeing.navigation.planning import Costmap, GoalTakenError, NoWayError, Planner
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, moved, wrapped
 from virtualrobot_apps.seeing.navigation.scans import Scan
 from virtualrobot_apps.seeing.navigation.unforeseen import Unforeseen
@@ -25,6 +25,8 @@ PLAN_SECONDS = 1.0
 """Time from one plan to the next."""
 PATIENCE_SECONDS = 6.0
 """Time without progress towards the goal after which it recovers."""
+NEAR_METRES = 1.0
+"""Distance from a goal on which something stands, up to which it goes on towards it."""
 LOST_SECONDS = 60.0
 """Time for which a vehicle that is lost looks for its place."""
 RECOVERIES = 4
@@ -209,14 +211,18 @@ class Navigator:
     def _plan(self, now: float) -> None:
         assert self.goal is not None
         self._planned = now
-        costmap = Costmap.of(self.where.grid, self.footprint, self._unforeseen.points())
         try:
-            self.way = Planner(costmap).way(self.pose, np.array([self.goal.x, self.goal.y]))
+            self.way = self._way(self._unforeseen.points())
             self._without_way = None
         except NoWayError as error:
             if not len(self._unforeseen.points()):
                 self.way = None
                 self._ends(f"gives up: {error}")
+                return
+            left = distance(self.pose, (self.goal.x, self.goal.y))
+            if isinstance(error, GoalTakenError) and left > NEAR_METRES and (way := self._way_near()) is not None:
+                self.way, self._without_way = way, None
+                self._tell("something stands on its goal now: goes on towards it")
                 return
             if self._without_way is None:
                 self._without_way = now
@@ -226,6 +232,22 @@ class Navigator:
                 return
             self.way = None
             self._stands(f"waits: {error}, with what stands there now")
+
+    def _way(self, seen: Floats) -> Floats:
+        """Return the way (n, 2) to the goal, with points (n, 2) besides that were seen; raises NoWayError."""
+        assert self.goal is not None
+        costmap = Costmap.of(self.where.grid, self.footprint, seen)
+        return Planner(costmap).way(self.pose, np.array([self.goal.x, self.goal.y]))
+
+    def _way_near(self) -> Floats | None:
+        """Return the way to the goal without what was seen near it, which may be gone; None where there is none."""
+        assert self.goal is not None
+        seen = self._unforeseen.points()
+        away = np.hypot(seen[:, 0] - self.goal.x, seen[:, 1] - self.goal.y)
+        try:
+            return self._way(seen[away > NEAR_METRES])
+        except NoWayError:
+            return None
 
     def _remaining(self) -> float:
         assert self.way is not None

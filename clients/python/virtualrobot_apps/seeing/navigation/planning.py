@@ -35,6 +35,10 @@ class NoWayError(ValueError):
     """Raised where there is no way, with what stands against it."""
 
 
+class GoalTakenError(NoWayError):
+    """Raised where something stands on the goal, or too near to it."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Costmap:
     """Map for a footprint: `grid` with obstacles besides, (rows, columns) `blocked`, and unknown cells as such."""
@@ -86,11 +90,11 @@ class Planner:
             raise NoWayError(f"the goal {where} is off the map")
         first, last = self._cell(start), self._cell(goal)
         if self.costmap.blocked[last]:
-            raise NoWayError(f"the goal {where} is inside an obstacle")
+            raise GoalTakenError(f"the goal {where} is inside an obstacle")
         if not self.costmap.known[last]:
             raise NoWayError(f"the goal {where} is where nothing has been seen")
         if self.clearance[last] < need:
-            raise NoWayError(
+            raise GoalTakenError(
                 f"the goal {where} is {self.clearance[last]:.2f} m from an obstacle, and the footprint needs "
                 f"{need:.2f} m"
             )

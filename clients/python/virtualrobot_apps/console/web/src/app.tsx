@@ -2,15 +2,17 @@
 import { signal } from "@preact/signals";
 import { undo, redo } from "./kernel/orders";
 import { goal } from "./kernel/goal";
+import { helps } from "./kernel/help";
 import { isolate } from "./kernel/isolation";
 import { placing } from "./kernel/loader";
-import { shownBelow, shownRight } from "./kernel/shown";
+import { opened, shownBelow, shownRight, toggle } from "./kernel/shown";
 import { selected } from "./kernel/world";
 import { Chosen, Tabs, type Tab } from "./parts/tabs";
 import { WhileConnected } from "./parts/while_connected";
 import { WrongNumber } from "./parts/wrong_number";
 import { Bottom, toolsBelow } from "./panels/bottom";
 import { Finder, openFinder, type Group } from "./panels/finder";
+import { Help } from "./panels/help";
 import { Library } from "./panels/library";
 import { NodeMenu } from "./panels/node_menu";
 import { Parts } from "./panels/parts";
@@ -22,6 +24,8 @@ import { Tree } from "./panels/tree";
 import { View, viewport } from "./panels/view";
 import { turnTo, Views } from "./panels/views";
 import { stop } from "./kernel/stop";
+import { asked } from "./view/finding";
+import { namesShown } from "./view/names";
 import { tool } from "./view/gizmo";
 import { picking } from "./view/jointing";
 
@@ -58,6 +62,7 @@ export function App() {
       <Finder />
       <NodeMenu />
       <WrongNumber />
+      <Help left={left.value} />
     </div>
   );
 }
@@ -82,11 +87,15 @@ const KEYS: Record<string, () => void> = {
   m: () => (tool.value = "move"),
   f: () => viewport.current?.frame(selected.value),
   i: () => isolate(selected.value),
+  d: () => toggle("measuring"),
+  n: () => (namesShown.value = !namesShown.peek()),
   Escape: () => {
     viewport.current?.nodeHandle.leave();
     goal.clear();
     picking.value = false;
     placing.value = undefined;
+    asked.value = undefined;
+    if (opened.value === "measuring") opened.value = "";
   },
 };
 
@@ -96,6 +105,11 @@ addEventListener(
     if (event.key.toLowerCase() === "k" && (event.ctrlKey || event.metaKey)) {
       event.preventDefault();
       openFinder(groups());
+      return;
+    }
+    if (event.key === "F1") {
+      event.preventDefault();
+      helps.value = !helps.peek();
       return;
     }
     if (isTyped(event)) return;

@@ -3,6 +3,7 @@ import { signal } from "@preact/signals";
 import { create, type MessageInitShape } from "@bufbuild/protobuf";
 import { Code, ConnectError } from "@connectrpc/connect";
 import { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
+import type { AssetFile } from "../generated/virtualrobot/v1/nodes_pb";
 import type { CreatedNode, FileWarning, KnownModel, ModelSourceSchema } from "../generated/virtualrobot/v1/scene_pb";
 import { packed, unpacked } from "./archives";
 import { open as openConnections } from "./connections";
@@ -88,16 +89,35 @@ export async function save(): Promise<void> {
     course.say("is written");
     const { text, files } = await scenes.saveScene({ bundle: true }, { signal: course.signal });
     if (files.length === 0) return download(new Blob([text], { type: "application/yaml" }), "cell.yaml");
-    const bundle: Record<string, Uint8Array> = { "scene.yaml": new TextEncoder().encode(text) };
-    for (const [place, { uri, sha256 }] of files.entries()) {
-      course.tell(place, files.length);
-      const chunks: BlobPart[] = [];
-      for await (const { chunk } of assets.downloadAsset({ sha256 }, { signal: course.signal })) chunks.push(chunk as Uint8Array<ArrayBuffer>);
-      bundle[uri] = new Uint8Array(await new Blob(chunks).arrayBuffer());
-    }
-    download(packed(bundle), "cell.zip");
+    download(packed({ "scene.yaml": new TextEncoder().encode(text), ...(await contents(files, course)) }), "cell.zip");
     say(`saved the cell with ${files.length} files`, "good");
   });
+}
+
+/** Saves a node and all that hangs below it to this machine as glTF, or a robot as URDF: alone, or in an archive with the files that it names. */
+export async function saveNode(node: string, format: ".glb" | ".urdf"): Promise<void> {
+  await loading(node, async (course) => {
+    course.say("is written");
+    const { files, warnings } = await scenes.exportModel({ node, format }, { signal: course.signal });
+    for (const words of warnings) say(words, "warning");
+    const written = await contents(files, course);
+    const [main] = files;
+    if (files.length === 1) download(new Blob([written[main.uri]]), lastPart(main.uri));
+    else download(packed(written), `${lastPart(main.uri).replace(format, "")}.zip`);
+    say(`saved ${node}`, "good");
+  });
+}
+
+/** Returns what files of the kernel have in them, by their names. */
+async function contents(files: readonly AssetFile[], course: Course): Promise<Record<string, Uint8Array<ArrayBuffer>>> {
+  const found: Record<string, Uint8Array<ArrayBuffer>> = {};
+  for (const [place, { uri, sha256 }] of files.entries()) {
+    course.tell(place, files.length);
+    const chunks: BlobPart[] = [];
+    for await (const { chunk } of assets.downloadAsset({ sha256 }, { signal: course.signal })) chunks.push(chunk as Uint8Array<ArrayBuffer>);
+    found[uri] = new Uint8Array(await new Blob(chunks).arrayBuffer());
+  }
+  return found;
 }
 
 export function download(data: Blob, name: string): void {

@@ -1,6 +1,8 @@
 // The text (.solid) by which the selected node's body is made: read, changed as it is written, each change a step of the world.
 import { effect, signal } from "@preact/signals";
 import { ConnectError } from "@connectrpc/connect";
+import { create } from "@bufbuild/protobuf";
+import { MeshSchema, type Figure } from "../generated/virtualrobot/v1/nodes_pb";
 import { inserted } from "./solid_text";
 import { attempt } from "./messages";
 import { apply } from "./orders";
@@ -38,7 +40,7 @@ export function insert(word: string, from: number, to: number): void {
 }
 
 /** Adds a node with a body, and selects it. */
-export async function create(): Promise<void> {
+export async function begin(): Promise<void> {
   let name = "body";
   for (let number = 2; items.peek().has(name); number++) name = `body ${number}`;
   const mesh = await attempt(upload(name, FIRST));
@@ -56,7 +58,7 @@ async function give(): Promise<void> {
       const before = known;
       known = mesh.sha256;
       try {
-        const figures = [{ geometry: { case: "mesh" as const, value: mesh } }];
+        const figures = (items.peek().get(name)?.node.figures ?? []).map((figure) => (isSolid(figure) ? { ...figure, geometry: { case: "mesh" as const, value: create(MeshSchema, mesh) } } : figure));
         await scenes.apply({ commands: [{ command: { case: "updateNode", value: { name, node: { figures }, updateMask: { paths: ["figures"] } } } }] });
       } catch (error) {
         known = before;
@@ -80,9 +82,13 @@ async function upload(name: string, words: string): Promise<{ uri: string; sha25
 /** Returns the content by which a node's body is made; "" where it comes of something else. */
 function contentOf(name: string): string {
   for (const { geometry } of items.value.get(name)?.node.figures ?? []) {
-    if (geometry.case === "mesh" && geometry.value.uri.endsWith(ENDING)) return geometry.value.sha256;
+    if (geometry.case === "mesh" && isSolid({ geometry })) return geometry.value.sha256;
   }
   return "";
+}
+
+function isSolid({ geometry }: Pick<Figure, "geometry">): boolean {
+  return geometry.case === "mesh" && geometry.value.uri.endsWith(ENDING);
 }
 
 async function read(name: string, content: string): Promise<void> {

@@ -24,7 +24,7 @@ export const signalsPart = signal<SignalsPart>("values");
 /** Which panel is open over the view, if any. */
 export const opened = signal<"" | Panel>("");
 
-export type Panel = "speeds" | "films" | "devices";
+export type Panel = "speeds" | "films" | "devices" | "measuring";
 
 export function toggle(panel: Panel): void {
   opened.value = opened.value === panel ? "" : panel;

@@ -18,7 +18,7 @@ export function Jointing() {
     <button type="button" class="tool small" disabled={!selected.value} title={`The selected node: ${selected.value || "none"}`} onClick={() => change({ [which]: selected.peek() })}><Icon name="mouse-pointer-2" size={13} /></button>
   );
   return (
-    <div class="list" aria-label="A joint between two bodies">
+    <div class="list jointing" aria-label="A joint between two bodies">
       <div class="entry">
         <Icon name="axis-3d" size={14} color="var(--part)" />
         <button type="button" class="button small" aria-pressed={picking.value} title="Then click at the wall of a hole or a pin, or at an edge, in the view" onClick={() => (picking.value = !picking.value)}>

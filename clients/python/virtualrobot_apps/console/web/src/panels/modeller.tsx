@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import type { ComponentChildren } from "preact";
 import { useRef } from "preact/hooks";
-import { create, fault, insert, modelled, text, waiting, write } from "../kernel/modeller";
+import { begin, fault, insert, modelled, text, waiting, write } from "../kernel/modeller";
 import { AROUND, BODIES, JOINED } from "../kernel/solid_text";
 import { selected } from "../kernel/world";
 import { Choice } from "../parts/choice";
@@ -59,7 +59,7 @@ function Text({ children }: { children: ComponentChildren }) {
       )}
       <div class="under">
         {children}
-        <button type="button" class="button small" id="new-body" title="A box at the origin, to begin with" onClick={() => void create()}><Icon name="plus" size={13} />New body</button>
+        <button type="button" class="button small" id="new-body" title="A box at the origin, to begin with" onClick={() => void begin()}><Icon name="plus" size={13} />New body</button>
         {fault.value ? <span class="grow verdict bad cut" role="alert" title={fault.value}>{fault.value}</span> : (
           <span class="grow verdict muted cut" role="status">{!modelled.value ? "" : waiting.value ? "is made …" : `${modelled.value} is what is written, in meters: 0.1 is 100 mm; undo takes each change back`}</span>
         )}

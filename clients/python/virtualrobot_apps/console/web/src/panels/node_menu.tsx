@@ -1,6 +1,7 @@
 // The menu of a node, by the right button in the tree or the view, or by the menu key: what can be done with it.
 import { useLayoutEffect, useRef } from "preact/hooks";
 import { isolate, isolated } from "../kernel/isolation";
+import { saveNode } from "../kernel/loader";
 import { say } from "../kernel/messages";
 import { remove, setHidden } from "../kernel/orders";
 import { nodeMenu, shownRight } from "../kernel/shown";
@@ -72,6 +73,8 @@ function entriesOf({ name, kind, hidden }: Item, part: string): Entry[] {
     { name: "Properties", icon: "box", run: () => (shownRight.value = "properties") },
     { name: "Rename", icon: "pencil", keys: "F2", run: () => beginRenaming(name) },
     copied,
+    { name: "Save as glTF", icon: "download", run: () => void saveNode(name, ".glb") },
+    ...(kind === "robot" ? [{ name: "Save as URDF", icon: "download", run: () => void saveNode(name, ".urdf") }] : []),
   ];
   // A link goes with its robot.
   if (kind !== "link") entries.push({ name: "Delete", icon: "trash-2", keys: "Del", run: () => void remove(name) });

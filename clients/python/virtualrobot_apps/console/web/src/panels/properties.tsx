@@ -1,15 +1,23 @@
 // Properties of what is selected: common ones, and those of its kind as the contract's descriptors tell them.
 import { create } from "@bufbuild/protobuf";
+import { signal } from "@preact/signals";
 import { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
 import { attach, change, rename, run, setHidden } from "../kernel/orders";
 import { items, moves, robots, selected, states, type Item } from "../kernel/world";
+import { Choice } from "../parts/choice";
 import { Icon, KindIcon } from "../parts/icons";
+import { NodeField } from "../parts/node_field";
 import type { AnyPose } from "../parts/numbers";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
-import { poseOf } from "../view/poses";
+import { matrixOf, poseOf } from "../view/poses";
 import { Figures } from "./figures";
 import { KindFields } from "./kind_fields";
 import { viewport } from "./view";
+
+const FRAMES = [["parent", "Parent"], ["world", "World"]] as const;
+
+/** The frame in which poses are told and written. */
+const frame = signal<(typeof FRAMES)[number][0]>("parent");
 
 export function Properties() {
   const item = items.value.get(selected.value);
@@ -30,7 +38,8 @@ export function Properties() {
       </section>
       {!isWorld && (
         <section>
-          <h4>Pose in {item.parent}<NotationChoice /></h4>
+          <h4><span class="cut">Pose in {frame.value === "world" ? "world" : item.parent}</span><NotationChoice /></h4>
+          {item.parent !== "world" && <Choice label="Frame of the pose" options={FRAMES} chosen={frame.value} choose={(one) => (frame.value = one)} />}
           <Pose item={item} />
         </section>
       )}
@@ -42,12 +51,18 @@ export function Properties() {
   );
 }
 
-/** Where a node is in its parent now. */
+/** Where a node is now, in its parent or in the world. */
 function Pose({ item: { name, parent, kind, node } }: { item: Item }) {
   void moves.value;
   const places = viewport.current?.solids.places, here = places?.get(name), below = places?.get(parent);
-  const pose = here ? poseOf(below ? below.clone().invert().multiply(here) : here) : node.parentTNode;
-  const write = (edit: (pose?: AnyPose) => AnyPose) => void change(name, "parent_t_node", (one) => (one.parentTNode = create(PoseSchema, edit(one.parentTNode))));
+  const inWorld = frame.value === "world" ? below : undefined;
+  const pose = here ? poseOf(below && !inWorld ? below.clone().invert().multiply(here) : here) : node.parentTNode;
+  const write = (edit: (pose?: AnyPose) => AnyPose) => void change(name, "parent_t_node", (one) => {
+    const edited = inWorld
+      ? poseOf(inWorld.clone().invert().multiply(matrixOf(edit(poseOf(inWorld.clone().multiply(matrixOf(one.parentTNode)))))))
+      : edit(one.parentTNode);
+    one.parentTNode = create(PoseSchema, edited);
+  });
   return <PoseFields pose={pose} write={kind === "link" ? undefined : write} />;
 }
 
@@ -76,7 +91,8 @@ function ParentRow({ item: { name, parent, kind } }: { item: Item }) {
   return (
     <div class="property">
       <span>Parent</span>
-      <button type="button" class="link" onClick={() => (selected.value = parent)}>{parent}</button>
+      {fixed ? <button type="button" class="link" onClick={() => (selected.value = parent)}>{parent}</button>
+        : <NodeField label="Parent: what it hangs on; it stays where it is" value={parent} choose={(to) => to !== parent && void attach(name, to)} />}
       {!fixed && parent !== "world" && (
         <button type="button" class="tool small" title="Hang it on the world; it stays where it is" onClick={() => void attach(name, "world")}>
           <Icon name="x" size={13} />

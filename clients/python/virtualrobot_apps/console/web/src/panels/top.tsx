@@ -11,6 +11,7 @@ import { Icon } from "../parts/icons";
 import { switchTheme, theme } from "../parts/theme";
 import { WhileConnected } from "../parts/while_connected";
 import { FileButtons } from "./files";
+import { HelpButton } from "./help";
 
 const STEP_TICKS = 10;
 const PALETTE = ["#7c5cff", "#0ea5a4", "#d9670b", "#1769c9", "#b83280"];
@@ -31,6 +32,7 @@ export function Top() {
         <Speed />
       </WhileConnected>
       <People />
+      <HelpButton />
       <button type="button" class="tool" title={dark ? "Light theme" : "Dark theme"} onClick={switchTheme}>
         <Icon name={dark ? "sun" : "moon"} />
       </button>

@@ -16,11 +16,13 @@ import { fixed, positionOf } from "../parts/numbers";
 import { inToolAxes, tool, type Tool } from "../view/gizmo";
 import { loading } from "../view/meshes";
 import { draggedNode, snaps } from "../view/node_handle";
+import { namesShown } from "../view/names";
 import { Viewport } from "../view/viewport";
 import { CameraInset } from "./camera_inset";
 import { Devices } from "./devices";
 import { Films } from "./films";
 import { Loading } from "./loading";
+import { Measuring } from "./measuring";
 import { Placing } from "./placing";
 import { Question } from "./question";
 import { Speeds } from "./speeds";
@@ -50,6 +52,7 @@ export function View() {
       <Speeds />
       <Films />
       <Devices />
+      <Measuring />
       <Loading />
       <Question />
       <Outdated />
@@ -89,6 +92,12 @@ function Looks() {
       </button>
       <button type="button" class="tool" aria-pressed={grid.value} title="Grid: 0.25 m and 1 m" onClick={() => (grid.value = viewport.current?.toggleGrid() ?? false)}>
         <Icon name="grid-3x3" size={17} />
+      </button>
+      <button type="button" class="tool" aria-pressed={namesShown.value} title="Names of nodes (N)" onClick={() => (namesShown.value = !namesShown.peek())}>
+        <Icon name="tag" size={17} />
+      </button>
+      <button type="button" class="tool" aria-pressed={opened.value === "measuring"} title="Measure: lengths, distances and angles, mm and ° (D)" onClick={() => toggle("measuring")}>
+        <Icon name="ruler" size={17} />
       </button>
       <button type="button" class="tool" aria-pressed={isTraced(chosen.value)} title="Trace the robot's tool" onClick={() => (isTraced(chosen.value) ? untrace(chosen.value) : trace(chosen.value))}>
         <Icon name="route" size={17} />

@@ -1,4 +1,6 @@
-// A choice of one of a few, side by side.
+// A choice of one of a few, side by side: arrows go from one to the next, and Enter takes it.
+import { walkAcross } from "./arrows";
+
 interface Props<T extends string> {
   label: string;
   options: readonly (readonly [T, string])[];
@@ -8,7 +10,7 @@ interface Props<T extends string> {
 
 export function Choice<T extends string>({ label, options, chosen, choose }: Props<T>) {
   return (
-    <span class="choice" role="radiogroup" aria-label={label}>
+    <span class="choice" role="radiogroup" aria-label={label} onKeyDown={walkAcross}>
       {options.map(([option, name]) => (
         <button key={option} type="button" role="radio" aria-checked={option === chosen} onClick={() => choose(option)}>
           {name}

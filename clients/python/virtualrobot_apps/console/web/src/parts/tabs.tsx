@@ -1,5 +1,6 @@
 // Tabs on top of a panel.
 import type { ComponentType } from "preact";
+import { walkAcross } from "./arrows";
 import { Icon } from "./icons";
 
 export interface Tab {
@@ -35,9 +36,9 @@ function intoView(tab: HTMLElement | null): void {
 
 export function Tabs({ label, tabs, chosen, choose }: Props) {
   return (
-    <div class="tabs" role="tablist" aria-label={label}>
+    <div class="tabs" role="tablist" aria-label={label} onKeyDown={(event) => walkAcross(event)?.click()}>
       {tabs.map(({ id, icon, name, count, alarm }) => (
-        <button key={id} ref={chosen === id ? intoView : undefined} type="button" role="tab" aria-selected={chosen === id} class="tab" title={name} onClick={() => choose(id)}>
+        <button key={id} ref={chosen === id ? intoView : undefined} type="button" role="tab" tabIndex={chosen === id ? 0 : -1} aria-selected={chosen === id} class="tab" title={name} onClick={() => choose(id)}>
           <Icon name={icon} size={14} />
           {name}
           {!!count && <span class={alarm ? "badge alarm" : "badge"}>{count}</span>}

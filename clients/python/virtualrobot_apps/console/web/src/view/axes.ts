@@ -1,4 +1,4 @@
-// Axes of bodies, found by a point on their triangles: of the hole or the pin whose wall is there, or of an edge that is near; and bodies apart.
+// Axes and corners of bodies, found by a point on their triangles: of the hole or the pin whose wall is there, or of an edge that is near; and bodies apart.
 import { Vector3, type BufferGeometry, type Matrix4 } from "three";
 
 export interface Axis {
@@ -73,6 +73,18 @@ export class Surface {
   axisAt(triangle: number, point: Vector3, reach: number): Axis | undefined {
     const edge = this.#edgeNear(point, reach);
     return edge ? this.#axisOfEdge(...edge) : this.#axisOfWall(triangle);
+  }
+
+  /** Returns the nearest corner of the body within reach (m): where sharp edges meet, end, or turn. */
+  cornerNear(point: Vector3, reach: number): Vector3 | undefined {
+    let found: Vector3 | undefined, least = reach;
+    for (const [corner, ends] of this.#sharp) {
+      const distance = this.#corners[corner].distanceTo(point);
+      if (distance >= least) continue;
+      if (ends.length === 2 && this.#step(ends[0], corner).dot(this.#step(corner, ends[1])) > SHARP) continue;
+      [found, least] = [this.#corners[corner], distance];
+    }
+    return found;
   }
 
   /** Returns the bodies, which are triangles that hang together by edges: of each the corners of its triangles, by part. */

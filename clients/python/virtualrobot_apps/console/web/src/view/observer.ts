@@ -1,12 +1,14 @@
 // Where the view is looked at from: the camera, how it is turned by the pointer, and the axes in the corner.
 import { signal } from "@preact/signals";
-import { MathUtils, PerspectiveCamera, Vector3, type Box3, type Matrix4, type WebGLRenderer } from "three";
+import { MathUtils, PerspectiveCamera, Spherical, Vector3, type Box3, type Matrix4, type WebGLRenderer } from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import { ViewHelper } from "three/examples/jsm/helpers/ViewHelper.js";
 import { readViewpoint, type Viewpoint } from "../kernel/viewpoints";
 
 const FROM = new Vector3(0.62, -0.78, 0.5).normalize();
 const LARGEST = 12;
+/** What a key does: turns (rad), goes nearer (factor), shifts (part of the distance). */
+const KEY = { turn: Math.PI / 36, nearer: 0.87, shift: 0.05 };
 const FIELD = { usual: 42, least: 5, most: 120 };
 
 /** Directions from what is looked at to the eye, in the world's frame. */
@@ -35,6 +37,8 @@ export class Observer {
     this.axes = new ViewHelper(this.camera, canvas);
     this.axes.center = this.orbit.target;
     this.axes.setLabels("X", "Y", "Z");
+    canvas.tabIndex = 0;
+    canvas.addEventListener("keydown", (event) => this.#key(event));
     // Without a viewpoint of all it is framed when the world is there.
     void readViewpoint().then((viewpoint) => viewpoint && this.look(viewpoint));
   }
@@ -99,6 +103,28 @@ export class Observer {
   setSize(width: number, height: number): void {
     this.camera.aspect = width / height;
     this.camera.updateProjectionMatrix();
+  }
+
+  /** Turns by arrows, shifts with Shift, and goes nearer and farther. */
+  #key(event: KeyboardEvent): void {
+    const sideways = { ArrowLeft: -1, ArrowRight: 1 }[event.key] ?? 0, up = { ArrowDown: -1, ArrowUp: 1 }[event.key] ?? 0;
+    const nearer = { "+": 1, "=": 1, "-": -1 }[event.key] ?? 0;
+    if ((!sideways && !up && !nearer) || event.ctrlKey || event.metaKey || event.altKey) return;
+    event.preventDefault();
+    const arm = this.camera.position.clone().sub(this.orbit.target);
+    if (event.shiftKey && !nearer) {
+      const shift = new Vector3(sideways, up, 0).multiplyScalar(KEY.shift * arm.length()).applyQuaternion(this.camera.quaternion);
+      this.orbit.target.add(shift);
+    } else if (nearer) arm.multiplyScalar(KEY.nearer ** nearer);
+    else {
+      const around = new Spherical().setFromVector3(new Vector3(arm.x, arm.z, -arm.y));
+      around.theta += KEY.turn * sideways;
+      around.phi -= KEY.turn * up;
+      const turned = new Vector3().setFromSpherical(around.makeSafe());
+      arm.set(turned.x, -turned.z, turned.y);
+    }
+    this.camera.position.copy(this.orbit.target).add(arm);
+    this.#placed();
   }
 
   #placed(): void {

@@ -1,8 +1,9 @@
 // What clicks in the view do: select, look at what is selected, pick an axis, and, by the right button, open a node's menu.
-import { Raycaster, Vector2 } from "three";
 import { nodeMenu } from "../kernel/shown";
 import * as world from "../kernel/world";
+import { asked } from "./finding";
 import { pickAxis, picking } from "./jointing";
+import { pointerRay } from "./pointing";
 import type { Viewport } from "./viewport";
 
 const CLICK_PIXELS = 4;
@@ -23,15 +24,12 @@ export function hearPointer(view: Viewport): void {
 
 /** Selects what is under the pointer: of a robot the whole, with Alt the link. */
 function pick(view: Viewport, event: MouseEvent): void {
-  const area = view.canvas.getBoundingClientRect();
-  const x = (2 * (event.clientX - area.left)) / area.width - 1, y = 1 - (2 * (event.clientY - area.top)) / area.height;
-  const ray = new Raycaster();
-  ray.setFromCamera(new Vector2(x, y), view.observer.camera);
-  const hit = view.solids.hit(ray), found = hit?.name ?? "";
+  const hit = view.solids.hit(pointerRay(view, event)), found = hit?.name ?? "";
   if (picking.peek() && event.button === 0) {
     pickAxis(view, hit);
     return;
   }
+  if (asked.peek() && event.button === 0) return;
   const isLink = world.items.peek().get(found)?.kind === "link";
   const name = isLink && !event.altKey ? world.robotOf(found) : found;
   world.selected.value = name;

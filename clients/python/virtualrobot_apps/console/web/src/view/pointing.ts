@@ -12,12 +12,22 @@ export interface Surface {
   level: boolean;
 }
 
-/** Returns where the ray through the pointer meets the cell or else the floor; undefined where it meets neither. */
-export function surfaceAt(viewport: Viewport, { clientX, clientY }: { clientX: number; clientY: number }): Surface | undefined {
-  const area = viewport.canvas.getBoundingClientRect();
-  const pointer = new THREE.Vector2((2 * (clientX - area.left)) / area.width - 1, 1 - (2 * (clientY - area.top)) / area.height);
+export interface Pointer {
+  clientX: number;
+  clientY: number;
+}
+
+/** Returns the ray through the pointer. */
+export function pointerRay({ canvas, observer }: Viewport, { clientX, clientY }: Pointer): THREE.Raycaster {
+  const area = canvas.getBoundingClientRect();
   const ray = new THREE.Raycaster();
-  ray.setFromCamera(pointer, viewport.observer.camera);
+  ray.setFromCamera(new THREE.Vector2((2 * (clientX - area.left)) / area.width - 1, 1 - (2 * (clientY - area.top)) / area.height), observer.camera);
+  return ray;
+}
+
+/** Returns where the ray through the pointer meets the cell or else the floor; undefined where it meets neither. */
+export function surfaceAt(viewport: Viewport, pointer: Pointer): Surface | undefined {
+  const ray = pointerRay(viewport, pointer);
   const [nearest] = hits(viewport.solids, ray).sort((one, other) => one.distance - other.distance);
   const point = nearest?.point ?? ray.ray.intersectPlane(FLOOR, new THREE.Vector3());
   if (!point || point.length() > MOST_METERS) return undefined;

@@ -1,13 +1,12 @@
 // Poses of the contract as matrices.
 import { Matrix4, Quaternion, Vector3 } from "three";
-import type { Pose } from "../generated/virtualrobot/v1/geometry_pb";
 import { orientationOf, positionOf, type AnyPose } from "../parts/numbers";
 
 const ONE = new Vector3(1, 1, 1);
 const STRAIGHT = 1e-6;
 const position = new Vector3(), orientation = new Quaternion();
 
-export function matrixOf(pose?: Pose): Matrix4 {
+export function matrixOf(pose?: AnyPose): Matrix4 {
   const { x, y, z, w } = orientationOf(pose);
   return new Matrix4().compose(position.set(...positionOf(pose)), orientation.set(x, y, z, w), ONE);
 }

@@ -24,6 +24,7 @@ export class Solids {
   #marks = new Marks();
   #meshes = new Meshes(() => this.#restructure());
   #alone = "";
+  #shown: ReadonlySet<string> = new Set();
   #moved = true;
   #structure = true;
 
@@ -75,6 +76,11 @@ export class Solids {
     return box;
   }
 
+  /** Returns whether a node is neither hidden nor left out. */
+  isShown(name: string): boolean {
+    return this.#shown.has(name);
+  }
+
   /** Returns what a ray meets first. */
   hit(ray: Raycaster): Hit | undefined {
     return this.#batches.hit(ray);
@@ -115,6 +121,7 @@ export class Solids {
     const missing = new Map<string, string[]>();
     const alone = this.#alone && new Set(world.below(this.#alone));
     const shown = [...world.items.peek().values()].filter((item) => !isHidden(item) && (!alone || alone.has(item.name)));
+    this.#shown = new Set(shown.map(({ name }) => name));
     for (const item of shown) {
       const found: Piece[] = [];
       for (const figure of seen(item)) {

@@ -6,10 +6,12 @@ import { isolated } from "../kernel/isolation";
 import * as world from "../kernel/world";
 import { theme } from "../parts/theme";
 import { Ghost } from "./copies";
+import { findFeatures } from "./finding";
 import { Follower } from "./follower";
 import { Gizmo } from "./gizmo";
 import { drawAxis } from "./jointing";
 import { NodeHandle } from "./node_handle";
+import { Names, namesShown } from "./names";
 import { Observer } from "./observer";
 import { hearPointer } from "./pointer";
 import { Solids } from "./solids";
@@ -29,6 +31,7 @@ export class Viewport {
   /** What panels draw into the view. */
   readonly overlay = new Group();
   #stage = new Stage();
+  #names = new Names();
   #timer = new Timer();
   #follower = new Follower();
   #dirty = true;
@@ -38,18 +41,23 @@ export class Viewport {
   constructor(private readonly host: HTMLElement) {
     const { renderer, scene } = this.#stage;
     this.canvas.setAttribute("aria-label", "3D view of the cell");
-    host.append(this.canvas);
+    host.append(this.canvas, this.#names.element);
     this.observer = new Observer(this.canvas, () => this.invalidate());
     this.gizmo = new Gizmo(this);
     this.nodeHandle = new NodeHandle(this);
     scene.add(...this.solids.objects, this.ghost.group, this.overlay, ...this.gizmo.objects, ...this.nodeHandle.objects);
     new ResizeObserver(() => this.#resize()).observe(host);
     hearPointer(this);
+    findFeatures(this);
     drawTraces(this);
     drawSpans(this);
     drawAxis(this);
     effect(() => {
       this.#stage.setTheme(theme.value);
+      this.invalidate();
+    });
+    effect(() => {
+      this.#names.rebuild(namesShown.value ? world.items.value.values() : []);
       this.invalidate();
     });
     effect(() => this.solids.isolate(isolated.value));
@@ -124,6 +132,7 @@ export class Viewport {
     renderer.render(scene, this.observer.camera);
     renderer.autoClear = false;
     this.observer.drawAxes(renderer);
+    this.#names.place(this.solids.places, (name) => this.solids.isShown(name), this.observer.camera);
   }
 
   #resize(): void {

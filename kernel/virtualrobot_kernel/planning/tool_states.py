@@ -1,4 +1,4 @@
-"""Path of a tool centre point along samples of joints: poses, speeds, and the arm's distance from singularities."""
+"""States of a tool centre point along samples of joints: poses, speeds, and the arm's distance from singularities."""
 
 from __future__ import annotations
 
