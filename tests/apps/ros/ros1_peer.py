@@ -113,7 +113,8 @@ def main():
     while not moved.wait(0.05):
         wheels.publish(command)
     odom.unregister()
-    told["action"] = acted(asked)
+    if asked["definitions"]:
+        told["action"] = acted(asked)
     told["topics"] = rospy.get_published_topics()
     del listener
     print(json.dumps(told))

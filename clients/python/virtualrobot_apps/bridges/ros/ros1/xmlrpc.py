@@ -40,7 +40,8 @@ async def call(uri: str, method: str, *arguments: Any) -> Any:  # noqa: ANN401 w
                 status, fields = await _head(reader)
                 if status.split()[1:2] != ["200"]:
                     raise XmlRpcError(f"it answers {status[:60]!r}")
-                answer = await _body(reader, fields)
+                # What answers as HTTP 1.0 may leave the length to the end of the connection.
+                answer = await _body(reader, fields) if "content-length" in fields else await _rest(reader)
             finally:
                 writer.close()
         return xmlrpc.client.loads(answer)[0][0]
@@ -127,6 +128,13 @@ async def _head(reader: asyncio.StreamReader) -> tuple[str, dict[str, str]]:
     lines = (await reader.readuntil(b"\r\n\r\n")).decode("latin-1").split("\r\n")
     pairs = (one.partition(":") for one in lines[1:] if one)
     return lines[0], {key.strip().lower(): value.strip() for key, _, value in pairs}
+
+
+async def _rest(reader: asyncio.StreamReader) -> bytes:
+    found = b""
+    while len(found) <= MOST_BYTES and (data := await reader.read(1 << 16)):
+        found += data
+    return found
 
 
 async def _body(reader: asyncio.StreamReader, fields: dict[str, str]) -> bytes:
