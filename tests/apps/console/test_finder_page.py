@@ -49,6 +49,15 @@ def test_commands_and_nodes_are_found_by_words(console: Console, stepped: Stubs,
                 page.keyboard.press("ArrowDown")
             page.keyboard.press("Enter")
             expect(page.get_by_role("tab", name="Library")).to_have_attribute("aria-selected", "true")
+            # One of a choice, by what it is about; what it means is told where the pointer rests.
+            page.keyboard.press("Control+k")
+            expect(field).to_be_focused()
+            page.keyboard.type("notation quat")
+            expect(options.first).to_contain_text("Notation of rotations: Quat")
+            page.keyboard.press("Enter")
+            quaternions = page.get_by_role("radio", name="Quat")
+            expect(quaternions).to_be_checked()
+            expect(quaternions).to_have_attribute("title", "Unit quaternion x, y, z, w")
             # Nothing of that name; Esc leaves all as it is.
             page.keyboard.press("Control+k")
             expect(field).to_be_focused()

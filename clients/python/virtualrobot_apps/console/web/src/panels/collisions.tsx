@@ -265,14 +265,14 @@ function Settings() {
     <div class="list" role="list" aria-label="What is done about collisions">
       <div class="entry" role="listitem">
         <Icon name="shield" size={14} color="var(--accent)" /><b class="what">All robots</b>
-        <Choice label="Mode of all robots" options={MODES.map((one) => [one, one] as const)} chosen={all} choose={(one) => void collisions.set({ mode: collisions.MODES[one] })} />
+        <Choice label="Mode of all robots" options={MODES.map((one) => [one, one, MODE_WORDS[one]] as const)} chosen={all} choose={(one) => void collisions.set({ mode: collisions.MODES[one] })} />
         <span class="muted grow words">{MODE_WORDS[all]}.</span>
         <NumberField label="How far ahead running motions are checked; 0 is not at all" name="ahead" value={now.lookAheadSeconds} unit="s" decimals={1} write={(to) => void collisions.set({ lookAheadSeconds: to })} />
       </div>
       {robotNames.value.map((robot) => (
         <div key={robot} class="entry" role="listitem">
           <Icon name="robot" size={14} color="var(--robot)" /><b class="what cut">{robot}</b>
-          <Choice label={`Mode of ${robot}`} options={[["inherit", "as all"] as const, ...MODES.map((one) => [one, one] as const)]} chosen={collisions.modeOf(robot) ?? "inherit"}
+          <Choice label={`Mode of ${robot}`} options={[["inherit", "as all", "As it is for all robots"] as const, ...MODES.map((one) => [one, one, MODE_WORDS[one]] as const)]} chosen={collisions.modeOf(robot) ?? "inherit"}
             choose={(one) => void collisions.set({ robots: [{ robot, mode: one === "inherit" ? undefined : collisions.MODES[one] }] })} />
         </div>
       ))}

@@ -54,6 +54,7 @@ function* buttons(): Iterable<Command> {
 }
 
 function nameOf(one: HTMLElement): string {
+  if (one.getAttribute("role") === "radio") return `${one.closest('[role="radiogroup"]')?.ariaLabel}: ${one.textContent}`;
   return (one.ariaLabel || one.title || one.textContent || "").trim().replace(/\s+/g, " ");
 }
 

@@ -100,7 +100,7 @@ export function Plot() {
           <Icon name={paused.value ? "play" : "pause"} size={14} />
         </button>
         <span class="muted grow cut">{chosen.value || "no robot"}</span>
-        <Choice label="Quantity" options={[["positions", "positions"], ["velocities", "velocities"]]} chosen={quantity.value} choose={(one) => (quantity.value = one)} />
+        <Choice label="Quantity" options={[["positions", "positions", "Positions of the joints, ° or mm"], ["velocities", "velocities", "Velocities of the joints, °/s or mm/s"]]} chosen={quantity.value} choose={(one) => (quantity.value = one)} />
       </div>
     </>
   );

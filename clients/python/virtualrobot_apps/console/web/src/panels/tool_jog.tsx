@@ -12,7 +12,10 @@ import { JogSpeed } from "./pendant";
 const AXES = ["X", "Y", "Z", "RX", "RY", "RZ"];
 const COLORS = ["var(--x)", "var(--y)", "var(--z)"];
 
-const FRAMES = [["base", "Base"], ["tool", "Tool"], ["world", "World"], ["user", "User"]] as const;
+const FRAMES = [
+  ["base", "Base", "Along and about the axes of the robot's base"], ["tool", "Tool", "Along and about the tool's own axes"],
+  ["world", "World", "Along and about the axes of the world"], ["user", "User", "Along and about the axes of a node that is named"],
+] as const;
 
 const frame = signal<(typeof FRAMES)[number][0]>("base");
 /** The user frame: a node. */

@@ -82,10 +82,10 @@ function Drawn({ one }: { one: Trajectory }) {
 
 function Bar({ one }: { one?: Trajectory }) {
   const field = useRef<HTMLInputElement>(null);
-  const options: (readonly [Quantity, string])[] = [["positions", "positions"]];
-  if (one?.curve.velocities) options.push(["velocities", "speeds"]);
-  if (one?.curve.efforts) options.push(["efforts", "torques"]);
-  if (measured.value) options.push(["errors", "error"]);
+  const options: (readonly [Quantity, string, string])[] = [["positions", "positions", "Positions of the joints, ° or mm"]];
+  if (one?.curve.velocities) options.push(["velocities", "speeds", "Speeds of the joints, °/s or mm/s"]);
+  if (one?.curve.efforts) options.push(["efforts", "torques", "Torques and forces of the joints, N m or N"]);
+  if (measured.value) options.push(["errors", "error", "How far what was measured is from the plan, ° or mm"]);
   const chosenQuantity = options.some(([name]) => name === quantity.value) ? quantity.value : "positions";
   if (chosenQuantity !== quantity.value) quantity.value = chosenQuantity;
   return (

@@ -3,7 +3,8 @@ import { walkAcross } from "./arrows";
 
 interface Props<T extends string> {
   label: string;
-  options: readonly (readonly [T, string])[];
+  /** What each is called, and what it is where that doesn't tell: with the unit. */
+  options: readonly (readonly [T, string, string?])[];
   chosen: T | undefined;
   choose: (option: T) => void;
 }
@@ -11,8 +12,8 @@ interface Props<T extends string> {
 export function Choice<T extends string>({ label, options, chosen, choose }: Props<T>) {
   return (
     <span class="choice" role="radiogroup" aria-label={label} onKeyDown={walkAcross}>
-      {options.map(([option, name]) => (
-        <button key={option} type="button" role="radio" aria-checked={option === chosen} onClick={() => choose(option)}>
+      {options.map(([option, name, about]) => (
+        <button key={option} type="button" role="radio" title={about ?? `${label}: ${name}`} aria-checked={option === chosen} onClick={() => choose(option)}>
           {name}
         </button>
       ))}

@@ -11,7 +11,10 @@ const COLORS = ["var(--x)", "var(--y)", "var(--z)"];
 const AXES = ["x", "y", "z"] as const;
 
 export function NotationChoice() {
-  const options = [["rpy", "RPY"], ["vector", "Vector"], ["quaternion", "Quat"]] as const;
+  const options = [
+    ["rpy", "RPY", "Roll, pitch, yaw about the fixed axes x, y, z, in this order, °"], ["vector", "Vector", "Rotation vector: axis times angle, rad"],
+    ["quaternion", "Quat", "Unit quaternion x, y, z, w"],
+  ] as const;
   return <Choice label="Notation of rotations" options={options} chosen={notation.value} choose={(one) => (notation.value = one)} />;
 }
 
