@@ -66,8 +66,9 @@ ENDMODULE
 """
 FOREVER = """MODULE Cell
   PERS num count := 0;
+  PERS num more := 1;
   PROC main()
-    count := count + 1;
+    count := count + more;
     WaitTime 0.01;
   ENDPROC
 ENDMODULE
@@ -363,7 +364,7 @@ def test_two_clients(abb: Served) -> None:
         assert caught.value.code == -1073442809
     seen: list[Any] = []
     watched = first.subscribe([SubscriptionResourceRequest(SUBSCRIBED.PersVar, HIGH, "count")], seen.append)
-    second.set_rapid_variable_num("count", 5000)
+    second.set_rapid_variable_num("more", 5000)
     until(lambda: seen and float(seen[-1].value) > 5000)
     second.stop()
     until(stands(first))
