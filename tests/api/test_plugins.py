@@ -8,7 +8,7 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +30,8 @@ from virtualrobot.v1 import scene_pb2
 from tests.api.asking import IIWA
 from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel
 from tests.plugins.install import WRONG, environment, install
+
+pytestmark = pytest.mark.long
 
 NOT_LOADED = {
     "raises_on_import": r"'raises_on_import' cannot be imported: RuntimeError: the licence of this plugin has expired "
@@ -56,11 +58,6 @@ AT_WORK = REFUSED | {"wrong_frame": r"misses its target by 0\.1 m", "leaks": r"g
 """Components that go wrong at work, and what is said when they are asked."""
 
 REACHED = pose(0.5, 0.1, 0.5, roll=np.pi)
-
-
-def few(faults: Iterable[str], *names: str) -> list[object]:
-    """Return faults as parameters, long but for the named ones; a hang is in the way of others below."""
-    return [name if name in names else pytest.param(name, marks=pytest.mark.long) for name in faults]
 
 
 @pytest.fixture(scope="module")
@@ -149,7 +146,7 @@ def test_each_plugin_is_listed_with_its_reason(client: Client) -> None:
     assert all(plugins[name].version == "1.0" and plugins[name].package == name for name in loaded)
 
 
-@pytest.mark.parametrize("name", few(REFUSED, "returns_nan", "wrong_frame"))
+@pytest.mark.parametrize("name", REFUSED)
 def test_a_component_that_is_wrong_at_once_is_refused(
     plugin_kernel: KernelProcess, client: Client, arm: Robot, name: str
 ) -> None:
@@ -175,8 +172,7 @@ def test_what_a_component_refuses_is_no_fault(plugin_kernel: KernelProcess, arm:
     assert ended(plugin_kernel)
 
 
-@pytest.mark.long
-@pytest.mark.parametrize("name", few(AT_WORK, "raises_at_work", "crashes"))
+@pytest.mark.parametrize("name", AT_WORK)
 def test_a_fault_at_work_is_named_and_contained(
     plugin_kernel: KernelProcess, client: Client, arm: Robot, other: Robot, name: str, tmp_path: Path
 ) -> None:
@@ -259,7 +255,6 @@ def test_a_component_of_a_plugin_that_failed_is_told_with_the_reason(client: Cli
     assert arm.kinematics == "arm_angle"
 
 
-@pytest.mark.long
 def test_a_kernel_ends_though_a_component_in_its_own_process_never_returns(
     start_kernel: StartKernel, tmp_path: Path
 ) -> None:
@@ -278,7 +273,6 @@ def test_a_kernel_ends_though_a_component_in_its_own_process_never_returns(
     assert re.search(r"ended by force after \d s, while these threads ran: .*solver_\d", kernel.lines[-1])
 
 
-@pytest.mark.long
 def test_others_are_answered_while_a_component_hangs(
     plugin_kernel: KernelProcess, client: Client, arm: Robot, other: Robot, tmp_path: Path
 ) -> None:
@@ -376,7 +370,6 @@ def test_edited_code_is_taken_up(client: Client, arm: Robot, site: Path) -> None
     arm.set_kinematics("good")
 
 
-@pytest.mark.long
 def test_strict_plugins_refuses_to_start(strict_kernel: subprocess.Popen[str]) -> None:
     printed, said = strict_kernel.communicate(timeout=100)
     assert strict_kernel.returncode == 1
