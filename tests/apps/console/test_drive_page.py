@@ -149,7 +149,7 @@ def test_a_twist_that_the_craft_never_has_is_refused_in_words(
     with driving(console, stepped_kernel) as page:
         page.get_by_label("Drive by keys").focus()
         page.keyboard.down("q")  # to the side, on two wheels
-        expect(page.locator("#last")).to_contain_text("cannot move to the side, at 0.3 m/s")
+        expect(page.locator("#last")).to_contain_text("cannot move to the side, at 300 mm/s")
         assert rests(stepped)
         page.keyboard.up("q")
         page.keyboard.down("w")
