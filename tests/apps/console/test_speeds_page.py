@@ -69,7 +69,9 @@ def test_a_person_sets_speeds(console: Console, stepped: Stubs, stepped_kernel: 
             assert client.clock.mode == "stepped"
             write(rate, "0,5")
             until(lambda: (client.clock.read().mode, client.clock.read().speed_factor) == ("realtime", 0.5))
-            panel.get_by_role("radio", name="stands still").click()
+            still = panel.get_by_role("radio", name="stands still")
+            expect(still).not_to_be_checked()  # the page knows it, too
+            still.click()
             until(lambda: client.clock.mode == "stepped")
             panel.get_by_title("Close").click()
             expect(panel).to_have_count(0)
