@@ -45,7 +45,7 @@ solid:
 """
 
 BORE = 719, 428
-"""Where the wall of its foremost bore is in the page of SIZE (pixels), as the bracket is looked at."""
+"""Place of the wall of its foremost bore in the page of SIZE (pixels), as the bracket is looked at."""
 
 GAMEPAD = """() => {
   const buttons = Array.from({ length: 17 }, () => ({ pressed: false, value: 0 }));

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,10 +13,7 @@ from eaik.IK_DH import DhRobot
 from numpy.typing import NDArray
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot_apps.studies import placement
-from virtualrobot_apps.studies.engines import Here
-from virtualrobot_apps.studies.parts import Parts
 from virtualrobot_apps.studies.reach import orientations
-from virtualrobot_apps.studies.running import open_job, run
 from virtualrobot_apps.studies.study_file import read_study
 from virtualrobot_apps.studies.worlds import open_world
 from virtualrobot_kernel.collision.scene import CollisionScene, Detail
@@ -23,6 +21,7 @@ from virtualrobot_kernel.embedded import EmbeddedWorld
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.robots import arm_of, standing_at
 
+from tests.apps.studies import done
 from tests.tiers import Draws
 
 pytestmark = pytest.mark.long
@@ -147,6 +146,13 @@ results: {results}
 """
 
 
+def rows_of(text: str, folder: Path) -> list[dict[str, Any]]:
+    """Run a study of this text in a folder, and return the rows of its cells."""
+    (folder / "study.yaml").write_text(text)
+    _, parts = done(read_study(folder / "study.yaml"), folder / "out")
+    return parts.table().to_pylist()
+
+
 def test_a_reach_map_is_told_place_by_place(world: EmbeddedWorld, scene: Path, tmp_path: Path) -> None:
     """Beyond the arm's length nothing is reached; before it, what the same orientations give one by one."""
     text = STUDY.format(
@@ -156,10 +162,7 @@ def test_a_reach_map_is_told_place_by_place(world: EmbeddedWorld, scene: Path, t
         "x: {list: [0.2, 0.4, 1.2]}, y: {list: [0.3]}, z: {list: [0.25]}}",
         results="{reached: number, free: number, branches: number}",
     )
-    (tmp_path / "study.yaml").write_text(text)
-    study = read_study(tmp_path / "study.yaml")
-    run(open_job(study, tmp_path / "out", False), Here())
-    rows = Parts(tmp_path / "out", study).table().to_pylist()
+    rows = rows_of(text, tmp_path)
     assert [row["status"] for row in rows] == ["ok"] * 3, rows
     world.restore()
     for row in rows:
@@ -184,10 +187,7 @@ def test_placements_are_those_from_which_the_targets_are_in_the_annulus(scene: P
         "x: {grid: {from: -0.9, to: 0.9, count: 9}}, y: {grid: {from: -0.9, to: 0.9, count: 9}}}",
         results="{reached: number, free: number, margin: number, reason: text}",
     )
-    (tmp_path / "study.yaml").write_text(text)
-    study = read_study(tmp_path / "study.yaml")
-    run(open_job(study, tmp_path / "out", False), Here())
-    rows = Parts(tmp_path / "out", study).table().to_pylist()
+    rows = rows_of(text, tmp_path)
     places = np.array([[0.3, 0.1, 0.2], [0.2, -0.5, 0.1]])
     for row in rows:
         assert row["status"] == "ok", row["error"]
@@ -214,10 +214,7 @@ def test_calibrations_become_as_good_as_the_noise_lets_them(scene: Path, tmp_pat
         "lengths: {list: [0.0005]}, angles: {list: [0.002]}}",
         results="{rank: number, condition: number, before: number, after: number, worst: number, found_noise: number}",
     )
-    (tmp_path / "study.yaml").write_text(text)
-    study = read_study(tmp_path / "study.yaml")
-    run(open_job(study, tmp_path / "out", False), Here())
-    exact, noisy = Parts(tmp_path / "out", study).table().to_pylist()
+    exact, noisy = rows_of(text, tmp_path)
     assert exact["status"] == noisy["status"] == "ok", exact["error"] + noisy["error"]
     assert exact["rank"] == noisy["rank"] == 25
     assert exact["before"] > 1e-3 and exact["worst"] < 2e-5

@@ -27,11 +27,11 @@ BORE = np.array([0.1, 0.075, 0.05])
 """Middle (m) of its bore of 80 mm along z."""
 FROM = np.array([0.62, -0.78, 0.5]) / np.linalg.norm([0.62, -0.78, 0.5])
 FIELD = np.radians(42.0)
-"""Whence the page looks at first (the key 7), and its vertical field of view, as the page has them."""
+"""Direction from which the page looks at first (the key 7), and its vertical field of view, as the page has them."""
 
 
 class Look:
-    """Where points of the world are in the view, which looks at a node by the keys F and 7."""
+    """Places of points of the world in the view, which looks at a node by the keys F and 7."""
 
     def __init__(self, page: Page, client: virtualrobot.Client, name: str) -> None:
         """Look at a node."""

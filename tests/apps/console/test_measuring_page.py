@@ -19,7 +19,7 @@ from tests.kernels import KernelProcess
 pytestmark = [*needs_page, pytest.mark.long]
 
 EYE_METERS, MIDDLE = 1.0, 0.15
-"""How high the eye is above z = 0, and what x it looks at."""
+"""Height of the eye above z = 0, and the x that it looks at."""
 FIELD = np.radians(30.0)
 HOLE = np.array([0.2, 0.0, 0.02])
 """Middle of the ring's upper edge (m), in the world; its hole has a radius of 10 mm."""

@@ -6,7 +6,6 @@ import json
 import math
 import re
 import subprocess
-from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from jsonschema import ValidationError
 from virtualrobot_apps.languages.core.source import Source
 from virtualrobot_apps.languages.rapid.task import RapidTask, load
 
-from tests.apps.languages.debugging import COMMAND, Editor, Failed, adapters, editors, schema
+from tests.apps.languages.debugging import COMMAND, Editor, Failed, schema
 from tests.waiting import PATIENCE_SECONDS, repeated, until
 
 pytestmark = pytest.mark.long
@@ -79,20 +78,6 @@ def line(piece: str) -> int:
     """Return the line of the one place where a piece of the program stands."""
     assert SUMS.count(piece) == 1
     return SUMS[: SUMS.index(piece)].count("\n") + 1
-
-
-@pytest.fixture(scope="module")
-def port() -> Iterator[int]:
-    """Return the port of a debug adapter."""
-    with adapters() as port:
-        yield port
-
-
-@pytest.fixture
-def editor(port: int) -> Iterator[Editor]:
-    """Return an editor that is connected."""
-    with editors(port) as editor:
-        yield editor
 
 
 @pytest.fixture

@@ -53,7 +53,7 @@ extension.activate(context).then(async () => {
   console.log(JSON.stringify({ ...made, adapter, startedAfter: started, kept: context.subscriptions.length }));
 });
 """
-"""What VS Code gives an extension, as far as this one asks for it."""
+"""Stand-in for what VS Code gives an extension, as far as this one asks for it."""
 
 
 def grammar(language: str) -> dict[str, Any]:

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from tests.apps.languages.debugging import Editor, Failed, adapters, editors
+from tests.apps.languages.debugging import Editor, Failed
 
 pytestmark = pytest.mark.long
 
@@ -52,20 +51,6 @@ def line(piece: str) -> int:
     """Return the line of the one place where a piece of the script stands."""
     assert SCRIPT.count(piece) == 1
     return SCRIPT[: SCRIPT.index(piece)].count("\n") + 1
-
-
-@pytest.fixture(scope="module")
-def port() -> Iterator[int]:
-    """Return the port of a debug adapter."""
-    with adapters() as port:
-        yield port
-
-
-@pytest.fixture
-def editor(port: int) -> Iterator[Editor]:
-    """Return an editor that is connected."""
-    with editors(port) as editor:
-        yield editor
 
 
 @pytest.fixture

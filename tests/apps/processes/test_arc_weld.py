@@ -146,7 +146,7 @@ def test_a_tool_follows_gcode(steps: Client, tmp_path: Path) -> None:
 
 
 def test_the_mesh_of_a_part_is_in_its_own_frame(steps: Client) -> None:
-    """Whatever its pose, and that of its pieces: a plate of 400 x 300 x 20 mm with a wall, in one node or two."""
+    """Poses of the body and its pieces are no matter: a plate of 400 x 300 x 20 mm with a wall, in one node or two."""
     cell(steps)
     steps.scene["plate"].parent_t_node = virtualrobot.pose(0.3, -0.4, 0.2, roll=0.3, pitch=-0.2, yaw=1.0)
     steps.scene.add_part(

@@ -17,7 +17,7 @@ from tests.apps.processes.workpieces import box, plate, sheet, together
 RADIUS, HEIGHT = 0.1, 0.03
 BALL = trimesh.creation.icosphere(4, RADIUS)
 SAGITTA = RADIUS - float(np.linalg.norm(BALL.triangles_center, axis=1).min())
-"""How far the triangles of the ball are within it (m)."""
+"""Depth of the triangles below the ball's surface (m)."""
 
 
 def heights(ways: list[Way], axis: int) -> list[float]:
@@ -69,7 +69,7 @@ def test_sections_through_corners_and_of_open_meshes() -> None:
 
 @pytest.mark.parametrize("slope", [0.0, np.radians(30.0)])
 def test_a_raster_on_a_slope_has_its_spacing_on_it(slope: float) -> None:
-    """Whether it is seen along its mean normal or from above."""
+    """The spacing is that on the slope, seen along its mean normal or from above."""
     mesh = sheet(slope)
     ways = raster(mesh, 0.03, [1.0, 0.0, 0.0])
     up = np.array([0.0, np.cos(slope), np.sin(slope)])

@@ -129,7 +129,7 @@ def test_two_vehicles_share_an_aisle(rng: np.random.Generator) -> None:
 
 
 def test_a_goal_that_is_taken_is_waited_for_near_it(rng: np.random.Generator) -> None:
-    """What stands on a goal may go; what stays ends the way 10 s after it was come to, in words with numbers."""
+    """A box on a goal may go; one that stays ends the way 10 s after it was come to, in words with numbers."""
     walls = room(4.0, 2.0)
     crate = Box(3.3, 1.0, 0.3, 0.3, 1.0, "#a52")
     waits = vehicle(known(walls, 4.0, 2.0), (0.6, 1.0, 0.0), Goal(3.3, 1.0))

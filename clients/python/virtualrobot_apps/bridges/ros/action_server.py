@@ -9,7 +9,7 @@ import asyncio
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
-from virtualrobot_apps.bridges.ros.hub import ABORTED, Action, Service, Topic
+from virtualrobot_apps.bridges.ros.hub import ABORTED, Action, Hub, Service, Topic
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, nanoseconds_of, time_of
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.messages.types import make
@@ -133,3 +133,24 @@ def _publish(topic: Topic, message: Message) -> None:
     topic.last = message if topic.latched else None
     for reader in tuple(topic.readers):
         reader(message)
+
+
+def change_action(
+    servers: dict[str, ActionServer],
+    action: Action,
+    is_there: bool,
+    hub: Hub,
+    change: Callable[[Service | Topic, bool], object],
+) -> None:
+    """Carry an action that is there, and no more one that has gone, by `change`, which does so for services and topics.
+
+    `servers` has those that are carried, by name.
+    """
+    if is_there:
+        server = servers[action.name] = ActionServer(action, lambda: hub.now)
+    elif (server := servers.pop(action.name, None)) is None:
+        return
+    for one in (*server.services, *server.topics):
+        change(one, is_there)
+    if not is_there:
+        server.close()

@@ -20,6 +20,10 @@ SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
 """States of a goal that is over; source: action_msgs/GoalStatus."""
 
 
+ROSAPI = "/rosapi/"
+"""Beginning of services that rosbridge alone has a use for: graph and master of ROS tell the same."""
+
+
 class HubError(Exception):
     """Refusal of the hub; its text is for people and says what would be right."""
 
@@ -183,6 +187,15 @@ class Hub:
         if topic.take is not None:
             topic.take(value)
         self.publish(topic.name, Message(topic.type, value, self.now))
+
+    def hear_cdr(self, topic: Topic, cdr: bytes) -> None:
+        """Take what somebody outside publishes, in CDR; faults are passed over, since ROS 2 tells a writer of none."""
+        try:
+            self.hear(topic, Message.from_cdr(topic.type, cdr).value)
+        except (HubError, ValueError):
+            pass
+        except Exception:
+            pass  # bytes of another type: rosbags raises whatever it likes
 
     def serve(self, service: Service) -> None:
         """Add a service; raises HubError when there is one of this name."""

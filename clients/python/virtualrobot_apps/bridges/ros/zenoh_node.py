@@ -18,8 +18,8 @@ from typing import Any
 import zenoh
 import zenoh.ext
 
-from virtualrobot_apps.bridges.ros.action_server import ActionServer
-from virtualrobot_apps.bridges.ros.hub import Action, Hub, HubError, Service, Topic
+from virtualrobot_apps.bridges.ros.action_server import ActionServer, change_action
+from virtualrobot_apps.bridges.ros.hub import ROSAPI, Action, Hub, HubError, Service, Topic
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.messages.types import hash_of, hash_of_service
 from virtualrobot_apps.bridges.ros.messages.values import refusal
@@ -31,8 +31,6 @@ ROUTER = "tcp/localhost:7447"
 MOST_CALLS, DEPTH = 64, 10
 """Calls of a service that go on at once, and the depth of queues that is told."""
 
-_ROSAPI = "/rosapi/"
-"""Beginning of services that ROS 2 has no use for: its graph tells the same."""
 _TOKENS = "@ros2_lv"
 _KIND, _NAME = 5, 9
 """Places in a token: of which kind an end is (MP and MS publish and subscribe, SS serves), and its mangled name."""
@@ -139,10 +137,10 @@ class ZenohNode(Transport):
 
     def _change(self, one: Topic | Service | Action, is_there: bool) -> None:
         """Carry what is there, and no more what has gone."""
-        if one.name.startswith(_ROSAPI):
+        if one.name.startswith(ROSAPI):
             return
         if isinstance(one, Action):
-            self._change_action(one, is_there)
+            change_action(self._actions, one, is_there, self._hub, self._change)
         elif not is_there:
             if (told := self._told.pop(one.name, None)) is not None:
                 if told.end is not None:
@@ -160,19 +158,9 @@ class ZenohNode(Transport):
         elif one.take is not None and _own_key(one) not in self._others:
             key = key_of(self.domain, one.name, one.type)
             subscriber = self._session.declare_subscriber(
-                key, lambda sample: self._soon(self._hear, one, sample.payload.to_bytes())
+                key, lambda sample: self._soon(self._hub.hear_cdr, one, sample.payload.to_bytes())
             )
             self._others[_own_key(one)] = subscriber, self._token("MS", one.name, one.type)[0]
-
-    def _change_action(self, action: Action, is_there: bool) -> None:
-        if is_there:
-            server = self._actions[action.name] = ActionServer(action, lambda: self._hub.now)
-        elif (server := self._actions.pop(action.name, None)) is None:
-            return
-        for one in (*server.services, *server.topics):
-            self._change(one, is_there)
-        if not is_there:
-            server.close()
 
     def _token(self, kind: str, name: str, type: str, latched: bool = False) -> tuple[Any, bytes]:
         """Return a token that tells an end of the node, and its identity."""
@@ -223,14 +211,6 @@ class ZenohNode(Transport):
         elif not told.readers and told.end is not None:
             told.end()
             told.end = None
-
-    def _hear(self, topic: Topic, cdr: bytes) -> None:
-        try:
-            self._hub.hear(topic, Message.from_cdr(topic.type, cdr).value)
-        except (HubError, ValueError):
-            pass  # ROS 2 has no way to tell the writer
-        except Exception:
-            pass  # bytes of another type: rosbags raises whatever it likes
 
     def _begin(self, service: Service, key: str, query: zenoh.Query) -> None:
         task = self._loop.create_task(self._call(service, key, query))

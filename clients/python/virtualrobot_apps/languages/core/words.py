@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_right
 from dataclasses import dataclass
 from typing import NoReturn
 
@@ -20,6 +21,13 @@ class Words:
     values: list[str]
     starts: list[int]
     ends: list[int]
+
+    def name_at(self, at: int) -> int | None:
+        """Return the number of the name at a place, or that ends there."""
+        for number in (bisect_right(self.starts, at) - 1, bisect_right(self.starts, at) - 2):
+            if number >= 0 and self.starts[number] <= at <= self.ends[number] and self.kinds[number] == "name":
+                return number
+        return None
 
 
 class Failed(Exception):

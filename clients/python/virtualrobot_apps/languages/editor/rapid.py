@@ -132,7 +132,7 @@ class RapidAnalysis:
 
     def hover(self, at: int) -> str:
         """Return what is known of the word at a place, in Markdown, or nothing."""
-        number = self._number(at)
+        number = self._words.name_at(at)
         if number is None:
             return ""
         part = self._component(number)
@@ -151,7 +151,7 @@ class RapidAnalysis:
 
     def definition(self, at: int) -> Spot | None:
         """Return the name in the declaration of what the word at a place stands for."""
-        number = self._number(at)
+        number = self._words.name_at(at)
         if number is None or self._component(number) is not None:
             return None
         label = self._label(number)
@@ -226,14 +226,6 @@ class RapidAnalysis:
         return limit
 
     # Words.
-
-    def _number(self, at: int) -> int | None:
-        """Return the number of the name at a place, or that ends there."""
-        words = self._words
-        for number in (bisect_right(words.starts, at) - 1, bisect_right(words.starts, at) - 2):
-            if number >= 0 and words.starts[number] <= at <= words.ends[number] and words.kinds[number] == "name":
-                return number
-        return None
 
     def _said(self, at: int) -> bool:
         """Return whether a place is within a comment or a text."""

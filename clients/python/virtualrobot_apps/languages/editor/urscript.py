@@ -47,7 +47,7 @@ class UrscriptAnalysis:
 
     def hover(self, at: int) -> str:
         """Return what is known of the word at a place, in Markdown, or nothing."""
-        number = self._number(at)
+        number = self._words.name_at(at)
         if number is None:
             return ""
         name = self._words.values[number]
@@ -66,7 +66,7 @@ class UrscriptAnalysis:
 
     def definition(self, at: int) -> Spot | None:
         """Return the name in the declaration of what the word at a place stands for."""
-        number = self._number(at)
+        number = self._words.name_at(at)
         if number is None:
             return None
         name, scope = self._words.values[number], self._scope(at)
@@ -128,14 +128,6 @@ class UrscriptAnalysis:
                 begun, at = open_at.pop()
                 if begun in _FUNCTIONS:
                     yield at, words.ends[number]
-
-    def _number(self, at: int) -> int | None:
-        """Return the number of the name at a place, or that ends there."""
-        words = self._words
-        for number in (bisect_right(words.starts, at) - 1, bisect_right(words.starts, at) - 2):
-            if number >= 0 and words.starts[number] <= at <= words.ends[number] and words.kinds[number] == "name":
-                return number
-        return None
 
     def _after(self, at: int) -> int:
         """Return the place of the word after the one at a place."""

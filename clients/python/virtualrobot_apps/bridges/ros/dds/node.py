@@ -21,10 +21,10 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic as DdsTopic
 
-from virtualrobot_apps.bridges.ros.action_server import ActionServer
+from virtualrobot_apps.bridges.ros.action_server import ActionServer, change_action
 from virtualrobot_apps.bridges.ros.dds.services import DdsService
 from virtualrobot_apps.bridges.ros.dds.types import Heard, Matched, hashed, idl_type, quality
-from virtualrobot_apps.bridges.ros.hub import Action, Hub, HubError, Service, Topic
+from virtualrobot_apps.bridges.ros.hub import ROSAPI, Action, Hub, Service, Topic
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.messages.types import STORE, make
 from virtualrobot_apps.bridges.ros.transport import Transport, TransportError
@@ -34,9 +34,6 @@ GRAPH, GRAPH_TYPE = "ros_discovery_info", "rmw_dds_common/msg/ParticipantEntitie
 
 QUEUE, SMALL_QUEUE = 100, 5
 """Messages of a topic that wait to be written, and of one whose newest counts."""
-
-_ROSAPI = "/rosapi/"
-"""Beginning of services that ROS 2 has no use for: its graph tells the same."""
 
 
 @dataclass
@@ -118,26 +115,16 @@ class DdsNode(Transport):
             else:
                 self._remove(one.name)
             return True
-        if not self.services or one.name.startswith(_ROSAPI):
+        if not self.services or one.name.startswith(ROSAPI):
             return False
         if isinstance(one, Action):
-            self._change_action(one, is_there)
+            change_action(self._actions, one, is_there, self._hub, self._change)
         elif is_there:
             identity = f"{self._participant.guid.hex}.{next(self._numbers)}"
             self._served[one.name] = DdsService(self._participant, one, identity)
         elif (served := self._served.pop(one.name, None)) is not None:
             served.close()
         return True
-
-    def _change_action(self, action: Action, is_there: bool) -> None:
-        if is_there:
-            server = self._actions[action.name] = ActionServer(action, lambda: self._hub.now)
-        elif (server := self._actions.pop(action.name, None)) is None:
-            return
-        for one in (*server.services, *server.topics):
-            self._change(one, is_there)
-        if not is_there:
-            server.close()
 
     def _add(self, topic: Topic) -> None:
         name, type = f"rt{topic.name}", topic.type
@@ -149,7 +136,7 @@ class DdsNode(Transport):
             writer = DataWriter(self._participant, place, qos=qos + hashed(type), listener=listener)
             self._written[topic.name] = _Written(writer, listener, deque(maxlen=depth))
         elif topic.take is not None and topic.name not in self._read:
-            listener = Heard(lambda cdr, _: self._loop.call_soon_threadsafe(self._hear, topic, cdr))
+            listener = Heard(lambda cdr, _: self._loop.call_soon_threadsafe(self._hub.hear_cdr, topic, cdr))
             place = DdsTopic(self._participant, name, idl_type(type, raw=True))
             # Best effort meets writers of both kinds, and of a command the newest counts.
             qos = Qos(Policy.Reliability.BestEffort, Policy.Durability.Volatile, Policy.History.KeepLast(1))
@@ -191,14 +178,6 @@ class DdsNode(Transport):
                     one.writer.write(idl_type(message.type, raw=True)(message.cdr))
                 except DDSException:
                     continue  # a reader that asks for each one has been too slow for 100 ms
-
-    def _hear(self, topic: Topic, cdr: bytes) -> None:
-        try:
-            self._hub.hear(topic, Message.from_cdr(topic.type, cdr).value)
-        except (HubError, ValueError):
-            pass  # ROS 2 has no way to tell the writer
-        except Exception:
-            pass  # bytes of another type: rosbags raises whatever it likes
 
     def _tell_graph(self) -> None:
         """Say which node readers and writers belong to; without it they belong to none that ROS 2 lists."""

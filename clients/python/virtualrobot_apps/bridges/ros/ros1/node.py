@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 from urllib.parse import urlsplit
 
-from virtualrobot_apps.bridges.ros.hub import Action, Hub, Service, Topic
+from virtualrobot_apps.bridges.ros.hub import ROSAPI, Action, Hub, Service, Topic
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.messages.ros1 import short
 from virtualrobot_apps.bridges.ros.ros1.actions import ActionlibServer
@@ -27,8 +27,6 @@ MASTER = "http://127.0.0.1:11311"
 LOOK_SECONDS = 1.0
 """Time (s) after which it is seen whether the master still knows this node."""
 
-_ROSAPI = "/rosapi/"
-"""Beginning of services that ROS 1 has no use for: its master tells the same."""
 _DESCRIPTION = "/robot_description"
 _MOST_CONNECTIONS = 1000
 _LOOPBACK = ("127.0.0.1", "localhost", "::1")
@@ -137,7 +135,7 @@ class Ros1Node(Transport):
 
     def _change(self, one: Topic | Service | Action, is_there: bool) -> None:
         """Carry what is there, and no more what has gone."""
-        if self._left or one.name.startswith(_ROSAPI):
+        if self._left or one.name.startswith(ROSAPI):
             return
         if isinstance(one, Topic):
             self._change_topic(one, is_there)

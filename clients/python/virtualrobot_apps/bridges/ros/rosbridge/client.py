@@ -17,7 +17,7 @@ from typing import Any
 from websockets.asyncio.client import ClientConnection, connect
 from websockets.exceptions import ConnectionClosed, WebSocketException
 
-from virtualrobot_apps.bridges.ros.hub import Action, Hub, Service, Topic
+from virtualrobot_apps.bridges.ros.hub import ROSAPI, Action, Hub, Service, Topic
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.rosbridge.session import Session, Socket
 from virtualrobot_apps.bridges.ros.rosbridge.subscription import Subscription
@@ -27,8 +27,6 @@ from virtualrobot_apps.bridges.ros.transport import Transport, TransportError
 AGAIN_SECONDS = 1.0
 """Time (s) after which a server that has gone is looked for again."""
 
-_ROSAPI = "/rosapi/"
-"""Beginning of services that the server has of its own."""
 _OPEN_SECONDS = 10.0
 _MOST_SAID = 100
 
@@ -129,7 +127,7 @@ class _Link(Session):
     def _change(self, one: Topic | Service | Action, is_there: bool) -> None:
         """Carry what is there, and no more what has gone."""
         key = type(one), one.name
-        if is_there == (key in self._carried) or one.name.startswith(_ROSAPI):
+        if is_there == (key in self._carried) or one.name.startswith(ROSAPI):
             return
         match one:
             case Topic() if not is_there:

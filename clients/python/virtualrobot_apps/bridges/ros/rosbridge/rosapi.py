@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from virtualrobot_apps.bridges.ros.hub import Hub, HubError, Service
+from virtualrobot_apps.bridges.ros.hub import ROSAPI, Hub, HubError, Service
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, time_of
 from virtualrobot_apps.bridges.ros.messages.types import (
     ARRAY,
@@ -65,7 +65,7 @@ def serve_rosapi(hub: Hub) -> None:
     }
     for name, (base, answer) in answers.items():
         type = f"rosapi_msgs/srv/{base}"
-        hub.serve(Service(f"/rosapi/{name}", type, partial(_answered, type, answer)))
+        hub.serve(Service(f"{ROSAPI}{name}", type, partial(_answered, type, answer)))
 
 
 def _answered(type: str, answer: Answer, request: RosValue) -> Awaitable[RosValue]:
