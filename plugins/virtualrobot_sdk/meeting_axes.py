@@ -1,15 +1,16 @@
-"""All postures of many poses at once, in NumPy: arms of six turning joints of which two axes at one end meet, and three
-at the other.
+"""All postures of many poses at once, in NumPy: arms of six turning joints whose axes meet at both ends.
 
-Such is an arm of seven joints, one of which is held: with the third joint of an arm whose axes 1, 2, 3 and 5, 6, 7 meet
-as those of a shoulder and a wrist; with the seventh where only axes 1, 2, 3 meet, and 5 and 6. With h_i the direction of
-axis i, p_i a point on it, S the point where axes 1 and 2 meet and W that of axes 4, 5 and 6, all at position 0: joint 3
-brings W to its distance from S, joints 1 and 2 bring it to its place, and joints 4, 5 and 6 are what is left of the
-rotation. Each of the three steps has two values: subproblems 3, 2 and 2 of B. Paden, Kinematics and Control Robot
-Manipulators, 1986. An arm with the three axes first is solved from its tip.
+They meet in twos at one end and in threes at the other. Such is an arm of seven joints, one of which is held: the third
+of one whose axes 1, 2, 3 and 5, 6, 7 meet as those of a shoulder and a wrist; the seventh where only axes 1, 2, 3 meet, and 5 and 6. With h_i the direction of axis i, p_i a
+point on it, S the point where axes 1 and 2 meet and W that of axes 4, 5 and 6, all at position 0: joint 3 brings W to
+its distance from S, joints 1 and 2 bring it to its place, and joints 4, 5 and 6 are what is left of the rotation. Each
+of the three steps has two values: subproblems 3, 2 and 2 of B. Paden, Kinematics and Control Robot Manipulators, 1986.
+An arm with the three axes first is solved from its tip.
 """
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 
@@ -113,7 +114,7 @@ def _centres(h: Floats, p: Floats) -> tuple[Floats, Floats] | None:
 def _meeting(h: Floats, p: Floats) -> Floats | None:
     """Return where axes (m, 3) through points (m, 3) meet, None where they don't, or one is along the next."""
     normal = np.cross(h[0], h[1])
-    if min(float(np.linalg.norm(np.cross(a, b))) for a, b in zip(h[:-1], h[1:], strict=True)) < 0.1:
+    if min(float(np.linalg.norm(np.cross(a, b))) for a, b in pairwise(h)) < 0.1:
         return None
     centre = p[0] + h[0] * float(np.cross(p[1] - p[0], h[1]) @ normal) / float(normal @ normal)
     off = max(float(np.linalg.norm(np.cross(centre - point, axis))) for point, axis in zip(p, h, strict=True))

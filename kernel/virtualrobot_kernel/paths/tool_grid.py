@@ -11,7 +11,7 @@ from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.motion.free_path import FramePath, frame_t_tool
 from virtualrobot_kernel.numeric.ladder import cheapest_way, turns_of
-from virtualrobot_kernel.paths.closed_forms import Postures
+from virtualrobot_kernel.paths.closed_forms import LedArm
 from virtualrobot_kernel.paths.tool_query import Tolerances, ToolPathQuery
 
 Floats = NDArray[np.float64]
@@ -23,8 +23,11 @@ RUNG, RUNG_TURN, MOST_RUNGS = 0.005, 0.1, 400
 NEAREST = 0.7
 """Part of that distance by which frames must be apart to be rungs all of them."""
 
-STEPS = (2e-3, np.radians(10.0))
+STEPS = np.array([2e-3] * 3 + [np.radians(10.0)] * 3)
 """Distance of two free values in a row, in m and in rad."""
+
+HELD_STEPS = (0.05, np.radians(10.0))
+"""The same of a joint that is held, in m and in rad."""
 
 FEWEST, MOST = 3, 36
 """Number of values of a tolerance with ends at least, and of any at the most."""
@@ -41,7 +44,7 @@ CHANGE, WISH = 0.05, 0.02
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """Combinations of free values (g, 6), those from which each is reached (g, w), what that costs, and itself."""
+    """Combinations of free values (g, f), those from which each is reached (g, w), what that costs, and itself."""
 
     values: Floats
     neighbours: Integers
@@ -49,16 +52,27 @@ class Grid:
     wish: Floats
 
 
-def grid_of(tolerances: Tolerances, rungs: int) -> Grid:
-    """Return the combinations of what tolerances leave free, fewer where there are many rungs."""
+def freedom_of(tolerances: Tolerances, arm: LedArm) -> tuple[Tolerances, Floats]:
+    """Return bounds (2, f) of all free values, f = 7 with the limits of a joint that is held, and their steps (f,)."""
+    if arm.held is None:
+        return tolerances, STEPS
+    ends = np.array([arm.chain.lower[arm.held], arm.chain.upper[arm.held]])
+    turns = bool(arm.turns[arm.held])
+    endless = turns and not np.isfinite(ends).all()
+    bounds = np.concatenate([tolerances.bounds, np.zeros((2, 1)) if endless else ends[:, None]], axis=1)
+    return Tolerances(bounds, np.append(tolerances.endless, endless)), np.append(STEPS, HELD_STEPS[turns])
+
+
+def grid_of(tolerances: Tolerances, steps: Floats, rungs: int) -> Grid:
+    """Return the combinations of what tolerances leave free, about steps (f,) apart; fewer for many rungs."""
     bounds, endless = tolerances.bounds, tolerances.endless
     width = bounds[1] - bounds[0]
-    counts = np.ones(6, np.int64)
-    for axis in range(6):
+    counts = np.ones(len(steps), np.int64)
+    for axis, step in enumerate(steps.tolist()):
         if endless[axis]:
             counts[axis] = MOST
         elif width[axis] > 0.0:
-            counts[axis] = np.clip(np.ceil(width[axis] / STEPS[axis > 2]) + 1, FEWEST, MOST)
+            counts[axis] = np.clip(np.ceil(width[axis] / step) + 1, FEWEST, MOST)
     while counts.prod() * rungs > MOST_NODES and counts.max() > FEWEST:
         counts[counts.argmax()] -= 1
     ends = np.where(endless, [[-np.pi], [np.pi]], bounds).T.tolist()
@@ -81,10 +95,13 @@ def grid_of(tolerances: Tolerances, rungs: int) -> Grid:
     )
 
 
-def rungs_of(path: FramePath) -> Floats:
-    """Return the parameters (n,) of rungs, n >= 4: frames, as far as they are not too near, and places between them."""
+def rungs_of(path: FramePath, least: float = 0.0) -> Floats:
+    """Return the parameters (n,) of rungs, n >= 4: frames, as far as they are not too near, and places between them.
+
+    They are `least` (m) apart, as far as there are enough of them then.
+    """
     turn = RUNG_TURN * path.length / max(path.curve.angle, 1e-9)
-    step = max(min(RUNG, turn, path.length / 8.0), path.length / MOST_RUNGS) / path.length
+    step = max(min(max(min(RUNG, turn), least), path.length / 8.0), path.length / MOST_RUNGS) / path.length
     kept = [0.0]
     for place in path.frames[1:-1].tolist():
         if min(place - kept[-1], 1.0 - place) >= NEAREST * step:
@@ -97,26 +114,32 @@ def rungs_of(path: FramePath) -> Floats:
 class Ladder:
     """Postures of an arm on all rungs of a tool path, and the search among those that are not blocked."""
 
-    def __init__(self, query: ToolPathQuery, path: FramePath, postures: Postures, velocity: Floats) -> None:
-        """Solve all rungs for an arm by its closed form; its joints have greatest velocities (k,) in rad/s."""
-        self.rungs = rungs_of(path)
-        self.grid = grid_of(query.tolerances, len(self.rungs))
-        self._limits = np.stack([query.lower, query.upper])
-        offsets = np.array([frame_t_tool(one) for one in self.grid.values]) @ inverse(query.tip_t_tcp)
+    def __init__(self, query: ToolPathQuery, path: FramePath, arm: LedArm, velocity: Floats) -> None:
+        """Solve all rungs for an arm by its closed form; its joints have greatest velocities (k,) in rad/s or m/s."""
+        self.freedom, steps = freedom_of(query.tolerances, arm)
+        # A joint that is held must have the time for a step of its values.
+        least = 0.0 if arm.held is None else query.velocity * steps[-1] / (SHARE * velocity[arm.held])
+        self.rungs = rungs_of(path, least)
+        self.grid = grid_of(self.freedom, steps, len(self.rungs))
+        self._limits, self.turning = np.stack([query.lower, query.upper]), arm.turns
+        offsets = np.array([frame_t_tool(one[:6]) for one in self.grid.values]) @ inverse(query.tip_t_tcp)
         frames = np.array([path.pose(float(s)) for s in self.rungs])
-        q, wrist = postures((frames[:, None] @ offsets).reshape(-1, 4, 4))
+        held = np.tile(self.grid.values[:, -1], len(self.rungs))
+        q, wrist = arm.postures((frames[:, None] @ offsets).reshape(-1, 4, 4), held)
         shape = len(self.rungs), len(self.grid.values), q.shape[1]
-        self.q, self._wrist = q.reshape(*shape, 6), wrist.reshape(shape)
+        self.q, self._wrist = q.reshape(*shape, len(velocity)), wrist.reshape(shape)
         self.blocked = np.zeros(shape, np.int8)
         seconds = np.diff(self.rungs) * path.length / query.velocity
         self.most = np.minimum(SHARE * velocity * seconds[:, None], 0.9 * np.pi)
-        self._turns = int(np.prod(turns_of(self._limits)))
+        # What slides has no turns, which the search tells by limits.
+        self._turned = np.where(self.turning, self._limits, [[-np.inf], [np.inf]])
+        self._turns = int(np.prod(turns_of(self._turned)))
 
     def excess(self) -> Floats:
         """Return by how much each joint is beyond its limits at the best turns, (n, g, b, k); inf without a posture."""
         lower, upper = self._limits
         middle = np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), self.q)
-        near = self.q - 2.0 * np.pi * np.round((self.q - middle) / (2.0 * np.pi))
+        near = self.q - np.where(self.turning, 2.0 * np.pi * np.round((self.q - middle) / (2.0 * np.pi)), 0.0)
         beyond = np.maximum(lower - near, near - upper)
         return np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
 
@@ -126,7 +149,7 @@ class Ladder:
         back, way, joints = np.empty((n, g * b * self._turns), np.int32), np.zeros((n, 2), np.int64), np.zeros((n, k))
         grid = self.grid
         reached = cheapest_way(
-            *(self.q, self._wrist, self.blocked, self._limits, self.most),
+            *(self.q, self._wrist, self.blocked, self._turned, self.most),
             *(grid.neighbours, grid.changes, grid.wish, back, way, joints),
         )
         return reached, way, joints

@@ -28,8 +28,9 @@ from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.motion.resolved_rate import TcpKinematics, joint_path
 from virtualrobot_kernel.motion.spline import spline
-from virtualrobot_kernel.paths.closed_forms import closed_form
+from virtualrobot_kernel.paths.closed_forms import led_arm
 from virtualrobot_kernel.paths.find import Site
+from virtualrobot_kernel.paths.held import HeldPath
 from virtualrobot_kernel.paths.space import PathSpace
 from virtualrobot_kernel.paths.tool_grid import Ladder
 from virtualrobot_kernel.paths.tool_query import ToolPathQuery
@@ -61,21 +62,25 @@ _ANY = InverseOptions()
 _RETRIED = Reason.LIMIT_EXCEEDED, Reason.SINGULARITY, Reason.UNREACHABLE, Reason.COLLISION
 
 
-class _Chain:
+class ChainKinematics:
     """Kinematics of a serial chain in plain NumPy; the follower has its own for all but what it tells of refusals."""
 
     def __init__(self, chain: SerialChain) -> None:
+        """Take a chain."""
         self.chain = chain
 
     def forward(self, q: Floats) -> Floats:
+        """Return the poses (n + 1, 4, 4) of joints and tip at q (k,)."""
         return chain_frames(self.chain, q)
 
     def jacobian(self, q: Floats) -> Floats:
+        """Return the Jacobian (6, k) of the tip at q (k,) in the base frame; those that slide as if they turned."""
         frames = chain_frames(self.chain, q)
         axes = np.einsum("nij,nj->ni", frames[:-1, :3, :3], self.chain.axis)
         return np.concatenate([np.cross(axes, frames[-1, :3, 3] - frames[:-1, :3, 3]).T, axes.T])
 
     def inverse(self, base_t_tip: Floats, options: InverseOptions = _ANY) -> InverseResult:
+        """Fail: a path leads from posture to posture."""
         raise AssertionError("the path leads from posture to posture")
 
 
@@ -100,12 +105,12 @@ class _Search:
         node = snapshot.structure.node(query.robot, Kind.ROBOT)
         chain = arm_of(snapshot, node, query.group).serial()
         self._limits = joint_limits(snapshot, node, query.joint_names)[0]
-        self._tcp = TcpKinematics(_Chain(chain), query.tip_t_tcp)
-        self._postures = closed_form(chain)
+        self._tcp = TcpKinematics(ChainKinematics(chain), query.tip_t_tcp)
+        self._arm = led_arm(chain)
         self._frames = frame_path(spline(query.frames[0], list(query.frames[1:])))
         self._rate = query.velocity / self._frames.length
         self._ramp(query.acceleration)
-        self._ladder = Ladder(query, self._frames, self._postures, self._limits.velocity)
+        self._ladder = Ladder(query, self._frames, self._arm, self._limits.velocity)
         self._places = Places(query.robot, self._frames, self._ladder.rungs)
         self.space = PathSpace(site.scene, snapshot, query, site.given_up)
         self._looked_at = np.zeros_like(self._ladder.blocked)
@@ -191,9 +196,9 @@ class _Search:
         self._ladder.block(rung, int(way[rung, 0]), int(way[rung, 1]), reach)
 
     def _freedoms(self, way: Integers, stiffness: float) -> Floats:
-        """Return the free values (n + 2, 6) of a way, smoothed, and as they go on at its ends; within tolerances."""
+        """Return the free values (n + 2, f) of a way, smoothed, and as they go on at its ends; within tolerances."""
         values = self._ladder.grid.values[way[:, 0]]
-        tolerances = self._query.tolerances
+        tolerances = self._ladder.freedom
         endless = tolerances.endless
         values[:, endless] = np.unwrap(values[:, endless], axis=0)
         if stiffness:
@@ -204,10 +209,14 @@ class _Search:
         return np.where(endless, values, np.clip(values, *tolerances.bounds))
 
     def _motion(self, freedoms: Floats, way: Integers, joints: Floats) -> dict[str, Any]:
-        """Return the motion along the path with free values (n + 2, 6); raise KernelError with the fraction."""
-        path = FreePath(self._frames.pose(0.0), self._frames, within_hull(self._ladder.rungs, freedoms))
-        start = self._start(path, int(way[0, 1]), joints[0])
-        followed = joint_path(self._tcp, path, start, self._limits)
+        """Return the motion along the path with free values (n + 2, f); raise KernelError with the fraction."""
+        path = FreePath(self._frames.pose(0.0), self._frames, within_hull(self._ladder.rungs, freedoms[:, :6]))
+        branch = int(way[0, 1])
+        if self._arm.held is None:
+            followed = joint_path(self._tcp, path, self._start(path, branch, joints[0]), self._limits)
+        else:
+            held = within_hull(self._ladder.rungs, freedoms[:, 6:])
+            followed = HeldPath(self._arm, self._tcp, path, held, branch, self._places).joints(joints[0], self._limits)
         law = self._law(followed)
         times, positions, velocities = _rows(followed, law)
         timed = smooth_path(times, positions, velocities)
@@ -226,7 +235,8 @@ class _Search:
 
     def _start(self, path: FreePath, branch: int, near: Floats) -> Floats:
         """Return the posture (k,) at the start of a path, of a branch, with the turns of a posture near it."""
-        found = self._postures((path.pose(0.0) @ inverse(self._tcp.tip_t_tcp))[None])[0][0, branch]
+        tip = path.pose(0.0) @ inverse(self._tcp.tip_t_tcp)
+        found = self._arm.postures(tip[None], np.zeros(1))[0][0, branch]
         if np.isnan(found).any():
             raise self._places.error(0.0, "no posture reaches it with smoothed free values", Reason.UNREACHABLE)
         found = found + 2.0 * np.pi * np.round((near - found) / (2.0 * np.pi))
@@ -254,15 +264,16 @@ class _Search:
     def _law(self, followed: PiecewisePolynomial) -> PiecewisePolynomial:
         """Return the law along a joint path that keeps the tool's speed; raise LimitError where joints can't."""
         rates, bends = followed.derivative(), followed.derivative().derivative()
-        for function, power, limits, what, unit in (
-            (rates, 1, self._limits.velocity, "speed", "rad/s"),
-            (bends, 2, self._limits.acceleration, "acceleration", "rad/s^2"),
+        for function, power, limits, what, over in (
+            (rates, 1, self._limits.velocity, "speed", "/s"),
+            (bends, 2, self._limits.acceleration, "acceleration", "/s^2"),
         ):
             bound = limits / self._rate**power
             excursion = function.first_excursion(-bound, bound, 0.0)
             if excursion is not None:
                 needed, limit = abs(excursion.value) * self._rate**power, float(limits[excursion.component])
                 kept = self._query.velocity * (limit / needed) ** (1.0 / power)
+                unit = ("rad" if self._arm.turns[excursion.component] else "m") + over
                 raise self._places.error(
                     excursion.parameter,
                     f"joint {self._limits.names[excursion.component]!r} can't keep the tool's speed of "

@@ -13,7 +13,7 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.free_path import AXES
 from virtualrobot_kernel.motion.pose_check import check_pose
 from virtualrobot_kernel.motion.spline import MOST_GOALS, SAME
-from virtualrobot_kernel.paths.closed_forms import closed_form
+from virtualrobot_kernel.paths.closed_forms import led_arm
 from virtualrobot_kernel.planning.actuators import actuator_limits
 from virtualrobot_kernel.planning.planned_move import cartesian_limits
 from virtualrobot_kernel.planning.robots import arm_of, tip_t_tcp
@@ -97,7 +97,7 @@ def tool_path_query(snapshot: Snapshot, robot_name: str, asked: ToolPathAsked) -
     arm = arm_of(snapshot, robot, group)
     chain = arm.serial()
     try:
-        closed_form(chain)
+        led_arm(chain)
     except ArgumentError as error:
         raise KernelError(
             f"{robot_name!r}{group} can't be led along a tool path with freedom: {error}; lines, arcs and splines lead "

@@ -24,7 +24,7 @@ from virtualrobot_sdk.compiled.closed import BRANCHES, inverse_many, spherical_w
 from virtualrobot_sdk.poses import inverse, rotation_matrix
 from virtualrobot_sdk.reference import tip_pose
 
-from tests.unit.collision.worlds import robot_nodes, world
+from tests.unit.collision.worlds import robot_nodes, with_robots, world
 from tests.unit.paths.cells import HereSite
 
 pytestmark = pytest.mark.long
@@ -146,3 +146,22 @@ def test_who_gives_up_is_heard_before_the_next_search() -> None:
     with pytest.raises(InterruptedError):
         find_tool_path(site, asked(arc(np.array([0.45, -0.15, 0.75]), np.eye(3), 0.05, 2.0)))
     assert not site.reports
+
+
+@pytest.mark.parametrize("kind", ["iiwa", "panda"])
+def test_an_arm_of_seven_joints_is_led_with_one_of_them_as_a_free_value(kind: str) -> None:
+    """All joints keep their limits, and the tool is within 1e-6 m and rad of what its free values say."""
+    snapshot = with_robots(kind)
+    frames = arc(np.array([0.5, 0.0, 0.35]), np.eye(3), 0.08, 4.0)
+    tolerances = Tolerances(np.zeros((2, 6)), ABOUT_Z)
+    query = tool_path_query(snapshot, kind, ToolPathAsked(WHOLE, frames, "", tolerances, SPEED, 0.0, 60.0))
+    result = find_tool_path(HereSite(snapshot), query)
+    chain = arm_of(snapshot, snapshot.structure.node(kind, Kind.ROBOT)).serial()
+    path = smooth_path(*result["trajectory"])
+    q, v, _ = path.states(np.linspace(0.0, path.end, 2000), 2)
+    limits = joint_limits(snapshot, snapshot.structure.node(kind, Kind.ROBOT), query.joint_names)[0]
+    assert (
+        q.shape[1] == 7 and ((limits.lower <= q) & (q <= limits.upper)).all() and (np.abs(v) <= limits.velocity).all()
+    )
+    for frame, posture, freedom in zip(query.frames, result["positions"], result["freedoms"], strict=True):
+        np.testing.assert_allclose(tip_pose(chain, posture) @ query.tip_t_tcp, frame @ frame_t_tool(freedom), atol=1e-6)

@@ -1,0 +1,131 @@
+"""Arms of seven joints, one of which is held: their postures, and their joints along a path, exactly."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.motion.free_path import FreePath, frame_path, within_hull
+from virtualrobot_kernel.motion.limits import JointLimits
+from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
+from virtualrobot_kernel.motion.spline import spline
+from virtualrobot_kernel.paths.closed_forms import LedArm, led_arm
+from virtualrobot_kernel.paths.held import HeldPath
+from virtualrobot_kernel.paths.tool_grid import freedom_of, grid_of, rungs_of
+from virtualrobot_kernel.paths.tool_path import ChainKinematics
+from virtualrobot_kernel.paths.tool_query import Tolerances
+from virtualrobot_kernel.paths.tool_reasons import Places
+from virtualrobot_sdk.errors import ArgumentError
+from virtualrobot_sdk.kinematics import PRISMATIC, SerialChain
+from virtualrobot_sdk.poses import inverse, rotation_matrix
+from virtualrobot_sdk.reference import tip_pose
+from virtualrobot_sdk.testing.chains import iiwa, ur5
+
+from tests.unit.sdk.test_meeting_axes import panda
+
+POSTURE = np.array([0.2, 0.6, 0.3, -1.4, 0.3, 0.9, 0.1])
+TOOL = np.eye(4) + 0.1 * (np.arange(16).reshape(4, 4) == 11)
+
+
+def on_a_rail() -> SerialChain:
+    """Return a UR5 on a rail of 2 m along y, which is its first joint."""
+    arm = ur5()
+    return arm._replace(
+        pre=np.concatenate([np.eye(4)[None], arm.pre]),
+        axis=np.concatenate([[[0.0, 1.0, 0.0]], arm.axis]),
+        joint_type=np.append(np.int8(PRISMATIC), arm.joint_type).astype(np.int8),
+        q_index=np.arange(7, dtype=np.int32),
+        multiplier=np.ones(7),
+        offset=np.zeros(7),
+        lower=np.append(0.0, arm.lower),
+        upper=np.append(2.0, arm.upper),
+        joint_names=("slide", *arm.joint_names),
+    )
+
+
+ARMS = {"iiwa": (iiwa, 2), "panda": (panda, 6), "ur5 on a rail": (on_a_rail, 0)}
+
+
+@pytest.mark.parametrize("name", ARMS)
+def test_a_joint_is_held_and_the_others_lead_to_the_pose(seed: int, name: str) -> None:
+    make, held = ARMS[name]
+    arm = led_arm(make())
+    assert arm.held == held
+    given = np.random.default_rng(seed).uniform(-1.5, 1.5, (12, 7))
+    given[:, held] = np.abs(given[:, held]) * np.where(np.arange(12) < 9, 1.0, 0.0)
+    poses = tip_pose(arm.chain, given)
+    q, clear = arm.postures(poses, given[:, held])
+    there = np.isfinite(q).all(axis=2)
+    assert there.any(axis=1).all() and q.shape == (12, 8, 7) and clear.shape == (12, 8)
+    np.testing.assert_allclose(tip_pose(arm.chain, q[there]), np.repeat(poses, there.sum(axis=1), axis=0), atol=1e-6)
+    assert (q[..., held][there] == np.repeat(given[:, held], there.sum(axis=1))).all()
+
+
+def test_arms_without_a_closed_form_are_told_what_they_lack() -> None:
+    with pytest.raises(ArgumentError, match=r"the arm has 7 joints .* whichever of them is held"):
+        led_arm(
+            iiwa()._replace(
+                pre=iiwa().pre + 0.05 * (np.arange(16).reshape(4, 4) % 4 == 3) * (np.arange(4) < 3)[:, None]
+            )
+        )
+    with pytest.raises(ArgumentError, match="whichever of them is held"):
+        led_arm(on_a_rail()._replace(q_index=np.array([0, 1, 2, 3, 4, 5, 5], np.int32)))
+
+
+def along(arm: LedArm, held: np.ndarray, limits: float = 10.0) -> tuple[FreePath, HeldPath, JointLimits]:
+    """Return a path of a tool from POSTURE, on a bend of 0.2 m, whose joint that is held goes over values."""
+    begin = tip_pose(arm.chain, POSTURE) @ TOOL
+    frames = []
+    for share in np.linspace(0.0, 1.0, 9):
+        frame = begin.copy()
+        frame[:3, :3] = rotation_matrix(np.array([0.0, 0.2 * share, 0.3 * share])) @ begin[:3, :3]
+        frame[:3, 3] += [0.0, 0.15 * share, 0.05 * np.sin(np.pi * share)]
+        frames.append(frame)
+    path = frame_path(spline(frames[0], frames[1:]))
+    rungs = rungs_of(path, 0.02)
+    freedoms = np.zeros((len(rungs) + 2, 6))
+    freedoms[:, 5] = 0.2 * np.sin(np.linspace(0.0, 3.0, len(freedoms))) - 0.2 * np.sin(0.0)
+    freedoms[:2, 5] = 0.0
+    free = FreePath(path.pose(0.0), path, within_hull(rungs, freedoms))
+    values = np.interp(np.linspace(0.0, 1.0, len(rungs) + 2), np.linspace(0.0, 1.0, len(held)), held)[:, None]
+    branches = arm.postures((free.pose(0.0) @ inverse(TOOL))[None], values[1])[0][0]
+    branch = int(np.nanargmin(np.abs(branches - POSTURE).max(axis=1)))
+    ends = np.full(7, limits)
+    names = arm.chain.joint_names
+    kept = JointLimits(names=names, lower=-ends, upper=ends, velocity=ends, acceleration=ends, jerk=ends)
+    tcp = TcpKinematics(ChainKinematics(arm.chain), TOOL)
+    return free, HeldPath(arm, tcp, free, within_hull(rungs, values), branch, Places("arm", path, rungs)), kept
+
+
+@pytest.mark.parametrize("held", [[0.3, 0.3], [0.3, 0.5, 0.1]], ids=["stands", "moves"])
+def test_the_tool_is_on_its_path_between_the_knots_too(held: list[float]) -> None:
+    """To 1e-7 m and rad, and the joint that is held goes as it is told to."""
+    arm = led_arm(iiwa())
+    path, held_path, limits = along(arm, np.array(held))
+    joints = held_path.joints(POSTURE, limits)
+    for u in np.linspace(0.0, 1.0, 57):
+        at = joints.evaluate(np.array([u]))[0]
+        assert np.abs(path.deviation(u, tip_pose(arm.chain, at) @ TOOL)).max() < 1e-7
+    states = joints.states(np.linspace(0.0, 1.0, 400), 2)
+    # Twice continuously differentiable: what derivatives say is what differences of the values are.
+    slope = np.gradient(states[0], np.linspace(0.0, 1.0, 400), axis=0)
+    np.testing.assert_allclose(slope[2:-2], states[1][2:-2], atol=2e-3 * np.abs(states[1]).max())
+
+
+def test_what_is_beyond_a_limit_or_out_of_reach_is_told_with_its_place() -> None:
+    arm = led_arm(iiwa())
+    _, held_path, limits = along(arm, np.array([0.3, 0.3]), 1.39)
+    with pytest.raises(KernelError, match=r"joint .* beyond its limits") as beyond:
+        held_path.joints(POSTURE, limits)
+    assert beyond.value.reason is Reason.LIMIT_EXCEEDED and "fraction" in beyond.value.metadata
+
+
+def test_the_values_of_a_held_joint_are_its_limits_and_a_rail_goes_in_longer_steps() -> None:
+    still = Tolerances(np.zeros((2, 6)), np.arange(6) == 5)
+    freedom, steps = freedom_of(still, led_arm(on_a_rail()))
+    assert freedom.bounds[:, 6].tolist() == [0.0, 2.0] and steps[6] == 0.05 and not freedom.endless[6]
+    grid = grid_of(freedom, steps, 20)
+    assert len(np.unique(grid.values[:, 6])) == 36 and len(np.unique(grid.values[:, 5])) == 36
+    turning, _ = freedom_of(still, led_arm(iiwa()._replace(lower=np.full(7, -np.inf), upper=np.full(7, np.inf))))
+    assert turning.endless.tolist() == [False] * 5 + [True, True]
+    assert freedom_of(still, LedArm(ur5()))[0] is still
