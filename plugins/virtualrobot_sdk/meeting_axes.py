@@ -1,11 +1,11 @@
 """All postures of many poses at once, in NumPy: arms of six turning joints whose axes meet at both ends.
 
 They meet in twos at one end and in threes at the other. Such is an arm of seven joints, one of which is held: the third
-of one whose axes 1, 2, 3 and 5, 6, 7 meet as those of a shoulder and a wrist; the seventh where only axes 1, 2, 3 meet, and 5 and 6. With h_i the direction of axis i, p_i a
-point on it, S the point where axes 1 and 2 meet and W that of axes 4, 5 and 6, all at position 0: joint 3 brings W to
-its distance from S, joints 1 and 2 bring it to its place, and joints 4, 5 and 6 are what is left of the rotation. Each
-of the three steps has two values: subproblems 3, 2 and 2 of B. Paden, Kinematics and Control Robot Manipulators, 1986.
-An arm with the three axes first is solved from its tip.
+of one whose axes 1, 2, 3 and 5, 6, 7 meet as those of a shoulder and a wrist; the seventh where only axes 1, 2, 3 meet,
+and 5 and 6. With h_i the direction of axis i, p_i a point on it, S the point where axes 1 and 2 meet and W that of axes
+4, 5 and 6, all at position 0: joint 3 brings W to its distance from S, joints 1 and 2 bring it to its place, and joints
+4, 5 and 6 are what is left of the rotation. Each of the three steps has two values: subproblems 3, 2 and 2 of B. Paden,
+Kinematics and Control Robot Manipulators, 1986. An arm with the three axes first is solved from its tip.
 """
 
 from __future__ import annotations

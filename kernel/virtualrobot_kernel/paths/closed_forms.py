@@ -1,4 +1,4 @@
-"""Closed forms by which a ladder's postures are found, of six turning joints; a joint beside them is held.
+"""Closed forms by which a ladder's postures are found, of six turning joints; all others have values of their own.
 
 Of six joints they are those with a spherical wrist, with three parallel axes, and with axes that meet at both ends. Of
 seven, one has a value of its own in each combination of free values: the third of an arm with shoulder and wrist, which
@@ -11,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from virtualrobot_sdk.compiled.closed import BRANCHES, inverse_many, spherical_wrist
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import REVOLUTE, Floats, SerialChain
@@ -19,6 +20,7 @@ from virtualrobot_sdk.parallel_axes import ParallelAxes, has_parallel_axes
 
 from virtualrobot_kernel.planning.extract import lock_coordinates
 
+Flags = NDArray[np.bool_]
 Postures = Callable[[Floats], tuple[Floats, Floats]]
 """Postures (m, 8, 6) of poses (m, 4, 4) of an arm's tip, NaN for none; and (m, 8), 0 where they are singular."""
 
@@ -49,50 +51,88 @@ def closed_form(chain: SerialChain) -> Postures:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class LedArm:
-    """Arm whose postures a ladder knows: of k joints, six by a closed form, and `held`, None for an arm of six.
+class Carriers:
+    """Joints of other robots, (m,), that carry the arm, such as a rail, or the frame of its path, as a positioner does.
 
-    One closed form tells them at all values of the joint held, so that a branch is the same one at each.
+    lower and upper (m,): their limits; turns (m,): whether each one turns, others slide. base_t_reference: where the
+    path's frame is (4, 4) in the frame of the arm's base when these joints are at values (m,).
     """
 
-    chain: SerialChain
-    held: int | None = None
+    lower: Floats
+    upper: Floats
+    turns: Flags
+    base_t_reference: Callable[[Floats], Floats]
+
+
+class LedArm:
+    """Arm whose postures a ladder knows: six joints by a closed form, all others with values of their own.
+
+    Attributes:
+        chain: the arm's own (k joints).
+        held: which of its joints has a value of its own; None for an arm of six.
+        carriers: joints (m,) of other robots, which come after the arm's own; None where all else stands.
+        free: the columns (f,), of k + m, whose values are free; and `solved`, (6,), those by the closed form.
+        turns: whether each joint turns: (k + m,); others slide.
+        lower: limits (f,) of what is free, and `upper`.
+    """
+
+    def __init__(self, chain: SerialChain, held: int | None = None, carriers: Carriers | None = None) -> None:
+        """Take an arm; see `led_arm` for one of which nothing is known."""
+        self.chain, self.held, self.carriers = chain, held, carriers
+        count = len(chain.joint_names)
+        self.turns: Flags = chain.joint_type == REVOLUTE
+        lower, upper = chain.lower, chain.upper
+        self.free = [] if held is None else [held]
+        if carriers is not None:
+            self.free += range(count, count + len(carriers.lower))
+            self.turns = np.concatenate([self.turns, carriers.turns])
+            lower, upper = np.concatenate([lower, carriers.lower]), np.concatenate([upper, carriers.upper])
+        self.solved = [joint for joint in range(count) if joint != held]
+        self.lower, self.upper = lower[self.free], upper[self.free]
 
     def at(self, value: float) -> Postures:
-        """Return the closed form of the other joints with one held at a value; raises ArgumentError with its lack."""
-        assert self.held is not None
+        """Return the closed form of six joints with one held at a value; raises ArgumentError with what they lack.
+
+        It is the same one at all values, so that a branch is the same one at each.
+        """
+        if self.held is None:
+            return closed_form(self.chain)
         others = lock_coordinates(self.chain, {self.held: value})[0]
         return MeetingAxes(others).postures if self.turns[self.held] else closed_form(others)
 
-    @property
-    def turns(self) -> np.ndarray:
-        """Whether each joint turns: (k,); others slide."""
-        return self.chain.joint_type == REVOLUTE
+    def base_t_reference(self, free: Floats) -> Floats:
+        """Return where the path's frame is (4, 4) in the base's, for free values (f,): where it stands, without one."""
+        return np.eye(4) if self.carriers is None else self.carriers.base_t_reference(free[self.held is not None :])
 
-    def postures(self, tips: Floats, held: Floats) -> tuple[Floats, Floats]:
-        """Return postures (m, 8, k) as of `Postures` of poses (m, 4, 4), each with its value (m,) of the joint held."""
-        if self.held is None:
-            return closed_form(self.chain)(tips)
-        count = len(self.chain.joint_names)
-        q, clear = np.full((len(tips), BRANCHES, count), np.nan), np.zeros((len(tips), BRANCHES))
-        others = [joint for joint in range(count) if joint != self.held]
-        for value in np.unique(held).tolist():
-            rows = np.flatnonzero(held == value)
-            found, clear[rows] = self.at(value)(tips[rows])
-            q[rows[:, None, None], np.arange(BRANCHES)[:, None], others] = found
-            q[rows, :, self.held] = np.where(np.isfinite(found[:, :, 0]), value, np.nan)
+    def postures(self, tips: Floats, free: Floats) -> tuple[Floats, Floats]:
+        """Return postures (n, 8, k + m) of poses (n, 4, 4) of the tip in the path's frame, as `Postures` does.
+
+        free (n, f): what is free at each of them.
+        """
+        values, rows = np.unique(free, axis=0, return_inverse=True)
+        rows = rows.reshape(-1)
+        carried = np.array([self.base_t_reference(one) for one in values])[rows] @ tips
+        q = np.full((len(tips), BRANCHES, len(self.turns)), np.nan)
+        clear = np.zeros((len(tips), BRANCHES))
+        own = np.zeros(len(tips)) if self.held is None else free[:, 0]
+        for value in np.unique(own).tolist():
+            here = np.flatnonzero(own == value)
+            found, clear[here] = self.at(value)(carried[here])
+            q[here[:, None, None], np.arange(BRANCHES)[:, None], self.solved] = found
+        there = np.isfinite(q[:, :, self.solved[0]])
+        q[:, :, self.free] = np.where(there[:, :, None], free[:, None], np.nan)
         return q, clear
 
 
-def led_arm(chain: SerialChain) -> LedArm:
+def led_arm(chain: SerialChain, carriers: Carriers | None = None) -> LedArm:
     """Return an arm with the joint that is held, if it has seven; raises ArgumentError with what it lacks."""
     if len(chain.joint_names) != 7:
         closed_form(chain)
-        return LedArm(chain)
+        return LedArm(chain, None, carriers)
     own = np.array_equal(chain.q_index, np.arange(7))
     slides = np.flatnonzero(chain.joint_type != REVOLUTE).tolist()
     for held in (slides or ORDER) if own else ():
-        arm = LedArm(chain, held)
+        arm = LedArm(chain, held, carriers)
         try:
             for value in TRIED:
                 arm.at(value)

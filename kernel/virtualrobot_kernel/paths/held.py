@@ -1,6 +1,6 @@
-"""Joint path of an arm of seven joints along a tool path, one of which goes by a function of its own.
+"""Joint path along a tool path where some joints go by functions of their own: one of seven, a rail, a positioner.
 
-The other six are known in closed form at each place, so that they are not followed but looked up: on the branch that
+The six others are known in closed form at each place, so that they are not followed but looked up: on the branch that
 the ladder has chosen, at knots that come nearer until the pieces between them are on the path.
 """
 
@@ -34,15 +34,14 @@ CORRECTIONS = 2
 
 
 class HeldPath:
-    """Path of the joints of an arm along a path of its tool, with a function for the joint that is held."""
+    """Path of the joints of an arm along a path of its tool, with a function for those that are free."""
 
     def __init__(
         self, arm: LedArm, tcp: TcpKinematics, path: FreePath, held: PiecewisePolynomial, branch: int, places: Places
     ) -> None:
-        """Take an arm with a joint that is held, whose values are `held` of the path's parameter, and a branch."""
+        """Take an arm, the values `held` (f,) of what is free by the path's parameter, and a branch."""
         self._arm, self._tcp, self._path, self._held = arm, tcp, path, held
         self._branch, self._places = branch, places
-        self._others = [joint for joint in range(len(arm.chain.joint_names)) if joint != arm.held]
         self._tcp_t_tip = inverse(tcp.tip_t_tcp)
 
     def joints(self, start: Floats, limits: JointLimits) -> PiecewisePolynomial:
@@ -87,18 +86,21 @@ class HeldPath:
 
     def _posture(self, u: float, near: Floats) -> Floats:
         """Return the joints (k,) at a parameter, at the turns that are nearest to others."""
-        value = float(self._held.state(u, 0)[0, 0])
+        arm, values = self._arm, self._held.state(u, 0)[0]
         pose = self._path.pose(u)
-        q = self._arm.postures((pose @ self._tcp_t_tip)[None], np.array([value]))[0][0, self._branch]
+        q = arm.postures((pose @ self._tcp_t_tip)[None], values[None])[0][0, self._branch]
         if np.isnan(q).any():
             s = min(max(u, 0.0), 1.0)
             raise self._places.error(s, "no posture reaches it with smoothed free values", Reason.UNREACHABLE)
         turns = 2.0 * np.pi * np.round((near - q) / (2.0 * np.pi))
-        q = np.where(self._arm.turns, q + turns, q)
-        q[self._arm.held] = value
+        q = np.where(arm.turns, q + turns, q)
+        q[arm.free] = values
+        base_t_reference, own = arm.base_t_reference(values), len(arm.chain.joint_names)
+        turn, back = base_t_reference[:3, :3], inverse(base_t_reference)
         for _ in range(CORRECTIONS):
-            off = self._path.deviation(u, self._tcp.pose(q))
-            q[self._others] += np.linalg.lstsq(self._tcp.jacobian(q)[:, self._others], off, rcond=1e-9)[0]
+            off = self._path.deviation(u, back @ self._tcp.pose(q[:own])).reshape(2, 3) @ turn.T
+            jacobian = self._tcp.jacobian(q[:own])[:, arm.solved]
+            q[arm.solved] += np.linalg.lstsq(jacobian, off.ravel(), rcond=1e-9)[0]
         return q
 
     def _derivatives(self, marks: Floats, q: Floats) -> tuple[Floats, Floats]:

@@ -26,8 +26,8 @@ NEAREST = 0.7
 STEPS = np.array([2e-3] * 3 + [np.radians(10.0)] * 3)
 """Distance of two free values in a row, in m and in rad."""
 
-HELD_STEPS = (0.05, np.radians(10.0))
-"""The same of a joint that is held, in m and in rad."""
+HELD_STEPS = (0.05, float(np.radians(10.0)))
+"""The same of a joint that is free, in m and in rad."""
 
 FEWEST, MOST = 3, 36
 """Number of values of a tolerance with ends at least, and of any at the most."""
@@ -53,14 +53,12 @@ class Grid:
 
 
 def freedom_of(tolerances: Tolerances, arm: LedArm) -> tuple[Tolerances, Floats]:
-    """Return bounds (2, f) of all free values, f = 7 with the limits of a joint that is held, and their steps (f,)."""
-    if arm.held is None:
-        return tolerances, STEPS
-    ends = np.array([arm.chain.lower[arm.held], arm.chain.upper[arm.held]])
-    turns = bool(arm.turns[arm.held])
-    endless = turns and not np.isfinite(ends).all()
-    bounds = np.concatenate([tolerances.bounds, np.zeros((2, 1)) if endless else ends[:, None]], axis=1)
-    return Tolerances(bounds, np.append(tolerances.endless, endless)), np.append(STEPS, HELD_STEPS[turns])
+    """Return bounds (2, 6 + f) of all free values, those of joints within their limits, and steps (6 + f,)."""
+    ends, turns = np.stack([arm.lower, arm.upper]), arm.turns[arm.free]
+    endless = turns & ~np.isfinite(ends).all(axis=0)
+    bounds = np.concatenate([tolerances.bounds, np.where(endless, 0.0, ends)], axis=1)
+    steps = np.where(turns, HELD_STEPS[1], HELD_STEPS[0])
+    return Tolerances(bounds, np.concatenate([tolerances.endless, endless])), np.concatenate([STEPS, steps])
 
 
 def grid_of(tolerances: Tolerances, steps: Floats, rungs: int) -> Grid:
@@ -117,15 +115,15 @@ class Ladder:
     def __init__(self, query: ToolPathQuery, path: FramePath, arm: LedArm, velocity: Floats) -> None:
         """Solve all rungs for an arm by its closed form; its joints have greatest velocities (k,) in rad/s or m/s."""
         self.freedom, steps = freedom_of(query.tolerances, arm)
-        # A joint that is held must have the time for a step of its values.
-        least = 0.0 if arm.held is None else query.velocity * steps[-1] / (SHARE * velocity[arm.held])
-        self.rungs = rungs_of(path, least)
+        # A joint that is free must have the time for a step of its values.
+        least = query.velocity * steps[6:] / (SHARE * velocity[arm.free])
+        self.rungs = rungs_of(path, float(least.max(initial=0.0)))
         self.grid = grid_of(self.freedom, steps, len(self.rungs))
         self._limits, self.turning = np.stack([query.lower, query.upper]), arm.turns
         offsets = np.array([frame_t_tool(one[:6]) for one in self.grid.values]) @ inverse(query.tip_t_tcp)
         frames = np.array([path.pose(float(s)) for s in self.rungs])
-        held = np.tile(self.grid.values[:, -1], len(self.rungs))
-        q, wrist = arm.postures((frames[:, None] @ offsets).reshape(-1, 4, 4), held)
+        free = np.tile(self.grid.values[:, 6:], (len(self.rungs), 1))
+        q, wrist = arm.postures((frames[:, None] @ offsets).reshape(-1, 4, 4), free)
         shape = len(self.rungs), len(self.grid.values), q.shape[1]
         self.q, self._wrist = q.reshape(*shape, len(velocity)), wrist.reshape(shape)
         self.blocked = np.zeros(shape, np.int8)

@@ -28,6 +28,7 @@ from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.motion.resolved_rate import TcpKinematics, joint_path
 from virtualrobot_kernel.motion.spline import spline
+from virtualrobot_kernel.paths.carriers import carriers_of, limits_with
 from virtualrobot_kernel.paths.closed_forms import led_arm
 from virtualrobot_kernel.paths.find import Site
 from virtualrobot_kernel.paths.held import HeldPath
@@ -104,9 +105,9 @@ class _Search:
         snapshot = site.snapshot
         node = snapshot.structure.node(query.robot, Kind.ROBOT)
         chain = arm_of(snapshot, node, query.group).serial()
-        self._limits = joint_limits(snapshot, node, query.joint_names)[0]
+        self._limits = limits_with(joint_limits(snapshot, node, query.joint_names)[0], query.externals)
         self._tcp = TcpKinematics(ChainKinematics(chain), query.tip_t_tcp)
-        self._arm = led_arm(chain)
+        self._arm = led_arm(chain, carriers_of(snapshot, query.base, query.reference, query.externals))
         self._frames = frame_path(spline(query.frames[0], list(query.frames[1:])))
         self._rate = query.velocity / self._frames.length
         self._ramp(query.acceleration)
@@ -212,7 +213,7 @@ class _Search:
         """Return the motion along the path with free values (n + 2, f); raise KernelError with the fraction."""
         path = FreePath(self._frames.pose(0.0), self._frames, within_hull(self._ladder.rungs, freedoms[:, :6]))
         branch = int(way[0, 1])
-        if self._arm.held is None:
+        if not self._arm.free:
             followed = joint_path(self._tcp, path, self._start(path, branch, joints[0]), self._limits)
         else:
             held = within_hull(self._ladder.rungs, freedoms[:, 6:])
@@ -236,7 +237,7 @@ class _Search:
     def _start(self, path: FreePath, branch: int, near: Floats) -> Floats:
         """Return the posture (k,) at the start of a path, of a branch, with the turns of a posture near it."""
         tip = path.pose(0.0) @ inverse(self._tcp.tip_t_tcp)
-        found = self._arm.postures(tip[None], np.zeros(1))[0][0, branch]
+        found = self._arm.postures(tip[None], np.zeros((1, 0)))[0][0, branch]
         if np.isnan(found).any():
             raise self._places.error(0.0, "no posture reaches it with smoothed free values", Reason.UNREACHABLE)
         found = found + 2.0 * np.pi * np.round((near - found) / (2.0 * np.pi))

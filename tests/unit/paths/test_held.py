@@ -9,7 +9,7 @@ from virtualrobot_kernel.motion.free_path import FreePath, frame_path, within_hu
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.motion.spline import spline
-from virtualrobot_kernel.paths.closed_forms import LedArm, led_arm
+from virtualrobot_kernel.paths.closed_forms import Carriers, LedArm, led_arm
 from virtualrobot_kernel.paths.held import HeldPath
 from virtualrobot_kernel.paths.tool_grid import freedom_of, grid_of, rungs_of
 from virtualrobot_kernel.paths.tool_path import ChainKinematics
@@ -54,7 +54,7 @@ def test_a_joint_is_held_and_the_others_lead_to_the_pose(seed: int, name: str) -
     given = np.random.default_rng(seed).uniform(-1.5, 1.5, (12, 7))
     given[:, held] = np.abs(given[:, held]) * np.where(np.arange(12) < 9, 1.0, 0.0)
     poses = tip_pose(arm.chain, given)
-    q, clear = arm.postures(poses, given[:, held])
+    q, clear = arm.postures(poses, given[:, [held]])
     there = np.isfinite(q).all(axis=2)
     assert there.any(axis=1).all() and q.shape == (12, 8, 7) and clear.shape == (12, 8)
     np.testing.assert_allclose(tip_pose(arm.chain, q[there]), np.repeat(poses, there.sum(axis=1), axis=0), atol=1e-6)
@@ -72,9 +72,51 @@ def test_arms_without_a_closed_form_are_told_what_they_lack() -> None:
         led_arm(on_a_rail()._replace(q_index=np.array([0, 1, 2, 3, 4, 5, 5], np.int32)))
 
 
+def turned(values: np.ndarray) -> np.ndarray:
+    """Return where a table 0.6 m before the base stands (4, 4), which turns about z by what its joint says."""
+    (angle,) = values.tolist()
+    table = np.eye(4)
+    table[:3, :3] = rotation_matrix(np.array([0.0, 0.0, angle]))
+    table[:3, 3] = 0.6, 0.0, 0.1
+    return table
+
+
+TABLE = Carriers(np.array([-3.0]), np.array([3.0]), np.array([True]), turned)
+
+
+def test_external_axes_carry_the_path(seed: int) -> None:
+    """A posture's pose in the table's frame, with the table turned: the postures that reach there are that one's."""
+    arm = led_arm(ur5(), TABLE)
+    assert arm.free == [6] and arm.solved == list(range(6)) and arm.turns.all()
+    rng = np.random.default_rng(seed)
+    given, angles = rng.uniform(-1.5, 1.5, (9, 6)), rng.uniform(-3.0, 3.0, (9, 1))
+    poses = np.array([inverse(turned(a)) @ tip_pose(arm.chain, q) for a, q in zip(angles, given, strict=True)])
+    q, _ = arm.postures(poses, angles)
+    there = np.isfinite(q).all(axis=2)
+    assert (q[..., 6][there] == np.repeat(angles, there.sum(axis=1))).all()
+    off = np.abs(q[:, :, :6] - given[:, None])
+    off = np.where(there, np.abs(off - 2.0 * np.pi * np.round(off / (2.0 * np.pi))).max(axis=2), np.inf).min(axis=1)
+    assert off.max() < 1e-5
+
+
+def test_a_tool_stays_on_a_path_that_a_table_carries() -> None:
+    """In the table's frame, while it turns by 0.4 rad, and with the third joint of seven going its own way, too."""
+    arm = led_arm(iiwa(), TABLE)
+    assert arm.free == [2, 7]
+    path, held_path, limits = along(arm, np.array([[0.3, 0.0], [0.5, 0.4]]))
+    joints = held_path.joints(np.append(POSTURE, 0.0), limits)
+    for u in np.linspace(0.0, 1.0, 33):
+        at = joints.evaluate(np.array([u]))[0]
+        pose = inverse(turned(at[7:])) @ tip_pose(arm.chain, at[:7]) @ TOOL
+        assert np.abs(path.deviation(u, pose)).max() < 1e-7
+    ends = joints.evaluate(np.array([0.0, 1.0]))[:, 7]
+    assert ends[0] == pytest.approx(0.0, abs=0.05) and ends[1] == pytest.approx(0.4, abs=0.05)
+
+
 def along(arm: LedArm, held: np.ndarray, limits: float = 10.0) -> tuple[FreePath, HeldPath, JointLimits]:
     """Return a path of a tool from POSTURE, on a bend of 0.2 m, whose joint that is held goes over values."""
-    begin = tip_pose(arm.chain, POSTURE) @ TOOL
+    rows = held.reshape(len(held), -1)
+    begin = inverse(arm.base_t_reference(rows[0])) @ tip_pose(arm.chain, POSTURE) @ TOOL
     frames = []
     for share in np.linspace(0.0, 1.0, 9):
         frame = begin.copy()
@@ -87,11 +129,12 @@ def along(arm: LedArm, held: np.ndarray, limits: float = 10.0) -> tuple[FreePath
     freedoms[:, 5] = 0.2 * np.sin(np.linspace(0.0, 3.0, len(freedoms))) - 0.2 * np.sin(0.0)
     freedoms[:2, 5] = 0.0
     free = FreePath(path.pose(0.0), path, within_hull(rungs, freedoms))
-    values = np.interp(np.linspace(0.0, 1.0, len(rungs) + 2), np.linspace(0.0, 1.0, len(held)), held)[:, None]
-    branches = arm.postures((free.pose(0.0) @ inverse(TOOL))[None], values[1])[0][0]
-    branch = int(np.nanargmin(np.abs(branches - POSTURE).max(axis=1)))
-    ends = np.full(7, limits)
-    names = arm.chain.joint_names
+    at = np.linspace(0.0, 1.0, len(rungs) + 2), np.linspace(0.0, 1.0, len(held))
+    values = np.stack([np.interp(*at, column) for column in rows.T], axis=1)
+    branches = arm.postures((free.pose(0.0) @ inverse(TOOL))[None], values[1:2])[0][0]
+    branch = int(np.nanargmin(np.abs(branches[:, :7] - POSTURE).max(axis=1)))
+    ends = np.full(len(arm.turns), limits)
+    names = ("a", "b", "c", "d", "e", "f", "g", "h")[: len(ends)]
     kept = JointLimits(names=names, lower=-ends, upper=ends, velocity=ends, acceleration=ends, jerk=ends)
     tcp = TcpKinematics(ChainKinematics(arm.chain), TOOL)
     return free, HeldPath(arm, tcp, free, within_hull(rungs, values), branch, Places("arm", path, rungs)), kept
@@ -128,4 +171,4 @@ def test_the_values_of_a_held_joint_are_its_limits_and_a_rail_goes_in_longer_ste
     assert len(np.unique(grid.values[:, 6])) == 36 and len(np.unique(grid.values[:, 5])) == 36
     turning, _ = freedom_of(still, led_arm(iiwa()._replace(lower=np.full(7, -np.inf), upper=np.full(7, np.inf))))
     assert turning.endless.tolist() == [False] * 5 + [True, True]
-    assert freedom_of(still, LedArm(ur5()))[0] is still
+    assert freedom_of(still, LedArm(ur5()))[0].bounds.shape == (2, 6)

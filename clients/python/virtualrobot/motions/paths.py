@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Unpack
 
@@ -200,12 +200,13 @@ class Paths:
         acceleration: float | None = None,
         time_limit: float | None = None,
         group: str | tuple[str, str] | None = None,
+        external: Sequence[Named] = (),
         progress: Callable[[ToolPathProgress], None] | None = None,
     ) -> ToolPath:
         """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not.
 
         Nothing moves. All else stands as it does now; the part that the robot holds goes along. For arms of six joints
-        that turn, with a spherical wrist or with axes 2, 3 and 4 parallel.
+        that turn, with a spherical wrist or with axes 2, 3 and 4 parallel, and of seven of which one is a free value.
 
         Args:
             robot: the robot, or its name.
@@ -219,6 +220,8 @@ class Paths:
             time_limit: in s, 30 by default.
             group: the group of the robot whose tool is led, by name or as (base link, tip link); by default its own
                 chain.
+            external: robots that move along: what carries the arm, such as a rail, or the reference, such as a
+                positioner; at most three joints in all. The speed is that in the frame of the reference.
             progress: is called about four times a second; what it raises ends the search. Without it the client's
                 `on_progress` is told.
 
@@ -235,6 +238,7 @@ class Paths:
             group=group_message(group),
             path=tool_path_message(frames, reference, velocity, acceleration, tolerance or {}),
             time_limit_seconds=value_or_default(time_limit, "time_limit"),
+            external_robots=map(name_of, external),
         )
         last = path_pb2.FindToolPathResponse()
         waiting = Waiting("looking for a way along a tool path", self._services.channel.on_progress)
