@@ -20,6 +20,9 @@ Integers = NDArray[np.int64]
 RUNG, RUNG_TURN, MOST_RUNGS = 0.005, 0.1, 400
 """Distance (m) and turn of the frames (rad) from rung to rung, and about how many there are at the most."""
 
+FEWEST_RUNGS = 9
+"""Number of rungs, but for frames between them, below which none are left out for joints that are slow."""
+
 NEAREST = 0.7
 """Part of that distance by which frames must be apart to be rungs all of them."""
 
@@ -99,7 +102,9 @@ def rungs_of(path: FramePath, least: float = 0.0) -> Floats:
     They are `least` (m) apart, as far as there are enough of them then.
     """
     turn = RUNG_TURN * path.length / max(path.curve.angle, 1e-9)
-    step = max(min(max(min(RUNG, turn), least), path.length / 8.0), path.length / MOST_RUNGS) / path.length
+    step = (
+        max(min(max(min(RUNG, turn), least), path.length / (FEWEST_RUNGS - 1)), path.length / MOST_RUNGS) / path.length
+    )
     kept = [0.0]
     for place in path.frames[1:-1].tolist():
         if min(place - kept[-1], 1.0 - place) >= NEAREST * step:
@@ -109,16 +114,30 @@ def rungs_of(path: FramePath, least: float = 0.0) -> Floats:
     return np.append(np.concatenate(parts), 1.0)
 
 
+def laid_out(path: FramePath, freedom: Tolerances, steps: Floats, pace: Floats) -> tuple[Floats, Grid]:
+    """Return rungs and combinations, so far apart that each free joint has the time for a step of its values.
+
+    pace (f,): the way (m) on which a free joint goes by one rad, or m. Fewer rungs leave room for more values, so that
+    both are found in turns.
+    """
+    least = 0.0
+    while True:
+        rungs = rungs_of(path, least)
+        grid = grid_of(freedom, steps, len(rungs))
+        apart = [float(np.diff(np.unique(column)).max(initial=0.0)) for column in grid.values[:, 6:].T]
+        needed = float((np.array(apart) * pace).max(initial=0.0))
+        if needed <= least * (1.0 + 1e-9) or len(rungs) <= FEWEST_RUNGS:
+            return rungs, grid
+        least = max(needed, 1.05 * least)
+
+
 class Ladder:
     """Postures of an arm on all rungs of a tool path, and the search among those that are not blocked."""
 
     def __init__(self, query: ToolPathQuery, path: FramePath, arm: LedArm, velocity: Floats) -> None:
         """Solve all rungs for an arm by its closed form; its joints have greatest velocities (k,) in rad/s or m/s."""
         self.freedom, steps = freedom_of(query.tolerances, arm)
-        # A joint that is free must have the time for a step of its values.
-        least = query.velocity * steps[6:] / (SHARE * velocity[arm.free])
-        self.rungs = rungs_of(path, float(least.max(initial=0.0)))
-        self.grid = grid_of(self.freedom, steps, len(self.rungs))
+        self.rungs, self.grid = laid_out(path, self.freedom, steps, query.velocity / (SHARE * velocity[arm.free]))
         self._limits, self.turning = np.stack([query.lower, query.upper]), arm.turns
         offsets = np.array([frame_t_tool(one[:6]) for one in self.grid.values]) @ inverse(query.tip_t_tcp)
         frames = np.array([path.pose(float(s)) for s in self.rungs])

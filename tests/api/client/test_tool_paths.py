@@ -188,7 +188,7 @@ def test_an_arm_of_another_kind_is_told_what_it_lacks(client: Client, iiwa: Robo
 
 @pytest.mark.long
 def test_a_rail_carries_an_arm_along_a_seam_that_is_longer_than_its_reach(steps: Client) -> None:
-    """2.4 m along y, of which a UR5e reaches 1.7 m: from tick to tick on the line and at its speed, by both together."""
+    """2.4 m along y, of which a UR5e reaches 1.7 m: from tick to tick on the line and at its speed."""
     steps.load_robot("model://rail", name="rail")
     arm = steps.load_robot("model://ur5e", name="arm", parent="rail.carriage")
     begin = steps.scene.pose("rail.carriage")[:3, 3] + [0.45, 0.0, 0.3]
@@ -200,7 +200,7 @@ def test_a_rail_carries_an_arm_along_a_seam_that_is_longer_than_its_reach(steps:
     path = steps.paths.find_tool_path(arm, frames, 0.1, tolerance=free, external=["rail"], time_limit=120)
     slide = path.external["rail"]
     assert slide.joint_names == ("slide",) and np.ptp(slide.positions) > 0.7
-    with pytest.raises(virtualrobot.WrongStateError, match="'rail' is not where the path starts|'arm' is not where"):
+    with pytest.raises(virtualrobot.WrongStateError, match=r"'rail' is not where the path starts|'arm' is not where"):
         path.start()
     steps.scene.set_joint_positions("rail", slide.start_joints)
     poses = gone_along(steps, arm, path)

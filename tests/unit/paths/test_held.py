@@ -11,7 +11,7 @@ from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.paths.closed_forms import Carriers, LedArm, led_arm
 from virtualrobot_kernel.paths.held import HeldPath
-from virtualrobot_kernel.paths.tool_grid import freedom_of, grid_of, rungs_of
+from virtualrobot_kernel.paths.tool_grid import FEWEST_RUNGS, freedom_of, grid_of, laid_out, rungs_of
 from virtualrobot_kernel.paths.tool_path import ChainKinematics
 from virtualrobot_kernel.paths.tool_query import Tolerances
 from virtualrobot_kernel.paths.tool_reasons import Places
@@ -172,3 +172,18 @@ def test_the_values_of_a_held_joint_are_its_limits_and_a_rail_goes_in_longer_ste
     turning, _ = freedom_of(still, led_arm(iiwa()._replace(lower=np.full(7, -np.inf), upper=np.full(7, np.inf))))
     assert turning.endless.tolist() == [False] * 5 + [True, True]
     assert freedom_of(still, LedArm(ur5()))[0].bounds.shape == (2, 6)
+
+
+@pytest.mark.parametrize("speed", [0.01, 0.05, 0.5])
+def test_each_free_joint_has_the_time_for_a_step_of_its_values(speed: float) -> None:
+    """A table that turns and one of seven joints, at 1.5 rad/s: the way from rung to rung is long enough for both."""
+    arm = led_arm(iiwa(), TABLE)
+    begin = np.eye(4)
+    frames = [begin + 0.1 * place * (np.arange(16).reshape(4, 4) == 3) for place in range(8)]
+    path = frame_path(spline(frames[0], frames[1:]))
+    freedom, steps = freedom_of(Tolerances(np.zeros((2, 6)), np.arange(6) == 5), arm)
+    rungs, grid = laid_out(path, freedom, steps, np.full(2, speed / 1.5))
+    apart = np.diff(rungs).mean() * path.length
+    widest = max(np.diff(np.unique(column)).max() for column in grid.values[:, 6:].T)
+    assert len(rungs) * len(grid.values) <= 60_000
+    assert len(rungs) <= FEWEST_RUNGS or widest * speed / 1.5 <= 1.05 * apart

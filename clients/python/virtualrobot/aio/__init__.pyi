@@ -65,6 +65,7 @@ from virtualrobot.motions.moves import PointToPointOptions as PointToPointOption
 from virtualrobot.motions.moves import TrajectoryOptions as TrajectoryOptions
 from virtualrobot.motions.moves import Until as Until
 from virtualrobot.motions.paths import PathProgress as PathProgress
+from virtualrobot.motions.paths import ToolPathOptions as ToolPathOptions
 from virtualrobot.motions.plans import CheckOptions as CheckOptions
 from virtualrobot.motions.plans import MotionCheck as MotionCheck
 from virtualrobot.motions.plans import MotionPlan as MotionPlan
@@ -81,6 +82,7 @@ from virtualrobot.motions.steps import NodeNamed as NodeNamed
 from virtualrobot.motions.steps import Pattern as Pattern
 from virtualrobot.motions.steps import PickAtOptions as PickAtOptions
 from virtualrobot.motions.steps import PlaceAtOptions as PlaceAtOptions
+from virtualrobot.motions.tool_path_parts import ToolPathPart as ToolPathPart
 from virtualrobot.motions.tool_paths import ExternalMotion as ExternalMotion
 from virtualrobot.motions.tool_paths import Floats as Floats
 from virtualrobot.motions.tool_paths import ToolPathProgress as ToolPathProgress
@@ -565,6 +567,8 @@ class Paths(Face):
         """Return a path on which an arm touches nothing that it may not. Nothing moves."""
     def find_tool_path(self, robot: Named, frames: ArrayLike, velocity: float, *, tolerance: Mapping[str, float | tuple[float, float] | str] | None = ..., reference: str = ..., acceleration: float | None = ..., time_limit: float | None = ..., group: str | tuple[str, str] | None = ..., external: Sequence[Named] = ..., progress: Callable[[ToolPathProgress], None] | None = ...) -> Order[ToolPath]:
         """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not."""
+    def find_tool_path_parts(self, robot: Named, frames: ArrayLike, velocity: float, **options: Unpack[ToolPathOptions]) -> Order[tuple[ToolPathPart, ...]]:
+        """Return how an arm leads its tool along frames in as few parts as it can, and where it can't at all."""
 
 class Program(Face):
     """Steps that one motion makes one after the other, planned as a whole before anything moves."""

@@ -18,7 +18,7 @@ from virtualrobot_apps.processes.sources.frames import STEEPEST, heading_frames,
 
 MOST_FRAMES = 1001
 """Frames of a tool path at most (docs/tool-paths.md)."""
-FIELDS = ("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step")
+FIELDS = ("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step", "split")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +37,7 @@ class Leading:
         tolerance: of the tool path, by axis.
         approach: how far before a way, against z, the tool comes from and goes to.
         density: of the ways.
+        split: whether a way that can't be gone at once is gone in parts.
     """
 
     robot: str
@@ -50,6 +51,7 @@ class Leading:
     tolerance: dict[str, float | tuple[float, float] | str] = field(default_factory=dict)
     approach: float = 0.05
     density: Density = field(default_factory=Density)
+    split: bool = False
 
     def frames(self, way: Way) -> Floats:
         """Return the frames (n, 4, 4) of the tool along a way; raises InvalidArgumentError for what these refuse."""
@@ -93,6 +95,7 @@ def read_leading(fields: dict[str, Item], sources: Item, tool: Item | None) -> L
         fields["speed"].number(1e-5, 10.0),
         tolerance=_tolerance(fields.get("tolerance")),
         density=Density(**density),
+        split="split" in fields and fields["split"].boolean(),
         **found,  # pyright: ignore[reportArgumentType] each by its name
     )
 
@@ -153,19 +156,36 @@ def lead(client: Client, leading: Leading, process: Process) -> tuple[PlannedPro
                 name = f"{process.what} {number}" if len(ways) == 1 else f"{process.what} {number}.{row}"
                 for told, there, frames, speed in process.stretches(way, name):
                     name = told
-                    path = client.paths.find_tool_path(
-                        robot, frames, speed, tolerance=leading.tolerance, reference=source.parts[0]
-                    )
-                    before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
-                    program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
-                    program.move(robot.ptp(path.start_joints))
-                    working += process.along(program, path, name)
-                    program.move(robot.ptp(behind))
-                    here = behind
-                    measures.append(_measure(name, there, path))
+                    for name, path in _paths(client, leading, told, frames, speed, source.parts[0]):
+                        before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
+                        program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
+                        program.move(robot.ptp(path.start_joints))
+                        working += process.along(program, path, name)
+                        program.move(robot.ptp(behind))
+                        here = behind
+                        measures.append(_measure(name, there.length if name == told else path.length, path))
         except VirtualRobotError as error:
             raise _at(source.item, name, error) from None
     return PlannedProcess(program, tuple(measures)), working
+
+
+def _paths(
+    client: Client, leading: Leading, name: str, frames: Floats, speed: float, reference: str
+) -> list[tuple[str, ToolPath]]:
+    """Return the tool paths along frames (n, 4, 4), by their names: one, or the fewest where they may be split."""
+    led = {"tolerance": leading.tolerance, "reference": reference}
+    if not leading.split:
+        return [(name, client.paths.find_tool_path(leading.robot, frames, speed, **led))]
+    parts = client.paths.find_tool_path_parts(leading.robot, frames, speed, **led)
+    for part in parts:
+        if part.refusal is not None:
+            raise part.refusal
+    whole = len(parts) == 1
+    return [
+        (name if whole else f"{name}, part {number}", part.path)
+        for number, part in enumerate(parts, 1)
+        if part.path is not None
+    ]
 
 
 def check_frames(frames: Floats, way: Way, remedy: str) -> None:
@@ -198,10 +218,10 @@ def _at(item: Item, name: str, error: VirtualRobotError) -> VirtualRobotError:
     return type(error)(f"{item.file}:{item.line}: {name}: {error.message}", error.reason, metadata, error.code)
 
 
-def _measure(name: str, way: Way, path: ToolPath) -> str:
+def _measure(name: str, length: float, path: ToolPath) -> str:
     """Return a line about a way: its length and time, and how far the tool leans from its angles."""
     lean = np.degrees(np.abs(path.freedoms[:, 3:5]).max(axis=0))
     return (
-        f"{name}: {1e3 * way.length:.1f} mm in {path.duration:.2f} s, work angle within {lean[0]:.1f} and travel angle "
+        f"{name}: {1e3 * length:.1f} mm in {path.duration:.2f} s, work angle within {lean[0]:.1f} and travel angle "
         f"within {lean[1]:.1f} degrees of what is wanted, {path.searches} searches, {path.checks} checks"
     )
