@@ -60,6 +60,44 @@ class Leading:
         return tool_frames(way, work=self.work, base=self.base, travel=self.travel, standoff=self.standoff)
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """Stretch that a tool was led along.
+
+    Attributes:
+        parts: the nodes that its way is of; it is in the frame of the first one.
+        way: the way.
+        frames: (n, 4, 4) of the tool, in that frame.
+        speed: along them (m/s).
+    """
+
+    parts: tuple[str, ...]
+    way: Way
+    frames: Floats
+    speed: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Led:
+    """Plan of a process whose tool is led along ways.
+
+    Attributes:
+        program: its motion, from where the robot stands now.
+        measures: a line about each way.
+        seconds: how long the tool works (s).
+        stretches: what it was led along, in this order.
+    """
+
+    program: Program
+    measures: tuple[str, ...]
+    seconds: float
+    stretches: tuple[Stretch, ...]
+
+    def with_measures(self, *more: str) -> PlannedProcess:
+        """Return the plan with further lines about it."""
+        return PlannedProcess(self.program, (*self.measures, *more))
+
+
 class Process(Protocol):
     """Work of a process along each way."""
 
@@ -135,8 +173,8 @@ def _tolerance(item: Item | None) -> dict[str, float | tuple[float, float] | str
     return found
 
 
-def lead(client: Client, leading: Leading, process: Process) -> tuple[PlannedProcess, float]:
-    """Return the plan of a process in the cell as it is, and how long (s) its tool works. Nothing moves.
+def lead(client: Client, leading: Leading, process: Process) -> Led:
+    """Return the plan of a process in the cell as it is. Nothing moves.
 
     Between ways the arm goes on free paths.
 
@@ -147,7 +185,7 @@ def lead(client: Client, leading: Leading, process: Process) -> tuple[PlannedPro
     robot, cell = client.robot(leading.robot), cell_of(client)
     program, measures = client.program(), list[str]()
     here: dict[str, float] = {}
-    working = 0.0
+    working, gone = 0.0, list[Stretch]()
     for number, source in enumerate(leading.sources, 1):
         name = f"{process.what} {number}"
         try:
@@ -156,6 +194,7 @@ def lead(client: Client, leading: Leading, process: Process) -> tuple[PlannedPro
                 name = f"{process.what} {number}" if len(ways) == 1 else f"{process.what} {number}.{row}"
                 for told, there, frames, speed in process.stretches(way, name):
                     name = told
+                    gone.append(Stretch(source.parts, there, frames, speed))
                     for name, path in _paths(client, leading, told, frames, speed, source.parts[0]):
                         before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
                         program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
@@ -166,7 +205,7 @@ def lead(client: Client, leading: Leading, process: Process) -> tuple[PlannedPro
                         measures.append(_measure(name, there.length if name == told else path.length, path))
         except VirtualRobotError as error:
             raise _at(source.item, name, error) from None
-    return PlannedProcess(program, tuple(measures)), working
+    return Led(program, tuple(measures), working, tuple(gone))
 
 
 def _paths(
