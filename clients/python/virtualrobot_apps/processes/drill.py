@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from virtualrobot import Client, Program, ToolPath
 
@@ -34,11 +34,8 @@ class Drill:
         yield name, way, frames, self.drill.speed
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
-        """Add a way into a hole to a program, with the spindle, and return how long that turns (s).
-
-        It turns until the drill is out again.
-        """
-        return self.spindle.along(program, path, name)
+        """Add a way into a hole to a program, with the spindle, which turns on; return how long that takes (s)."""
+        return self.spindle.on_along(program, path, name)
 
 
 def read_drill(item: Item) -> Drill:
@@ -57,13 +54,14 @@ def read_drill(item: Item) -> Drill:
             raise given["spots"].error("a hole has a `depth` in m above 0")
         if drill.approach <= depth:
             raise given["spots"].error(
-                f"a hole {depth:g} m deep is left by more than that: give an `approach` above it, not {drill.approach:g}"
+                f"a hole {depth:g} m deep is left by more than that: give a longer `approach` than {drill.approach:g} m"
             )
-    return Drill(drill, read_switch(fields.get("spindle")))
+    return Drill(replace(drill, straight=True), read_switch(fields.get("spindle")))
 
 
 def plan(client: Client, item: Item) -> PlannedProcess:
     """Return the plan of drilling that a file describes, in the cell as it is; raises what `lead` raises."""
     work = read_drill(item)
     led = lead(client, work.drill, work)
+    work.spindle.off(led.program)
     return led.with_measures(f"{len(led.stretches)} ways into holes, drilling for {led.seconds:.2f} s")

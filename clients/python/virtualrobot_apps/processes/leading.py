@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from virtualrobot import Client, Program, Robot, ToolPath, pose
+from virtualrobot import Client, Move, Program, Robot, ToolPath, pose
 from virtualrobot.errors import InvalidArgumentError, UnreachableError, VirtualRobotError
 
 from virtualrobot_apps.cell_io.yaml_file import Item
@@ -38,6 +38,7 @@ class Leading:
         approach: how far before a way, against z, the tool comes from and goes to.
         density: of the ways.
         split: whether a way that can't be gone at once is gone in parts.
+        straight: whether the tool comes and goes on lines; else joints go evenly, which is nearly that.
     """
 
     robot: str
@@ -52,6 +53,7 @@ class Leading:
     approach: float = 0.05
     density: Density = field(default_factory=Density)
     split: bool = False
+    straight: bool = False
 
     def frames(self, way: Way) -> Floats:
         """Return the frames (n, 4, 4) of the tool along a way; raises InvalidArgumentError for what these refuse."""
@@ -198,9 +200,9 @@ def lead(client: Client, leading: Leading, process: Process) -> Led:
                     for name, path in _paths(client, leading, told, frames, speed, source.parts[0]):
                         before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
                         program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
-                        program.move(robot.ptp(path.start_joints))
+                        program.move(_straight(robot, path.start_joints, leading))
                         working += process.along(program, path, name)
-                        program.move(robot.ptp(behind))
+                        program.move(_straight(robot, behind, leading))
                         here = behind
                         measures.append(_measure(name, there.length if name == told else path.length, path))
         except VirtualRobotError as error:
@@ -247,6 +249,13 @@ def _before(robot: Robot, approach: float, path: ToolPath, row: int) -> dict[str
             f"{found.explanation}; give another `approach`"
         )
     return dict(zip(found.joint_names, found.solutions[0].tolist(), strict=True))
+
+
+def _straight(robot: Robot, joints: dict[str, float], leading: Leading) -> Move:
+    """Return the move to a posture on a way that a tool comes or goes by."""
+    if not leading.straight:
+        return robot.ptp(joints)
+    return robot.linear(robot.solve_forward(joints).world_t_tcp)
 
 
 def _at(item: Item, name: str, error: VirtualRobotError) -> VirtualRobotError:

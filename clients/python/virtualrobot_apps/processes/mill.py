@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from virtualrobot import Client, Program, ToolPath
@@ -39,8 +39,8 @@ class Mill:
         yield name, way, frames, min(next(self.feeds), self.cutter.speed)
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
-        """Add a cut to a program, with the spindle, and return how long that turns (s)."""
-        return self.spindle.along(program, path, name)
+        """Add a cut to a program, with the spindle, which turns on; return how long that takes (s)."""
+        return self.spindle.on_along(program, path, name)
 
 
 def read_mill(item: Item) -> Mill:
@@ -61,11 +61,12 @@ def read_mill(item: Item) -> Mill:
             if np.isnan(cut.feeds).any():
                 raise given["gcode"].error(f"{file}:{cut.line}: this cut has no feed: give F, in mm/min")
             feeds.append(float(cut.feeds.min()))
-    return Mill(cutter, iter(feeds), read_switch(fields.get("spindle")))
+    return Mill(replace(cutter, straight=True), iter(feeds), read_switch(fields.get("spindle")))
 
 
 def plan(client: Client, item: Item) -> PlannedProcess:
     """Return the plan of milling that a file describes, in the cell as it is; raises what `lead` raises."""
     work = read_mill(item)
     led = lead(client, work.cutter, work)
-    return led.with_measures(f"the spindle turns for {led.seconds:.2f} s")
+    work.spindle.off(led.program)
+    return led.with_measures(f"cutting for {led.seconds:.2f} s")

@@ -30,6 +30,12 @@ class Switch:
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a tool path to a program, with the signal, and return how long that is on (s)."""
+        working = self.on_along(program, path, name)
+        self.off(program)
+        return working
+
+    def on_along(self, program: Program, path: ToolPath, name: str) -> float:
+        """Add a tool path to a program, with the signal, which stays on; return how long that takes (s)."""
         if self.signal is not None:
             program.set(self.signal, self.value)
         if self.start_seconds:
@@ -37,9 +43,12 @@ class Switch:
         program.call(path.program, name)
         if self.end_seconds:
             program.dwell(self.end_seconds)
+        return path.duration + self.start_seconds + self.end_seconds
+
+    def off(self, program: Program) -> None:
+        """Add to a program that the signal is off from here on."""
         if self.signal is not None:
             program.set(self.signal, False if self.value is True else 0.0)
-        return path.duration + self.start_seconds + self.end_seconds
 
 
 def read_switch(item: Item | None) -> Switch:

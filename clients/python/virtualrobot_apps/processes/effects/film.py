@@ -2,8 +2,8 @@
 
 A gun's jet is a cone. In a plane across it the paint falls on a disc, as a parabola over its diameter: most in the
 middle, nothing at the rim. Where a triangle is nearer or farther than the standoff, the disc is as much smaller or
-larger, and a triangle at a slant takes as much less as it is slanted against the ray: so all that leaves the gun arrives
-somewhere. What is behind the surface seen from the gun gets none; what stands in the way of something else is not looked at.
+larger, and a triangle at a slant takes as much less as it is slanted against the ray: so all that leaves the gun
+arrives somewhere. What faces away from the gun gets none; what stands in the way of something else is not looked at.
 """
 
 from __future__ import annotations

@@ -34,8 +34,8 @@ def spots(
         raise InvalidArgumentError("places of spots must be finite, and normals, which have a length")
     if not (clear > 0.0 and depth >= 0.0 and pecks >= 1 and np.isfinite(clear + depth)):
         raise InvalidArgumentError(
-            f"spots are gone to from {clear:g} m above them to {depth:g} m below in {pecks} pecks; these must be above 0, "
-            "at least 0, and at least 1"
+            f"spots are gone to from {clear:g} m above them to {depth:g} m below in {pecks} pecks; these must be above "
+            "0, at least 0, and at least 1"
         )
     if pecks > 1 and depth == 0.0:
         raise InvalidArgumentError("pecks go deeper and deeper: give a depth above 0")
