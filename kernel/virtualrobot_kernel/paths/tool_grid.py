@@ -87,7 +87,8 @@ def grid_of(tolerances: Tolerances, steps: Floats, rungs: int) -> Grid:
     reached = places[:, None] + offsets
     inside = ((reached >= 0) & (reached < counts) | endless).all(axis=2)
     rows = np.ravel_multi_index(tuple(np.moveaxis(reached % counts, 2, 0)), tuple(counts.tolist()))
-    scale = np.where(endless, np.pi, np.where(width > 0.0, width, 1.0))
+    # Where any turn will do none is wished, and neither is a place of a joint within its limits.
+    scale = np.where(endless | (width <= 0.0) | (np.arange(len(steps)) > 5), np.inf, width)
     return Grid(
         values,
         np.where(inside, rows, -1),
@@ -131,6 +132,21 @@ def laid_out(path: FramePath, freedom: Tolerances, steps: Floats, pace: Floats) 
         least = max(needed, 1.05 * least)
 
 
+def smoothed(values: Floats, freedom: Tolerances, stiffness: float) -> Floats:
+    """Return free values (n + 2, f) that are near to others (n, f), the smoother the stiffer, within their bounds.
+
+    They are one more at either end, as they go on there. Endless ones go on beyond a turn.
+    """
+    endless, found = freedom.endless, values.copy()
+    found[:, endless] = np.unwrap(found[:, endless], axis=0)
+    if stiffness:
+        third = np.diff(np.eye(len(found)), 3, axis=0)
+        found = np.linalg.solve(np.eye(len(found)) + stiffness * third.T @ third, found)
+    found = np.where(endless, found, np.clip(found, *freedom.bounds))
+    found = np.concatenate([2.0 * found[:1] - found[1:2], found, 2.0 * found[-1:] - found[-2:-1]])
+    return np.where(endless, found, np.clip(found, *freedom.bounds))
+
+
 class Ladder:
     """Postures of an arm on all rungs of a tool path, and the search among those that are not blocked."""
 
@@ -170,6 +186,10 @@ class Ladder:
             *(grid.neighbours, grid.changes, grid.wish, back, way, joints),
         )
         return reached, way, joints
+
+    def smoothed(self, way: Integers, stiffness: float) -> Floats:
+        """Return the free values (n + 2, 6 + f) of a way, smoothed, and as they go on at its ends; within bounds."""
+        return smoothed(self.grid.values[way[:, 0]], self.freedom, stiffness)
 
     def around(self, combination: int, reach: int) -> Integers:
         """Return the combinations that are up to `reach` steps of free values from one, with itself."""

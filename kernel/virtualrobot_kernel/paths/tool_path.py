@@ -46,9 +46,10 @@ Integers = NDArray[np.int64]
 JOB = f"{__name__}:find_tool_path"
 """Name of the search as a job. The kernel gets it from here, so that it compiles the ladder at its start."""
 
-STIFFNESS = 1e3, 10.0, 0.0
+STIFFNESS = 1e6, 1e3, 10.0, 0.0
 """Weights of the squared third differences of free values against the squares of how far they are off those found, one
-after the other where what a stiffer one makes can't be done."""
+after the other where what a stiffer one makes can't be done. The first one halves waves of 60 rungs: a value that goes
+evenly, as round a circle, beats with the steps of the grid in waves that are too long for the second one."""
 
 RAMPS = 6
 """Number of times that the acceleration to the tool's speed is halved where joints can't follow it."""
@@ -133,7 +134,7 @@ class _Search:
             if not self._touches(way, joints):
                 for stiffness in STIFFNESS:
                     try:
-                        return self._motion(self._freedoms(way, stiffness), way, joints)
+                        return self._motion(self._ladder.smoothed(way, stiffness), way, joints)
                     except KernelError as error:
                         if error.reason not in _RETRIED:
                             raise
@@ -195,19 +196,6 @@ class _Search:
         self._failures[rung] += 1
         self._failed[rung] = error
         self._ladder.block(rung, int(way[rung, 0]), int(way[rung, 1]), reach)
-
-    def _freedoms(self, way: Integers, stiffness: float) -> Floats:
-        """Return the free values (n + 2, f) of a way, smoothed, and as they go on at its ends; within tolerances."""
-        values = self._ladder.grid.values[way[:, 0]]
-        tolerances = self._ladder.freedom
-        endless = tolerances.endless
-        values[:, endless] = np.unwrap(values[:, endless], axis=0)
-        if stiffness:
-            third = np.diff(np.eye(len(values)), 3, axis=0)
-            values = np.linalg.solve(np.eye(len(values)) + stiffness * third.T @ third, values)
-        values = np.where(endless, values, np.clip(values, *tolerances.bounds))
-        values = np.concatenate([2.0 * values[:1] - values[1:2], values, 2.0 * values[-1:] - values[-2:-1]])
-        return np.where(endless, values, np.clip(values, *tolerances.bounds))
 
     def _motion(self, freedoms: Floats, way: Integers, joints: Floats) -> dict[str, Any]:
         """Return the motion along the path with free values (n + 2, f); raise KernelError with the fraction."""

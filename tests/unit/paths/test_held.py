@@ -11,7 +11,7 @@ from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.paths.closed_forms import Carriers, LedArm, led_arm
 from virtualrobot_kernel.paths.held import HeldPath
-from virtualrobot_kernel.paths.tool_grid import FEWEST_RUNGS, freedom_of, grid_of, laid_out, rungs_of
+from virtualrobot_kernel.paths.tool_grid import FEWEST_RUNGS, freedom_of, grid_of, laid_out, rungs_of, smoothed
 from virtualrobot_kernel.paths.tool_path import ChainKinematics
 from virtualrobot_kernel.paths.tool_query import Tolerances
 from virtualrobot_kernel.paths.tool_reasons import Places
@@ -187,3 +187,42 @@ def test_each_free_joint_has_the_time_for_a_step_of_its_values(speed: float) -> 
     widest = max(np.diff(np.unique(column)).max() for column in grid.values[:, 6:].T)
     assert len(rungs) * len(grid.values) <= 60_000
     assert len(rungs) <= FEWEST_RUNGS or widest * speed / 1.5 <= 1.05 * apart
+
+
+@pytest.mark.parametrize("turn", [2.0 * np.pi, 4.0 * np.pi], ids=["once", "twice"])
+def test_free_values_round_a_circle_go_as_evenly_as_the_circle_does(turn: float) -> None:
+    """With x along the way and a tool that stands still it is a ramp, of which the ladder has steps of ten degrees.
+
+    The ramp beats with these steps; what is left of that is 2% of its slope, and a tenth of the bends.
+    """
+    step = np.radians(10.0)
+    ramp = np.linspace(0.0, -turn, int(turn / 0.1) + 1)
+    stairs = step * np.round(ramp / step)
+    wrapped = np.zeros((len(ramp), 6))
+    wrapped[:, 5] = stairs - 2.0 * np.pi * np.round(stairs / (2.0 * np.pi))
+    free = Tolerances(np.zeros((2, 6)), np.arange(6) == 5)
+    soft, stiff = (smoothed(wrapped, free, stiffness)[1:-1, 5] for stiffness in (1e3, 1e6))
+    np.testing.assert_allclose(stiff, ramp, atol=0.5 * step)
+    inner = np.s_[8:-8]
+    assert np.abs(np.diff(stiff, 2)[inner]).max() < 0.1 * np.abs(np.diff(soft, 2)[inner]).max()
+    assert np.abs(np.diff(stiff)[inner] + turn / (len(ramp) - 1)).max() < 0.02 * 0.1
+
+
+def test_smoothed_values_stay_within_their_bounds_and_others_as_they_are() -> None:
+    values = np.zeros((20, 6))
+    values[:, 3] = np.where(np.arange(20) < 10, -0.2, 0.2)
+    bounds = np.zeros((2, 6))
+    bounds[:, 3] = -0.2, 0.2
+    found = smoothed(values, Tolerances(bounds, np.zeros(6, np.bool_)), 10.0)
+    assert found.shape == (22, 6) and np.abs(found[:, 3]).max() <= 0.2 and not found[:, [0, 1, 2, 4, 5]].any()
+    assert np.abs(np.diff(found[:, 3])).max() < 0.2
+    np.testing.assert_array_equal(smoothed(values, Tolerances(bounds, np.zeros(6, np.bool_)), 0.0)[1:-1], values)
+
+
+def test_no_turn_is_wished_where_any_will_do() -> None:
+    bounds = np.zeros((2, 6))
+    bounds[:, 3] = -0.2, 0.2
+    grid = grid_of(Tolerances(bounds, np.arange(6) == 5), np.append(np.full(3, 0.002), np.full(3, 0.1)), 20)
+    for tilt in np.unique(grid.values[:, 3]):
+        same = grid.wish[grid.values[:, 3] == tilt]
+        assert np.ptp(same) == 0.0 and (same[0] == 0.0) == (abs(tilt) < 1e-12)
