@@ -1,7 +1,7 @@
 """Descartes of ROS-Industrial on an IRB 2400, from the package tesseract-robotics of PyPI (Apache; not in the extra).
 
-`pip install tesseract-robotics` (Python 3.8 to 3.11); where it is not there the rows say so. Its example robot is in the
-folder that TESSERACT_SUPPORT_DIR names: https://github.com/tesseract-robotics/tesseract, `tesseract_support`.
+`pip install tesseract-robotics` (Python 3.8 to 3.11); where it is not there the rows say so. Its example robot is in
+the folder that TESSERACT_SUPPORT_DIR names: https://github.com/tesseract-robotics/tesseract, `tesseract_support`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Tool paths of an IRB 2400 on seams of a tee of two pipes: the search against Descartes, and what is found.
 
-Descartes is no package of PyPI by itself; `tesseract-robotics` of PyPI has it (`tool_path_peers`). It knows no speeds: what
-it finds may jump from frame to frame, which is told beside how long it takes.
+Descartes is no package of PyPI by itself; `tesseract-robotics` of PyPI has it (`tool_path_peers`). It knows no speeds:
+what it finds may jump from frame to frame, which is told beside how long it takes.
 """
 
 from __future__ import annotations

@@ -9,6 +9,7 @@ from typing import Protocol
 import numpy as np
 from virtualrobot import Client, Move, Program, Robot, ToolPath, pose
 from virtualrobot.errors import InvalidArgumentError, UnreachableError, VirtualRobotError
+from virtualrobot.motions.paths import ToolPathOptions
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
@@ -18,7 +19,7 @@ from virtualrobot_apps.processes.sources.frames import STEEPEST, heading_frames,
 
 MOST_FRAMES = 1001
 """Frames of a tool path at most (docs/tool-paths.md)."""
-FIELDS = ("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step", "split")
+FIELDS = ("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step", "split", "external")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +38,7 @@ class Leading:
         tolerance: of the tool path, by axis.
         approach: how far before a way, against z, the tool comes from and goes to.
         density: of the ways.
+        external: the names of robots that move along, as a rail or a positioner does.
         split: whether a way that can't be gone at once is gone in parts.
         straight: whether the tool comes and goes on lines; else joints go evenly, which is nearly that.
     """
@@ -52,6 +54,7 @@ class Leading:
     tolerance: dict[str, float | tuple[float, float] | str] = field(default_factory=dict)
     approach: float = 0.05
     density: Density = field(default_factory=Density)
+    external: tuple[str, ...] = ()
     split: bool = False
     straight: bool = False
 
@@ -135,6 +138,7 @@ def read_leading(fields: dict[str, Item], sources: Item, tool: Item | None) -> L
         fields["speed"].number(1e-5, 10.0),
         tolerance=_tolerance(fields.get("tolerance")),
         density=Density(**density),
+        external=tuple(one.text() for one in fields["external"].items()) if "external" in fields else (),
         split="split" in fields and fields["split"].boolean(),
         **found,  # pyright: ignore[reportArgumentType] each by its name
     )
@@ -199,10 +203,14 @@ def lead(client: Client, leading: Leading, process: Process) -> Led:
                     gone.append(Stretch(source.parts, there, frames, speed))
                     for name, path in _paths(client, leading, told, frames, speed, source.parts[0]):
                         before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
-                        program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
-                        program.move(_straight(robot, path.start_joints, leading))
+                        if path.external:
+                            # A free path is looked for where all else stands as it does now.
+                            program.move(robot.ptp(before), *_external(client, path))
+                        else:
+                            program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
+                        program.move(_straight(client, robot, path.start_joints, leading))
                         working += process.along(program, path, name)
-                        program.move(_straight(robot, behind, leading))
+                        program.move(_straight(client, robot, behind, leading))
                         here = behind
                         measures.append(_measure(name, there.length if name == told else path.length, path))
         except VirtualRobotError as error:
@@ -214,7 +222,7 @@ def _paths(
     client: Client, leading: Leading, name: str, frames: Floats, speed: float, reference: str
 ) -> list[tuple[str, ToolPath]]:
     """Return the tool paths along frames (n, 4, 4), by their names: one, or the fewest where they may be split."""
-    led = {"tolerance": leading.tolerance, "reference": reference}
+    led: ToolPathOptions = {"tolerance": leading.tolerance, "reference": reference, "external": leading.external}
     if not leading.split:
         return [(name, client.paths.find_tool_path(leading.robot, frames, speed, **led))]
     parts = client.paths.find_tool_path_parts(leading.robot, frames, speed, **led)
@@ -251,11 +259,17 @@ def _before(robot: Robot, approach: float, path: ToolPath, row: int) -> dict[str
     return dict(zip(found.joint_names, found.solutions[0].tolist(), strict=True))
 
 
-def _straight(robot: Robot, joints: dict[str, float], leading: Leading) -> Move:
-    """Return the move to a posture on a way that a tool comes or goes by."""
+def _external(client: Client, path: ToolPath) -> list[Move]:
+    """Return the moves of robots that move along to where a path begins."""
+    return [client.robot(name).ptp(motion.start_joints) for name, motion in path.external.items()]
+
+
+def _straight(client: Client, robot: Robot, joints: dict[str, float], leading: Leading) -> Move:
+    """Return the move to a posture on a way that a tool comes or goes by; a line is in the frame of the robot."""
     if not leading.straight:
         return robot.ptp(joints)
-    return robot.linear(robot.solve_forward(joints).world_t_tcp)
+    world_t_robot = client.scene[robot.name].pose
+    return robot.linear(np.linalg.inv(world_t_robot) @ robot.solve_forward(joints).world_t_tcp, reference=robot.name)
 
 
 def _at(item: Item, name: str, error: VirtualRobotError) -> VirtualRobotError:
