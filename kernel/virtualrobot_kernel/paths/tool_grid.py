@@ -32,6 +32,9 @@ STEPS = np.array([2e-3] * 3 + [np.radians(10.0)] * 3)
 HELD_STEPS = (0.05, float(np.radians(10.0)))
 """The same of a joint that is free, in m and in rad."""
 
+ROOM = 4.0
+"""By how much longer a joint that is free has for a step of its values than it needs: the others make up for it."""
+
 FEWEST, MOST = 3, 36
 """Number of values of a tolerance with ends at least, and of any at the most."""
 
@@ -153,7 +156,8 @@ class Ladder:
     def __init__(self, query: ToolPathQuery, path: FramePath, arm: LedArm, velocity: Floats) -> None:
         """Solve all rungs for an arm by its closed form; its joints have greatest velocities (k,) in rad/s or m/s."""
         self.freedom, steps = freedom_of(query.tolerances, arm)
-        self.rungs, self.grid = laid_out(path, self.freedom, steps, query.velocity / (SHARE * velocity[arm.free]))
+        pace = ROOM * query.velocity / (SHARE * velocity[arm.free])
+        self.rungs, self.grid = laid_out(path, self.freedom, steps, pace)
         self._limits, self.turning = np.stack([query.lower, query.upper]), arm.turns
         offsets = np.array([frame_t_tool(one[:6]) for one in self.grid.values]) @ inverse(query.tip_t_tcp)
         frames = np.array([path.pose(float(s)) for s in self.rungs])
