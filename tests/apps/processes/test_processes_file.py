@@ -10,6 +10,7 @@ import pytest
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError
 from virtualrobot_apps.cell_io.yaml_file import Item, parse
 from virtualrobot_apps.curves.way import Way
+from virtualrobot_apps.processes.cut import read_cut
 from virtualrobot_apps.processes.dispense import Bead, read_dispense
 from virtualrobot_apps.processes.drill import read_drill
 from virtualrobot_apps.processes.grind import read_grind
@@ -107,6 +108,20 @@ def test_dispensing_lays_a_bead_that_does_not_run_into_itself() -> None:
     bend = np.stack([0.001 * np.cos(angles), 0.001 * np.sin(angles), 0.0 * angles], axis=1)
     with pytest.raises(InvalidArgumentError, match="a bead 4 mm wide would run into itself"):
         list(work.stretches(Way(bend, np.tile([[0.0, 0.0, 1.0]], (40, 1, 1))), "bead 1"))
+
+
+def test_a_cut_is_half_a_kerf_beside_its_way() -> None:
+    """On the left seen from outside and along it, which is +y of a way to +x; a hole as narrow as the kerf can't be."""
+    text = f"cuts: [{LINE}]\nkerf: 0.002\nside: left\nbeam: {{signal: laser, start_seconds: 0.5}}\n"
+    work = read_cut(read(text))
+    (way,) = ways(work.head)
+    ((_, _, frames, _),) = work.stretches(way, "cut 1")
+    np.testing.assert_allclose(frames[:, 1, 3], 0.001, atol=1e-12)
+    assert written(work)[0][:2] == [("set", "laser", True), ("dwell", 0.5)]
+    angles = np.linspace(0.0, 6.0, 60)
+    hole = np.stack([0.0008 * np.cos(angles), 0.0008 * np.sin(angles), 0.0 * angles], axis=1)
+    with pytest.raises(InvalidArgumentError, match="the way bends closer than 1 mm"):
+        list(work.stretches(Way(hole, np.tile([[0.0, 0.0, 1.0]], (60, 1, 1))), "cut 1"))
 
 
 def test_grinding_goes_to_and_fro_and_presses() -> None:
@@ -214,6 +229,8 @@ def test_spots_without_sense_are_refused(options: dict[str, Any], words: str) ->
             f"ways: [{LINE}]\nbead: {{width: 0.002, height: 0.004}}",
             "6: bead.height: a bead 0.002 m wide",
         ),
+        (read_cut, f"cuts: [{LINE}]\nside: left", "give `kerf` in m"),
+        (read_cut, f"cuts: [{LINE}]\nkerf: 0.001\nside: up", "'up' is not known"),
         (read_dispense, f"ways: [{LINE}]", "the field 'bead' is missing"),
         (read_grind, f"ways: [{LINE}]\nstiffness: 100", "give that, too"),
         (read_grind, f"ways: [{LINE}]\npress: 0.001\ntool: {{standoff: 0.1}}", "leave one of both out"),

@@ -46,6 +46,7 @@ from virtualrobot.collisions.watch import CollisionReport as CollisionReport
 from virtualrobot.connection import KernelInfo as KernelInfo
 from virtualrobot.drivers import DriverJoint as DriverJoint
 from virtualrobot.drivers import DriverStatus as DriverStatus
+from virtualrobot.errors import VirtualRobotError as VirtualRobotError
 from virtualrobot.files.assets import Upload as Upload
 from virtualrobot.files.scene_files import Export as Export
 from virtualrobot.files.scene_files import FileWarning as FileWarning
@@ -82,7 +83,6 @@ from virtualrobot.motions.steps import NodeNamed as NodeNamed
 from virtualrobot.motions.steps import Pattern as Pattern
 from virtualrobot.motions.steps import PickAtOptions as PickAtOptions
 from virtualrobot.motions.steps import PlaceAtOptions as PlaceAtOptions
-from virtualrobot.motions.tool_path_parts import ToolPathPart as ToolPathPart
 from virtualrobot.motions.tool_paths import ExternalMotion as ExternalMotion
 from virtualrobot.motions.tool_paths import Floats as Floats
 from virtualrobot.motions.tool_paths import ToolPathProgress as ToolPathProgress
@@ -625,6 +625,13 @@ class Program(Face):
         """The program as its file says it (JSON, which is YAML too); `Client.program` takes it."""
     def __len__(self) -> int:
         """Return the number of steps."""
+
+class ToolPathPart(Face):
+    """Part of a tool path, from one of its frames to another."""
+    first: int
+    last: int
+    path: ToolPath | None
+    refusal: VirtualRobotError | None
 
 class ToolPath(Face):
     """A way of an arm that leads its tool along n frames and touches nothing that it may not."""
