@@ -71,6 +71,25 @@ def test_what_faces_away_and_what_is_behind_the_gun_gets_none() -> None:
     assert (away.mean, away.spread, away.thinner(1.0)) == (0.0, 0.0, 0.0)
 
 
+def test_what_is_behind_something_gets_none() -> None:
+    """A block of 20 mm, 50 mm over a plate, before a gun that stands 250 mm over it: its shadow is 250 / 190 as wide.
+
+    Its upper face is 60 mm up. Rays go to middles of triangles, so that the shadow's rim is a triangle wide.
+    """
+    block = trimesh.creation.box((0.02, 0.02, 0.01))
+    block.apply_translation([0.0, 0.0, 0.06])
+    under = plate(0.2, 0.002)
+    both = trimesh.util.concatenate([under, block])
+    frames = np.array([pose(x, 0.0, 0.255, roll=np.pi) for x in (-1e-6, 1e-6)])
+    thickness = sprayed(both, [(frames, SPEED)], JET).thickness[: len(under.faces)]
+    reach = np.abs(under.triangles_center[:, :2]).max(axis=1)
+    # The nearer face throws the wider shadow: the upper one, 190 mm from the nozzle.
+    edge = 0.01 * 0.25 / 0.19
+    assert not thickness[reach < edge - 1e-4].any()
+    lit = (reach > edge + 2e-3) & (np.linalg.norm(under.triangles_center[:, :2], axis=1) < 0.09)
+    assert lit.any() and (thickness[lit] > 0.0).all()
+
+
 def test_a_jet_without_width_is_refused() -> None:
     with pytest.raises(InvalidArgumentError, match="must be above 0"):
         sprayed(plate(0.1, 0.1), passes(0.1, 0.1), Jet(0.0, 0.25, 1e-6))

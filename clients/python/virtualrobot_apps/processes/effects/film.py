@@ -3,22 +3,26 @@
 A gun's jet is a cone. In a plane across it the paint falls on a disc, as a parabola over its diameter: most in the
 middle, nothing at the rim. Where a triangle is nearer or farther than the standoff, the disc is as much smaller or
 larger, and a triangle at a slant takes as much less as it is slanted against the ray: so all that leaves the gun
-arrives somewhere. What faces away from the gun gets none; what stands in the way of something else is not looked at.
+arrives somewhere. What faces away from the gun gets none, and neither does what is behind something else: a ray goes to
+the middle of each triangle.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.util import find_spec
 from itertools import pairwise
 
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from virtualrobot.errors import InvalidArgumentError
+from virtualrobot.errors import InvalidArgumentError, WrongStateError
 
 Floats = NDArray[np.float64]
 
+GRAZE = 1e-3
+"""Part of a ray's length before its end from which on what is met is what it goes to."""
 SAMPLES = 8
 """Places of a gun on its way while it goes by a radius of its disc."""
 
@@ -92,7 +96,10 @@ def sprayed(mesh: trimesh.Trimesh, passes: list[tuple[Floats, float]], jet: Jet)
 
     Raises:
         InvalidArgumentError: for a jet or speeds that are not above 0.
+        WrongStateError: where embreex, by which rays are traced, is not installed.
     """
+    if find_spec("embreex") is None:
+        raise WrongStateError("films need embreex: pip install 'virtualrobot[processes]'")
     if min(jet.width, jet.standoff, jet.flow, *(speed for _, speed in passes)) <= 0.0:
         raise InvalidArgumentError("width, standoff and flow of a jet, and the speed of a gun, must be above 0")
     centres, normals, areas = mesh.triangles_center, mesh.face_normals, mesh.area_faces
@@ -113,10 +120,22 @@ def sprayed(mesh: trimesh.Trimesh, passes: list[tuple[Floats, float]], jet: Jet)
             radius = slope * np.maximum(depth, 1e-9)
             off = np.linalg.norm(rays - depth[:, None] * place[:3, 2], axis=1) / radius
             hit = (depth > 1e-3 * jet.standoff) & (facing > 0.0) & (off < 1.0)
+            hit[hit] = _is_seen(mesh, place[:3, 3], rays[hit])
             share = 2.0 / (np.pi * radius[hit] ** 2) * (1.0 - off[hit] ** 2)
             # Of a plane across the jet's axis a triangle takes as much more as it faces the ray than that plane does.
             thickness[near[hit]] += jet.flow * time * share * facing[hit] / depth[hit]
     return Film(thickness, areas, volume)
+
+
+def _is_seen(mesh: trimesh.Trimesh, origin: Floats, rays: Floats) -> NDArray[np.bool_]:
+    """Return whether nothing of a mesh is before the ends of rays (m, 3) from an origin: (m,)."""
+    if not len(rays):
+        return np.empty(0, np.bool_)
+    lengths = np.linalg.norm(rays, axis=1)
+    first = mesh.ray.intersects_first(np.tile(origin, (len(rays), 1)), rays / lengths[:, None])
+    normals, corners = mesh.face_normals[first], mesh.triangles[first, 0]
+    share = np.einsum("ij,ij->i", corners - origin, normals) / np.einsum("ij,ij->i", rays, normals)
+    return (first < 0) | (share > 1.0 - GRAZE)
 
 
 def _places(frames: Floats, speed: float, step: float) -> tuple[Floats, Floats]:
