@@ -112,8 +112,12 @@ approach: 0.05
 holes: [{part: plate, spots: {points: [[0, -0.05, 0.01], [0, 0.05, 0.01]], normal: [0, 0, 1], depth: 0.015, pecks: 2}}]
 drill: {heading: [1, 0, 0]}
 spindle: {signal: "on"}
+diameter: 0.008
+length: 0.1
 """
-    points = gone(steps, arm, planned(steps, tmp_path, text))[:, :3, 3]
+    work = planned(steps, tmp_path, text)
+    assert float(work.measures[-2].split()[0]) == pytest.approx(1e6 * 2 * np.pi * 0.004**2 * 0.015, rel=7e-3)
+    points = gone(steps, arm, work)[:, :3, 3]
     inside = points[points[:, 2] < TOP - 1e-4]
     np.testing.assert_allclose(inside[:, 0], 0.55, atol=2e-5)
     np.testing.assert_allclose(np.abs(inside[:, 1]), 0.05, atol=2e-5)

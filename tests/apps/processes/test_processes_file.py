@@ -235,6 +235,7 @@ def test_spots_without_sense_are_refused(options: dict[str, Any], words: str) ->
         (read_grind, f"ways: [{LINE}]\nstiffness: 100", "give that, too"),
         (read_grind, f"ways: [{LINE}]\npress: 0.001\ntool: {{standoff: 0.1}}", "leave one of both out"),
         (read_mill, f"cuts: [{LINE}]\ncutter: {{heading: [1, 0, 0]}}", "cuts are of G-code"),
+        (read_drill, f"holes: [{HOLES}]\ndiameter: 0.01\ndrill: {{heading: [1, 0, 0]}}", "give both, or neither"),
         (read_mill, "cuts: [{part: plate, gcode: a.nc}]\ncutter: {}", "a cutter plunges along itself"),
         (read_drill, f"holes: [{HOLES}]\ndrill: {{}}", "a drill goes along itself"),
         (read_drill, f"holes: [{LINE}]\ndrill: {{heading: [1, 0, 0]}}", "holes are at spots"),

@@ -9,6 +9,7 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
+from virtualrobot_apps.processes.effects.chips import Cutter, measures, read_cutter
 from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.switching import Switch, read_switch
@@ -21,10 +22,12 @@ class Drill:
     Attributes:
         drill: how it is led.
         spindle: the signal that turns it.
+        solid: its size, by which chips are told; None: they are not.
     """
 
     drill: Leading
     spindle: Switch
+    solid: Cutter | None = None
     what: str = "hole"
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
@@ -40,7 +43,9 @@ class Drill:
 
 def read_drill(item: Item) -> Drill:
     """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
-    fields = item.fields((*FIELDS, "holes", "drill", "spindle"), ("robot", "holes", "speed", "drill"))
+    fields = item.fields(
+        (*FIELDS, "holes", "drill", "spindle", "diameter", "length"), ("robot", "holes", "speed", "drill")
+    )
     drill = read_leading(fields, fields["holes"], fields["drill"])
     if drill.heading is None:
         raise fields["drill"].error("a drill goes along itself: give the direction of its x, `heading: [1, 0, 0]`")
@@ -56,7 +61,7 @@ def read_drill(item: Item) -> Drill:
             raise given["spots"].error(
                 f"a hole {depth:g} m deep is left by more than that: give a longer `approach` than {drill.approach:g} m"
             )
-    return Drill(replace(drill, straight=True), read_switch(fields.get("spindle")))
+    return Drill(replace(drill, straight=True), read_switch(fields.get("spindle")), read_cutter(fields))
 
 
 def plan(client: Client, item: Item) -> PlannedProcess:
@@ -64,4 +69,5 @@ def plan(client: Client, item: Item) -> PlannedProcess:
     work = read_drill(item)
     led = lead(client, work.drill, work)
     work.spindle.off(led.program)
-    return led.with_measures(f"{len(led.stretches)} ways into holes, drilling for {led.seconds:.2f} s")
+    told = f"{len(led.stretches)} ways into holes, drilling for {led.seconds:.2f} s"
+    return led.with_measures(*measures(client, led, work.solid), told)

@@ -10,6 +10,7 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item, read_text
 from virtualrobot_apps.curves.way import Floats, Way
+from virtualrobot_apps.processes.effects.chips import Cutter, measures, read_cutter
 from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.source import beside
@@ -25,11 +26,13 @@ class Mill:
         cutter: how it is led; its speed is the fastest that it goes.
         feeds: the feed (m/s) of each cut, in their order: the least that the G-code gives on it.
         spindle: the signal that turns it.
+        solid: its size, by which chips are told; None: they are not.
     """
 
     cutter: Leading
     feeds: Iterator[float]
     spindle: Switch
+    solid: Cutter | None = None
     what: str = "cut"
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
@@ -45,7 +48,9 @@ class Mill:
 
 def read_mill(item: Item) -> Mill:
     """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
-    fields = item.fields((*FIELDS, "cuts", "cutter", "spindle"), ("robot", "cuts", "speed", "cutter"))
+    fields = item.fields(
+        (*FIELDS, "cuts", "cutter", "spindle", "diameter", "length"), ("robot", "cuts", "speed", "cutter")
+    )
     cutter = read_leading(fields, fields["cuts"], fields["cutter"])
     if cutter.heading is None:
         raise fields["cutter"].error("a cutter plunges along itself: give the direction of its x, `heading: [1, 0, 0]`")
@@ -61,7 +66,7 @@ def read_mill(item: Item) -> Mill:
             if np.isnan(cut.feeds).any():
                 raise given["gcode"].error(f"{file}:{cut.line}: this cut has no feed: give F, in mm/min")
             feeds.append(float(cut.feeds.min()))
-    return Mill(replace(cutter, straight=True), iter(feeds), read_switch(fields.get("spindle")))
+    return Mill(replace(cutter, straight=True), iter(feeds), read_switch(fields.get("spindle")), read_cutter(fields))
 
 
 def plan(client: Client, item: Item) -> PlannedProcess:
@@ -69,4 +74,4 @@ def plan(client: Client, item: Item) -> PlannedProcess:
     work = read_mill(item)
     led = lead(client, work.cutter, work)
     work.spindle.off(led.program)
-    return led.with_measures(f"cutting for {led.seconds:.2f} s")
+    return led.with_measures(*measures(client, led, work.solid), f"cutting for {led.seconds:.2f} s")
