@@ -33,7 +33,7 @@ HELD_STEPS = (0.05, float(np.radians(10.0)))
 """The same of a joint that is free, in m and in rad."""
 
 ROOM = 4.0
-"""By how much longer a joint that is free has for a step of its values than it needs: the others make up for it."""
+"""Factor of the time that a free joint has for a step of its values over what it needs: others make up for it."""
 
 FEWEST, MOST = 3, 36
 """Number of values of a tolerance with ends at least, and of any at the most."""

@@ -15,7 +15,7 @@ from virtualrobot_apps.processes.sources.offsets import offset
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
 SIDES = {"left": 0.5, "middle": 0.0, "right": -0.5}
-"""Where the beam goes beside a way, in parts of the kerf, to the left seen from outside and along it."""
+"""Sides of a way: places of the beam beside it, in parts of the kerf, to the left seen from outside and along it."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -12,7 +12,7 @@ from virtualrobot.geometry import Matrix, quaternion_of
 from virtualrobot_apps.languages.writers.statements import Floats, Zone
 
 BESIDE, TURNED = 5e-5, 1e-3
-"""How far (m), and by what turn (rad), a tool on the lines may be off the motion that they tell."""
+"""Greatest distance (m) and turn (rad) of a tool on the lines from the motion that they tell."""
 CORNER = 0.4
 """Part of the shorter one of two lines that the zone between them takes."""
 STANDS = 1e-6

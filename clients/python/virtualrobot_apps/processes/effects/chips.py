@@ -35,7 +35,7 @@ class Cutter:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Chips:
-    """What cutters leave.
+    """Chips of cutters, and the part without them.
 
     Attributes:
         volume: of the chips (m^3).
