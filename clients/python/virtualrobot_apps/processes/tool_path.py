@@ -38,10 +38,14 @@ class Follow:
         return self.signal.along(program, path, name)
 
 
+def read_follow(item: Item) -> Follow:
+    """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
+    fields = item.fields((*FIELDS, "ways", "tool", "signal"), ("robot", "ways", "speed"))
+    return Follow(read_leading(fields, fields["ways"], fields.get("tool")), read_switch(fields.get("signal")))
+
+
 def plan(client: Client, item: Item) -> PlannedProcess:
     """Return the plan of what a file describes, in the cell as it is; raises what `lead` raises."""
-    fields = item.fields((*FIELDS, "ways", "tool", "signal"), ("robot", "ways", "speed"))
-    tool = read_leading(fields, fields["ways"], fields.get("tool"))
-    follow = Follow(tool, read_switch(fields.get("signal")))
-    led = lead(client, tool, follow)
+    follow = read_follow(item)
+    led = lead(client, follow.tool, follow)
     return led.with_measures(f"on its ways for {led.seconds:.2f} s")
