@@ -177,8 +177,9 @@ signal: "on"
 
 def test_a_positioner_turns_the_part_under_the_tool(steps: Client, tmp_path: Path) -> None:
     """A ring of 90 mm on a plate that the positioner carries: in its frame the tip is on the ring, to 0.01 mm."""
-    steps.load_robot("model://positioner", name="table", pose=virtualrobot.pose(0.6, 0.0, 0.1))
+    steps.load_robot("model://positioner", name="table", pose=virtualrobot.pose(0.6, 0.0, -0.3))
     arm = steps.load_robot("model://ur5e", name="arm")
+    arm.set_positions(np.radians([0.0, -90.0, 90.0, -90.0, -90.0, 0.0]))
     steps.scene.add_frame("ring", parent="table.plate", pose=virtualrobot.pose(z=0.15))
     steps.signals.create("on")
     (tmp_path / "ring.nc").write_text("G21 G90\nG0 X90 Y0\nG3 X-90 Y0 I-90 F1200\nM2\n")
