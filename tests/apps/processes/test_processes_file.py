@@ -174,6 +174,13 @@ def test_spots_are_welded_where_targets_are() -> None:
     assert seconds == 0.4
 
 
+def test_a_way_may_be_split_and_robots_move_along() -> None:
+    tool = read_grind(read(f"ways: [{LINE}]\nsplit: true\nexternal: [rail, table]\n"))[0].tool
+    assert tool.split and tool.external == ("rail", "table") and not tool.straight
+    plain = read_grind(read(f"ways: [{LINE}]\n"))[0].tool
+    assert not plain.split and plain.external == ()
+
+
 def test_painting_has_a_jet() -> None:
     text = (
         f"ways: [{LINE}]\ngun: {{standoff: 0.2}}\njet: {{width: 0.15, flow_millilitres: 4, solids: 0.5}}\ntrigger: t\n"
