@@ -21,6 +21,7 @@ from benchmarks.rows import Row
 RESULTS = Path(__file__).resolve().parent / "RESULTS.md"
 SUITES = (
     *("rpc", "tick", "setpoints", "kinematics", "closed_form", "arm_angle", "dynamics", "planning", "paths"),
+    "tool_paths",
     *("components", "loading", "rays", "scans", "cameras", "collision"),
     *(
         "collision_batch",

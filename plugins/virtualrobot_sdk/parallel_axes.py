@@ -13,7 +13,7 @@ import numpy as np
 
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import REVOLUTE, Floats, SerialChain
-from virtualrobot_sdk.reference import chain_frames
+from virtualrobot_sdk.subproblems import angle_about, axes_of, crossing, turned
 
 ANGLE, LENGTH = 1e-4, 2e-5
 """Axes that are parallel, at a right angle (rad) or meet (m) up to this are meant to: model files round."""
@@ -23,7 +23,7 @@ def has_parallel_axes(chain: SerialChain) -> bool:
     """Return whether axes 2, 3 and 4 of an arm of six turning joints are parallel."""
     if len(chain.joint_type) != 6 or (chain.joint_type != REVOLUTE).any() or len(chain.joint_names) != 6:
         return False
-    h = _axes(chain)[0]
+    h = axes_of(chain)[0]
     return all(float(np.linalg.norm(np.cross(h[1], one))) <= ANGLE for one in h[2:4])
 
 
@@ -35,7 +35,7 @@ class ParallelAxes:
         names = chain.joint_names
         if not np.array_equal(chain.q_index, np.arange(6)) or (chain.multiplier != 1.0).any() or chain.offset.any():
             raise ArgumentError("a closed form is known for joints that turn, each by a coordinate of its own")
-        self._h, self._p, base_t_tip = _axes(chain)
+        self._h, self._p, base_t_tip = axes_of(chain)
         h, p = self._h, self._p
         if abs(h[0] @ h[1]) > ANGLE:
             raise ArgumentError(f"the axis of {names[1]!r} must be at a right angle to that of {names[0]!r}")
@@ -65,47 +65,23 @@ class ParallelAxes:
         at = (tips[:, :3, 3] + tips[:, :3, :3] @ self._within - p[0])[:, None, None, None]
         senses = np.array([1.0, -1.0])
         with np.errstate(invalid="ignore", divide="ignore"):
-            q1 = _crossing(at @ k, at @ np.cross(h[0], k), (self._meet - p[0]) @ k, senses[:, None, None])
-            axis6 = _turned(h[0], -q1, turn @ h[5])
+            q1 = crossing(at @ k, at @ np.cross(h[0], k), (self._meet - p[0]) @ k, senses[:, None, None])
+            axis6 = turned(h[0], -q1, turn @ h[5])
             along = float(k @ h[4]) * float(h[4] @ h[5])
             even, odd = float(k @ h[5]) - along, float(k @ np.cross(h[4], h[5]))
-            q5 = _crossing(np.array(even), np.array(odd), axis6 @ k - along, senses)
-            tilted = _turned(h[4], q5, h[5])
-            q234 = _angle(k, tilted, axis6)
+            q5 = crossing(np.array(even), np.array(odd), axis6 @ k - along, senses)
+            tilted = turned(h[4], q5, h[5])
+            q234 = angle_about(k, tilted, axis6)
             mark = h[4] - float(h[4] @ h[5]) * h[5]
-            seen = _turned(h[4], -q5, _turned(k, -q234, _turned(h[0], -q1, turn @ mark)))
-            q6 = _angle(h[5], mark, seen)
-            place = _turned(h[0], -q1, at) + p[0] + _turned(k, q234, p[3] - self._meet)
+            seen = turned(h[4], -q5, turned(k, -q234, turned(h[0], -q1, turn @ mark)))
+            q6 = angle_about(h[5], mark, seen)
+            place = turned(h[0], -q1, at) + p[0] + turned(k, q234, p[3] - self._meet)
             upper, fore, reach = (one - (one @ k)[..., None] * k for one in (p[2] - p[1], p[3] - p[2], place - p[1]))
             level = 0.5 * (np.sum(reach**2, axis=-1) - upper @ upper - fore @ fore)
-            bend = _crossing(upper @ fore, upper @ np.cross(k, fore), level, senses[:, None])
-            q2 = _angle(k, upper + _turned(k, bend, fore), reach)
+            bend = crossing(upper @ fore, upper @ np.cross(k, fore), level, senses[:, None])
+            q2 = angle_about(k, upper + turned(k, bend, fore), reach)
         q3, q4 = (float(np.sign(one @ k)) * angle for one, angle in ((h[2], bend), (h[3], q234 - q2 - bend)))
         found = np.stack(np.broadcast_arrays(q1, q2, q3, q4, q5, q6), axis=-1).reshape(len(tips), 8, 6)
         found = np.where(np.isfinite(found).all(axis=2, keepdims=True), found, np.nan)
         clear = np.broadcast_to(odd * np.cos(q5) - even * np.sin(q5), (len(tips), 2, 2, 2)).reshape(-1, 8)
         return found - 2.0 * np.pi * np.round(found / (2.0 * np.pi)), np.where(np.isfinite(found[..., 0]), clear, 0.0)
-
-
-def _axes(chain: SerialChain) -> tuple[Floats, Floats, Floats]:
-    """Return directions and points (6, 3) of an arm's axes at position 0, and the pose (4, 4) of its tip there."""
-    frames = chain_frames(chain, np.zeros(6))
-    return np.einsum("nij,nj->ni", frames[:6, :3, :3], chain.axis), frames[:6, :3, 3], frames[6]
-
-
-def _crossing(a: Floats, b: Floats, c: Floats | float, sense: Floats) -> Floats:
-    """Return q with a cos q + b sin q = c, of two values the one of a sense; NaN where there is none."""
-    part = c / np.hypot(a, b)
-    near = np.where(np.abs(part) < 1.0 + 1e-12, np.clip(part, -1.0, 1.0), np.nan)
-    return np.arctan2(b, a) + sense * np.arccos(near)
-
-
-def _turned(axis: Floats, angle: Floats, v: Floats) -> Floats:
-    """Return vectors (..., 3) turned about a unit axis by angles (...) (Rodrigues' formula)."""
-    sine, cosine = np.sin(angle)[..., None], np.cos(angle)[..., None]
-    return v * cosine + np.cross(axis, v) * sine + axis * ((1.0 - cosine) * np.sum(axis * v, axis=-1)[..., None])
-
-
-def _angle(axis: Floats, a: Floats, b: Floats) -> Floats:
-    """Return the angles (...) about an axis by which what is across it of a turns to that of b."""
-    return np.arctan2(np.cross(a, b) @ axis, np.sum(a * b, axis=-1) - (a @ axis) * (b @ axis))

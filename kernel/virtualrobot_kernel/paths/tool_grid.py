@@ -11,7 +11,7 @@ from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.motion.free_path import FramePath, frame_t_tool
 from virtualrobot_kernel.numeric.ladder import cheapest_way, turns_of
-from virtualrobot_kernel.paths.closed_forms import Postures
+from virtualrobot_kernel.paths.closed_forms import LedArm
 from virtualrobot_kernel.paths.tool_query import Tolerances, ToolPathQuery
 
 Floats = NDArray[np.float64]
@@ -20,11 +20,20 @@ Integers = NDArray[np.int64]
 RUNG, RUNG_TURN, MOST_RUNGS = 0.005, 0.1, 400
 """Distance (m) and turn of the frames (rad) from rung to rung, and about how many there are at the most."""
 
+FEWEST_RUNGS = 9
+"""Number of rungs, but for frames between them, below which none are left out for joints that are slow."""
+
 NEAREST = 0.7
 """Part of that distance by which frames must be apart to be rungs all of them."""
 
-STEPS = (2e-3, np.radians(10.0))
+STEPS = np.array([2e-3] * 3 + [np.radians(10.0)] * 3)
 """Distance of two free values in a row, in m and in rad."""
+
+HELD_STEPS = (0.05, float(np.radians(10.0)))
+"""The same of a joint that is free, in m and in rad."""
+
+ROOM = 4.0
+"""Factor of the time that a free joint has for a step of its values over what it needs: others make up for it."""
 
 FEWEST, MOST = 3, 36
 """Number of values of a tolerance with ends at least, and of any at the most."""
@@ -41,7 +50,7 @@ CHANGE, WISH = 0.05, 0.02
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grid:
-    """Combinations of free values (g, 6), those from which each is reached (g, w), what that costs, and itself."""
+    """Combinations of free values (g, f), those from which each is reached (g, w), what that costs, and itself."""
 
     values: Floats
     neighbours: Integers
@@ -49,16 +58,25 @@ class Grid:
     wish: Floats
 
 
-def grid_of(tolerances: Tolerances, rungs: int) -> Grid:
-    """Return the combinations of what tolerances leave free, fewer where there are many rungs."""
+def freedom_of(tolerances: Tolerances, arm: LedArm) -> tuple[Tolerances, Floats]:
+    """Return bounds (2, 6 + f) of all free values, those of joints within their limits, and steps (6 + f,)."""
+    ends, turns = np.stack([arm.lower, arm.upper]), arm.turns[arm.free]
+    endless = turns & ~np.isfinite(ends).all(axis=0)
+    bounds = np.concatenate([tolerances.bounds, np.where(endless, 0.0, ends)], axis=1)
+    steps = np.where(turns, HELD_STEPS[1], HELD_STEPS[0])
+    return Tolerances(bounds, np.concatenate([tolerances.endless, endless])), np.concatenate([STEPS, steps])
+
+
+def grid_of(tolerances: Tolerances, steps: Floats, rungs: int) -> Grid:
+    """Return the combinations of what tolerances leave free, about steps (f,) apart; fewer for many rungs."""
     bounds, endless = tolerances.bounds, tolerances.endless
     width = bounds[1] - bounds[0]
-    counts = np.ones(6, np.int64)
-    for axis in range(6):
+    counts = np.ones(len(steps), np.int64)
+    for axis, step in enumerate(steps.tolist()):
         if endless[axis]:
             counts[axis] = MOST
         elif width[axis] > 0.0:
-            counts[axis] = np.clip(np.ceil(width[axis] / STEPS[axis > 2]) + 1, FEWEST, MOST)
+            counts[axis] = np.clip(np.ceil(width[axis] / step) + 1, FEWEST, MOST)
     while counts.prod() * rungs > MOST_NODES and counts.max() > FEWEST:
         counts[counts.argmax()] -= 1
     ends = np.where(endless, [[-np.pi], [np.pi]], bounds).T.tolist()
@@ -72,7 +90,8 @@ def grid_of(tolerances: Tolerances, rungs: int) -> Grid:
     reached = places[:, None] + offsets
     inside = ((reached >= 0) & (reached < counts) | endless).all(axis=2)
     rows = np.ravel_multi_index(tuple(np.moveaxis(reached % counts, 2, 0)), tuple(counts.tolist()))
-    scale = np.where(endless, np.pi, np.where(width > 0.0, width, 1.0))
+    # Where any turn will do none is wished, and neither is a place of a joint within its limits.
+    scale = np.where(endless | (width <= 0.0) | (np.arange(len(steps)) > 5), np.inf, width)
     return Grid(
         values,
         np.where(inside, rows, -1),
@@ -81,10 +100,15 @@ def grid_of(tolerances: Tolerances, rungs: int) -> Grid:
     )
 
 
-def rungs_of(path: FramePath) -> Floats:
-    """Return the parameters (n,) of rungs, n >= 4: frames, as far as they are not too near, and places between them."""
+def rungs_of(path: FramePath, least: float = 0.0) -> Floats:
+    """Return the parameters (n,) of rungs, n >= 4: frames, as far as they are not too near, and places between them.
+
+    They are `least` (m) apart, as far as there are enough of them then.
+    """
     turn = RUNG_TURN * path.length / max(path.curve.angle, 1e-9)
-    step = max(min(RUNG, turn, path.length / 8.0), path.length / MOST_RUNGS) / path.length
+    step = (
+        max(min(max(min(RUNG, turn), least), path.length / (FEWEST_RUNGS - 1)), path.length / MOST_RUNGS) / path.length
+    )
     kept = [0.0]
     for place in path.frames[1:-1].tolist():
         if min(place - kept[-1], 1.0 - place) >= NEAREST * step:
@@ -94,29 +118,65 @@ def rungs_of(path: FramePath) -> Floats:
     return np.append(np.concatenate(parts), 1.0)
 
 
+def laid_out(path: FramePath, freedom: Tolerances, steps: Floats, pace: Floats) -> tuple[Floats, Grid]:
+    """Return rungs and combinations, so far apart that each free joint has the time for a step of its values.
+
+    pace (f,): the way (m) on which a free joint goes by one rad, or m. Fewer rungs leave room for more values, so that
+    both are found in turns.
+    """
+    least = 0.0
+    while True:
+        rungs = rungs_of(path, least)
+        grid = grid_of(freedom, steps, len(rungs))
+        apart = [float(np.diff(np.unique(column)).max(initial=0.0)) for column in grid.values[:, 6:].T]
+        needed = float((np.array(apart) * pace).max(initial=0.0))
+        if needed <= least * (1.0 + 1e-9) or len(rungs) <= FEWEST_RUNGS:
+            return rungs, grid
+        least = max(needed, 1.05 * least)
+
+
+def smoothed(values: Floats, freedom: Tolerances, stiffness: float) -> Floats:
+    """Return free values (n + 2, f) that are near to others (n, f), the smoother the stiffer, within their bounds.
+
+    They are one more at either end, as they go on there. Endless ones go on beyond a turn.
+    """
+    endless, found = freedom.endless, values.copy()
+    found[:, endless] = np.unwrap(found[:, endless], axis=0)
+    if stiffness:
+        third = np.diff(np.eye(len(found)), 3, axis=0)
+        found = np.linalg.solve(np.eye(len(found)) + stiffness * third.T @ third, found)
+    found = np.where(endless, found, np.clip(found, *freedom.bounds))
+    found = np.concatenate([2.0 * found[:1] - found[1:2], found, 2.0 * found[-1:] - found[-2:-1]])
+    return np.where(endless, found, np.clip(found, *freedom.bounds))
+
+
 class Ladder:
     """Postures of an arm on all rungs of a tool path, and the search among those that are not blocked."""
 
-    def __init__(self, query: ToolPathQuery, path: FramePath, postures: Postures, velocity: Floats) -> None:
-        """Solve all rungs for an arm by its closed form; its joints have greatest velocities (k,) in rad/s."""
-        self.rungs = rungs_of(path)
-        self.grid = grid_of(query.tolerances, len(self.rungs))
-        self._limits = np.stack([query.lower, query.upper])
-        offsets = np.array([frame_t_tool(one) for one in self.grid.values]) @ inverse(query.tip_t_tcp)
+    def __init__(self, query: ToolPathQuery, path: FramePath, arm: LedArm, velocity: Floats) -> None:
+        """Solve all rungs for an arm by its closed form; its joints have greatest velocities (k,) in rad/s or m/s."""
+        self.freedom, steps = freedom_of(query.tolerances, arm)
+        pace = ROOM * query.velocity / (SHARE * velocity[arm.free])
+        self.rungs, self.grid = laid_out(path, self.freedom, steps, pace)
+        self._limits, self.turning = np.stack([query.lower, query.upper]), arm.turns
+        offsets = np.array([frame_t_tool(one[:6]) for one in self.grid.values]) @ inverse(query.tip_t_tcp)
         frames = np.array([path.pose(float(s)) for s in self.rungs])
-        q, wrist = postures((frames[:, None] @ offsets).reshape(-1, 4, 4))
+        free = np.tile(self.grid.values[:, 6:], (len(self.rungs), 1))
+        q, wrist = arm.postures((frames[:, None] @ offsets).reshape(-1, 4, 4), free)
         shape = len(self.rungs), len(self.grid.values), q.shape[1]
-        self.q, self._wrist = q.reshape(*shape, 6), wrist.reshape(shape)
+        self.q, self._wrist = q.reshape(*shape, len(velocity)), wrist.reshape(shape)
         self.blocked = np.zeros(shape, np.int8)
         seconds = np.diff(self.rungs) * path.length / query.velocity
         self.most = np.minimum(SHARE * velocity * seconds[:, None], 0.9 * np.pi)
-        self._turns = int(np.prod(turns_of(self._limits)))
+        # What slides has no turns, which the search tells by limits.
+        self._turned = np.where(self.turning, self._limits, [[-np.inf], [np.inf]])
+        self._turns = int(np.prod(turns_of(self._turned)))
 
     def excess(self) -> Floats:
         """Return by how much each joint is beyond its limits at the best turns, (n, g, b, k); inf without a posture."""
         lower, upper = self._limits
         middle = np.where(np.isfinite(lower + upper), 0.5 * (lower + upper), self.q)
-        near = self.q - 2.0 * np.pi * np.round((self.q - middle) / (2.0 * np.pi))
+        near = self.q - np.where(self.turning, 2.0 * np.pi * np.round((self.q - middle) / (2.0 * np.pi)), 0.0)
         beyond = np.maximum(lower - near, near - upper)
         return np.where(np.isnan(beyond), np.inf, np.maximum(beyond, 0.0))
 
@@ -126,10 +186,14 @@ class Ladder:
         back, way, joints = np.empty((n, g * b * self._turns), np.int32), np.zeros((n, 2), np.int64), np.zeros((n, k))
         grid = self.grid
         reached = cheapest_way(
-            *(self.q, self._wrist, self.blocked, self._limits, self.most),
+            *(self.q, self._wrist, self.blocked, self._turned, self.most),
             *(grid.neighbours, grid.changes, grid.wish, back, way, joints),
         )
         return reached, way, joints
+
+    def smoothed(self, way: Integers, stiffness: float) -> Floats:
+        """Return the free values (n + 2, 6 + f) of a way, smoothed, and as they go on at its ends; within bounds."""
+        return smoothed(self.grid.values[way[:, 0]], self.freedom, stiffness)
 
     def around(self, combination: int, reach: int) -> Integers:
         """Return the combinations that are up to `reach` steps of free values from one, with itself."""

@@ -28,8 +28,10 @@ from virtualrobot_kernel.motion.polynomial import PiecewisePolynomial
 from virtualrobot_kernel.motion.profile import jerk_limited_profile
 from virtualrobot_kernel.motion.resolved_rate import TcpKinematics, joint_path
 from virtualrobot_kernel.motion.spline import spline
-from virtualrobot_kernel.paths.closed_forms import closed_form
+from virtualrobot_kernel.paths.carriers import carriers_of, limits_with
+from virtualrobot_kernel.paths.closed_forms import led_arm
 from virtualrobot_kernel.paths.find import Site
+from virtualrobot_kernel.paths.held import HeldPath
 from virtualrobot_kernel.paths.space import PathSpace
 from virtualrobot_kernel.paths.tool_grid import Ladder
 from virtualrobot_kernel.paths.tool_query import ToolPathQuery
@@ -44,9 +46,10 @@ Integers = NDArray[np.int64]
 JOB = f"{__name__}:find_tool_path"
 """Name of the search as a job. The kernel gets it from here, so that it compiles the ladder at its start."""
 
-STIFFNESS = 1e3, 10.0, 0.0
+STIFFNESS = 1e6, 1e3, 10.0, 0.0
 """Weights of the squared third differences of free values against the squares of how far they are off those found, one
-after the other where what a stiffer one makes can't be done."""
+after the other where what a stiffer one makes can't be done. The first one halves waves of 60 rungs: a value that goes
+evenly, as round a circle, beats with the steps of the grid in waves that are too long for the second one."""
 
 RAMPS = 6
 """Number of times that the acceleration to the tool's speed is halved where joints can't follow it."""
@@ -61,21 +64,25 @@ _ANY = InverseOptions()
 _RETRIED = Reason.LIMIT_EXCEEDED, Reason.SINGULARITY, Reason.UNREACHABLE, Reason.COLLISION
 
 
-class _Chain:
+class ChainKinematics:
     """Kinematics of a serial chain in plain NumPy; the follower has its own for all but what it tells of refusals."""
 
     def __init__(self, chain: SerialChain) -> None:
+        """Take a chain."""
         self.chain = chain
 
     def forward(self, q: Floats) -> Floats:
+        """Return the poses (n + 1, 4, 4) of joints and tip at q (k,)."""
         return chain_frames(self.chain, q)
 
     def jacobian(self, q: Floats) -> Floats:
+        """Return the Jacobian (6, k) of the tip at q (k,) in the base frame; those that slide as if they turned."""
         frames = chain_frames(self.chain, q)
         axes = np.einsum("nij,nj->ni", frames[:-1, :3, :3], self.chain.axis)
         return np.concatenate([np.cross(axes, frames[-1, :3, 3] - frames[:-1, :3, 3]).T, axes.T])
 
     def inverse(self, base_t_tip: Floats, options: InverseOptions = _ANY) -> InverseResult:
+        """Fail: a path leads from posture to posture."""
         raise AssertionError("the path leads from posture to posture")
 
 
@@ -99,13 +106,13 @@ class _Search:
         snapshot = site.snapshot
         node = snapshot.structure.node(query.robot, Kind.ROBOT)
         chain = arm_of(snapshot, node, query.group).serial()
-        self._limits = joint_limits(snapshot, node, query.joint_names)[0]
-        self._tcp = TcpKinematics(_Chain(chain), query.tip_t_tcp)
-        self._postures = closed_form(chain)
+        self._limits = limits_with(joint_limits(snapshot, node, query.joint_names)[0], query.externals)
+        self._tcp = TcpKinematics(ChainKinematics(chain), query.tip_t_tcp)
+        self._arm = led_arm(chain, carriers_of(snapshot, query.base, query.reference, query.externals))
         self._frames = frame_path(spline(query.frames[0], list(query.frames[1:])))
         self._rate = query.velocity / self._frames.length
         self._ramp(query.acceleration)
-        self._ladder = Ladder(query, self._frames, self._postures, self._limits.velocity)
+        self._ladder = Ladder(query, self._frames, self._arm, self._limits.velocity)
         self._places = Places(query.robot, self._frames, self._ladder.rungs)
         self.space = PathSpace(site.scene, snapshot, query, site.given_up)
         self._looked_at = np.zeros_like(self._ladder.blocked)
@@ -127,7 +134,7 @@ class _Search:
             if not self._touches(way, joints):
                 for stiffness in STIFFNESS:
                     try:
-                        return self._motion(self._freedoms(way, stiffness), way, joints)
+                        return self._motion(self._ladder.smoothed(way, stiffness), way, joints)
                     except KernelError as error:
                         if error.reason not in _RETRIED:
                             raise
@@ -190,24 +197,15 @@ class _Search:
         self._failed[rung] = error
         self._ladder.block(rung, int(way[rung, 0]), int(way[rung, 1]), reach)
 
-    def _freedoms(self, way: Integers, stiffness: float) -> Floats:
-        """Return the free values (n + 2, 6) of a way, smoothed, and as they go on at its ends; within tolerances."""
-        values = self._ladder.grid.values[way[:, 0]]
-        tolerances = self._query.tolerances
-        endless = tolerances.endless
-        values[:, endless] = np.unwrap(values[:, endless], axis=0)
-        if stiffness:
-            third = np.diff(np.eye(len(values)), 3, axis=0)
-            values = np.linalg.solve(np.eye(len(values)) + stiffness * third.T @ third, values)
-        values = np.where(endless, values, np.clip(values, *tolerances.bounds))
-        values = np.concatenate([2.0 * values[:1] - values[1:2], values, 2.0 * values[-1:] - values[-2:-1]])
-        return np.where(endless, values, np.clip(values, *tolerances.bounds))
-
     def _motion(self, freedoms: Floats, way: Integers, joints: Floats) -> dict[str, Any]:
-        """Return the motion along the path with free values (n + 2, 6); raise KernelError with the fraction."""
-        path = FreePath(self._frames.pose(0.0), self._frames, within_hull(self._ladder.rungs, freedoms))
-        start = self._start(path, int(way[0, 1]), joints[0])
-        followed = joint_path(self._tcp, path, start, self._limits)
+        """Return the motion along the path with free values (n + 2, f); raise KernelError with the fraction."""
+        path = FreePath(self._frames.pose(0.0), self._frames, within_hull(self._ladder.rungs, freedoms[:, :6]))
+        branch = int(way[0, 1])
+        if not self._arm.free:
+            followed = joint_path(self._tcp, path, self._start(path, branch, joints[0]), self._limits)
+        else:
+            held = within_hull(self._ladder.rungs, freedoms[:, 6:])
+            followed = HeldPath(self._arm, self._tcp, path, held, branch, self._places).joints(joints[0], self._limits)
         law = self._law(followed)
         times, positions, velocities = _rows(followed, law)
         timed = smooth_path(times, positions, velocities)
@@ -226,7 +224,8 @@ class _Search:
 
     def _start(self, path: FreePath, branch: int, near: Floats) -> Floats:
         """Return the posture (k,) at the start of a path, of a branch, with the turns of a posture near it."""
-        found = self._postures((path.pose(0.0) @ inverse(self._tcp.tip_t_tcp))[None])[0][0, branch]
+        tip = path.pose(0.0) @ inverse(self._tcp.tip_t_tcp)
+        found = self._arm.postures(tip[None], np.zeros((1, 0)))[0][0, branch]
         if np.isnan(found).any():
             raise self._places.error(0.0, "no posture reaches it with smoothed free values", Reason.UNREACHABLE)
         found = found + 2.0 * np.pi * np.round((near - found) / (2.0 * np.pi))
@@ -254,15 +253,16 @@ class _Search:
     def _law(self, followed: PiecewisePolynomial) -> PiecewisePolynomial:
         """Return the law along a joint path that keeps the tool's speed; raise LimitError where joints can't."""
         rates, bends = followed.derivative(), followed.derivative().derivative()
-        for function, power, limits, what, unit in (
-            (rates, 1, self._limits.velocity, "speed", "rad/s"),
-            (bends, 2, self._limits.acceleration, "acceleration", "rad/s^2"),
+        for function, power, limits, what, over in (
+            (rates, 1, self._limits.velocity, "speed", "/s"),
+            (bends, 2, self._limits.acceleration, "acceleration", "/s^2"),
         ):
             bound = limits / self._rate**power
             excursion = function.first_excursion(-bound, bound, 0.0)
             if excursion is not None:
                 needed, limit = abs(excursion.value) * self._rate**power, float(limits[excursion.component])
                 kept = self._query.velocity * (limit / needed) ** (1.0 / power)
+                unit = ("rad" if self._arm.turns[excursion.component] else "m") + over
                 raise self._places.error(
                     excursion.parameter,
                     f"joint {self._limits.names[excursion.component]!r} can't keep the tool's speed of "

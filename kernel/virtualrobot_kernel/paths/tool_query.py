@@ -13,8 +13,9 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.free_path import AXES
 from virtualrobot_kernel.motion.pose_check import check_pose
 from virtualrobot_kernel.motion.spline import MOST_GOALS, SAME
-from virtualrobot_kernel.paths.closed_forms import closed_form
-from virtualrobot_kernel.planning.actuators import actuator_limits
+from virtualrobot_kernel.paths.carriers import External, externals_of
+from virtualrobot_kernel.paths.closed_forms import led_arm
+from virtualrobot_kernel.planning.actuators import ActuatorLimit, actuator_limits
 from virtualrobot_kernel.planning.planned_move import cartesian_limits
 from virtualrobot_kernel.planning.robots import arm_of, tip_t_tcp
 from virtualrobot_kernel.units import millimetres_question
@@ -43,10 +44,12 @@ class ToolPathQuery:
     Attributes:
         robot: its name, and `group`, whose joints move.
         joint_names: the arm's joints (k,).
-        q_index: (k,) where they are among all coordinates.
-        lower: (k,) from where to where they may go, and `upper`.
-        ratios: (a, k) of actuators that have limits of their own, `least` and `most` (a,): ratios @ q is between them.
-        frames: (n, 4, 4) in the frame of the arm's base.
+        q_index: (k + m,) where they, and external axes, are among all coordinates.
+        lower: (k + m,) from where to where they may go, and `upper`.
+        ratios: (a, k + m) of actuators with limits of their own, `least` and `most` (a,): ratios @ q is between them.
+        base: the node (uid) that the arm begins at, and `reference`, in whose frame the path is.
+        externals: external axes (m in all), whose coordinates come after the arm's own.
+        frames: (n, 4, 4) in the frame of the arm's base; with external axes in that of the reference.
         tip_t_tcp: (4, 4).
         tolerances: how far the tool may be from them.
         velocity: of the frame in m/s, and `acceleration` in m/s².
@@ -62,6 +65,9 @@ class ToolPathQuery:
     ratios: Floats
     least: Floats
     most: Floats
+    base: int
+    reference: int
+    externals: tuple[External, ...]
     frames: Floats
     tip_t_tcp: Floats
     tolerances: Tolerances
@@ -74,7 +80,7 @@ class ToolPathQuery:
 class ToolPathAsked:
     """Tool path as it is asked for: frames (n, 4, 4) in the frame of a node, for a robot or a group of it.
 
-    velocity: in m/s, acceleration: in m/s², 0 for the default, time_limit: in s.
+    velocity: in m/s, acceleration: in m/s², 0 for the default, time_limit: in s. externals: robots that move along.
     """
 
     group: Group
@@ -84,6 +90,7 @@ class ToolPathAsked:
     velocity: float
     acceleration: float
     time_limit: float
+    externals: tuple[str, ...] = ()
 
 
 def tool_path_query(snapshot: Snapshot, robot_name: str, asked: ToolPathAsked) -> ToolPathQuery:
@@ -97,7 +104,7 @@ def tool_path_query(snapshot: Snapshot, robot_name: str, asked: ToolPathAsked) -
     arm = arm_of(snapshot, robot, group)
     chain = arm.serial()
     try:
-        closed_form(chain)
+        led_arm(chain)
     except ArgumentError as error:
         raise KernelError(
             f"{robot_name!r}{group} can't be led along a tool path with freedom: {error}; lines, arcs and splines lead "
@@ -108,21 +115,34 @@ def tool_path_query(snapshot: Snapshot, robot_name: str, asked: ToolPathAsked) -
     _check_frames(frames)
     _check_tolerances(asked.tolerances)
     cartesian = cartesian_limits(asked.velocity, asked.acceleration)
-    world_t_reference = snapshot.world_t(snapshot.structure.node(asked.reference).uid)
-    base_t_reference = inverse(snapshot.world_t(arm.base)) @ world_t_reference
-    limits = actuator_limits(snapshot, robot, chain.joint_names)
-    rest = np.array([one.rest for one in limits])
+    reference = snapshot.structure.node(asked.reference).uid
+    externals = externals_of(snapshot, robot_name, arm.base, reference, asked.externals)
+    base_t_reference = inverse(snapshot.world_t(arm.base)) @ snapshot.world_t(reference)
+    limits = list[tuple[ActuatorLimit, int]]()
+    count = 0
+    every = [(robot, chain.joint_names)]
+    every += [(snapshot.structure.node(one.robot), one.joint_names) for one in externals]
+    for moved, names in every:
+        limits += [(one, count) for one in actuator_limits(snapshot, moved, names)]
+        count += len(names)
+    ratios = np.zeros((len(limits), count))
+    for row, (one, first) in zip(ratios, limits, strict=True):
+        row[first : first + len(one.ratios)] = one.ratios
+    rest = np.array([one.rest for one, _ in limits])
     return ToolPathQuery(
         robot.name,
         group,
         chain.joint_names,
-        arm.q_index,
-        chain.lower,
-        chain.upper,
-        np.array([one.ratios for one in limits]).reshape(-1, len(arm.q_index)),
-        np.array([one.actuator.lower for one in limits]) - rest,
-        np.array([one.actuator.upper for one in limits]) - rest,
-        base_t_reference @ frames,
+        np.concatenate([arm.q_index, *(one.q_index for one in externals)]),
+        np.concatenate([chain.lower, *(one.limits.lower for one in externals)]),
+        np.concatenate([chain.upper, *(one.limits.upper for one in externals)]),
+        ratios,
+        np.array([one.actuator.lower for one, _ in limits]) - rest,
+        np.array([one.actuator.upper for one, _ in limits]) - rest,
+        arm.base,
+        reference,
+        externals,
+        frames if externals else base_t_reference @ frames,
         tip_t_tcp(snapshot, arm),
         asked.tolerances,
         cartesian.velocity,

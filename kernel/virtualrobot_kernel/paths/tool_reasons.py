@@ -60,7 +60,7 @@ def no_way(
         return places.error(
             s,
             f"all postures that reach there are beyond joint limits: joint {limits.names[joint]!r} by "
-            f"{excess[nearest][joint]:.4g} rad at least",
+            f"{excess[nearest][joint]:.4g} {'rad' if ladder.turning[joint] else 'm'} at least",
             Reason.LIMIT_EXCEEDED,
             joint=limits.names[joint],
             value=float(excess[nearest][joint]),

@@ -181,6 +181,55 @@ def test_bad_input_is_told_by_what_would_be_right(client: Client) -> None:
             client.paths.find_tool_path("arm", **given)
 
 
-def test_an_arm_of_another_kind_is_told_what_it_lacks(client: Client, iiwa: Robot) -> None:
-    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"'iiwa' can't be led along a tool path .* 7 joints"):
-        client.paths.find_tool_path(iiwa, seam(), SPEED)
+def test_an_arm_of_another_kind_is_told_what_it_lacks(client: Client) -> None:
+    client.load_robot("model://palletizer", name="four")
+    with pytest.raises(virtualrobot.InvalidArgumentError, match=r"'four' can't be led along a tool path .* 4 joints"):
+        client.paths.find_tool_path("four", seam(), SPEED)
+
+
+@pytest.mark.long
+def test_a_rail_carries_an_arm_along_a_seam_that_is_longer_than_its_reach(steps: Client) -> None:
+    """2.4 m along y, of which a UR5e reaches 1.7 m: from tick to tick on the line and at its speed."""
+    steps.load_robot("model://rail", name="rail")
+    arm = steps.load_robot("model://ur5e", name="arm", parent="rail.carriage")
+    begin = steps.scene.pose("rail.carriage")[:3, 3] + [0.45, 0.0, 0.3]
+    points = begin + np.linspace(0.0, 2.4, 200)[:, None] * [0.0, 1.0, 0.0]
+    frames = virtualrobot.path_frames(points, (0.0, 0.0, -1.0))
+    free = {"rotation_z": "free"}
+    with pytest.raises(virtualrobot.VirtualRobotError, match="can't lead its tool along the path"):
+        steps.paths.find_tool_path(arm, frames, 0.1, tolerance=free)
+    path = steps.paths.find_tool_path(arm, frames, 0.1, tolerance=free, external=["rail"], time_limit=120)
+    slide = path.external["rail"]
+    assert slide.joint_names == ("slide",) and np.ptp(slide.positions) > 0.7
+    with pytest.raises(virtualrobot.WrongStateError, match=r"'rail' is not where the path starts|'arm' is not where"):
+        path.start()
+    steps.scene.set_joint_positions("rail", slide.start_joints)
+    poses = gone_along(steps, arm, path)
+    np.testing.assert_allclose(poses[:, [0, 2], 3], np.tile(begin[[0, 2]], (len(poses), 1)), atol=1e-5)
+    speeds = np.diff(poses[:, 1, 3]) / TICK
+    times = TICK * (np.arange(len(speeds)) + 1.0)
+    held = (times > path.held[0]) & (times + TICK < path.held[1])
+    np.testing.assert_allclose(speeds[held], 0.1, rtol=5e-3)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("external", "words"),
+    [
+        (["arm"], "'arm' leads the tool itself"),
+        (["rail", "rail"], "'rail' stands among the external robots twice"),
+        (["rail"], "'rail' carries neither 'arm' nor the path's frame"),
+        (["none"], "none"),
+    ],
+)
+def test_external_robots_that_carry_nothing_are_refused(steps: Client, external: list[str], words: str) -> None:
+    arm = steps.load_robot("model://puma560", name="arm")
+    if words.endswith("twice"):
+        steps.load_robot("model://rail", name="rail")
+        steps.scene.add_frame("on it", parent="rail.carriage")
+        reference = "on it"
+    else:
+        steps.load_robot("model://rail", name="rail", pose=virtualrobot.pose(y=3.0))
+        reference = "world"
+    with pytest.raises(virtualrobot.VirtualRobotError, match=words):
+        steps.paths.find_tool_path(arm, seam(), SPEED, reference=reference, external=external)

@@ -172,6 +172,45 @@ def test_tp_says_the_same(arm: Robot, steps: Client, coupling: float) -> None:
     ]
 
 
+def test_a_trajectory_is_told_as_lines_beside_which_the_tool_never_is(arm: Robot, steps: Client) -> None:
+    """An arc as joints at times, as a tool path is: read back from RAPID the tool is within 0.1 mm of it and its end.
+
+    Lines are 0.05 mm beside it at the most, and zones of 0.4 of a line cut off 0.04 mm of a corner between two of them.
+    """
+    middle, end = arm.tcp @ pose(x=0.03, y=0.02), arm.tcp @ pose(x=0.06)
+    arc = arm.circular(middle[:3, 3], end, velocity=0.05)
+    there = steps.program().move(arc).plan()
+    rows = there.robots["arm"]
+    program = steps.program().move(arm.trajectory(there.times, rows.positions)).move(arm.ptp({arm.joint_names[0]: 0.1}))
+    found = resolved(steps, arm, program)
+    first, *lines, last = moves(found)
+    assert isinstance(first, PointToPoint) and isinstance(last, PointToPoint)
+    assert len(lines) > 4 and all(isinstance(one, Line) and one.zone is not None for one in lines[:-1])
+    assert lines[-1].zone is None and max(one.speed for one in lines if isinstance(one, Line)) == pytest.approx(
+        0.05, rel=0.01
+    )
+    assert f"step 0: its joint trajectory is told as {len(lines)} lines, within 0.05 mm" in found.notes[-2]
+    again = recorded(steps, "arm", load([Source(rapid.write(found, Language({})), "arc.mod")], steps.signals))
+    goes = again.plan().robots["arm"].world_t_tcp[:, :3, 3]
+    points = rows.world_t_tcp[:, :3, 3]
+    inside = goes[: int(np.linalg.norm(goes - end[:3, 3], axis=1).argmin()) + 1]
+    off = np.linalg.norm(inside[:, None] - points, axis=2).min(axis=1)
+    # Samples of the arc are 0.2 mm apart: half of that is along it.
+    assert np.sqrt(np.maximum(off**2 - 1e-8, 0.0)).max() < 1e-4
+    np.testing.assert_allclose(inside[-1], end[:3, 3], atol=1e-6)
+    for writer in (krl, fanuc, urscript):
+        assert len(writer.write(found, Language({})).splitlines()) > len(lines)
+
+
+def test_a_trajectory_that_turns_on_the_spot_is_no_line(arm: Robot, steps: Client) -> None:
+    steps.scene.select_tool("arm", None)
+    positions = np.tile(arm.positions, (3, 1))
+    positions[:, -1] += [0.0, 0.3, 0.6]
+    program = steps.program().move(arm.trajectory([0.0, 1.0, 2.0], positions))
+    with pytest.raises(InvalidArgumentError, match=r"step 0 .* it turns its tool on the spot, which no line tells"):
+        resolved(steps, arm, program)
+
+
 def test_a_script_moves_the_controller_of_a_ur_through_the_same_places(steps: Client) -> None:
     """Its kinematics are of Universal Robots' table; so the joints that it finds for poses are ours to 1e-4 rad."""
     arm = ready(steps, steps.load_robot("model://ur5e", name="arm"), [0.2, -1.4, 1.6, -1.8, -1.5, 0.3])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -14,7 +15,7 @@ from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.paths.tool_path import find_tool_path
 from virtualrobot_kernel.paths.tool_query import Tolerances, ToolPathAsked, ToolPathQuery, tool_path_query
 from virtualrobot_kernel.planning.planned_move import joint_limits
-from virtualrobot_kernel.planning.robots import arm_of
+from virtualrobot_kernel.planning.robots import arm_of, standing_at
 from virtualrobot_kernel.world.commands import CreateNodes
 from virtualrobot_kernel.world.groups import WHOLE
 from virtualrobot_kernel.world.state import Snapshot
@@ -24,8 +25,9 @@ from virtualrobot_sdk.compiled.closed import BRANCHES, inverse_many, spherical_w
 from virtualrobot_sdk.poses import inverse, rotation_matrix
 from virtualrobot_sdk.reference import tip_pose
 
-from tests.unit.collision.worlds import robot_nodes, world
+from tests.unit.collision.worlds import robot_nodes, with_robots, world
 from tests.unit.paths.cells import HereSite
+from tests.unit.world.builders import shifted
 
 pytestmark = pytest.mark.long
 
@@ -33,7 +35,8 @@ Floats = NDArray[np.float64]
 
 SPEED, SEAMS = 0.08, 10
 ABOUT_Z = np.arange(6) == 5
-PUMA = models.__path__[0] + "/puma560.urdf"
+FOLDER = models.__path__[0]
+PUMA = f"{FOLDER}/puma560.urdf"
 
 
 @cache
@@ -146,3 +149,64 @@ def test_who_gives_up_is_heard_before_the_next_search() -> None:
     with pytest.raises(InterruptedError):
         find_tool_path(site, asked(arc(np.array([0.45, -0.15, 0.75]), np.eye(3), 0.05, 2.0)))
     assert not site.reports
+
+
+@pytest.mark.parametrize("kind", ["iiwa", "panda"])
+def test_an_arm_of_seven_joints_is_led_with_one_of_them_as_a_free_value(kind: str) -> None:
+    """All joints keep their limits, and the tool is within 1e-6 m and rad of what its free values say."""
+    snapshot = with_robots(kind)
+    frames = arc(np.array([0.5, 0.0, 0.35]), np.eye(3), 0.08, 4.0)
+    tolerances = Tolerances(np.zeros((2, 6)), ABOUT_Z)
+    query = tool_path_query(snapshot, kind, ToolPathAsked(WHOLE, frames, "", tolerances, SPEED, 0.0, 60.0))
+    result = find_tool_path(HereSite(snapshot), query)
+    chain = arm_of(snapshot, snapshot.structure.node(kind, Kind.ROBOT)).serial()
+    path = smooth_path(*result["trajectory"])
+    q, v, _ = path.states(np.linspace(0.0, path.end, 2000), 2)
+    limits = joint_limits(snapshot, snapshot.structure.node(kind, Kind.ROBOT), query.joint_names)[0]
+    assert (
+        q.shape[1] == 7 and ((limits.lower <= q) & (q <= limits.upper)).all() and (np.abs(v) <= limits.velocity).all()
+    )
+    for frame, posture, freedom in zip(query.frames, result["positions"], result["freedoms"], strict=True):
+        np.testing.assert_allclose(tip_pose(chain, posture) @ query.tip_t_tcp, frame @ frame_t_tool(freedom), atol=1e-6)
+
+
+def on_a_rail() -> Snapshot:
+    """Return a Puma on the carriage of a rail along y."""
+    arm = robot_nodes(PUMA, "arm")
+    rail = CreateNodes(robot_nodes(f"{FOLDER}/rail.urdf", "rail"))
+    return world(rail, CreateNodes((replace(arm[0], parent="rail.carriage"), *arm[1:])))
+
+
+def before_a_table() -> Snapshot:
+    """Return a Puma before a positioner."""
+    table = robot_nodes(f"{FOLDER}/positioner.urdf", "table")
+    placed = replace(table[0], parent_t_node=shifted(x=0.55, z=0.2))
+    return world(CreateNodes((placed, *table[1:])), CreateNodes(robot_nodes(PUMA, "arm")))
+
+
+@pytest.mark.parametrize("carried", ["rail", "table"])
+def test_external_axes_lead_along_what_the_arm_alone_cannot(carried: str) -> None:
+    """2.4 m along a rail, and a ring on a table: in its own frame the tool is on its frames to 1e-6 m and rad."""
+    frames = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (25, 1, 1))
+    share = np.linspace(0.0, 1.0, 25)
+    if carried == "rail":
+        snapshot, reference = on_a_rail(), ""
+        begin = snapshot.world_t(snapshot.structure.node("arm").uid)[:3, 3] + [0.45, -1.2, 0.7]
+        frames[:, :3, 3] = begin + 2.4 * share[:, None] * [0.0, 1.0, 0.0]
+    else:
+        snapshot, reference, angles = before_a_table(), "table.plate", 1.9 * np.pi * share
+        frames[:, :3, 3] = np.stack([0.12 * np.cos(angles), 0.12 * np.sin(angles), 0.1 + 0.0 * angles], axis=1)
+    still = Tolerances(np.zeros((2, 6)), np.zeros(6, np.bool_))
+    given = ToolPathAsked(WHOLE, frames, reference, still, 0.1, 0.0, 120.0, (carried,))
+    query = tool_path_query(snapshot, "arm", given)
+    result = find_tool_path(HereSite(snapshot), query)
+    arm = arm_of(snapshot, snapshot.structure.node("arm", Kind.ROBOT))
+    for frame, posture in zip(query.frames, result["positions"], strict=True):
+        there = standing_at(snapshot, query.q_index, posture)
+        tool = there.world_t(arm.tip) @ query.tip_t_tcp
+        np.testing.assert_allclose(tool, there.world_t(query.reference) @ frame, atol=1e-6)
+    path = smooth_path(*result["trajectory"])
+    q, v, _ = path.states(np.linspace(0.0, path.end, 3000), 2)
+    assert ((query.lower <= q) & (q <= query.upper)).all()
+    slide = 1.5 if carried == "rail" else 2.5
+    assert np.abs(v[:, 6:]).max() <= slide and (carried == "table" or np.ptp(q[:, 6]) > 0.7)

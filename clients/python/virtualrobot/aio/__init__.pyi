@@ -46,6 +46,7 @@ from virtualrobot.collisions.watch import CollisionReport as CollisionReport
 from virtualrobot.connection import KernelInfo as KernelInfo
 from virtualrobot.drivers import DriverJoint as DriverJoint
 from virtualrobot.drivers import DriverStatus as DriverStatus
+from virtualrobot.errors import VirtualRobotError as VirtualRobotError
 from virtualrobot.files.assets import Upload as Upload
 from virtualrobot.files.scene_files import Export as Export
 from virtualrobot.files.scene_files import FileWarning as FileWarning
@@ -65,6 +66,7 @@ from virtualrobot.motions.moves import PointToPointOptions as PointToPointOption
 from virtualrobot.motions.moves import TrajectoryOptions as TrajectoryOptions
 from virtualrobot.motions.moves import Until as Until
 from virtualrobot.motions.paths import PathProgress as PathProgress
+from virtualrobot.motions.paths import ToolPathOptions as ToolPathOptions
 from virtualrobot.motions.plans import CheckOptions as CheckOptions
 from virtualrobot.motions.plans import MotionCheck as MotionCheck
 from virtualrobot.motions.plans import MotionPlan as MotionPlan
@@ -81,6 +83,7 @@ from virtualrobot.motions.steps import NodeNamed as NodeNamed
 from virtualrobot.motions.steps import Pattern as Pattern
 from virtualrobot.motions.steps import PickAtOptions as PickAtOptions
 from virtualrobot.motions.steps import PlaceAtOptions as PlaceAtOptions
+from virtualrobot.motions.tool_paths import ExternalMotion as ExternalMotion
 from virtualrobot.motions.tool_paths import Floats as Floats
 from virtualrobot.motions.tool_paths import ToolPathProgress as ToolPathProgress
 from virtualrobot.physics import JointMotor as JointMotor
@@ -562,8 +565,10 @@ class Paths(Face):
     """Free ways in the world of one kernel."""
     def find(self, robot: Named, goal: Mapping[str, float] | str | ArrayLike, *, start: Mapping[str, float] | None = ..., reference: str = ..., configuration: str | None = ..., planner: str = ..., seed: int = ..., time_limit: float | None = ..., speed_factor: float | None = ..., zone_percent: float | None = ..., group: str | tuple[str, str] | None = ..., progress: Callable[[PathProgress], None] | None = ...) -> Order[FreePath]:
         """Return a path on which an arm touches nothing that it may not. Nothing moves."""
-    def find_tool_path(self, robot: Named, frames: ArrayLike, velocity: float, *, tolerance: Mapping[str, float | tuple[float, float] | str] | None = ..., reference: str = ..., acceleration: float | None = ..., time_limit: float | None = ..., group: str | tuple[str, str] | None = ..., progress: Callable[[ToolPathProgress], None] | None = ...) -> Order[ToolPath]:
+    def find_tool_path(self, robot: Named, frames: ArrayLike, velocity: float, *, tolerance: Mapping[str, float | tuple[float, float] | str] | None = ..., reference: str = ..., acceleration: float | None = ..., time_limit: float | None = ..., group: str | tuple[str, str] | None = ..., external: Sequence[Named] = ..., progress: Callable[[ToolPathProgress], None] | None = ...) -> Order[ToolPath]:
         """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not."""
+    def find_tool_path_parts(self, robot: Named, frames: ArrayLike, velocity: float, **options: Unpack[ToolPathOptions]) -> Order[tuple[ToolPathPart, ...]]:
+        """Return how an arm leads its tool along frames in as few parts as it can, and where it can't at all."""
 
 class Program(Face):
     """Steps that one motion makes one after the other, planned as a whole before anything moves."""
@@ -621,6 +626,13 @@ class Program(Face):
     def __len__(self) -> int:
         """Return the number of steps."""
 
+class ToolPathPart(Face):
+    """Part of a tool path, from one of its frames to another."""
+    first: int
+    last: int
+    path: ToolPath | None
+    refusal: VirtualRobotError | None
+
 class ToolPath(Face):
     """A way of an arm that leads its tool along n frames and touches nothing that it may not."""
     joint_names: tuple[str, ...]
@@ -634,6 +646,7 @@ class ToolPath(Face):
     planning_time: float
     checks: int
     searches: int
+    external: dict[str, ExternalMotion]
     @property
     def start_joints(self) -> Order[dict[str, float]]:
         """Joints at the start of the path, by name."""

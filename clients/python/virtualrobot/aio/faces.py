@@ -25,7 +25,7 @@ CLASSES = (
     "files.assets:Assets",
     *("collisions.allowed_pairs:AllowedPairs", "collisions.collisions:Collisions", "history.history:History"),
     *("motions.motion:Motion", "motions.paths:FreePath", "motions.paths:Paths", "motions.program:Program"),
-    "motions.tool_paths:ToolPath",
+    *("motions.tool_path_parts:ToolPathPart", "motions.tool_paths:ToolPath"),
     *("motions.setpoints:SetpointStream", "recording.recording:Recording", "robots.calibration:Calibration"),
     *("robots.group:Group", "robots.odometry:Odometry", "robots.postures:Postures", "robots.robot:Robot"),
     *("robots.robots:Robots", "robots.tool:Tool", "robots.ways:Way", "scene.editor:Batch", "scene.node:Node"),

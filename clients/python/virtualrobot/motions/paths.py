@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Unpack
+from typing import TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,11 +14,12 @@ from virtualrobot._wire.messages import group_message, joint_map, value_or_defau
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import shown
 from virtualrobot._wire.transport import Waiting
-from virtualrobot.errors import UnknownNameError
+from virtualrobot.errors import InvalidArgumentError, UnknownNameError
 from virtualrobot.motions import moves
 from virtualrobot.motions.motion import Motion, StartOptions
 from virtualrobot.motions.program import Program
 from virtualrobot.motions.steps import Named, name_of
+from virtualrobot.motions.tool_path_parts import ToolPathPart, parts_of
 from virtualrobot.motions.tool_paths import (
     ToolPath,
     ToolPathProgress,
@@ -99,6 +100,18 @@ class FreePath:
         start = dict(zip(self.joint_names, self.waypoints[0].tolist(), strict=True))
         check_at_start(self._services, self.program, start)
         return self.program.start(**options)
+
+
+class ToolPathOptions(TypedDict, total=False):
+    """Options of `Paths.find_tool_path`."""
+
+    tolerance: Mapping[str, float | tuple[float, float] | str] | None
+    reference: str
+    acceleration: float | None
+    time_limit: float | None
+    group: str | tuple[str, str] | None
+    external: Sequence[Named]
+    progress: Callable[[ToolPathProgress], None] | None
 
 
 @checked
@@ -200,12 +213,13 @@ class Paths:
         acceleration: float | None = None,
         time_limit: float | None = None,
         group: str | tuple[str, str] | None = None,
+        external: Sequence[Named] = (),
         progress: Callable[[ToolPathProgress], None] | None = None,
     ) -> ToolPath:
         """Return how an arm leads its tool along frames at an even speed and touches nothing that it may not.
 
         Nothing moves. All else stands as it does now; the part that the robot holds goes along. For arms of six joints
-        that turn, with a spherical wrist or with axes 2, 3 and 4 parallel.
+        that turn, with a spherical wrist or with axes 2, 3 and 4 parallel, and of seven of which one is a free value.
 
         Args:
             robot: the robot, or its name.
@@ -219,6 +233,8 @@ class Paths:
             time_limit: in s, 30 by default.
             group: the group of the robot whose tool is led, by name or as (base link, tip link); by default its own
                 chain.
+            external: robots that move along: what carries the arm, such as a rail, or the reference, such as a
+                positioner; at most three joints in all. The speed is that in the frame of the reference.
             progress: is called about four times a second; what it raises ends the search. Without it the client's
                 `on_progress` is told.
 
@@ -235,6 +251,7 @@ class Paths:
             group=group_message(group),
             path=tool_path_message(frames, reference, velocity, acceleration, tolerance or {}),
             time_limit_seconds=value_or_default(time_limit, "time_limit"),
+            external_robots=map(name_of, external),
         )
         last = path_pb2.FindToolPathResponse()
         waiting = Waiting("looking for a way along a tool path", self._services.channel.on_progress)
@@ -248,6 +265,25 @@ class Paths:
         finally:
             waiting.end()
         return tool_path_of(self._services, last)
+
+    def find_tool_path_parts(
+        self, robot: Named, frames: ArrayLike, velocity: float, **options: Unpack[ToolPathOptions]
+    ) -> tuple[ToolPathPart, ...]:
+        """Return how an arm leads its tool along frames in as few parts as it can, and where it can't at all.
+
+        Nothing moves. Between two parts the tool leaves the path, for another posture. The arguments are those of
+        `find_tool_path`; a part that can't be has no path but the refusal.
+
+        Raises:
+            InvalidArgumentError: for frames and tolerances that make no sense.
+            UnknownNameError: for a robot or node that there is not.
+        """
+        poses = np.array(frames, dtype=np.float64)
+        if poses.ndim != 3 or len(poses) < 2:
+            raise InvalidArgumentError(f"frames have the shape (n, 4, 4), n at least 2, not {poses.shape}")
+        return parts_of(
+            len(poses), lambda first, last: self.find_tool_path(robot, poses[first : last + 1], velocity, **options)
+        )
 
     def _path(self, last: path_pb2.FindPathResponse) -> FreePath:
         path = last.path

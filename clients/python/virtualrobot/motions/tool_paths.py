@@ -49,6 +49,24 @@ class ToolPathProgress:
     checks: int
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class ExternalMotion:
+    """Motion of a robot that moves along with an arm: a rail, a positioner.
+
+    Attributes:
+        joint_names: its joints (m,) that move.
+        positions: (n, m) where they are as each frame is passed, radians or meters.
+    """
+
+    joint_names: tuple[str, ...]
+    positions: Floats
+
+    @property
+    def start_joints(self) -> dict[str, float]:
+        """Joints at the start of the path, by name."""
+        return dict(zip(self.joint_names, self.positions[0].tolist(), strict=True))
+
+
 @shown
 @checked
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,6 +85,7 @@ class ToolPath:
         program: the motion along the path from its start.
         planning_time: the time that finding it took (s).
         checks: number of configurations and ways that were checked for collisions, and `searches`, of searches.
+        external: what the robots do that move along, by their names.
     """
 
     joint_names: tuple[str, ...]
@@ -80,6 +99,7 @@ class ToolPath:
     planning_time: float
     checks: int
     searches: int
+    external: dict[str, ExternalMotion]
     _services: Services = field(repr=False)
 
     @property
@@ -90,15 +110,21 @@ class ToolPath:
     def start(self, **options: Unpack[StartOptions]) -> Motion:
         """Go along the path; the options are those of `Robot`.
 
-        Raises WrongStateError when the robot is not at the path's start: move it to `start_joints`.
+        Raises WrongStateError when a robot is not at the path's start: move it to its `start_joints`.
         """
         check_at_start(self._services, self.program, self.start_joints)
+        for robot, motion in self.external.items():
+            check_joints(self._services, robot, motion.start_joints)
         return self.program.start(**options)
 
 
 def check_at_start(services: Services, program: Program, joints: Mapping[str, float]) -> None:
     """Raise WrongStateError when the robot of a program's first move is not where a path starts."""
-    robot = program._spec.steps[0].move.moves[0].robot
+    check_joints(services, program._spec.steps[0].move.moves[0].robot, joints)
+
+
+def check_joints(services: Services, robot: str, joints: Mapping[str, float]) -> None:
+    """Raise WrongStateError when a robot is not where a path starts."""
     here = joints_now(services, robot)
     for name, value in joints.items():
         if abs(here[name] - value) > AT_START:
@@ -220,5 +246,6 @@ def tool_path_of(services: Services, last: path_pb2.FindToolPathResponse) -> Too
         path.planning_seconds,
         last.checks,
         last.searches,
+        {one.robot: ExternalMotion(tuple(one.joint_names), array_of(one.positions)) for one in path.external},
         services,
     )

@@ -129,16 +129,28 @@ class ToolPath(_message.Message):
     def __init__(self, frames: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., reference: _Optional[str] = ..., x: _Optional[_Union[AxisTolerance, _Mapping]] = ..., y: _Optional[_Union[AxisTolerance, _Mapping]] = ..., z: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_x: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_y: _Optional[_Union[AxisTolerance, _Mapping]] = ..., rotation_z: _Optional[_Union[AxisTolerance, _Mapping]] = ..., velocity_meters_per_second: _Optional[float] = ..., acceleration_meters_per_second_squared: _Optional[float] = ...) -> None: ...
 
 class FindToolPathRequest(_message.Message):
-    __slots__ = ("robot", "group", "path", "time_limit_seconds")
+    __slots__ = ("robot", "group", "path", "time_limit_seconds", "external_robots")
     ROBOT_FIELD_NUMBER: _ClassVar[int]
     GROUP_FIELD_NUMBER: _ClassVar[int]
     PATH_FIELD_NUMBER: _ClassVar[int]
     TIME_LIMIT_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    EXTERNAL_ROBOTS_FIELD_NUMBER: _ClassVar[int]
     robot: str
     group: _nodes_pb2.GroupSelection
     path: ToolPath
     time_limit_seconds: float
-    def __init__(self, robot: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., path: _Optional[_Union[ToolPath, _Mapping]] = ..., time_limit_seconds: _Optional[float] = ...) -> None: ...
+    external_robots: _containers.RepeatedScalarFieldContainer[str]
+    def __init__(self, robot: _Optional[str] = ..., group: _Optional[_Union[_nodes_pb2.GroupSelection, _Mapping]] = ..., path: _Optional[_Union[ToolPath, _Mapping]] = ..., time_limit_seconds: _Optional[float] = ..., external_robots: _Optional[_Iterable[str]] = ...) -> None: ...
+
+class ExternalMotion(_message.Message):
+    __slots__ = ("robot", "joint_names", "positions")
+    ROBOT_FIELD_NUMBER: _ClassVar[int]
+    JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
+    POSITIONS_FIELD_NUMBER: _ClassVar[int]
+    robot: str
+    joint_names: _containers.RepeatedScalarFieldContainer[str]
+    positions: _geometry_pb2.NumericArray
+    def __init__(self, robot: _Optional[str] = ..., joint_names: _Optional[_Iterable[str]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ...) -> None: ...
 
 class FindToolPathResponse(_message.Message):
     __slots__ = ("stamp", "elapsed_seconds", "searches", "checks", "path")
@@ -155,7 +167,7 @@ class FindToolPathResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., elapsed_seconds: _Optional[float] = ..., searches: _Optional[int] = ..., checks: _Optional[int] = ..., path: _Optional[_Union[FoundToolPath, _Mapping]] = ...) -> None: ...
 
 class FoundToolPath(_message.Message):
-    __slots__ = ("joint_names", "times", "positions", "freedoms", "length_meters", "held_from_seconds", "held_until_seconds", "duration_seconds", "spec", "planning_seconds")
+    __slots__ = ("joint_names", "times", "positions", "freedoms", "length_meters", "held_from_seconds", "held_until_seconds", "duration_seconds", "spec", "planning_seconds", "external")
     JOINT_NAMES_FIELD_NUMBER: _ClassVar[int]
     TIMES_FIELD_NUMBER: _ClassVar[int]
     POSITIONS_FIELD_NUMBER: _ClassVar[int]
@@ -166,6 +178,7 @@ class FoundToolPath(_message.Message):
     DURATION_SECONDS_FIELD_NUMBER: _ClassVar[int]
     SPEC_FIELD_NUMBER: _ClassVar[int]
     PLANNING_SECONDS_FIELD_NUMBER: _ClassVar[int]
+    EXTERNAL_FIELD_NUMBER: _ClassVar[int]
     joint_names: _containers.RepeatedScalarFieldContainer[str]
     times: _geometry_pb2.NumericArray
     positions: _geometry_pb2.NumericArray
@@ -176,4 +189,5 @@ class FoundToolPath(_message.Message):
     duration_seconds: float
     spec: _motion_pb2.MotionSpec
     planning_seconds: float
-    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., freedoms: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., length_meters: _Optional[float] = ..., held_from_seconds: _Optional[float] = ..., held_until_seconds: _Optional[float] = ..., duration_seconds: _Optional[float] = ..., spec: _Optional[_Union[_motion_pb2.MotionSpec, _Mapping]] = ..., planning_seconds: _Optional[float] = ...) -> None: ...
+    external: _containers.RepeatedCompositeFieldContainer[ExternalMotion]
+    def __init__(self, joint_names: _Optional[_Iterable[str]] = ..., times: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., positions: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., freedoms: _Optional[_Union[_geometry_pb2.NumericArray, _Mapping]] = ..., length_meters: _Optional[float] = ..., held_from_seconds: _Optional[float] = ..., held_until_seconds: _Optional[float] = ..., duration_seconds: _Optional[float] = ..., spec: _Optional[_Union[_motion_pb2.MotionSpec, _Mapping]] = ..., planning_seconds: _Optional[float] = ..., external: _Optional[_Iterable[_Union[ExternalMotion, _Mapping]]] = ...) -> None: ...

@@ -66,7 +66,8 @@ class PathServiceServicer(object):
         so that the tool keeps its speed, joints keep their limits, and nothing touches that may not. All else stands as it
         does now. For arms of six joints that turn, the second one at a right angle to the first and parallel to the third, and
         the last three about axes that meet (a spherical wrist), or the fourth one parallel to the third, too, and the last two
-        about axes that meet. Nothing moves; the path comes with a motion that can be started. Where there is none, the refusal
+        about axes that meet; or of which the axes of two meet at one end and those of three at the other. Of seven joints one
+        is held, so that such six are left, and is a free value within its limits. Nothing moves; the path comes with a motion that can be started. Where there is none, the refusal
         tells the place, the frame that is nearest, the joint if it is one's, and the reason. The search ends when the client
         goes away.
         """

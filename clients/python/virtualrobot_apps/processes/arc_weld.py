@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from virtualrobot import Client, Program, ToolPath
@@ -14,6 +14,7 @@ from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, l
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.sources.frames import WAVES, weave
 from virtualrobot_apps.processes.sources.offsets import offset
+from virtualrobot_apps.processes.switching import Switch, read_switch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -24,17 +25,13 @@ class ArcWeld:
         torch: how the torch is led along the seams.
         weave: width, length and shape; None without.
         passes: offsets (across, away) of each pass.
-        signal: the signal that is true while the arc burns; None without.
-        start_seconds: how long the torch stands at the beginning with the arc on.
-        end_seconds: how long it does so at the end, to fill the crater.
+        arc: the signal that is true while the arc burns, at the end until the crater is filled.
     """
 
     torch: Leading
     weave: tuple[float, float, str] | None = None
     passes: tuple[tuple[float, float], ...] = ((0.0, 0.0),)
-    signal: str | None = None
-    start_seconds: float = 0.0
-    end_seconds: float = 0.0
+    arc: Switch = field(default_factory=Switch)
     what: str = "seam"
 
     def frames(self, way: Way) -> tuple[Floats, float]:
@@ -62,16 +59,7 @@ class ArcWeld:
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a seam to a program, with the arc, and return how long that burns (s)."""
-        if self.signal is not None:
-            program.set(self.signal, True)
-        if self.start_seconds:
-            program.dwell(self.start_seconds)
-        program.call(path.program, name)
-        if self.end_seconds:
-            program.dwell(self.end_seconds)
-        if self.signal is not None:
-            program.set(self.signal, False)
-        return path.duration + self.start_seconds + self.end_seconds
+        return self.arc.along(program, path, name)
 
 
 def read_weld(item: Item) -> ArcWeld:
@@ -82,10 +70,7 @@ def read_weld(item: Item) -> ArcWeld:
         given = fields["weave"].fields(("width", "length", "shape"), ("width", "length"))
         shape = given["shape"].one_of(tuple(WAVES)) if "shape" in given else "sine"
         found["weave"] = (given["width"].number(1e-6, 0.1), given["length"].number(1e-6, 1.0), shape)
-    if "arc" in fields:
-        arc = fields["arc"].fields(("signal", "start_seconds", "end_seconds"), ("signal",))
-        found["signal"] = arc["signal"].text()
-        found |= {name: arc[name].number(0.0, 60.0) for name in ("start_seconds", "end_seconds") if name in arc}
+    found["arc"] = read_switch(fields.get("arc"))
     if "passes" in fields:
         found["passes"] = tuple(_pass(one) for one in fields["passes"].items())
         if not found["passes"]:
@@ -97,8 +82,8 @@ def read_weld(item: Item) -> ArcWeld:
 def plan(client: Client, item: Item) -> PlannedProcess:
     """Return the plan of arc welding that a file describes, in the cell as it is; raises what `lead` raises."""
     weld = read_weld(item)
-    planned, burning = lead(client, weld.torch, weld)
-    return PlannedProcess(planned.program, (*planned.measures, f"arc on for {burning:.2f} s"))
+    led = lead(client, weld.torch, weld)
+    return led.with_measures(f"arc on for {led.seconds:.2f} s")
 
 
 def _pass(item: Item) -> tuple[float, float]:

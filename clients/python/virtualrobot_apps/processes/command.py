@@ -18,10 +18,12 @@ if TYPE_CHECKING:
 _EXAMPLES = """
 \b
 Examples:
+  virtualrobot process new arc_weld weld.yaml
   virtualrobot process plan weld.yaml
   virtualrobot process plan weld.yaml --output weld-program.yaml
   virtualrobot process run weld.yaml
 """
+EXAMPLES = Path(__file__).parent / "examples"
 FILE = click.argument("file", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE")
 
 
@@ -34,6 +36,21 @@ def process(ctx: click.Context, target: Target) -> None:
     The cell has to be there: the robot with its tool, and the parts.
     """
     ctx.obj = target
+
+
+@process.command()
+@click.argument("name", metavar="PROCESS", type=click.Choice(sorted(one.stem for one in EXAMPLES.glob("*.yaml"))))
+@FILE
+def new(name: str, file: Path) -> None:
+    """Write an example of a file of PROCESS to FILE, which must not be there yet."""
+    try:
+        with file.open("x", encoding="utf-8") as there:
+            there.write((EXAMPLES / f"{name}.yaml").read_text("utf-8"))
+    except FileExistsError:
+        raise click.UsageError(f"{file} is there already") from None
+    except OSError as error:
+        raise click.UsageError(f"{file} can't be written: {error.strerror}") from None
+    click.echo(f"an example of {name} is in {file}")
 
 
 @process.command()

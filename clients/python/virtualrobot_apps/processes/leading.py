@@ -7,8 +7,9 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
-from virtualrobot import Client, Program, Robot, ToolPath, pose
+from virtualrobot import Client, Move, Program, Robot, ToolPath, pose
 from virtualrobot.errors import InvalidArgumentError, UnreachableError, VirtualRobotError
+from virtualrobot.motions.paths import ToolPathOptions
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
@@ -18,7 +19,7 @@ from virtualrobot_apps.processes.sources.frames import STEEPEST, heading_frames,
 
 MOST_FRAMES = 1001
 """Frames of a tool path at most (docs/tool-paths.md)."""
-FIELDS = ("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step")
+FIELDS = ("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step", "split", "external")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -37,6 +38,9 @@ class Leading:
         tolerance: of the tool path, by axis.
         approach: how far before a way, against z, the tool comes from and goes to.
         density: of the ways.
+        external: the names of robots that move along, as a rail or a positioner does.
+        split: whether a way that can't be gone at once is gone in parts.
+        straight: whether the tool comes and goes on lines; else joints go evenly, which is nearly that.
     """
 
     robot: str
@@ -50,12 +54,53 @@ class Leading:
     tolerance: dict[str, float | tuple[float, float] | str] = field(default_factory=dict)
     approach: float = 0.05
     density: Density = field(default_factory=Density)
+    external: tuple[str, ...] = ()
+    split: bool = False
+    straight: bool = False
 
     def frames(self, way: Way) -> Floats:
         """Return the frames (n, 4, 4) of the tool along a way; raises InvalidArgumentError for what these refuse."""
         if self.heading is not None:
             return heading_frames(way, self.heading, standoff=self.standoff)
         return tool_frames(way, work=self.work, base=self.base, travel=self.travel, standoff=self.standoff)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Stretch:
+    """Stretch that a tool was led along.
+
+    Attributes:
+        parts: the nodes that its way is of; it is in the frame of the first one.
+        way: the way.
+        frames: (n, 4, 4) of the tool, in that frame.
+        speed: along them (m/s).
+    """
+
+    parts: tuple[str, ...]
+    way: Way
+    frames: Floats
+    speed: float
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Led:
+    """Plan of a process whose tool is led along ways.
+
+    Attributes:
+        program: its motion, from where the robot stands now.
+        measures: a line about each way.
+        seconds: how long the tool works (s).
+        stretches: what it was led along, in this order.
+    """
+
+    program: Program
+    measures: tuple[str, ...]
+    seconds: float
+    stretches: tuple[Stretch, ...]
+
+    def with_measures(self, *more: str) -> PlannedProcess:
+        """Return the plan with further lines about it."""
+        return PlannedProcess(self.program, (*self.measures, *more))
 
 
 class Process(Protocol):
@@ -93,6 +138,8 @@ def read_leading(fields: dict[str, Item], sources: Item, tool: Item | None) -> L
         fields["speed"].number(1e-5, 10.0),
         tolerance=_tolerance(fields.get("tolerance")),
         density=Density(**density),
+        external=tuple(one.text() for one in fields["external"].items()) if "external" in fields else (),
+        split="split" in fields and fields["split"].boolean(),
         **found,  # pyright: ignore[reportArgumentType] each by its name
     )
 
@@ -132,8 +179,8 @@ def _tolerance(item: Item | None) -> dict[str, float | tuple[float, float] | str
     return found
 
 
-def lead(client: Client, leading: Leading, process: Process) -> tuple[PlannedProcess, float]:
-    """Return the plan of a process in the cell as it is, and how long (s) its tool works. Nothing moves.
+def lead(client: Client, leading: Leading, process: Process) -> Led:
+    """Return the plan of a process in the cell as it is. Nothing moves.
 
     Between ways the arm goes on free paths.
 
@@ -144,7 +191,7 @@ def lead(client: Client, leading: Leading, process: Process) -> tuple[PlannedPro
     robot, cell = client.robot(leading.robot), cell_of(client)
     program, measures = client.program(), list[str]()
     here: dict[str, float] = {}
-    working = 0.0
+    working, gone = 0.0, list[Stretch]()
     for number, source in enumerate(leading.sources, 1):
         name = f"{process.what} {number}"
         try:
@@ -153,19 +200,41 @@ def lead(client: Client, leading: Leading, process: Process) -> tuple[PlannedPro
                 name = f"{process.what} {number}" if len(ways) == 1 else f"{process.what} {number}.{row}"
                 for told, there, frames, speed in process.stretches(way, name):
                     name = told
-                    path = client.paths.find_tool_path(
-                        robot, frames, speed, tolerance=leading.tolerance, reference=source.parts[0]
-                    )
-                    before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
-                    program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
-                    program.move(robot.ptp(path.start_joints))
-                    working += process.along(program, path, name)
-                    program.move(robot.ptp(behind))
-                    here = behind
-                    measures.append(_measure(name, there, path))
+                    gone.append(Stretch(source.parts, there, frames, speed))
+                    for name, path in _paths(client, leading, told, frames, speed, source.parts[0]):
+                        before, behind = (_before(robot, leading.approach, path, end) for end in (0, -1))
+                        if path.external:
+                            # A free path is looked for where all else stands as it does now.
+                            program.move(robot.ptp(before), *_external(client, path))
+                        else:
+                            program.call(client.paths.find(robot, before, start=here).program, f"to {name}")
+                        program.move(_straight(client, robot, path.start_joints, leading))
+                        working += process.along(program, path, name)
+                        program.move(_straight(client, robot, behind, leading))
+                        here = behind
+                        measures.append(_measure(name, there.length if name == told else path.length, path))
         except VirtualRobotError as error:
             raise _at(source.item, name, error) from None
-    return PlannedProcess(program, tuple(measures)), working
+    return Led(program, tuple(measures), working, tuple(gone))
+
+
+def _paths(
+    client: Client, leading: Leading, name: str, frames: Floats, speed: float, reference: str
+) -> list[tuple[str, ToolPath]]:
+    """Return the tool paths along frames (n, 4, 4), by their names: one, or the fewest where they may be split."""
+    led: ToolPathOptions = {"tolerance": leading.tolerance, "reference": reference, "external": leading.external}
+    if not leading.split:
+        return [(name, client.paths.find_tool_path(leading.robot, frames, speed, **led))]
+    parts = client.paths.find_tool_path_parts(leading.robot, frames, speed, **led)
+    for part in parts:
+        if part.refusal is not None:
+            raise part.refusal
+    whole = len(parts) == 1
+    return [
+        (name if whole else f"{name}, part {number}", part.path)
+        for number, part in enumerate(parts, 1)
+        if part.path is not None
+    ]
 
 
 def check_frames(frames: Floats, way: Way, remedy: str) -> None:
@@ -190,6 +259,19 @@ def _before(robot: Robot, approach: float, path: ToolPath, row: int) -> dict[str
     return dict(zip(found.joint_names, found.solutions[0].tolist(), strict=True))
 
 
+def _external(client: Client, path: ToolPath) -> list[Move]:
+    """Return the moves of robots that move along to where a path begins."""
+    return [client.robot(name).ptp(motion.start_joints) for name, motion in path.external.items()]
+
+
+def _straight(client: Client, robot: Robot, joints: dict[str, float], leading: Leading) -> Move:
+    """Return the move to a posture on a way that a tool comes or goes by; a line is in the frame of the robot."""
+    if not leading.straight:
+        return robot.ptp(joints)
+    world_t_robot = client.scene[robot.name].pose
+    return robot.linear(np.linalg.inv(world_t_robot) @ robot.solve_forward(joints).world_t_tcp, reference=robot.name)
+
+
 def _at(item: Item, name: str, error: VirtualRobotError) -> VirtualRobotError:
     """Return an error with the place of the source in the file before it."""
     if error.metadata.get("file") == item.file:
@@ -198,10 +280,10 @@ def _at(item: Item, name: str, error: VirtualRobotError) -> VirtualRobotError:
     return type(error)(f"{item.file}:{item.line}: {name}: {error.message}", error.reason, metadata, error.code)
 
 
-def _measure(name: str, way: Way, path: ToolPath) -> str:
+def _measure(name: str, length: float, path: ToolPath) -> str:
     """Return a line about a way: its length and time, and how far the tool leans from its angles."""
     lean = np.degrees(np.abs(path.freedoms[:, 3:5]).max(axis=0))
     return (
-        f"{name}: {1e3 * way.length:.1f} mm in {path.duration:.2f} s, work angle within {lean[0]:.1f} and travel angle "
+        f"{name}: {1e3 * length:.1f} mm in {path.duration:.2f} s, work angle within {lean[0]:.1f} and travel angle "
         f"within {lean[1]:.1f} degrees of what is wanted, {path.searches} searches, {path.checks} checks"
     )

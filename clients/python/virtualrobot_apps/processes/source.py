@@ -23,8 +23,9 @@ from virtualrobot_apps.processes.sources.picked import spline
 from virtualrobot_apps.processes.sources.raster import raster
 from virtualrobot_apps.processes.sources.sampling import CHORD, STEP, sampled
 from virtualrobot_apps.processes.sources.sections import section
+from virtualrobot_apps.processes.sources.spots import shortest_order, spots
 
-_SOURCES = ("edge", "points", "targets", "section", "raster", "gcode", "curves")
+_SOURCES = ("edge", "points", "targets", "section", "raster", "gcode", "curves", "spots")
 _FIELDS = ("part", *_SOURCES, "near", "normal", "reverse", "trim")
 _NORMAL = ("points", "gcode", "curves")
 
@@ -170,6 +171,33 @@ def _targets(_: Item, fields: dict[str, Item], parts: tuple[str, ...]) -> Make:
     return make
 
 
+def _spots(item: Item, fields: dict[str, Item], parts: tuple[str, ...]) -> Make:
+    given = fields["spots"].fields(("points", "normal", "targets", "depth", "clear", "pecks", "order"))
+    if ("points" in given) == ("targets" in given):
+        raise item.error("spots are at `points` with a `normal`, or at `targets`")
+    if ("normal" in given) != ("points" in given):
+        raise fields["spots"].error("points have a `normal` that the tool points against; targets have their own")
+    names = tuple(one.text() for one in given["targets"].items()) if "targets" in given else ()
+    points = np.array([vector(one) for one in given["points"].items()]).reshape(-1, 3) if "points" in given else None
+    normal = vector(given["normal"]) if "normal" in given else None
+    lengths = {name: given[name].number(0.0, 1.0) for name in ("depth", "clear") if name in given}
+    pecks = given["pecks"].whole(1, 100) if "pecks" in given else 1
+    order = given["order"].one_of(("given", "shortest")) if "order" in given else "given"
+
+    def make(cell: Cell, _: Density) -> list[Way]:
+        if points is None:
+            poses = np.array([cell.pose(name, parts[0]) for name in names]).reshape(-1, 4, 4)
+            places, normals = poses[:, :3, 3], -poses[:, :3, 2]
+        else:
+            places, normals = points, np.tile(normal, (len(points), 1))
+        if order == "shortest" and len(places):
+            rows = shortest_order(places)
+            places, normals = places[rows], normals[rows]
+        return spots(places, normals, pecks=pecks, **lengths)
+
+    return make
+
+
 def _section(_: Item, fields: dict[str, Item], parts: tuple[str, ...]) -> Make:
     plane = fields["section"].fields(("origin", "normal"), ("origin", "normal"))
     origin, normal = vector(plane["origin"]), vector(plane["normal"])
@@ -198,7 +226,7 @@ def _raster(_: Item, fields: dict[str, Item], parts: tuple[str, ...]) -> Make:
 
 
 def _gcode(item: Item, fields: dict[str, Item], _: tuple[str, ...]) -> Make:
-    file = _beside(item, fields["gcode"].text())
+    file = beside(item, fields["gcode"].text())
     normal = vector(fields["normal"]) if "normal" in fields else np.array([0.0, 0.0, 1.0])
 
     def make(_: Cell, density: Density) -> list[Way]:
@@ -213,7 +241,7 @@ def _gcode(item: Item, fields: dict[str, Item], _: tuple[str, ...]) -> Make:
 
 def _curves(item: Item, fields: dict[str, Item], _: tuple[str, ...]) -> Make:
     given = fields["curves"].fields(("file", "names"), ("file",))
-    file = _beside(item, given["file"].text())
+    file = beside(item, given["file"].text())
     names = tuple(one.text() for one in given["names"].items()) if "names" in given else ()
     axis = -vector(fields["normal"]) if "normal" in fields else None
 
@@ -232,10 +260,11 @@ _READERS: dict[str, Callable[[Item, dict[str, Item], tuple[str, ...]], Make]] = 
     "raster": _raster,
     "gcode": _gcode,
     "curves": _curves,
+    "spots": _spots,
 }
 
 
-def _beside(item: Item, name: str) -> Path:
+def beside(item: Item, name: str) -> Path:
     """Return a file whose name is beside the one that names it."""
     return Path(item.file).parent / name
 

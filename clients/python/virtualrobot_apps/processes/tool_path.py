@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from virtualrobot import Client, Program, ToolPath
 
@@ -11,6 +11,7 @@ from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
 from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.switching import Switch, read_switch
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -19,11 +20,11 @@ class Follow:
 
     Attributes:
         tool: how it is led.
-        signal: the signal that is true along each way; None without.
+        signal: the signal that is true along each way.
     """
 
     tool: Leading
-    signal: str | None = None
+    signal: Switch = field(default_factory=Switch)
     what: str = "way"
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
@@ -34,18 +35,17 @@ class Follow:
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add the way to a program, with the signal, and return how long it takes (s)."""
-        if self.signal is not None:
-            program.set(self.signal, True)
-        program.call(path.program, name)
-        if self.signal is not None:
-            program.set(self.signal, False)
-        return path.duration
+        return self.signal.along(program, path, name)
+
+
+def read_follow(item: Item) -> Follow:
+    """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
+    fields = item.fields((*FIELDS, "ways", "tool", "signal"), ("robot", "ways", "speed"))
+    return Follow(read_leading(fields, fields["ways"], fields.get("tool")), read_switch(fields.get("signal")))
 
 
 def plan(client: Client, item: Item) -> PlannedProcess:
     """Return the plan of what a file describes, in the cell as it is; raises what `lead` raises."""
-    fields = item.fields((*FIELDS, "ways", "tool", "signal"), ("robot", "ways", "speed"))
-    tool = read_leading(fields, fields["ways"], fields.get("tool"))
-    follow = Follow(tool, fields["signal"].text() if "signal" in fields else None)
-    planned, working = lead(client, tool, follow)
-    return PlannedProcess(planned.program, (*planned.measures, f"on its ways for {working:.2f} s"))
+    follow = read_follow(item)
+    led = lead(client, follow.tool, follow)
+    return led.with_measures(f"on its ways for {led.seconds:.2f} s")

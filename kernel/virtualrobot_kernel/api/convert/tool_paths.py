@@ -33,6 +33,7 @@ def tool_path_asked(request: path_pb2.FindToolPathRequest) -> ToolPathAsked:
         positive(path.velocity_meters_per_second, "path.velocity_meters_per_second"),
         not_negative(path.acceleration_meters_per_second_squared, "path.acceleration_meters_per_second_squared"),
         time_limit(request.time_limit_seconds, SECONDS),
+        tuple(request.external_robots),
     )
 
 
@@ -63,21 +64,33 @@ def _tolerances(path: path_pb2.ToolPath) -> Tolerances:
 
 def found_tool_path(query: ToolPathQuery, found: Mapping[str, Any]) -> path_pb2.FoundToolPath:
     """Return the result of `find_tool_path` as a message."""
-    times, positions, velocities = map(array_message, found["trajectory"])
-    trajectory = motion_pb2.JointTrajectory(
-        joint_names=query.joint_names, times=times, positions=positions, velocities=velocities
-    )
+    times, positions, velocities = found["trajectory"]
     group = selection_message(query.group) if query.group != WHOLE else None
-    move = motion_pb2.Move(robot=query.robot, group=group, joint_trajectory=trajectory)
+    own = (query.robot, group, query.joint_names)
+    moves, external, first = list[motion_pb2.Move](), list[path_pb2.ExternalMotion](), 0
+    for robot, of, names in (own, *((one.robot, None, one.joint_names) for one in query.externals)):
+        columns = slice(first, first + len(names))
+        first = columns.stop
+        trajectory = motion_pb2.JointTrajectory(
+            joint_names=names,
+            times=array_message(times),
+            positions=array_message(positions[:, columns]),
+            velocities=array_message(velocities[:, columns]),
+        )
+        moves.append(motion_pb2.Move(robot=robot, group=of, joint_trajectory=trajectory))
+        if len(moves) > 1:
+            there = array_message(found["positions"][:, columns])
+            external.append(path_pb2.ExternalMotion(robot=robot, joint_names=names, positions=there))
     return path_pb2.FoundToolPath(
         joint_names=query.joint_names,
         times=array_message(found["times"]),
-        positions=array_message(found["positions"]),
+        positions=array_message(found["positions"][:, : len(query.joint_names)]),
         freedoms=array_message(found["freedoms"]),
         length_meters=found["length"],
         held_from_seconds=found["held"][0],
         held_until_seconds=found["held"][1],
         duration_seconds=found["duration"],
-        spec=motion_pb2.MotionSpec(steps=[motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=[move]))]),
+        spec=motion_pb2.MotionSpec(steps=[motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=moves))]),
         planning_seconds=found["seconds"],
+        external=external,
     )

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ from virtualrobot.robots.robot import Robot
 from virtualrobot.v1 import geometry_pb2, motion_pb2, signal_pb2
 
 from virtualrobot_apps.languages.core.joint_speed import full_speed
+from virtualrobot_apps.languages.writers.polyline import BESIDE, TURNED, polyline
 from virtualrobot_apps.languages.writers.statements import (
     Arc,
     Comment,
@@ -65,7 +67,6 @@ _COMPARISONS = {
 }
 _REFUSED = {
     "spline": "a spline can't be told to a controller",
-    "joint_trajectory": "a joint trajectory has times of its own, which no controller's program has",
     "joint_jog": "a jog is for a person's hand",
     "cartesian_jog": "a jog is for a person's hand",
     "wait_part": "a robot does not know where parts are; wait for a sensor's signal",
@@ -217,7 +218,8 @@ class _Resolver:
             goes = [column >= 0 for column in columns]
             ways = np.where(goes, moved.positions[[*inside, rest]][:, columns], joints)
             poses = np.stack([place, *map(self._in_base, moved.world_t_tcp[[*inside, rest]])])
-            self._found.append((step.at, self._move(step.at, step.message.move, np.vstack([joints, ways]), poses)))
+            rows, speeds = np.vstack([joints, ways]), np.array([0.0, *moved.tcp_speeds[[*inside, rest]]])
+            self._found += [(step.at, one) for one in self._moved(step.at, step.message.move, rows, poses, speeds)]
             joints, place = ways[-1], poses[-1]
         return Way(steps, joints, place, self._tool, self._share)
 
@@ -326,6 +328,28 @@ class _Resolver:
         tool_t_tcp = points[point] if point else np.eye(4)
         flange_t_tool = np.linalg.inv(self._world_t_flange) @ self._client.scene.pose(tool)
         return f"{tool}.{point}" if len(points) > 1 else tool, flange_t_tool @ tool_t_tcp
+
+    def _moved(self, at: str, step: motion_pb2.MoveStep, ways: Floats, poses: Matrix, speeds: Floats) -> list[Move]:
+        """Return the moves of a step: one, or lines for a joint trajectory, whose tool has speeds (k,) in m/s."""
+        if step.moves[0].WhichOneof("move") != "joint_trajectory":
+            return [self._move(at, step, ways, poses)]
+        lines = polyline(poses, speeds)
+        if lines is None:
+            raise _refused(at, "it turns its tool on the spot, which no line tells; go there by joint moves")
+        self._frames.setdefault("", np.eye(4))
+        passed = [(ways[row], poses[row], self._branch(ways[row], poses[row])) for row in lines.rows]
+        goals = [Goal(joints, pose, "", pose, branch) for joints, pose, branch in passed]
+        for before, goal in pairwise(goals):
+            if before.branch != goal.branch:
+                raise _refused(at, f"no line leads from the posture {before.branch!r} to {goal.branch!r}")
+        self._note(
+            f"step {at}: its joint trajectory is told as {len(lines.lengths)} lines, within {1e3 * BESIDE:g} mm and "
+            f"{np.degrees(TURNED):.2g} degrees; when it is where is the controller's"
+        )
+        return [
+            Line(goal, float(speed), ACCELERATION, lines.zone(row))
+            for row, (goal, speed) in enumerate(zip(goals[1:], lines.speeds, strict=True))
+        ]
 
     def _move(self, at: str, step: motion_pb2.MoveStep, ways: Floats, poses: Matrix) -> Move:
         """Return a move that passes joints (k, n), and the tool centre point poses (k, 4, 4) in the base's frame."""

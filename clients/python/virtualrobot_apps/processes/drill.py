@@ -1,0 +1,73 @@
+"""Drilling: holes along the normals of a surface, by a spindle, in pecks where they are deep."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from virtualrobot import Client, Program, ToolPath
+
+from virtualrobot_apps.cell_io.yaml_file import Item
+from virtualrobot_apps.curves.way import Floats, Way
+from virtualrobot_apps.processes.effects.chips import Cutter, measures, read_cutter
+from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
+from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.switching import Switch, read_switch
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Drill:
+    """Drilling as a file describes it.
+
+    Attributes:
+        drill: how it is led.
+        spindle: the signal that turns it.
+        solid: its size, by which chips are told; None: they are not.
+    """
+
+    drill: Leading
+    spindle: Switch
+    solid: Cutter | None = None
+    what: str = "hole"
+
+    def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
+        """Yield the way into a hole."""
+        frames = self.drill.frames(way)
+        check_frames(frames, way, "give a greater step")
+        yield name, way, frames, self.drill.speed
+
+    def along(self, program: Program, path: ToolPath, name: str) -> float:
+        """Add a way into a hole to a program, with the spindle, which turns on; return how long that takes (s)."""
+        return self.spindle.on_along(program, path, name)
+
+
+def read_drill(item: Item) -> Drill:
+    """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
+    fields = item.fields(
+        (*FIELDS, "holes", "drill", "spindle", "diameter", "length"), ("robot", "holes", "speed", "drill")
+    )
+    drill = read_leading(fields, fields["holes"], fields["drill"])
+    if drill.heading is None:
+        raise fields["drill"].error("a drill goes along itself: give the direction of its x, `heading: [1, 0, 0]`")
+    for one in fields["holes"].items():
+        given = one.mapping()
+        if "spots" not in given:
+            raise one.error("holes are at spots: give `spots` with points and normal, or targets, and their depth")
+        spots = given["spots"].mapping()
+        depth = spots["depth"].number() if "depth" in spots else 0.0
+        if depth <= 0.0:
+            raise given["spots"].error("a hole has a `depth` in m above 0")
+        if drill.approach <= depth:
+            raise given["spots"].error(
+                f"a hole {depth:g} m deep is left by more than that: give a longer `approach` than {drill.approach:g} m"
+            )
+    return Drill(replace(drill, straight=True), read_switch(fields.get("spindle")), read_cutter(fields))
+
+
+def plan(client: Client, item: Item) -> PlannedProcess:
+    """Return the plan of drilling that a file describes, in the cell as it is; raises what `lead` raises."""
+    work = read_drill(item)
+    led = lead(client, work.drill, work)
+    work.spindle.off(led.program)
+    told = f"{len(led.stretches)} ways into holes, drilling for {led.seconds:.2f} s"
+    return led.with_measures(*measures(client, led, work.solid), told)

@@ -1,0 +1,1 @@
+"""Effects of processes on parts: what they leave there, in numbers."""

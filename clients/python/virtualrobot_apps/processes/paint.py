@@ -1,0 +1,86 @@
+"""Painting: a gun that goes over a surface in ways side by side, and the film that it leaves."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from virtualrobot import Client, Program, ToolPath
+
+from virtualrobot_apps.cell_io.yaml_file import Item
+from virtualrobot_apps.curves.way import Floats, Way
+from virtualrobot_apps.processes.effects.film import Film, Jet, sprayed
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, check_frames, lead, read_leading
+from virtualrobot_apps.processes.part import part_mesh
+from virtualrobot_apps.processes.process import PlannedProcess
+from virtualrobot_apps.processes.switching import Switch, read_switch
+
+FINE = 0.125
+"""Longest edge of a triangle whose film is told, in parts of the jet's width."""
+MOST_FACES = 500_000
+THIN = 0.5
+"""Part of the mean thickness below which a film is thin."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Paint:
+    """Painting as a file describes it.
+
+    Attributes:
+        gun: how it is led; its standoff is the jet's.
+        jet: what leaves it.
+        trigger: the signal that opens it.
+    """
+
+    gun: Leading
+    jet: Jet
+    trigger: Switch
+    what: str = "pass"
+
+    def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
+        """Yield the way."""
+        frames = self.gun.frames(way)
+        check_frames(frames, way, "give a greater step or chord")
+        yield name, way, frames, self.gun.speed
+
+    def along(self, program: Program, path: ToolPath, name: str) -> float:
+        """Add a pass to a program, with the trigger, and return how long that is pulled (s)."""
+        return self.trigger.along(program, path, name)
+
+
+def read_paint(item: Item) -> Paint:
+    """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
+    fields = item.fields((*FIELDS, "ways", "gun", "jet", "trigger"), ("robot", "ways", "speed", "gun", "jet"))
+    gun = read_leading(fields, fields["ways"], fields["gun"])
+    if gun.standoff <= 0.0:
+        raise fields["gun"].error("a gun sprays from a distance: give its `standoff` in m")
+    jet = fields["jet"].fields(("width", "flow_millilitres", "solids"), ("width", "flow_millilitres"))
+    solids = jet["solids"].number(0.01, 1.0) if "solids" in jet else 1.0
+    flow = 1e-6 * solids * jet["flow_millilitres"].number(1e-3, 1e3)
+    return Paint(gun, Jet(jet["width"].number(1e-3, 2.0), gun.standoff, flow), read_switch(fields.get("trigger")))
+
+
+def plan(client: Client, item: Item) -> PlannedProcess:
+    """Return the plan of painting that a file describes, in the cell as it is; raises what `lead` raises."""
+    work = read_paint(item)
+    led = lead(client, work.gun, work)
+    told = [measure(parts, film) for parts, film in films(client, work.jet, led)]
+    return led.with_measures(*told, f"the gun sprays for {led.seconds:.2f} s")
+
+
+def films(client: Client, jet: Jet, led: Led) -> Iterator[tuple[tuple[str, ...], Film]]:
+    """Yield the film on each of the parts that were painted, without what the passes over others leave there."""
+    for parts in dict.fromkeys(one.parts for one in led.stretches):
+        mesh = part_mesh(client, parts)
+        longest = max(FINE * jet.width, (mesh.area / MOST_FACES) ** 0.5)
+        fine = mesh.subdivide_to_size(longest, max_iter=20)
+        yield parts, sprayed(fine, [(one.frames, one.speed) for one in led.stretches if one.parts == parts], jet)
+
+
+def measure(parts: tuple[str, ...], film: Film) -> str:
+    """Return a line about a film."""
+    return (
+        f"film on {', '.join(parts)}: {1e6 * film.mean:.3g} um in the mean, spread {100 * film.spread:.3g}%, "
+        f"{100 * film.thinner(THIN * film.mean):.3g}% of it thinner than half of that, "
+        f"{100 * film.overspray:.3g}% beside the part"
+    )

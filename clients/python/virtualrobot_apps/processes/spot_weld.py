@@ -1,0 +1,66 @@
+"""Spot welding: tongs that go to spots, close there, and weld."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from virtualrobot import Client, Program, ToolPath
+
+from virtualrobot_apps.cell_io.yaml_file import Item
+from virtualrobot_apps.curves.way import Floats, Way
+from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
+from virtualrobot_apps.processes.process import PlannedProcess
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SpotWeld:
+    """Spot welding as a file describes it.
+
+    Attributes:
+        tongs: how they are led.
+        signal: the signal that closes them and welds; None without.
+        seconds: how long that takes.
+    """
+
+    tongs: Leading
+    signal: str | None
+    seconds: float
+    what: str = "spot"
+
+    def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
+        """Yield the way to a spot."""
+        frames = self.tongs.frames(way)
+        check_frames(frames, way, "give a greater step")
+        yield name, way, frames, self.tongs.speed
+
+    def along(self, program: Program, path: ToolPath, name: str) -> float:
+        """Add the way to a spot and the weld to a program, and return how long that takes (s)."""
+        program.call(path.program, name)
+        if self.signal is not None:
+            program.set(self.signal, True)
+        program.dwell(self.seconds)
+        if self.signal is not None:
+            program.set(self.signal, False)
+        return self.seconds
+
+
+def read_spot_weld(item: Item) -> SpotWeld:
+    """Return what a file says; raises MalformedFileError, with file and line, for what it says wrong."""
+    fields = item.fields((*FIELDS, "spots", "tongs", "weld"), ("robot", "spots", "speed", "tongs", "weld"))
+    tongs = read_leading(fields, fields["spots"], fields["tongs"])
+    if tongs.heading is None:
+        raise fields["tongs"].error("tongs go along themselves: give the direction of their x, `heading: [1, 0, 0]`")
+    for one in fields["spots"].items():
+        if "spots" not in one.mapping():
+            raise one.error("give `spots` with points and normal, or targets")
+    weld = fields["weld"].fields(("signal", "seconds"), ("seconds",))
+    signal = weld["signal"].text() if "signal" in weld else None
+    return SpotWeld(tongs, signal, weld["seconds"].number(0.001, 60.0))
+
+
+def plan(client: Client, item: Item) -> PlannedProcess:
+    """Return the plan of spot welding that a file describes, in the cell as it is; raises what `lead` raises."""
+    work = read_spot_weld(item)
+    led = lead(client, work.tongs, work)
+    return led.with_measures(f"{len(led.stretches)} spots, welded for {led.seconds:.2f} s in all")

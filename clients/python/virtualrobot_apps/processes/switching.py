@@ -1,0 +1,63 @@
+"""Signal of a tool along a way: an arc, a valve, a spindle, with the time that the tool stands at the ends for it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from virtualrobot import Program, ToolPath
+
+from virtualrobot_apps.cell_io.yaml_file import Item
+
+LONGEST = 60.0
+"""Longest time (s) that a tool stands at an end."""
+
+
+@dataclass(frozen=True, slots=True)
+class Switch:
+    """Signal that is true, or has a value, along a way.
+
+    Attributes:
+        signal: its name; None without.
+        value: what it has along the way: true, or a number; before and after it is false, or 0.
+        start_seconds: how long the tool stands at the beginning with it on.
+        end_seconds: how long it does so at the end.
+    """
+
+    signal: str | None = None
+    value: bool | float = True
+    start_seconds: float = 0.0
+    end_seconds: float = 0.0
+
+    def along(self, program: Program, path: ToolPath, name: str) -> float:
+        """Add a tool path to a program, with the signal, and return how long that is on (s)."""
+        working = self.on_along(program, path, name)
+        self.off(program)
+        return working
+
+    def on_along(self, program: Program, path: ToolPath, name: str) -> float:
+        """Add a tool path to a program, with the signal, which stays on; return how long that takes (s)."""
+        if self.signal is not None:
+            program.set(self.signal, self.value)
+        if self.start_seconds:
+            program.dwell(self.start_seconds)
+        program.call(path.program, name)
+        if self.end_seconds:
+            program.dwell(self.end_seconds)
+        return path.duration + self.start_seconds + self.end_seconds
+
+    def off(self, program: Program) -> None:
+        """Add to a program that the signal is off from here on."""
+        if self.signal is not None:
+            program.set(self.signal, False if self.value is True else 0.0)
+
+
+def read_switch(item: Item | None) -> Switch:
+    """Return what a file says: a signal's name, or a mapping; raises MalformedFileError for what it says wrong."""
+    if item is None:
+        return Switch()
+    if not item.is_mapping:
+        return Switch(item.text())
+    fields = item.fields(("signal", "value", "start_seconds", "end_seconds"), ("signal",))
+    value = fields["value"].number() if "value" in fields else True
+    times = {name: fields[name].number(0.0, LONGEST) for name in ("start_seconds", "end_seconds") if name in fields}
+    return Switch(fields["signal"].text(), value, **times)
