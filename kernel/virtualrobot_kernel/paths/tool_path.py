@@ -253,7 +253,7 @@ class _Search:
     def _law(self, followed: PiecewisePolynomial) -> PiecewisePolynomial:
         """Return the law along a joint path that keeps the tool's speed; raise LimitError where joints can't."""
         rates, bends = followed.derivative(), followed.derivative().derivative()
-        for function, power, limits, what, over in (
+        for function, power, limits, what, unit in (
             (rates, 1, self._limits.velocity, "speed", "/s"),
             (bends, 2, self._limits.acceleration, "acceleration", "/s^2"),
         ):
@@ -262,12 +262,12 @@ class _Search:
             if excursion is not None:
                 needed, limit = abs(excursion.value) * self._rate**power, float(limits[excursion.component])
                 kept = self._query.velocity * (limit / needed) ** (1.0 / power)
-                unit = ("rad" if self._arm.turns[excursion.component] else "m") + over
+                turns = self._arm.turns[excursion.component]
                 raise self._places.error(
                     excursion.parameter,
                     f"joint {self._limits.names[excursion.component]!r} can't keep the tool's speed of "
-                    f"{self._query.velocity:g} m/s: it would need {what} {needed:.4g} {unit}, its limit is {limit:.4g}"
-                    f"; it could keep {kept:.3g} m/s",
+                    f"{self._query.velocity:g} m/s: it would need {what} {needed:.4g} "
+                    f"{'rad' if turns else 'm'}{unit}, its limit is {limit:.4g}; it could keep {kept:.3g} m/s",
                     Reason.LIMIT_EXCEEDED,
                     joint=self._limits.names[excursion.component],
                     value=needed,

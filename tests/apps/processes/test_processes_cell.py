@@ -16,15 +16,16 @@ from virtualrobot_apps.processes.process import PlannedProcess, plan_file
 
 pytestmark = pytest.mark.long
 
-TICK = 0.004
+STEP, TICKS = 0.02, 5
+"""Time from sample to sample (s), and ticks."""
 TOP = 0.46
 """Height (m) of the plate's upper face."""
 
 
 def cell(client: Client) -> Robot:
-    """Return an arm with a slim tool, whose tip is 150 mm from its flange, before a plate of 300 x 300 x 20 mm."""
+    """Return an arm with a tool, its tip 150 mm from the wrist's centre, before a plate of 300 x 300 x 20 mm."""
     arm = client.load_robot("model://puma560", name="arm")
-    nozzle = virtualrobot.cylinder(0.004, 0.145, pose=virtualrobot.pose(z=0.0725))
+    nozzle = virtualrobot.cylinder(0.004, 0.085, pose=virtualrobot.pose(z=0.1025))
     client.scene.add_tool("tool", arm.flange, [nozzle], tool_center_points={"tip": virtualrobot.pose(z=0.15)})
     plate = virtualrobot.box(0.3, 0.3, 0.02)
     client.scene.add_part("plate", plate, pose=virtualrobot.pose(0.55, 0.0, 0.45))
@@ -42,11 +43,11 @@ def planned(client: Client, folder: Path, text: str) -> PlannedProcess:
 
 
 def gone(client: Client, arm: Robot, work: PlannedProcess) -> Matrix:
-    """Return the pose (n, 4, 4) of the tip after each tick in which the signal is on."""
+    """Return the pose (n, 4, 4) of the tip after each few ticks, where the signal is on."""
     motion = work.program.start(wait=False)
     poses = []
-    for _ in range(int(motion.planned_duration / TICK) + 10):
-        client.clock.step(1)
+    for _ in range(int(motion.planned_duration / STEP) + 10):
+        client.clock.step(TICKS)
         if client.signals["on"]:
             poses.append(arm.tcp)
     assert motion.wait().phase is virtualrobot.Phase.SUCCEEDED and not client.signals["on"]
@@ -67,7 +68,7 @@ valve: "on"
     assert f"{1e6 * 0.26 * 0.5 * np.pi * 0.002**2:.3g} ml in beads" in work.measures[-1]
     points = gone(steps, arm, work)[:, :3, 3]
     np.testing.assert_allclose(points[:, [0, 2]], np.tile([0.45, TOP + 0.003], (len(points), 1)), atol=1e-5)
-    assert np.ptp(points[:, 1]) == pytest.approx(0.26, abs=1e-4)
+    assert np.ptp(points[:, 1]) == pytest.approx(0.26, abs=1e-3)
 
 
 def test_a_plate_is_painted_evenly(steps: Client, tmp_path: Path) -> None:
@@ -98,7 +99,7 @@ motor: "on"
 """
     way = gone(steps, arm, planned(steps, tmp_path, text))[:, 1, 3]
     turn = int(np.abs(way - way[0]).argmax())
-    assert np.ptp(way) == pytest.approx(0.2, abs=1e-4) and way[-1] == pytest.approx(way[0], abs=1e-3)
+    assert np.ptp(way) == pytest.approx(0.2, abs=1e-3) and way[-1] == pytest.approx(way[0], abs=1e-3)
     assert 0.3 < turn / len(way) < 0.7
 
 
@@ -139,7 +140,7 @@ spindle: {signal: "on"}
     assert points[:, 2].min() == pytest.approx(TOP - 0.002, abs=1e-4)
     deep = points[points[:, 2] < TOP - 0.0015]
     assert np.ptp(deep[:, 0]) == pytest.approx(0.1, abs=2e-3)
-    assert np.linalg.norm(np.diff(deep, axis=0), axis=1).max() / TICK < 0.3
+    assert np.linalg.norm(np.diff(deep, axis=0), axis=1).max() / STEP < 0.3
 
 
 def test_spots_are_welded_one_after_the_other(steps: Client, tmp_path: Path) -> None:
@@ -154,7 +155,7 @@ tongs: {heading: [1, 0, 0]}
 weld: {signal: "on", seconds: 0.4}
 """
     points = gone(steps, arm, planned(steps, tmp_path, text))[:, :3, 3]
-    assert len(points) * TICK == pytest.approx(1.2, abs=0.04)
+    assert len(points) * STEP == pytest.approx(1.2, abs=0.08)
     places = np.unique(np.round(points, 4), axis=0)
     np.testing.assert_allclose(places[:, 1], [-0.1, 0.0, 0.1], atol=1e-4)
 
@@ -192,8 +193,8 @@ signal: "on"
     work = planned(steps, tmp_path, text)
     motion = work.program.start(wait=False)
     seen = []
-    for _ in range(int(motion.planned_duration / TICK) + 10):
-        steps.clock.step(1)
+    for _ in range(int(motion.planned_duration / STEP) + 10):
+        steps.clock.step(TICKS)
         if steps.signals["on"]:
             seen.append((np.linalg.inv(steps.scene["ring"].pose) @ arm.tcp)[:3, 3])
     assert motion.wait().phase is virtualrobot.Phase.SUCCEEDED

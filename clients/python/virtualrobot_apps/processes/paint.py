@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from trimesh import Trimesh
 from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
@@ -74,6 +75,7 @@ def films(client: Client, jet: Jet, led: Led) -> Iterator[tuple[tuple[str, ...],
         mesh = part_mesh(client, parts)
         longest = max(FINE * jet.width, (mesh.area / MOST_FACES) ** 0.5)
         fine = mesh.subdivide_to_size(longest, max_iter=20)
+        assert isinstance(fine, Trimesh)
         yield parts, sprayed(fine, [(one.frames, one.speed) for one in led.stretches if one.parts == parts], jet)
 
 

@@ -185,7 +185,7 @@ def _spots(item: Item, fields: dict[str, Item], parts: tuple[str, ...]) -> Make:
     order = given["order"].one_of(("given", "shortest")) if "order" in given else "given"
 
     def make(cell: Cell, _: Density) -> list[Way]:
-        if points is None:
+        if points is None or normal is None:
             poses = np.array([cell.pose(name, parts[0]) for name in names]).reshape(-1, 4, 4)
             places, normals = poses[:, :3, 3], -poses[:, :3, 2]
         else:

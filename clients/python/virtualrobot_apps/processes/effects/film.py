@@ -16,7 +16,7 @@ from itertools import pairwise
 import numpy as np
 import trimesh
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 from virtualrobot.errors import InvalidArgumentError, WrongStateError
 
 Floats = NDArray[np.float64]
@@ -103,7 +103,7 @@ def sprayed(mesh: trimesh.Trimesh, passes: list[tuple[Floats, float]], jet: Jet)
     if min(jet.width, jet.standoff, jet.flow, *(speed for _, speed in passes)) <= 0.0:
         raise InvalidArgumentError("width, standoff and flow of a jet, and the speed of a gun, must be above 0")
     centres, normals, areas = mesh.triangles_center, mesh.face_normals, mesh.area_faces
-    tree, thickness, volume = cKDTree(centres), np.zeros(len(areas)), 0.0
+    tree, thickness, volume = KDTree(centres), np.zeros(len(areas)), 0.0
     slope = 0.5 * jet.width / jet.standoff
     # What is farther than twice the standoff gets a quarter at most; it counts up to there.
     farthest = 2.0 * jet.standoff * np.hypot(1.0, slope)
