@@ -169,6 +169,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The Boe-Bot's worlds are written as YAML, and its pictures looked at by OpenCV, where that is installed.
     f"{APPS}/vehicles/boebot/worlds.py": ("virtualrobot_apps", "numpy", "yaml"),
     f"{APPS}/vehicles/boebot/line_follower.py": ("virtualrobot", "numpy", "cv2"),
+    # So are printed markers.
+    f"{APPS}/registration/marker_pose.py": ("virtualrobot_apps", "virtualrobot", "numpy", "cv2"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
     # Fixtures, which pytest finds.

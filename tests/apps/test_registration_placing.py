@@ -1,0 +1,103 @@
+"""Files of touched points, and what is made of them and of markers, without a kernel."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import virtualrobot
+from virtualrobot.errors import InvalidArgumentError, MalformedFileError
+from virtualrobot_apps.cell_io.yaml_file import parse
+from virtualrobot_apps.registration.marker_pose import SeenMarker
+from virtualrobot_apps.registration.placing import camera_pose, mean_corners, named, registered
+from virtualrobot_apps.registration.touched_file import TouchedFile, touched_of
+
+POINTS = """schema_version: 1
+relative_to: arm
+up: y
+noise: 0.003
+points:
+- {model: [0.2, 0, 0.1], touched: [1, 2, 3]}
+- {model: fixture, touched: [0, 2.5, 3]}
+- {model: [0.2, 0.9, 0.1], touched: [-1, 2, 3]}
+"""
+
+
+def read(text: str) -> TouchedFile:
+    return touched_of(parse(text, "touched.yaml"))
+
+
+def seen(corners: object, number: int = 3, second: bool = False) -> SeenMarker:
+    pose = virtualrobot.pose(z=1.0, roll=np.pi)
+    other = virtualrobot.pose(z=1.0, roll=np.pi + 0.5) if second else None
+    return SeenMarker(number, np.asarray(corners, dtype=float), pose, 0.1, other)
+
+
+def test_a_file_says_points_and_nodes() -> None:
+    file = read(POINTS)
+    assert (file.relative_to, file.up, file.noise) == ("arm", "y", 0.003)
+    assert file.model == ((0.2, 0.0, 0.1), "fixture", (0.2, 0.9, 0.1))
+    assert file.touched[1] == (0.0, 2.5, 3.0)
+    assert named(file) == ["arm", "fixture"]
+    short = read("schema_version: 1\npoints: []\n")
+    assert (short.relative_to, short.up, short.noise) == ("world", "z", 0.002)
+
+
+def test_points_are_where_the_model_has_them_on_a_robot_that_hangs_on_a_wall() -> None:
+    """Gravity is the world's, and not that of the tilted frame in which the points are given."""
+    poses = {"arm": virtualrobot.pose(0.3, 0.1, 1.5, pitch=np.pi / 2), "fixture": virtualrobot.pose(1.0, 0.4, 0.2)}
+    device = virtualrobot.pose(2.0, 1.0, 0.3, yaw=0.8)
+    model = ((0.1, 0.0, 0.0), (0.4, 0.7, 0.2), "fixture")
+    placed = [poses["arm"][:3, :3] @ one + poses["arm"][:3, 3] for one in model[:2]] + [poses["fixture"][:3, 3]]
+    inverse = np.linalg.inv(device)
+    touched = tuple(tuple((inverse @ [*one, 1.0])[:3].tolist()) for one in placed)
+    found = registered(TouchedFile("arm", "z", 0.002, model, touched), poses)
+    assert np.abs(found.model_t_device - device).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("up: y", "up: x", "touched.yaml:3: up: 'x' is not known"),
+        ("noise: 0.003", "noise: 3", "touched.yaml:4: noise: a number from 1e-06 to 0.1 belongs here, not 3"),
+        ("[1, 2, 3]", "[1, 2]", r"touched.yaml:6: points\[0\].touched: three numbers \(m\) belong here, not 2"),
+        ("[1, 2, 3]", "[1, 2, .nan]", "a finite number belongs here"),
+        ("touched: [0", "measured: [0", "there is no field 'measured'"),
+        (", touched: [-1, 2, 3]", "", "the field 'touched' is missing"),
+        ("relative_to", "relativ_to", "did you mean 'relative_to'"),
+    ],
+)
+def test_what_is_wrong_with_a_file_is_told_with_its_line(old: str, new: str, said: str) -> None:
+    with pytest.raises(MalformedFileError, match=said):
+        read(POINTS.replace(old, new))
+
+
+def test_pictures_from_one_place_are_averaged() -> None:
+    square = np.array([[0.0, 0.0], [10.0, 0.0], [10.0, 10.0], [0.0, 10.0]])
+    number, mean = mean_corners({"a.png": [seen(square)], "b.png": [seen(square + 1.0), seen(square, 9)]}, 3)
+    assert number == 3
+    assert np.array_equal(mean, square + 0.5)
+    with pytest.raises(
+        InvalidArgumentError, match=r"the camera has moved: in b.png a corner of the marker is 7.0 pixels"
+    ):
+        mean_corners({"a.png": [seen(square)], "b.png": [seen(square - np.array([7.0, 0.0]))]}, None)
+    with pytest.raises(InvalidArgumentError, match=r"a.png doesn't show marker 4 once: it shows 3"):
+        mean_corners({"a.png": [seen(square)]}, 4)
+    with pytest.raises(InvalidArgumentError, match="it shows 3, 5; say which one is meant"):
+        mean_corners({"a.png": [seen(square), seen(square, 5)]}, None)
+    with pytest.raises(InvalidArgumentError, match=r"a.png doesn't show a marker once: it shows none"):
+        mean_corners({"a.png": []}, None)
+    with pytest.raises(InvalidArgumentError, match="no picture was given"):
+        mean_corners({}, None)
+
+
+def test_a_camera_is_where_it_sees_the_sheet_from() -> None:
+    sheet = virtualrobot.pose(1.0, 0.5, 0.8, roll=np.pi / 2)
+    one = seen(np.zeros((4, 2)))
+    assert np.allclose(camera_pose(one, sheet, None) @ one.camera_t_marker, sheet)
+    rivals = seen(np.zeros((4, 2)), second=True)
+    assert rivals.second is not None
+    with pytest.raises(InvalidArgumentError, match=r"two ways, 29 degrees apart.*tell what is up for the camera"):
+        camera_pose(rivals, sheet, None)
+    for real in (rivals.camera_t_marker, rivals.second):
+        up = real[:3, :3] @ sheet[:3, :3].T @ [0.0, 0.0, 1.0]
+        assert np.allclose(camera_pose(rivals, sheet, up.tolist()) @ real, sheet)
