@@ -99,8 +99,8 @@ def keep_frame(client: Client, name: str, world_t_frame: Matrix, parent: str) ->
     except UnknownNameError:
         client.scene.add_frame(name, pose=parent_t_frame, parent=parent)
         return
-    if node.kind != "object":
-        raise WrongStateError(f"{name!r} is a {node.kind.replace('_', ' ')} already; give the frame another name")
+    if node.kind != "object" or [one._message.WhichOneof("geometry") for one in node.figures] != ["frame"]:
+        raise WrongStateError(f"{name!r} is there already, and no frame of reference; give the device another name")
     client.scene.attach(name, parent, parent_t_frame)
 
 
