@@ -20,6 +20,8 @@ from virtualrobot_apps.walls.display_file import display_of
 from virtualrobot_apps.walls.frustum import Frustum, Wall, frustum
 from virtualrobot_apps.walls.head import SILENT, Listener, Observer, told
 
+from tests.waiting import until
+
 Floats = NDArray[np.float64]
 
 CAVE = """schema_version: 1
@@ -264,8 +266,12 @@ def test_a_socket_hears_what_was_sent_and_tells_what_was_wrong() -> None:
     with Listener("127.0.0.1", 0) as listener, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
         for line in (b"head 1 0.1 1 0 0 0 0 1", b"nonsense", b"head 2 0.2 1 0 0 0 0 1"):
             sender.sendto(line, ("127.0.0.1", listener.port))
-        while not shown or len(wrong) < 1 or shown[-1] != pytest.approx(0.2):
+
+        def heard() -> bool:
             listener.listen(observer, lambda: shown.append(float(observer.room_t_head[0, 3])), wrong.append)
+            return bool(wrong and shown) and shown[-1] == pytest.approx(0.2)
+
+        until(heard)
         with pytest.raises(WrongStateError, match=r"nothing can be heard at 127\.0\.0\.1"):
             Listener("127.0.0.1", listener.port)
     assert len(wrong) == 1
