@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 import virtualrobot
+from click.testing import CliRunner
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError
 from virtualrobot_apps.cell_io.yaml_file import parse
+from virtualrobot_apps.registration.command import marker, register
 from virtualrobot_apps.registration.marker_pose import SeenMarker
 from virtualrobot_apps.registration.placing import camera_pose, mean_corners, named, registered
 from virtualrobot_apps.registration.touched_file import TouchedFile, touched_of
@@ -101,3 +105,28 @@ def test_a_camera_is_where_it_sees_the_sheet_from() -> None:
     for real in (rivals.camera_t_marker, rivals.second):
         up = real[:3, :3] @ sheet[:3, :3].T @ [0.0, 0.0, 1.0]
         assert np.allclose(camera_pose(rivals, sheet, up.tolist()) @ real, sheet)
+
+
+def test_wrong_usage_is_told_before_a_kernel_is_asked(tmp_path: Path) -> None:
+    file = tmp_path / "touched.yaml"
+    file.write_text(POINTS)
+    sheet_file = tmp_path / "sheet.png"
+    written = CliRunner().invoke(marker, [str(sheet_file), "--number", "8", "--paper", "letter"])
+    assert written.exit_code == 0
+    assert "marker 8, edge 150 mm" in written.output
+    for command, words, said in (
+        (marker, [str(tmp_path / "sheet.gif")], "doesn't end with .pdf, .png, .svg"),
+        (marker, [str(tmp_path / "none" / "sheet.pdf")], "cannot be written: No such file or directory"),
+        (marker, [str(sheet_file), "--number", "50"], "50 is not in the range 0<=x<=49"),
+        (register, ["touched", str(file), "--frame", "f", "--robot", "arm"], "give one of them"),
+        (register, ["picture", str(sheet_file), "--marker", "m"], "--field or its --matrix is needed, one of them"),
+        (register, ["picture", str(file), "--marker", "m", "--field", "60"], "no picture that OpenCV reads"),
+        (register, ["picture", str(sheet_file), "--marker", "m", "--field", "60", "--number", "2"], "it shows 8"),
+    ):
+        refused = CliRunner().invoke(command, words)
+        assert refused.exit_code != 0
+        assert said in refused.output + str(refused.exception)
+    other = tmp_path / "other.png"
+    assert CliRunner().invoke(marker, [str(other), "--paper", "a4"]).exit_code == 0
+    refused = CliRunner().invoke(register, ["picture", str(sheet_file), str(other), "--marker", "m", "--field", "60"])
+    assert "the pictures are of one camera, 2550 x 3300 pixels as the first" in refused.output

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 import socket
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -299,3 +302,31 @@ def test_the_command_prints_the_matrices_from_the_world_on(tmp_path: Path) -> No
         refused = CliRunner().invoke(walls, [str(file), *options])
         assert refused.exit_code != 0
         assert told_of in refused.output + str(refused.exception)
+
+
+def test_the_command_prints_anew_for_each_head_that_is_heard(tmp_path: Path) -> None:
+    file = tmp_path / "cave.yaml"
+    file.write_text(CAVE)
+    command = [sys.executable, "-m", "virtualrobot", "walls", str(file), "--listen", "127.0.0.1:0"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None and process.stderr is not None
+        first = [json.loads(process.stdout.readline()) for _ in range(6)]
+        port = int(process.stderr.readline().rpartition(":")[2])
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as sender:
+            sender.sendto(b"head 1 0.5 1.2 0 0 0 0 1", ("127.0.0.1", port))
+            moved = [json.loads(process.stdout.readline()) for _ in range(6)]
+            sender.sendto(b"head 2 9 1.2 0 0 0 0 1", ("127.0.0.1", port))
+            assert "behind the wall 'front'" in process.stderr.readline()
+            sender.sendto(b"head 3", ("127.0.0.1", port))
+            assert "not 'head', a counter and 7 numbers" in process.stderr.readline()
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60.0) == 0
+    finally:
+        process.kill()
+        process.communicate()
+    assert [one["eye"] for one in first] == [one["eye"] for one in moved]
+    observer = Observer(display())
+    observer.hear(b"head 1 0.5 1.2 0 0 0 0 1", 0.0)
+    expected = views(observer.display, observer.room_t_head)[0].frustum.projection
+    assert np.array_equal(np.reshape(moved[0]["projection"], (4, 4)), expected)

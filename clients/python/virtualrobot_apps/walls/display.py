@@ -42,7 +42,7 @@ class Output:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tracker:
-    """Where heads come from: `room_t_tracker` (4, 4), with the axis that is up in it, and `body_t_head` (4, 4).
+    """Source of heads: `room_t_tracker` (4, 4), with the axis that is up in it, and `body_t_head` (4, 4).
 
     The tracked body is whatever the tracker tells of; the head's frame is between the eyes.
     """

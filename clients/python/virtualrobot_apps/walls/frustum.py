@@ -55,7 +55,7 @@ class Wall:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Frustum:
-    """What an eye sees through a wall.
+    """Pyramid that an eye sees through a wall.
 
     Attributes:
         edges: left, right, bottom, top on the near plane, m.

@@ -25,7 +25,7 @@ LONGEST = 512
 """Bytes of a datagram at most."""
 
 COUNTS = {"head": 7, "fly": 4}
-"""How many numbers follow the counter, by kind."""
+"""Count of the numbers that follow the counter, by kind."""
 
 SILENT = 0.5
 """Time (s) without a datagram of a kind after which it counts as lost: a head stays, a flystick is let go."""
@@ -33,7 +33,7 @@ SILENT = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Told:
-    """What a datagram says: its kind, its counter, and its numbers."""
+    """Line of a datagram: its kind, its counter, and its numbers."""
 
     kind: str
     counter: int
