@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 import virtualrobot
 from numpy.typing import NDArray
-from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError
+from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError, TooLargeError
 from virtualrobot_apps.registration.marker_pose import (
     EDGE,
     SeenMarker,
@@ -26,6 +26,7 @@ from virtualrobot_apps.registration.marker_pose import (
     upright,
 )
 from virtualrobot_apps.registration.marker_sheet import DOTS, Sheet, as_pdf, as_png, as_svg, sheet
+from virtualrobot_apps.registration.picture_size import size_of
 
 Floats = NDArray[np.float64]
 Picture = NDArray[np.uint8]
@@ -40,7 +41,7 @@ NOISE = 4.0
 """Standard deviation of a pixel's grey value."""
 
 
-def picture_of(camera_t_marker: Floats, rng: np.random.Generator, number: int = 7) -> Picture:
+def made_picture(camera_t_marker: Floats, rng: np.random.Generator, number: int = 7) -> Picture:
     """Return the picture (720, 1280) of a sheet at a pose, by the formula of a pinhole: u = fx x / z + cx.
 
     A pixel is the mean of 9 rays; each meets the sheet's plane, and what is printed there is its grey.
@@ -94,7 +95,7 @@ def test_markers_are_found_within_7_mm_from_half_a_meter_to_1_6_m(pictures: int)
     off = []
     for distance in np.linspace(1.6, 0.5, pictures):
         pose = drawn_pose(rng, float(distance))
-        seen = only(markers_in(picture_of(pose, rng), CAMERA))
+        seen = only(markers_in(made_picture(pose, rng), CAMERA))
         assert seen.number == 7
         off.append(np.linalg.norm(seen.camera_t_marker[:3, 3] - pose[:3, 3]))
     assert np.quantile(off, 0.95) <= 0.007
@@ -197,12 +198,26 @@ def test_what_is_no_picture_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "picture.png"
     with pytest.raises(MissingFileError, match="cannot be read"):
         read_picture(file)
-    for data in (b"", b"no picture", zlib.compress(b"none")):
+    page = as_png(sheet(bits_of(4), EDGE, 4))
+    for data in (b"", b"no picture", zlib.compress(b"none"), page[:60], b"\xff\xd8\xff\xe0\x00\x10JFIF"):
         file.write_bytes(data)
-        with pytest.raises(MalformedFileError, match="no picture that OpenCV reads"):
+        with pytest.raises(MalformedFileError, match="no PNG and no JPEG, or a damaged one"):
             read_picture(file)
-    file.write_bytes(as_png(sheet(bits_of(4), EDGE, 4)))
+    file.write_bytes(page)
     assert only(markers_in(read_picture(file), CAMERA)).number == 4
+    # A file of a few bytes that says it is 40,000 pixels wide and high is not unpacked.
+    file.write_bytes(page[:16] + struct.pack(">II", 40_000, 40_000) + page[24:])
+    with pytest.raises(TooLargeError, match="40000 x 40000 pixels; a picture has at most 50,000,000"):
+        read_picture(file)
+
+
+def test_sizes_are_read_from_the_first_bytes_of_files() -> None:
+    grey = np.zeros((37, 53), np.uint8)
+    for ending in (".png", ".jpg"):
+        done, data = cv2.imencode(ending, grey)
+        assert done
+        assert size_of(data.tobytes()) == (53, 37)
+    assert size_of(b"BM" + bytes(60)) is None
 
 
 def test_bad_cameras_are_refused() -> None:

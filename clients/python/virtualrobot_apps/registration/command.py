@@ -116,31 +116,25 @@ def picture(
 
     import numpy as np
 
-    from virtualrobot_apps.registration.marker_pose import camera_matrix, markers_in, posed, read_picture
-    from virtualrobot_apps.registration.placing import camera_pose, keep_frame, mean_corners
+    from virtualrobot_apps.registration.marker_pose import read_picture
+    from virtualrobot_apps.registration.placing import camera_pose, keep_frame, seen_in
 
     if (field is None) == (matrix is None):
         raise click.UsageError("the camera's --field or its --matrix is needed, one of them")
-    grey = {str(file): read_picture(file) for file in pictures}
-    height, width = next(iter(grey.values())).shape
-    other = [
-        f"{name} has {one.shape[1]} x {one.shape[0]}" for name, one in grey.items() if one.shape != (height, width)
-    ]
-    if other:
-        raise click.UsageError(f"the pictures are of one camera, {width} x {height} pixels as the first; {other[0]}")
-    if matrix is not None:
-        camera = np.array([[matrix[0], 0.0, matrix[2]], [0.0, matrix[1], matrix[3]], [0.0, 0.0, 1.0]])
-    else:
-        camera = camera_matrix(width, height, math.radians(field or 0.0))
-    seen = {name: markers_in(one, camera, edge=edge, distortion=distortion) for name, one in grey.items()}
-    found, corners = mean_corners(seen, number)
-    marker_seen = posed(corners, found, camera, edge=edge, distortion=distortion)
+    seen = seen_in(
+        {str(file): read_picture(file) for file in pictures},
+        field=None if field is None else math.radians(field),
+        matrix=matrix,
+        distortion=distortion,
+        edge=edge,
+        number=number,
+    )
     with target.connect() as client:
-        world_t_camera = camera_pose(marker_seen, client.scene.pose(sheet), up)
+        world_t_camera = camera_pose(seen, client.scene.pose(sheet), up)
         x, y, z = world_t_camera[:3, 3]
-        distance = float(np.linalg.norm(marker_seen.camera_t_marker[:3, 3]))
+        distance = float(np.linalg.norm(seen.camera_t_marker[:3, 3]))
         click.echo(
-            f"marker {found}, {distance:.3f} m away, corners {marker_seen.deviation:.2f} pixels off; "
+            f"marker {seen.number}, {distance:.3f} m away, corners {seen.deviation:.2f} pixels off; "
             f"the camera is at {x:.4f}, {y:.4f}, {z:.4f}"
         )
         if frame is not None:

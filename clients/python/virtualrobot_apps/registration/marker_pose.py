@@ -16,16 +16,26 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot._wire.arguments import ArrayLike
-from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError, WrongStateError
+from virtualrobot.errors import (
+    InvalidArgumentError,
+    MalformedFileError,
+    MissingFileError,
+    TooLargeError,
+    WrongStateError,
+)
 from virtualrobot.geometry import Matrix
 
 from virtualrobot_apps.registration.marker_sheet import Bits
+from virtualrobot_apps.registration.picture_size import size_of
 
 Floats = NDArray[np.float64]
 
 MARKERS = 50
 EDGE = 0.15
 """Edge (m) of a marker where nobody says another."""
+
+MOST_PIXELS = 50_000_000
+"""Pixels of a picture at most."""
 
 MARGIN = 0.25
 """Width of what belongs to a marker around it, as a share of its longest edge: the white that a corner needs."""
@@ -73,14 +83,21 @@ def bits_of(number: int) -> Bits:
 
 def read_picture(file: Path) -> NDArray[np.uint8]:
     """Return the grey values (height, width) of a picture in a file."""
-    cv2: Any = library()
     try:
-        data = file.read_bytes()
+        return picture_of(file.read_bytes(), str(file))
     except OSError as error:
         raise MissingFileError(f"{file} cannot be read: {error.strerror or error}") from error
-    grey = cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE) if data else None
+
+
+def picture_of(data: bytes, name: str) -> NDArray[np.uint8]:
+    """Return the grey values (height, width) of a picture in bytes; `name` is what errors call it."""
+    cv2: Any = library()
+    size = size_of(data)
+    if size is not None and size[0] * size[1] > MOST_PIXELS:
+        raise TooLargeError(f"{name} has {size[0]} x {size[1]} pixels; a picture has at most {MOST_PIXELS:,}")
+    grey = None if size is None else cv2.imdecode(np.frombuffer(data, np.uint8), cv2.IMREAD_GRAYSCALE)
     if grey is None:
-        raise MalformedFileError(f"{file} is no picture that OpenCV reads, such as PNG or JPEG")
+        raise MalformedFileError(f"{name} is no PNG and no JPEG, or a damaged one")
     return grey
 
 

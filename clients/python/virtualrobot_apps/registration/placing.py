@@ -10,7 +10,7 @@ from virtualrobot.connection import Client
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError, WrongStateError
 from virtualrobot.geometry import Matrix
 
-from virtualrobot_apps.registration.marker_pose import SeenMarker, upright
+from virtualrobot_apps.registration.marker_pose import EDGE, SeenMarker, camera_matrix, markers_in, posed, upright
 from virtualrobot_apps.registration.touched import LEAST_APART, Registration, register
 from virtualrobot_apps.registration.touched_file import TouchedFile
 
@@ -67,6 +67,49 @@ def mean_corners(pictures: Mapping[str, Sequence[SeenMarker]], number: int | Non
             "it; give pictures from one place"
         )
     return number, np.mean(corners, axis=0)
+
+
+def seen_in(
+    pictures: Mapping[str, NDArray[np.uint8]],
+    *,
+    field: float | None = None,
+    matrix: Sequence[float] | None = None,
+    distortion: Sequence[float] = (),
+    edge: float = EDGE,
+    number: int | None = None,
+) -> SeenMarker:
+    """Return the marker in pictures by their names, which one camera has taken from one place.
+
+    Args:
+        pictures: (height, width) grey values.
+        field: the camera's horizontal field of view, rad; or
+        matrix: its focal lengths and middle, fx, fy, cx, cy, pixels.
+        distortion: OpenCV's coefficients.
+        edge: of the marker, m.
+        number: which marker; None means the one that is there.
+
+    Raises:
+        InvalidArgumentError: as `mean_corners` and `markers_in` do, for pictures of several sizes, and where both or
+            none of field and matrix are given.
+    """
+    if (field is None) == (matrix is None):
+        raise InvalidArgumentError("the camera's field of view or its matrix is needed, one of them")
+    shapes = {name: (one.shape[1], one.shape[0]) for name, one in pictures.items()}
+    first = next(iter(shapes.values()), (0, 0))
+    for name, shape in shapes.items():
+        if shape != first:
+            raise InvalidArgumentError(
+                f"the pictures are of one camera, {first[0]} x {first[1]} pixels as the first; {name} has "
+                f"{shape[0]} x {shape[1]}"
+            )
+    if matrix is not None:
+        across, down, x, y = matrix
+        camera = np.array([[across, 0.0, x], [0.0, down, y], [0.0, 0.0, 1.0]])
+    else:
+        camera = camera_matrix(*first, field or 0.0)
+    seen = {name: markers_in(one, camera, edge=edge, distortion=distortion) for name, one in pictures.items()}
+    found, corners = mean_corners(seen, number)
+    return posed(corners, found, camera, edge=edge, distortion=distortion)
 
 
 def camera_pose(seen: SeenMarker, world_t_marker: Matrix, camera_up: Sequence[float] | None) -> Matrix:
