@@ -16,6 +16,7 @@ import virtualrobot
 from numpy.typing import NDArray
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError, MissingFileError, TooLargeError
 from virtualrobot_apps.registration.marker_pose import (
+    CORNER,
     EDGE,
     SeenMarker,
     bits_of,
@@ -112,14 +113,30 @@ def test_exact_corners_give_the_exact_pose() -> None:
         assert np.abs(seen.camera_t_marker - pose).max() < 1e-6
 
 
+def test_predicted_errors_are_those_of_drawn_corners() -> None:
+    """Each coordinate of a corner is off by as much as is expected of pictures; a point 0.8 m beside the sheet."""
+    rng, half, point = np.random.default_rng(8), EDGE / 2.0, np.array([0.7, 0.3, 0.2])
+    square = np.array([[-half, half, 0, 1], [half, half, 0, 1], [half, -half, 0, 1], [-half, -half, 0, 1]])
+    pose = virtualrobot.pose(0.1, -0.05, 0.7, roll=np.pi + 0.6, pitch=0.4)
+    at = (pose @ square.T)[:3]
+    corners = (CAMERA @ at / at[2])[:2].T
+    exact = posed(corners, 3, CAMERA)
+    off = []
+    for _ in range(700):
+        seen = posed(corners + rng.normal(0.0, CORNER, (4, 2)), 3, CAMERA)
+        off.append(np.linalg.norm(((seen.camera_t_marker - pose) @ np.append(point, 1.0))[:3]))
+    for share in (0.5, 0.95):
+        assert exact.error(point, share) == pytest.approx(np.quantile(off, share), rel=0.1)
+
+
 def test_gravity_chooses_between_the_two_poses_of_a_flat_square() -> None:
     up = virtualrobot.pose(0.0, 0.0, 1.5, roll=math.pi + 0.2)
     down = virtualrobot.pose(0.0, 0.0, 1.5, roll=math.pi - 0.2)
     marker_up = np.array([0.0, 1.0, 0.0])
     for real, second in ((up, down), (down, up)):
-        seen = SeenMarker(0, np.zeros((4, 2)), up, 0.1, down)
+        seen = SeenMarker(0, np.zeros((4, 2)), up, 0.1, down, np.eye(6))
         assert upright(seen, marker_up, real[:3, :3] @ marker_up + [0, 0, 0.05]) is real
-        assert upright(SeenMarker(0, np.zeros((4, 2)), second, 0.1, None), marker_up, [0, -1, 0]) is second
+        assert upright(SeenMarker(0, np.zeros((4, 2)), second, 0.1, None, np.eye(6)), marker_up, [0, -1, 0]) is second
 
 
 def raster(page: Sheet) -> Picture:

@@ -19,6 +19,7 @@ POINTS = """schema_version: 1
 relative_to: arm
 up: y
 noise: 0.003
+tilt: 0.002
 points:
 - {model: [0.2, 0, 0.1], touched: [1, 2, 3]}
 - {model: fixture, touched: [0, 2.5, 3]}
@@ -33,17 +34,17 @@ def read(text: str) -> TouchedFile:
 def seen(corners: object, number: int = 3, second: bool = False) -> SeenMarker:
     pose = virtualrobot.pose(z=1.0, roll=np.pi)
     other = virtualrobot.pose(z=1.0, roll=np.pi + 0.5) if second else None
-    return SeenMarker(number, np.asarray(corners, dtype=float), pose, 0.1, other)
+    return SeenMarker(number, np.asarray(corners, dtype=float), pose, 0.1, other, np.eye(6))
 
 
 def test_a_file_says_points_and_nodes() -> None:
     file = read(POINTS)
-    assert (file.relative_to, file.up, file.noise) == ("arm", "y", 0.003)
+    assert (file.relative_to, file.up, file.noise, file.tilt) == ("arm", "y", 0.003, 0.002)
     assert file.model == ((0.2, 0.0, 0.1), "fixture", (0.2, 0.9, 0.1))
     assert file.touched[1] == (0.0, 2.5, 3.0)
     assert named(file) == ["arm", "fixture"]
     short = read("schema_version: 1\npoints: []\n")
-    assert (short.relative_to, short.up, short.noise) == ("world", "z", 0.002)
+    assert (short.relative_to, short.up, short.noise, short.tilt) == ("world", "z", 0.002, 0.0)
 
 
 def test_points_are_where_the_model_has_them_on_a_robot_that_hangs_on_a_wall() -> None:
@@ -54,7 +55,7 @@ def test_points_are_where_the_model_has_them_on_a_robot_that_hangs_on_a_wall() -
     placed = [poses["arm"][:3, :3] @ one + poses["arm"][:3, 3] for one in model[:2]] + [poses["fixture"][:3, 3]]
     inverse = np.linalg.inv(device)
     touched = tuple(tuple((inverse @ [*one, 1.0])[:3].tolist()) for one in placed)
-    found = registered(TouchedFile("arm", "z", 0.002, model, touched), poses)
+    found = registered(TouchedFile("arm", "z", 0.002, 0.0, model, touched), poses)
     assert np.abs(found.model_t_device - device).max() < 1e-9
 
 
@@ -63,7 +64,7 @@ def test_points_are_where_the_model_has_them_on_a_robot_that_hangs_on_a_wall() -
     [
         ("up: y", "up: x", "touched.yaml:3: up: 'x' is not known"),
         ("noise: 0.003", "noise: 3", "touched.yaml:4: noise: a number from 1e-06 to 0.1 belongs here, not 3"),
-        ("[1, 2, 3]", "[1, 2]", r"touched.yaml:6: points\[0\].touched: three numbers \(m\) belong here, not 2"),
+        ("[1, 2, 3]", "[1, 2]", r"touched.yaml:7: points\[0\].touched: three numbers \(m\) belong here, not 2"),
         ("[1, 2, 3]", "[1, 2, .nan]", "a finite number belongs here"),
         ("touched: [0", "measured: [0", "there is no field 'measured'"),
         (", touched: [-1, 2, 3]", "", "the field 'touched' is missing"),

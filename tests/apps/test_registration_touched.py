@@ -74,7 +74,7 @@ def test_predicted_errors_are_those_of_drawn_touches() -> None:
     touched = seen(points, device)
     at = np.append(seen(tool[None], device)[0], 1.0)
     off = []
-    for _ in range(3000):
+    for _ in range(2000):
         drawn = register(points, touched + rng.normal(0.0, noise, points.shape), noise=noise)
         off.append((drawn.model_t_device @ at)[:3] - tool)
     exact = register(points, touched, noise=noise)
@@ -83,6 +83,26 @@ def test_predicted_errors_are_those_of_drawn_touches() -> None:
         assert exact.error(tool, share) == pytest.approx(np.quantile(lengths, share), rel=0.05)
     covariance = np.cov(np.array(off).T)
     assert np.abs(exact.covariance(tool) - covariance).max() < 0.08 * covariance.max()
+
+
+def test_a_device_that_leans_is_predicted_too() -> None:
+    """What it takes for up is off about both level axes, as a headset's is: drawn, beside what is told."""
+    rng = np.random.default_rng(6)
+    points = np.array([[0.0, 0.0, 0.0], [0.9, 0.1, 0.5], [0.1, 0.7, 0.1], [0.5, 0.5, 1.0]])
+    tool, noise, tilt = np.array([1.6, -0.4, 0.9]), 0.001, 0.004
+    off = []
+    for _ in range(1500):
+        leaning = virtualrobot.pose(0.0, 0.0, 0.0, *rng.normal(0.0, tilt, 2))
+        touched = seen(points, leaning) + rng.normal(0.0, noise, points.shape)
+        drawn = register(points, touched, noise=noise, tilt=tilt)
+        off.append((drawn.model_t_device @ np.append(seen(tool[None], leaning)[0], 1.0))[:3] - tool)
+    exact = register(points, points, noise=noise, tilt=tilt)
+    lengths = np.linalg.norm(off, axis=1)
+    for share in (0.5, 0.95):
+        assert exact.error(tool, share) == pytest.approx(np.quantile(lengths, share), rel=0.08)
+    covariance = np.cov(np.array(off).T)
+    assert np.abs(exact.covariance(tool) - covariance).max() < 0.1 * covariance.max()
+    assert exact.error(tool) > 2.0 * register(points, points, noise=noise).error(tool)
 
 
 def test_what_is_left_over_counts_where_it_is_more_than_expected() -> None:
@@ -126,5 +146,7 @@ def test_touches_that_do_not_fit_are_refused() -> None:
         register(points, points, up="x")
     with pytest.raises(InvalidArgumentError, match="the noise of a touch is 0 m"):
         register(points, points, noise=0.0)
+    with pytest.raises(InvalidArgumentError, match=r"the tilt of a device is 1 rad; it lies between 0 and 0\.1"):
+        register(points, points, tilt=1.0)
     with pytest.raises(InvalidArgumentError, match="between 0 and 1"):
         register(points, points).error([0.0, 0.0, 0.0], 1.0)

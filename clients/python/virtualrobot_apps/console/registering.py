@@ -23,11 +23,11 @@ from virtualrobot_apps.registration.touched import LEAST_APART
 from virtualrobot_apps.registration.touched_file import FIELDS, touched_of
 
 AWAY = 1.5
-"""Distance (m) from the middle of the points at which an error is told, whatever stands there."""
+"""Distance (m) from the middle of the points, or beside the marker, at which an error is told, whatever is there."""
 MOST_PICTURES = 10
 
 OF_TOUCHES = (*FIELDS[1:], "tools", "least_apart", "frame", "robot")
-OF_PICTURES = ("pictures", "marker", "number", "field", "matrix", "distortion", "edge", "up", "frame")
+OF_PICTURES = ("pictures", "marker", "number", "field", "matrix", "distortion", "edge", "up", "tools", "frame")
 
 
 def by_touches(client: Client, said: Mapping[str, Any]) -> dict[str, object]:
@@ -43,9 +43,7 @@ def by_touches(client: Client, said: Mapping[str, Any]) -> dict[str, object]:
     except MalformedFileError as error:
         # It has no lines that anybody has seen.
         raise InvalidArgumentError(str(error).partition(": ")[2]) from None
-    tools = said.get("tools", [])
-    if not isinstance(tools, list) or not all(isinstance(one, str) for one in tools):
-        raise InvalidArgumentError(f"'tools' are names of nodes, not {tools!r:.80}")
+    tools = _tools(said)
     frame, robot = _text(said, "frame"), _text(said, "robot")
     if frame and robot:
         raise InvalidArgumentError("'frame' keeps a device and 'robot' moves a robot; give one of them")
@@ -69,7 +67,8 @@ def by_pictures(client: Client, said: Mapping[str, Any]) -> dict[str, object]:
     """Return where a camera is that took pictures of a marker, and keep it where `frame` says so.
 
     `pictures` are files (PNG, JPEG) in base64, `marker` the node of the sheet, `field` the horizontal field of view
-    (rad) or `matrix` fx, fy, cx, cy; `number`, `distortion`, `edge` (m), `up` and `frame` as the command's options.
+    (rad) or `matrix` fx, fy, cx, cy; `number`, `distortion`, `edge` (m), `up`, `tools` and `frame` as the command's
+    options.
     """
     _known(said, OF_PICTURES)
     given = said.get("pictures")
@@ -89,7 +88,9 @@ def by_pictures(client: Client, said: Mapping[str, Any]) -> dict[str, object]:
     )
     sheet, frame = _text(said, "marker"), _text(said, "frame")
     up = numbers(said["up"], "up", 3) if "up" in said else None
-    world_t_sheet = client.scene.pose(sheet)
+    tools = _tools(said)
+    poses = client.scene.poses(list(dict.fromkeys([sheet, *tools])))
+    world_t_sheet, inverse = poses[sheet], np.linalg.inv(poses[sheet])
     world_t_camera = camera_pose(seen, world_t_sheet, up)
     if frame:
         keep_frame(client, frame, world_t_camera, sheet)
@@ -99,6 +100,8 @@ def by_pictures(client: Client, said: Mapping[str, Any]) -> dict[str, object]:
         "deviation": seen.deviation,
         "camera_t_marker": (np.linalg.inv(world_t_camera) @ world_t_sheet).ravel().tolist(),
         "world_t_camera": world_t_camera.ravel().tolist(),
+        "error_away": seen.error([AWAY, 0.0, 0.0]),
+        "errors": {name: seen.error((inverse @ poses[name])[:3, 3]) for name in tools},
     }
 
 
@@ -113,6 +116,13 @@ def _text(said: Mapping[str, Any], field: str) -> str:
     if not isinstance(value, str):
         raise InvalidArgumentError(f"{field!r} is a text, not {value!r:.60}")
     return value
+
+
+def _tools(said: Mapping[str, Any]) -> list[str]:
+    tools = said.get("tools", [])
+    if not isinstance(tools, list) or not all(isinstance(one, str) for one in tools):
+        raise InvalidArgumentError(f"'tools' are names of nodes, not {tools!r:.80}")
+    return tools
 
 
 def _bytes(said: object) -> bytes:

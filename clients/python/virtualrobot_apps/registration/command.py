@@ -96,6 +96,7 @@ def touched(
 @click.option("--matrix", type=Numbers(4), metavar="FX,FY,CX,CY", help="Instead: its focal lengths and middle, pixels.")
 @click.option("--distortion", type=Numbers(4, 5, 8), default=(), metavar="K1,K2,P1,P2,...", help="OpenCV's [none].")
 @click.option("--up", type=Numbers(3), metavar="X,Y,Z", help="Away from gravity, for the camera (x right, y down).")
+@click.option("--tool", "tools", type=NODE, multiple=True, help="A node whose error is told; may be given again.")
 @click.option("--frame", help="Keep the camera as this frame, below the sheet's node.")
 @_edge
 @target_options
@@ -108,6 +109,7 @@ def picture(
     matrix: tuple[float, ...] | None,
     distortion: tuple[float, ...],
     up: tuple[float, ...] | None,
+    tools: tuple[str, ...],
     frame: str | None,
     edge: float,
 ) -> None:
@@ -130,13 +132,17 @@ def picture(
         number=number,
     )
     with target.connect() as client:
-        world_t_camera = camera_pose(seen, client.scene.pose(sheet), up)
+        poses = client.scene.poses(list(dict.fromkeys([sheet, *tools])))
+        world_t_camera = camera_pose(seen, poses[sheet], up)
         x, y, z = world_t_camera[:3, 3]
         distance = float(np.linalg.norm(seen.camera_t_marker[:3, 3]))
         click.echo(
             f"marker {seen.number}, {distance:.3f} m away, corners {seen.deviation:.2f} pixels off; "
             f"the camera is at {x:.4f}, {y:.4f}, {z:.4f}"
         )
+        inverse = np.linalg.inv(poses[sheet])
+        errors = {name: seen.error((inverse @ poses[name])[:3, 3]) for name in tools}
+        click.echo("\n".join(_errors({"1.5 m beside it": seen.error([1.5, 0.0, 0.0]), **errors})))
         if frame is not None:
             keep_frame(client, frame, world_t_camera, sheet)
             click.echo(f"kept as {frame}, below {sheet}")
@@ -150,10 +156,15 @@ def _lines(found: Registration, tools: dict[str, list[float]]) -> list[str]:
     x, y, z = found.model_t_device[:3, 3]
     yaw = float(roll_pitch_yaw_of(found.model_t_device)[2])
     off = ", ".join(f"{1e3 * one:.1f}" for one in found.residuals)
-    away = found.center + np.array([1.5, 0.0, 0.0])
-    lines = [
+    errors = {"1.5 m away": found.error(found.center + np.array([1.5, 0.0, 0.0]))}
+    return [
         f"the device is at {x:.4f}, {y:.4f}, {z:.4f}, turned by {yaw:.4f} rad; points off by {off} mm",
-        f"a touch is good to {1e3 * found.noise:.1f} mm, so in 95 of 100 cases these are off by no more than:",
-        f"  1.5 m away: {1e3 * found.error(away):.1f} mm",
+        f"a touch is good to {1e3 * found.noise:.1f} mm",
+        *_errors({**errors, **{name: found.error(place) for name, place in tools.items()}}),
     ]
-    return [*lines, *(f"  {name}: {1e3 * found.error(place):.1f} mm" for name, place in tools.items())]
+
+
+def _errors(errors: dict[str, float]) -> list[str]:
+    """Return how far places are off, in words."""
+    told = (f"  {name}: {1e3 * error:.1f} mm" for name, error in errors.items())
+    return ["in 95 of 100 cases these are off by no more than:", *told]

@@ -25,6 +25,7 @@ from virtualrobot.errors import (
 )
 from virtualrobot.geometry import Matrix
 
+from virtualrobot_apps.registration.lengths import length_of
 from virtualrobot_apps.registration.marker_sheet import Bits
 from virtualrobot_apps.registration.picture_size import size_of
 
@@ -36,6 +37,9 @@ EDGE = 0.15
 
 MOST_PIXELS = 50_000_000
 """Pixels of a picture at most."""
+
+CORNER = 0.15
+"""Standard deviation (pixels) of each coordinate of a corner, as pictures of good light have it, and no less."""
 
 MARGIN = 0.25
 """Width of what belongs to a marker around it, as a share of its longest edge: the white that a corner needs."""
@@ -54,6 +58,7 @@ class SeenMarker:
         camera_t_marker: (4, 4), m.
         deviation: of the corners from those of this pose, root of the mean square, pixels.
         second: (4, 4) the other pose that a flat square may have, or None where it is clearly worse.
+        twist_covariance: (6, 6) of a small turn (rad) about the camera and shift (m) by which the pose may be off.
     """
 
     number: int
@@ -61,6 +66,13 @@ class SeenMarker:
     camera_t_marker: Matrix
     deviation: float
     second: Matrix | None
+    twist_covariance: Floats
+
+    def error(self, point: ArrayLike, share: float = 0.95) -> float:
+        """Return the distance (m) that a point (3,) of the marker's frame is off at most, in this share of cases."""
+        at = self.camera_t_marker[:3, :3] @ np.asarray(point, dtype=float) + self.camera_t_marker[:3, 3]
+        moved = _moved(at)
+        return length_of(moved @ self.twist_covariance @ moved.T, share)
 
 
 def library() -> ModuleType:
@@ -209,4 +221,17 @@ def posed(
     poses.sort(key=lambda one: one[0])
     (deviation, best), *others = poses
     rivals = [pose for off, pose in others if off < CLEAR * deviation and np.abs(pose - best).max() > 1e-3]
-    return SeenMarker(number, corners, best, deviation, rivals[0] if rivals else None)
+    # To first order, by the slopes of the corners' places (u, v) = (fx x / z, fy y / z), each as good as the others.
+    at = square @ best[:3, :3].T + best[:3, 3]
+    slopes = np.zeros((4, 2, 3))
+    slopes[:, 0, 0], slopes[:, 0, 2] = camera[0, 0] / at[:, 2], -camera[0, 0] * at[:, 0] / at[:, 2] ** 2
+    slopes[:, 1, 1], slopes[:, 1, 2] = camera[1, 1] / at[:, 2], -camera[1, 1] * at[:, 1] / at[:, 2] ** 2
+    equations = np.concatenate([slope @ _moved(point) for slope, point in zip(slopes, at, strict=True)])
+    covariance = max(CORNER, deviation) ** 2 * np.linalg.inv(equations.T @ equations)
+    return SeenMarker(number, corners, best, deviation, rivals[0] if rivals else None, covariance)
+
+
+def _moved(at: Floats) -> Floats:
+    """Return how a point (3,) moves, (3, 6), by a small turn about the origin and a shift."""
+    x, y, z = at
+    return np.hstack([[[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]], np.eye(3)])

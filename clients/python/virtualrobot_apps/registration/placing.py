@@ -37,7 +37,7 @@ def registered(read: TouchedFile, poses: Mapping[str, Matrix], least_apart: floa
     points = [
         poses[point][:3, 3] if isinstance(point, str) else frame[:3, :3] @ point + frame[:3, 3] for point in read.model
     ]
-    return register(points, read.touched, up=read.up, noise=read.noise, least_apart=least_apart)
+    return register(points, read.touched, up=read.up, noise=read.noise, tilt=read.tilt, least_apart=least_apart)
 
 
 def mean_corners(pictures: Mapping[str, Sequence[SeenMarker]], number: int | None) -> tuple[int, Floats]:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot._wire.arguments import ArrayLike
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.geometry import Matrix
+
+from virtualrobot_apps.registration.lengths import length_of
 
 Floats = NDArray[np.float64]
 
@@ -32,6 +33,9 @@ NOISE = 0.002
 
 MOST_NOISE = 5.0
 """Factor of the noise from which what is left over is a mistake: of normal noise that is one in a million touches."""
+
+MOST_TILT = 0.1
+"""Tilt (rad) of a device beyond which it has no idea of what is up."""
 
 UP = {
     "z": np.eye(4),
@@ -51,6 +55,8 @@ class Registration:
             is more.
         center: (3,) the middle of the points, in the model's frame, m.
         spread: sum of the squares of the points' horizontal distances from it, m^2.
+        lean: (2,) sums of the points' x and y times their height, about their middle, over the spread.
+        tilt: standard deviation of what the device takes for up, about each level axis, rad.
     """
 
     model_t_device: Matrix
@@ -58,31 +64,25 @@ class Registration:
     noise: float
     center: Floats
     spread: float
+    lean: Floats
+    tilt: float
 
     def covariance(self, point: ArrayLike) -> Floats:
         """Return the covariance (3, 3), m^2, of where a point (3,) of the model's frame is thought to be.
 
         To first order: the middle of n touches shifts by the variance of one of them over n in each direction, and the
-        turn about it has that variance over the spread.
+        turn about it has that variance over the spread. A device that leans turns all about the middle, and the best
+        turn makes up for a part of it.
         """
         arm = np.asarray(point, dtype=float) - self.center
-        across = np.array([-arm[1], arm[0], 0.0])
-        return self.noise**2 * (np.eye(3) / len(self.residuals) + np.outer(across, across) / self.spread)
+        turned = np.array([-arm[1], arm[0], 0.0])
+        leaned = np.array([[0.0, -arm[2], arm[1]], [arm[2], 0.0, -arm[0]]]) + self.lean[:, None] * turned
+        touches = np.eye(3) / len(self.residuals) + np.outer(turned, turned) / self.spread
+        return self.noise**2 * touches + self.tilt**2 * leaned.T @ leaned
 
     def error(self, point: ArrayLike, share: float = 0.95) -> float:
-        """Return the distance (m) that a point (3,) of the model's frame is off at most, in this share of cases.
-
-        The squared length of a normal vector is nearly a chi-squared one of the same mean and variance (Satterthwaite,
-        An Approximate Distribution of Estimates of Variance Components, 1946), whose quantile is that of Wilson and
-        Hilferty (The Distribution of Chi-Square, 1931): good to some percent.
-        """
-        if not 0.0 < share < 1.0:
-            raise InvalidArgumentError(f"the share is {share:g}; it lies between 0 and 1, such as 0.95")
-        sizes = np.linalg.eigvalsh(self.covariance(point))
-        freedom = float(np.sum(sizes)) ** 2 / float(np.sum(sizes**2))
-        part = 2.0 / (9.0 * freedom)
-        quantile = max(1.0 - part + NormalDist().inv_cdf(share) * math.sqrt(part), 0.0) ** 3
-        return math.sqrt(float(np.sum(sizes)) * quantile)
+        """Return the distance (m) that a point (3,) of the model's frame is off at most, in this share of cases."""
+        return length_of(self.covariance(point), share)
 
 
 def register(
@@ -91,6 +91,7 @@ def register(
     *,
     up: str = "z",
     noise: float = NOISE,
+    tilt: float = 0.0,
     least_apart: float = LEAST_APART,
 ) -> Registration:
     """Return where a device is that has touched points of a model.
@@ -103,6 +104,7 @@ def register(
         touched: (n, 3) where the device says that they are, m.
         up: the axis of the device's frame that is up: `z` or `y`.
         noise: the standard deviation of each coordinate of a touch, m.
+        tilt: that of what the device takes for up, about each level axis, rad.
         least_apart: the horizontal distance (m) that two of the points have at least.
 
     Raises:
@@ -113,6 +115,8 @@ def register(
         raise InvalidArgumentError(f"the axis that is up is {' or '.join(UP)}, not {up!r}")
     if not (math.isfinite(noise) and noise > 0.0):
         raise InvalidArgumentError(f"the noise of a touch is {noise:g} m; it is above 0")
+    if not 0.0 <= tilt <= MOST_TILT:
+        raise InvalidArgumentError(f"the tilt of a device is {tilt:g} rad; it lies between 0 and {MOST_TILT:g}")
     wanted, measured = _rows(points, "points"), _rows(touched, "touched points")
     if len(wanted) != len(measured):
         raise InvalidArgumentError(f"{len(measured)} points were touched of {len(wanted)}; give one for each")
@@ -127,16 +131,20 @@ def register(
     upright[:3, 3] = center - upright[:3, :3] @ middle
     residuals = np.linalg.norm(measured @ upright[:3, :3].T + upright[:3, 3] - wanted, axis=1)
     left = math.sqrt(float(residuals @ residuals) / (3 * len(wanted) - 4))
-    if left > MOST_NOISE * noise:
+    expected = math.hypot(noise, tilt * math.sqrt(float(np.mean((wanted - center) ** 2))))
+    if left > MOST_NOISE * expected:
         worst = int(np.argmax(residuals))
         raise InvalidArgumentError(
-            f"the touches don't fit the points: they are {1e3 * left:.1f} mm off where {1e3 * noise:.1f} mm is "
+            f"the touches don't fit the points: they are {1e3 * left:.1f} mm off where {1e3 * expected:.1f} mm is "
             f"expected, point {worst + 1} most, by {1e3 * residuals[worst]:.1f} mm; look whether each was touched "
             f"where the model has it, in this order, and whether {up} is up for the device",
             metadata={"point": str(worst + 1)},
         )
-    spread = float(np.sum((wanted - center)[:, :2] ** 2))
-    return Registration(upright @ UP[up], residuals, max(noise, left), center, spread)
+    arms = wanted - center
+    spread = float(np.sum(arms[:, :2] ** 2))
+    lean = arms[:, 2] @ arms[:, :2] / spread
+    found = noise if left <= expected else left
+    return Registration(upright @ UP[up], residuals, found, center, spread, lean, tilt)
 
 
 def _rows(given: ArrayLike, name: str) -> Floats:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from virtualrobot_apps.cell_io.yaml_file import Item, parse, read_text
-from virtualrobot_apps.registration.touched import NOISE, UP
+from virtualrobot_apps.registration.touched import MOST_TILT, NOISE, UP
 
-FIELDS = ("schema_version", "relative_to", "up", "noise", "points")
+FIELDS = ("schema_version", "relative_to", "up", "noise", "tilt", "points")
 
 Vector = tuple[float, float, float]
 
@@ -21,6 +21,7 @@ class TouchedFile:
         relative_to: the node in whose frame the model's points are given.
         up: the axis of the device's frame that is up, `z` or `y`.
         noise: standard deviation of each coordinate of a touch, m.
+        tilt: that of what the device takes for up, rad.
         model: where each point is in the model: x, y, z (m) in the frame of that node, or a node, whose origin it is.
         touched: where the device says that it is, m.
     """
@@ -28,6 +29,7 @@ class TouchedFile:
     relative_to: str
     up: str
     noise: float
+    tilt: float
     model: tuple[Vector | str, ...]
     touched: tuple[Vector, ...]
 
@@ -45,6 +47,7 @@ def touched_of(root: Item) -> TouchedFile:
         fields["relative_to"].text() if "relative_to" in fields else "world",
         fields["up"].one_of(tuple(UP)) if "up" in fields else "z",
         fields["noise"].number(1e-6, 0.1) if "noise" in fields else NOISE,
+        fields["tilt"].number(0.0, MOST_TILT) if "tilt" in fields else 0.0,
         tuple(_vector(pair["model"]) if pair["model"].is_list else pair["model"].text() for pair in pairs),
         tuple(_vector(pair["touched"]) for pair in pairs),
     )
