@@ -13,7 +13,8 @@ _FRAMES = {*range(0xC0, 0xD0)} - {0xC4, 0xC8, 0xCC}
 def size_of(data: bytes) -> tuple[int, int] | None:
     """Return width and height (pixels) of a PNG or a JPEG; None for anything else."""
     if data.startswith(_PNG) and len(data) >= 24:
-        return struct.unpack(">II", data[16:24])
+        width, height = struct.unpack(">II", data[16:24])
+        return width, height
     if not data.startswith(_JPEG):
         return None
     at = 2

@@ -45,7 +45,11 @@ def walls(target: Target, file: Path, head: tuple[float, ...] | None, listen: st
         from virtualrobot.geometry import pose
 
         observer.room_t_head = pose(*head)
-    _print(observer)
+    if address is None:
+        _print(observer)
+    else:
+        # A head that is heard later may stand elsewhere.
+        _show(observer)
     if cameras is not None:
         with target.connect() as client:
             added = add_cameras(client, observer, cameras)

@@ -118,13 +118,14 @@ def frustum(wall: Wall, eye: Sequence[float] | Floats, near: float, far: float) 
             f"the eye is {-distance:.3f} m behind the wall {wall.name!r}; it looks at it from its front, where "
             "the corners are as the file says: lower left, lower right, upper left"
         )
-    edges = tuple(float(one) * near / distance for one in (left, right, bottom, top))
+    left, right, bottom, top = (float(one) * near / distance for one in (left, right, bottom, top))
+    edges = left, right, bottom, top
     view = np.eye(4)
     view[:3, :3], view[:3, 3] = axes.T, -axes.T @ place
     return Frustum(edges, near, far, _projection(edges, near, far), view)
 
 
-def _projection(edges: tuple[float, ...], near: float, far: float) -> Matrix:
+def _projection(edges: tuple[float, float, float, float], near: float, far: float) -> Matrix:
     """Return the matrix (4, 4) of `glFrustum`."""
     left, right, bottom, top = edges
     return np.array(
