@@ -106,6 +106,10 @@ def test_a_camera_is_where_it_sees_the_sheet_from() -> None:
     for real in (rivals.camera_t_marker, rivals.second):
         up = real[:3, :3] @ sheet[:3, :3].T @ [0.0, 0.0, 1.0]
         assert np.allclose(camera_pose(rivals, sheet, up.tolist()) @ real, sheet)
+    with pytest.raises(InvalidArgumentError, match="90 degrees off what it is by the marker: look whether the sheet"):
+        camera_pose(one, sheet, [1.0, 0.0, 0.0])
+    with pytest.raises(InvalidArgumentError, match="is a direction, such as 0, -1, 0, and no zero"):
+        camera_pose(one, sheet, [0.0, 0.0, 0.0])
 
 
 def test_wrong_usage_is_told_before_a_kernel_is_asked(tmp_path: Path) -> None:

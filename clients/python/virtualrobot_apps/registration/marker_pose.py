@@ -45,7 +45,7 @@ MARGIN = 0.25
 """Width of what belongs to a marker around it, as a share of its longest edge: the white that a corner needs."""
 
 CLEAR = 2.0
-"""Factor of the deviation of the corners from which the second pose that a flat square may have is no answer."""
+"""Factor of the deviation of corners, found or expected, from which a flat square's second pose is no answer."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -220,14 +220,15 @@ def posed(
         poses.append((float(np.sqrt(np.mean(np.sum((again - points) ** 2, axis=2)))), pose))
     poses.sort(key=lambda one: one[0])
     (deviation, best), *others = poses
-    rivals = [pose for off, pose in others if off < CLEAR * deviation and np.abs(pose - best).max() > 1e-3]
+    least = max(CORNER, deviation)
+    rivals = [pose for off, pose in others if off < CLEAR * least and np.abs(pose - best).max() > 1e-3]
     # To first order, by the slopes of the corners' places (u, v) = (fx x / z, fy y / z), each as good as the others.
     at = square @ best[:3, :3].T + best[:3, 3]
     slopes = np.zeros((4, 2, 3))
     slopes[:, 0, 0], slopes[:, 0, 2] = camera[0, 0] / at[:, 2], -camera[0, 0] * at[:, 0] / at[:, 2] ** 2
     slopes[:, 1, 1], slopes[:, 1, 2] = camera[1, 1] / at[:, 2], -camera[1, 1] * at[:, 1] / at[:, 2] ** 2
     equations = np.concatenate([slope @ _moved(point) for slope, point in zip(slopes, at, strict=True)])
-    covariance = max(CORNER, deviation) ** 2 * np.linalg.inv(equations.T @ equations)
+    covariance = least**2 * np.linalg.inv(equations.T @ equations)
     return SeenMarker(number, corners, best, deviation, rivals[0] if rivals else None, covariance)
 
 

@@ -19,6 +19,9 @@ Floats = NDArray[np.float64]
 MOST_MOVED = 2.0
 """Distance (pixels) of a corner from where the first picture has it beyond which the camera has moved."""
 
+MOST_LEANING = np.radians(15.0)
+"""Angle (rad) between what is up by a marker and by a camera beyond which one of them is told wrongly."""
+
 
 def named(read: TouchedFile) -> list[str]:
     """Return the nodes that a file names."""
@@ -116,7 +119,7 @@ def camera_pose(seen: SeenMarker, world_t_marker: Matrix, camera_up: Sequence[fl
     """Return `world_t_camera` (4, 4) by a marker whose sheet is at `world_t_marker`.
 
     `camera_up` (3,) is away from gravity in the camera's frame; None where nobody knows. Raises InvalidArgumentError
-    where the square may be turned in two ways, and nothing tells in which.
+    where the square may be turned in two ways, and nothing tells in which, and where gravity says neither.
     """
     if seen.second is not None and camera_up is None:
         turn = seen.camera_t_marker[:3, :3].T @ seen.second[:3, :3]
@@ -125,8 +128,19 @@ def camera_pose(seen: SeenMarker, world_t_marker: Matrix, camera_up: Sequence[fl
             f"the marker may be turned in two ways, {apart:.0f} degrees apart, which look alike from here; tell what "
             "is up for the camera, or take the picture from nearer or more from the side"
         )
-    up = world_t_marker[:3, :3].T @ [0.0, 0.0, 1.0]
-    camera_t_marker = seen.camera_t_marker if camera_up is None else upright(seen, up, camera_up)
+    if camera_up is None:
+        return world_t_marker @ np.linalg.inv(seen.camera_t_marker)
+    up, told = world_t_marker[:3, :3].T @ [0.0, 0.0, 1.0], np.asarray(camera_up, dtype=float)
+    length = float(np.linalg.norm(told))
+    if length < 1e-6:
+        raise InvalidArgumentError("what is up for the camera is a direction, such as 0, -1, 0, and no zero")
+    camera_t_marker = upright(seen, up, told)
+    cosine = float(camera_t_marker[:3, :3] @ up @ told) / length
+    if cosine < np.cos(MOST_LEANING):
+        raise InvalidArgumentError(
+            f"what is up for the camera is {np.degrees(np.arccos(max(cosine, -1.0))):.0f} degrees off what it is by "
+            "the marker: look whether the sheet hangs as the model has it, and which of the camera's axes are told"
+        )
     return world_t_marker @ np.linalg.inv(camera_t_marker)
 
 

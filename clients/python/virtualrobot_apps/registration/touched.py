@@ -41,7 +41,7 @@ UP = {
     "z": np.eye(4),
     "y": np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]]),
 }
-"""Pose of a device's frame in one with z up, by the axis that is up in it: y for WebXR, Unity and OpenXR."""
+"""Pose of a device's frame in one with z up, by the axis that is up in it: y for WebXR and OpenXR."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
