@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +12,8 @@ from click.testing import CliRunner
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError
 from virtualrobot_apps.cell_io.yaml_file import parse
 from virtualrobot_apps.registration.command import marker, register
-from virtualrobot_apps.registration.marker_pose import SeenMarker
-from virtualrobot_apps.registration.placing import camera_pose, mean_corners, named, registered
+from virtualrobot_apps.registration.marker_pose import SeenMarker, posed
+from virtualrobot_apps.registration.placing import mean_corners, named, registered, settled
 from virtualrobot_apps.registration.touched_file import TouchedFile, touched_of
 
 POINTS = """schema_version: 1
@@ -31,10 +32,9 @@ def read(text: str) -> TouchedFile:
     return touched_of(parse(text, "touched.yaml"))
 
 
-def seen(corners: object, number: int = 3, second: bool = False) -> SeenMarker:
-    pose = virtualrobot.pose(z=1.0, roll=np.pi)
-    other = virtualrobot.pose(z=1.0, roll=np.pi + 0.5) if second else None
-    return SeenMarker(number, np.asarray(corners, dtype=float), pose, 0.1, other, np.eye(6))
+def seen(corners: object, number: int = 3) -> SeenMarker:
+    camera = np.array([[900.0, 0.0, 640.0], [0.0, 900.0, 360.0], [0.0, 0.0, 1.0]])
+    return posed(np.asarray(corners, dtype=float), number, camera)
 
 
 def test_a_file_says_points_and_nodes() -> None:
@@ -95,21 +95,24 @@ def test_pictures_from_one_place_are_averaged() -> None:
         mean_corners({}, None)
 
 
-def test_a_camera_is_where_it_sees_the_sheet_from() -> None:
+def test_what_is_up_settles_a_marker_or_is_refused() -> None:
     sheet = virtualrobot.pose(1.0, 0.5, 0.8, roll=np.pi / 2)
-    one = seen(np.zeros((4, 2)))
-    assert np.allclose(camera_pose(one, sheet, None) @ one.camera_t_marker, sheet)
-    rivals = seen(np.zeros((4, 2)), second=True)
-    assert rivals.second is not None
+    square = np.array([[-0.075, 0.075], [0.075, 0.075], [0.075, -0.075], [-0.075, -0.075]])
+    camera = np.array([[900.0, 0.0, 640.0], [0.0, 900.0, 360.0], [0.0, 0.0, 1.0]])
+    near, far = (
+        posed([640.0, 360.0] + 900.0 * square @ np.diag([1.0, -1.0]) / distance + lean, 3, camera)
+        for distance, lean in ((0.5, np.array([[0, 0], [0, 8], [0, -8], [0, 0.0]])), (2.5, 0.0))
+    )
+    assert settled(near, sheet, None) is near
+    rivals = dataclasses.replace(far, second=far.camera_t_marker @ virtualrobot.pose(roll=0.5))
     with pytest.raises(InvalidArgumentError, match=r"two ways, 29 degrees apart.*tell what is up for the camera"):
-        camera_pose(rivals, sheet, None)
-    for real in (rivals.camera_t_marker, rivals.second):
-        up = real[:3, :3] @ sheet[:3, :3].T @ [0.0, 0.0, 1.0]
-        assert np.allclose(camera_pose(rivals, sheet, up.tolist()) @ real, sheet)
+        settled(rivals, sheet, None)
+    # The sheet hangs upright, and so does the camera: its y is down.
+    assert np.allclose(settled(rivals, sheet, [0.0, -9.8, 0.0]).camera_t_marker, far.camera_t_marker, atol=1e-6)
     with pytest.raises(InvalidArgumentError, match="90 degrees off what it is by the marker: look whether the sheet"):
-        camera_pose(one, sheet, [1.0, 0.0, 0.0])
+        settled(far, sheet, [1.0, 0.0, 0.0])
     with pytest.raises(InvalidArgumentError, match="is a direction, such as 0, -1, 0, and no zero"):
-        camera_pose(one, sheet, [0.0, 0.0, 0.0])
+        settled(far, sheet, [0.0, 0.0, 0.0])
 
 
 def test_wrong_usage_is_told_before_a_kernel_is_asked(tmp_path: Path) -> None:

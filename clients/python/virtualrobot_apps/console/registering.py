@@ -18,7 +18,7 @@ from virtualrobot.errors import InvalidArgumentError, MalformedFileError
 from virtualrobot_apps.cell_io.yaml_file import SCHEMA_VERSION, parse
 from virtualrobot_apps.console.numbers import numbers
 from virtualrobot_apps.registration.marker_pose import EDGE, picture_of
-from virtualrobot_apps.registration.placing import camera_pose, keep_frame, move_robot, named, registered, seen_in
+from virtualrobot_apps.registration.placing import keep_frame, move_robot, named, registered, seen_in, settled
 from virtualrobot_apps.registration.touched import LEAST_APART
 from virtualrobot_apps.registration.touched_file import FIELDS, touched_of
 
@@ -91,14 +91,15 @@ def by_pictures(client: Client, said: Mapping[str, Any]) -> dict[str, object]:
     tools = _tools(said)
     poses = client.scene.poses(list(dict.fromkeys([sheet, *tools])))
     world_t_sheet, inverse = poses[sheet], np.linalg.inv(poses[sheet])
-    world_t_camera = camera_pose(seen, world_t_sheet, up)
+    seen = settled(seen, world_t_sheet, up)
+    world_t_camera = world_t_sheet @ np.linalg.inv(seen.camera_t_marker)
     if frame:
         keep_frame(client, frame, world_t_camera, sheet)
     return {
         "number": seen.number,
         "corners": seen.corners.tolist(),
         "deviation": seen.deviation,
-        "camera_t_marker": (np.linalg.inv(world_t_camera) @ world_t_sheet).ravel().tolist(),
+        "camera_t_marker": seen.camera_t_marker.ravel().tolist(),
         "world_t_camera": world_t_camera.ravel().tolist(),
         "error_away": seen.error([AWAY, 0.0, 0.0]),
         "errors": {name: seen.error((inverse @ poses[name])[:3, 3]) for name in tools},

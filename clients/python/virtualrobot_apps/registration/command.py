@@ -119,7 +119,7 @@ def picture(
     import numpy as np
 
     from virtualrobot_apps.registration.marker_pose import read_picture
-    from virtualrobot_apps.registration.placing import camera_pose, keep_frame, seen_in
+    from virtualrobot_apps.registration.placing import keep_frame, seen_in, settled
 
     if (field is None) == (matrix is None):
         raise click.UsageError("the camera's --field or its --matrix is needed, one of them")
@@ -133,7 +133,8 @@ def picture(
     )
     with target.connect() as client:
         poses = client.scene.poses(list(dict.fromkeys([sheet, *tools])))
-        world_t_camera = camera_pose(seen, poses[sheet], up)
+        seen = settled(seen, poses[sheet], up)
+        world_t_camera = poses[sheet] @ np.linalg.inv(seen.camera_t_marker)
         x, y, z = world_t_camera[:3, 3]
         distance = float(np.linalg.norm(seen.camera_t_marker[:3, 3]))
         click.echo(

@@ -28,6 +28,7 @@ from virtualrobot.geometry import Matrix
 from virtualrobot_apps.registration.lengths import length_of
 from virtualrobot_apps.registration.marker_sheet import Bits
 from virtualrobot_apps.registration.picture_size import size_of
+from virtualrobot_apps.registration.square_fit import SeenSquare, moved
 
 Floats = NDArray[np.float64]
 
@@ -47,6 +48,9 @@ MARGIN = 0.25
 CLEAR = 2.0
 """Factor of the deviation of corners, found or expected, from which a flat square's second pose is no answer."""
 
+SAME = 0.02
+"""Angle (rad) up to which two poses of a square are one."""
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class SeenMarker:
@@ -59,6 +63,7 @@ class SeenMarker:
         deviation: of the corners from those of this pose, root of the mean square, pixels.
         second: (4, 4) the other pose that a flat square may have, or None where it is clearly worse.
         twist_covariance: (6, 6) of a small turn (rad) about the camera and shift (m) by which the pose may be off.
+        straight: the corners as a camera without distortion has them.
     """
 
     number: int
@@ -67,12 +72,13 @@ class SeenMarker:
     deviation: float
     second: Matrix | None
     twist_covariance: Floats
+    straight: SeenSquare
 
     def error(self, point: ArrayLike, share: float = 0.95) -> float:
         """Return the distance (m) that a point (3,) of the marker's frame is off at most, in this share of cases."""
         at = self.camera_t_marker[:3, :3] @ np.asarray(point, dtype=float) + self.camera_t_marker[:3, 3]
-        moved = _moved(at)
-        return length_of(moved @ self.twist_covariance @ moved.T, share)
+        motion = moved(at)
+        return length_of(motion @ self.twist_covariance @ motion.T, share)
 
 
 def library() -> ModuleType:
@@ -131,7 +137,7 @@ def markers_in(
     """Return the markers in a picture, by their numbers.
 
     Poses are those of Collins and Bartoli (Infinitesimal Plane-Based Pose Estimation, 2014), then least squares of the
-    corners by Levenberg and Marquardt.
+    corners.
 
     Args:
         picture: (height, width) grey values.
@@ -156,20 +162,6 @@ def markers_in(
         for number, corners in _found(picture, cv2.aruco.CORNER_REFINE_SUBPIX)
     ]
     return sorted(seen, key=lambda one: one.number)
-
-
-def upright(seen: SeenMarker, marker_up: ArrayLike, camera_up: ArrayLike) -> Matrix:
-    """Return that of the two poses of a marker in which what is up for it is up for the camera, too.
-
-    Args:
-        seen: the marker.
-        marker_up: (3,) away from gravity in the marker's frame.
-        camera_up: (3,) that in the camera's frame, as its accelerometer tells.
-    """
-    if seen.second is None:
-        return seen.camera_t_marker
-    up, told = np.asarray(marker_up, dtype=float), np.asarray(camera_up, dtype=float)
-    return max((seen.camera_t_marker, seen.second), key=lambda pose: float(pose[:3, :3] @ up @ told))
 
 
 def _found(picture: NDArray[np.uint8], refinement: int) -> list[tuple[int, Floats]]:
@@ -210,29 +202,42 @@ def posed(
     square = np.array([[-half, half, 0.0], [half, half, 0.0], [half, -half, 0.0], [-half, -half, 0.0]])
     points = np.ascontiguousarray(corners).reshape(4, 1, 2)
     bent = distortion if distortion.size else None
-    _, turns, shifts, _ = cv2.solvePnPGeneric(square, points, camera, bent, flags=cv2.SOLVEPNP_IPPE_SQUARE)
-    poses = list[tuple[float, Matrix]]()
+    straight = corners if bent is None else cv2.undistortPoints(points, camera, bent, P=camera).reshape(4, 2)
+    seen = SeenSquare(square, straight, camera)
+    _, turns, shifts, _ = cv2.solvePnPGeneric(
+        square, np.ascontiguousarray(straight).reshape(4, 1, 2), camera, None, flags=cv2.SOLVEPNP_IPPE_SQUARE
+    )
+    # Of a square straight before the camera OpenCV's poses may be far off.
+    starts = [_facing(straight, camera, edge)]
     for turn, shift in zip(turns, shifts, strict=True):
-        turn, shift = cv2.solvePnPRefineLM(square, points, camera, bent, turn, shift)
-        again, _ = cv2.projectPoints(square, turn, shift, camera, bent)
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = cv2.Rodrigues(turn)[0], np.ravel(shift)
-        poses.append((float(np.sqrt(np.mean(np.sum((again - points) ** 2, axis=2)))), pose))
-    poses.sort(key=lambda one: one[0])
-    (deviation, best), *others = poses
+        start = np.eye(4)
+        start[:3, :3], start[:3, 3] = cv2.Rodrigues(turn)[0], np.ravel(shift)
+        starts.append(start)
+    found = list[tuple[float, Matrix, Floats]]()
+    for start in starts:
+        pose, covariance = seen.fit(start, CORNER)
+        found.append((seen.deviation(pose), pose, covariance))
+    found.sort(key=lambda one: one[0])
+    (deviation, best, covariance), *others = found
     least = max(CORNER, deviation)
-    rivals = [pose for off, pose in others if off < CLEAR * least and np.abs(pose - best).max() > 1e-3]
-    # To first order, by the slopes of the corners' places (u, v) = (fx x / z, fy y / z), each as good as the others.
-    at = square @ best[:3, :3].T + best[:3, 3]
-    slopes = np.zeros((4, 2, 3))
-    slopes[:, 0, 0], slopes[:, 0, 2] = camera[0, 0] / at[:, 2], -camera[0, 0] * at[:, 0] / at[:, 2] ** 2
-    slopes[:, 1, 1], slopes[:, 1, 2] = camera[1, 1] / at[:, 2], -camera[1, 1] * at[:, 1] / at[:, 2] ** 2
-    equations = np.concatenate([slope @ _moved(point) for slope, point in zip(slopes, at, strict=True)])
-    covariance = least**2 * np.linalg.inv(equations.T @ equations)
-    return SeenMarker(number, corners, best, deviation, rivals[0] if rivals else None, covariance)
+    rivals = [pose for off, pose, _ in others if off < CLEAR * least and turned_by(best, pose) > SAME]
+    second = rivals[0] if rivals else None
+    return SeenMarker(number, corners, best, deviation, second, (least / CORNER) ** 2 * covariance, seen)
 
 
-def _moved(at: Floats) -> Floats:
-    """Return how a point (3,) moves, (3, 6), by a small turn about the origin and a shift."""
-    x, y, z = at
-    return np.hstack([[[0.0, z, -y], [-z, 0.0, x], [y, -x, 0.0]], np.eye(3)])
+def _facing(corners: Floats, camera: Floats, edge: float) -> Matrix:
+    """Return the pose of a square that faces the camera and is about where the corners (4, 2) are."""
+    rays = np.linalg.solve(camera, np.concatenate([corners, np.ones((4, 1))], axis=1).T).T
+    length = float(np.linalg.norm(rays - np.roll(rays, 1, axis=0), axis=1).mean())
+    right = rays[1] + rays[2] - rays[0] - rays[3]
+    right /= np.linalg.norm(right)
+    pose = np.eye(4)
+    pose[:3, :3] = np.stack([right, np.cross([0.0, 0.0, -1.0], right), [0.0, 0.0, -1.0]], axis=1)
+    pose[:3, 3] = rays.mean(axis=0) * edge / length
+    return pose
+
+
+def turned_by(first: Matrix, second: Matrix) -> float:
+    """Return the angle (rad) between two poses (4, 4)."""
+    cosine = (np.trace(first[:3, :3].T @ second[:3, :3]) - 1.0) / 2.0
+    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

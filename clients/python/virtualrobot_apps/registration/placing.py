@@ -10,7 +10,8 @@ from virtualrobot.connection import Client
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError, WrongStateError
 from virtualrobot.geometry import Matrix
 
-from virtualrobot_apps.registration.marker_pose import EDGE, SeenMarker, camera_matrix, markers_in, posed, upright
+from virtualrobot_apps.registration.levelled import levelled
+from virtualrobot_apps.registration.marker_pose import EDGE, SeenMarker, camera_matrix, markers_in, posed, turned_by
 from virtualrobot_apps.registration.touched import LEAST_APART, Registration, register
 from virtualrobot_apps.registration.touched_file import TouchedFile
 
@@ -18,9 +19,6 @@ Floats = NDArray[np.float64]
 
 MOST_MOVED = 2.0
 """Distance (pixels) of a corner from where the first picture has it beyond which the camera has moved."""
-
-MOST_LEANING = np.radians(15.0)
-"""Angle (rad) between what is up by a marker and by a camera beyond which one of them is told wrongly."""
 
 
 def named(read: TouchedFile) -> list[str]:
@@ -115,33 +113,21 @@ def seen_in(
     return posed(corners, found, camera, edge=edge, distortion=distortion)
 
 
-def camera_pose(seen: SeenMarker, world_t_marker: Matrix, camera_up: Sequence[float] | None) -> Matrix:
-    """Return `world_t_camera` (4, 4) by a marker whose sheet is at `world_t_marker`.
+def settled(seen: SeenMarker, world_t_marker: Matrix, camera_up: Sequence[float] | None) -> SeenMarker:
+    """Return a marker whose sheet is at `world_t_marker`, turned in the one way that it can be.
 
     `camera_up` (3,) is away from gravity in the camera's frame; None where nobody knows. Raises InvalidArgumentError
-    where the square may be turned in two ways, and nothing tells in which, and where gravity says neither.
+    where the square may be turned in two ways, and nothing tells in which, and as `levelled` does.
     """
-    if seen.second is not None and camera_up is None:
-        turn = seen.camera_t_marker[:3, :3].T @ seen.second[:3, :3]
-        apart = np.degrees(np.arccos(np.clip((np.trace(turn) - 1.0) / 2.0, -1.0, 1.0)))
+    if camera_up is not None:
+        return levelled(seen, world_t_marker[:3, :3].T @ [0.0, 0.0, 1.0], camera_up)
+    if seen.second is not None:
+        apart = np.degrees(turned_by(seen.camera_t_marker, seen.second))
         raise InvalidArgumentError(
             f"the marker may be turned in two ways, {apart:.0f} degrees apart, which look alike from here; tell what "
             "is up for the camera, or take the picture from nearer or more from the side"
         )
-    if camera_up is None:
-        return world_t_marker @ np.linalg.inv(seen.camera_t_marker)
-    up, told = world_t_marker[:3, :3].T @ [0.0, 0.0, 1.0], np.asarray(camera_up, dtype=float)
-    length = float(np.linalg.norm(told))
-    if length < 1e-6:
-        raise InvalidArgumentError("what is up for the camera is a direction, such as 0, -1, 0, and no zero")
-    camera_t_marker = upright(seen, up, told)
-    cosine = float(camera_t_marker[:3, :3] @ up @ told) / length
-    if cosine < np.cos(MOST_LEANING):
-        raise InvalidArgumentError(
-            f"what is up for the camera is {np.degrees(np.arccos(max(cosine, -1.0))):.0f} degrees off what it is by "
-            "the marker: look whether the sheet hangs as the model has it, and which of the camera's axes are told"
-        )
-    return world_t_marker @ np.linalg.inv(camera_t_marker)
+    return seen
 
 
 def keep_frame(client: Client, name: str, world_t_frame: Matrix, parent: str) -> None:
