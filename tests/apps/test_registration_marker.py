@@ -120,6 +120,7 @@ def test_a_square_straight_before_the_camera_is_no_riddle(distance: float) -> No
     assert seen.second is None
 
 
+@pytest.mark.long
 def test_predicted_errors_are_those_of_drawn_corners() -> None:
     """Each coordinate of a corner is off by as much as is expected of pictures; a point 0.8 m beside the sheet."""
     rng, point = np.random.default_rng(8), np.array([0.7, 0.3, 0.2])
@@ -143,6 +144,7 @@ def test_a_camera_that_knows_what_is_up_gives_the_exact_pose_of_exact_corners() 
         assert seen.second is None
 
 
+@pytest.mark.long
 def test_gravity_halves_the_error_beside_a_sheet_that_is_seen_from_before() -> None:
     """Corners and what is up are drawn about the true ones; a flat sheet 1.2 m below, and a point 0.8 m beside it."""
     rng, up, point = np.random.default_rng(9), np.array([0.0, 0.0, 1.0]), np.array([0.7, 0.3, 0.2])

@@ -135,11 +135,10 @@ def picture(
         poses = client.scene.poses(list(dict.fromkeys([sheet, *tools])))
         seen = settled(seen, poses[sheet], up)
         world_t_camera = poses[sheet] @ np.linalg.inv(seen.camera_t_marker)
-        x, y, z = world_t_camera[:3, 3]
         distance = float(np.linalg.norm(seen.camera_t_marker[:3, 3]))
         click.echo(
             f"marker {seen.number}, {distance:.3f} m away, corners {seen.deviation:.2f} pixels off; "
-            f"the camera is at {x:.4f}, {y:.4f}, {z:.4f}"
+            f"the camera is at {_place(world_t_camera[:3, 3].tolist())}"
         )
         inverse = np.linalg.inv(poses[sheet])
         errors = {name: seen.error((inverse @ poses[name])[:3, 3]) for name in tools}
@@ -154,14 +153,14 @@ def _lines(found: Registration, tools: dict[str, list[float]]) -> list[str]:
     import numpy as np
     from virtualrobot.geometry import roll_pitch_yaw_of
 
-    x, y, z = found.model_t_device[:3, 3]
+    place = _place(found.model_t_device[:3, 3].tolist())
     yaw = float(roll_pitch_yaw_of(found.model_t_device)[2])
     off = ", ".join(f"{1e3 * one:.1f}" for one in found.residuals)
     errors = {"1.5 m away": found.error(found.center + np.array([1.5, 0.0, 0.0]))}
     return [
-        f"the device is at {x:.4f}, {y:.4f}, {z:.4f}, turned by {yaw:.4f} rad; points off by {off} mm",
+        f"the device is at {place}, turned by {yaw:.4f} rad; points off by {off} mm",
         f"a touch is good to {1e3 * found.noise:.1f} mm",
-        *_errors({**errors, **{name: found.error(place) for name, place in tools.items()}}),
+        *_errors({**errors, **{name: found.error(at) for name, at in tools.items()}}),
     ]
 
 
@@ -169,3 +168,8 @@ def _errors(errors: dict[str, float]) -> list[str]:
     """Return how far places are off, in words."""
     told = (f"  {name}: {1e3 * error:.1f} mm" for name, error in errors.items())
     return ["in 95 of 100 cases these are off by no more than:", *told]
+
+
+def _place(numbers: list[float]) -> str:
+    """Return a place in words, without a minus before what rounds to 0."""
+    return ", ".join(f"{round(one, 4) + 0.0:.4f}" for one in numbers)
