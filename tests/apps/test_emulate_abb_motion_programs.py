@@ -30,7 +30,7 @@ from abb_motion_program_exec import (
     v1000,
     z10,
 )
-from abb_robot_client.egm import EGM
+from ABBRobotEGM import EGM
 
 from tests.apps.abb import Served, served, stands
 from tests.apps.languages.tracing import traced

@@ -7,6 +7,7 @@ import math
 import os
 import re
 import resource
+import sys
 from collections.abc import Callable
 from dataclasses import replace
 from html.parser import HTMLParser
@@ -25,6 +26,12 @@ from virtualrobot_apps.studies.running import Pace, open_job, run
 from virtualrobot_apps.studies.study_file import read_study
 
 from tests.apps.studies import CELLS, FAILED, FUNCTION, STUDY, done, written
+
+
+@pytest.fixture(autouse=True)
+def _modules_are_looked_for_where_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A study that runs in this process has its folder looked through first, and one of these has a `random.py`."""
+    monkeypatch.setattr(sys, "path", list(sys.path))
 
 
 def test_a_monte_carlo_meets_its_law(tmp_path: Path) -> None:
