@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError, WrongStateError
 from virtualrobot_apps.cell_io.yaml_file import parse
 from virtualrobot_apps.walls.command import walls
-from virtualrobot_apps.walls.display import STEREO, Display, flown, views
+from virtualrobot_apps.walls.display import STEREO, Display, flown, gaps, views
 from virtualrobot_apps.walls.display_file import display_of
 from virtualrobot_apps.walls.frustum import Frustum, Wall, frustum
 from virtualrobot_apps.walls.head import SILENT, Listener, Observer, told
@@ -135,6 +135,18 @@ def test_walls_share_their_edge_to_a_pixel_for_both_eyes() -> None:
             assert np.abs(on_front[:, 1] - on_right[:, 1]).max() < 1e-6
             assert np.abs(on_front[:, 0] - 959.5).max() < 1e-6
             assert np.abs(on_right[:, 0] + 0.5).max() < 1e-6
+
+
+def test_walls_that_almost_meet_are_told() -> None:
+    assert gaps(display()) == []
+    loose = display(
+        CAVE.replace(
+            "lower_left: [1.5, -1.5, 0], lower_right: [-1.5", "lower_left: [1.5, -1.512, 0], lower_right: [-1.5"
+        )
+    )
+    told = gaps(loose)
+    assert len(told) == 2
+    assert told[0].startswith("the walls 'front' and 'right' have corners that are 12.0 mm apart: measure them again")
 
 
 def test_stereo_gives_each_eye_its_part_and_its_place() -> None:

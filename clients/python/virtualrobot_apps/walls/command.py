@@ -34,6 +34,7 @@ def walls(target: Target, file: Path, head: tuple[float, ...] | None, listen: st
     A line has wall, eye, viewport, projection and view (world to eye), both 4x4 row by row, as OpenGL has them.
     """
     from virtualrobot_apps.walls.cameras import add_cameras
+    from virtualrobot_apps.walls.display import gaps
     from virtualrobot_apps.walls.display_file import read_display
     from virtualrobot_apps.walls.head import Listener, Observer
 
@@ -41,6 +42,8 @@ def walls(target: Target, file: Path, head: tuple[float, ...] | None, listen: st
         raise click.UsageError("--listen hears where the head is; --head and --cameras are for one that stands")
     address = None if listen is None else _address(listen)
     observer = Observer(read_display(file))
+    for said in gaps(observer.display):
+        click.echo(said, err=True)
     if head is not None:
         from virtualrobot.geometry import pose
 

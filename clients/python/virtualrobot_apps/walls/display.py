@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import combinations
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,6 +18,9 @@ from virtualrobot.geometry import Matrix, pose
 from virtualrobot_apps.walls.frustum import Frustum, Wall, frustum
 
 Floats = NDArray[np.float64]
+
+ONE_CORNER, NEAR_CORNER = 1e-4, 0.05
+"""Distance (m) up to which two corners are one, and that up to which they are likely meant to be."""
 
 EYES = {"left": 0.5, "middle": 0.0, "right": -0.5}
 """Place of each eye along y of the head, in distances of eyes."""
@@ -116,6 +120,20 @@ def views(display: Display, room_t_head: Matrix) -> list[View]:
             seen = frustum(output.wall, eye_place(room_t_head, eye, display.eyes), display.near, display.far)
             viewport = (round(x * width), round(y * height), round(across * width), round(down * height))
             found.append(View(output.wall.name, eye, viewport, seen))
+    return found
+
+
+def gaps(display: Display) -> list[str]:
+    """Return which walls have corners that are almost one, in words: there their pictures don't meet to a pixel."""
+    found = list[str]()
+    for first, second in combinations((output.wall for output in display.outputs), 2):
+        apart = np.linalg.norm(first.corners[:, None] - second.corners[None], axis=2)
+        almost = apart[(apart > ONE_CORNER) & (apart < NEAR_CORNER)]
+        if almost.size:
+            found.append(
+                f"the walls {first.name!r} and {second.name!r} have corners that are {1e3 * almost.max():.1f} mm "
+                "apart: measure them again if they meet there"
+            )
     return found
 
 

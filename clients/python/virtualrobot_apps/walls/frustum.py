@@ -44,6 +44,12 @@ class Wall:
             )
 
     @property
+    def corners(self) -> Floats:
+        """All corners (4, 3), m: lower left, lower right, upper left, upper right."""
+        opposite = self.lower_right + self.upper_left - self.lower_left
+        return np.stack([self.lower_left, self.lower_right, self.upper_left, opposite])
+
+    @property
     def axes(self) -> Floats:
         """Rotation (3, 3), columns: to the right, upwards, and out of the wall to those who look at it."""
         right, up = self.lower_right - self.lower_left, self.upper_left - self.lower_left
