@@ -91,7 +91,7 @@ def only(seen: list[SeenMarker]) -> SeenMarker:
     return one
 
 
-@pytest.mark.parametrize("pictures", [4, pytest.param(40, marks=pytest.mark.long)])
+@pytest.mark.parametrize("pictures", [3, pytest.param(40, marks=pytest.mark.long)])
 def test_markers_are_found_within_7_mm_from_half_a_meter_to_1_6_m(pictures: int) -> None:
     rng = np.random.default_rng(11)
     off = []

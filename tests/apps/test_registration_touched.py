@@ -85,6 +85,7 @@ def test_predicted_errors_are_those_of_drawn_touches() -> None:
     assert np.abs(exact.covariance(tool) - covariance).max() < 0.08 * covariance.max()
 
 
+@pytest.mark.long
 def test_a_device_that_leans_is_predicted_too() -> None:
     """What it takes for up is off about both level axes, as a headset's is: drawn, beside what is told."""
     rng = np.random.default_rng(6)

@@ -14,12 +14,13 @@ from tests.apps.console.consoles import Console, consoles
 from tests.apps.console.test_tools import ask
 from tests.kernels import StartKernel
 
+pytestmark = pytest.mark.long
+
 POINTS = np.array([[0.4, 0.3, 0.0], [0.4, -0.5, 0.0], [-0.3, 0.1, 0.25]])
 LEVEL = {"model": [0, 0, 0], "touched": [0, 0, 0]}
 SHEET = base64.b64encode(as_png(sheet(bits_of(5), EDGE, 5))).decode()
 
 
-@pytest.mark.long
 def test_what_is_found_is_kept_by_those_who_may_change_the_cell(start_kernel: StartKernel) -> None:
     kernel = start_kernel(token=True)
     with (
