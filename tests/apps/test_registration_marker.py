@@ -91,11 +91,11 @@ def only(seen: list[SeenMarker]) -> SeenMarker:
     return one
 
 
-@pytest.mark.parametrize("pictures", [3, pytest.param(40, marks=pytest.mark.long)])
-def test_markers_are_found_within_7_mm_from_half_a_meter_to_1_6_m(pictures: int) -> None:
+@pytest.mark.long
+def test_markers_are_found_within_7_mm_from_half_a_meter_to_1_6_m() -> None:
     rng = np.random.default_rng(11)
     off = []
-    for distance in np.linspace(1.6, 0.5, pictures):
+    for distance in np.linspace(1.6, 0.5, 15):
         pose = drawn_pose(rng, float(distance))
         seen = only(markers_in(made_picture(pose, rng), CAMERA))
         assert seen.number == 7
@@ -128,11 +128,11 @@ def test_predicted_errors_are_those_of_drawn_corners() -> None:
     corners = corners_of(pose)
     exact = posed(corners, 3, CAMERA)
     off = []
-    for _ in range(300):
+    for _ in range(120):
         seen = posed(corners + rng.normal(0.0, CORNER, (4, 2)), 3, CAMERA)
         off.append(np.linalg.norm(((seen.camera_t_marker - pose) @ np.append(point, 1.0))[:3]))
     for share in (0.5, 0.95):
-        assert exact.error(point, share) == pytest.approx(np.quantile(off, share), rel=0.15)
+        assert exact.error(point, share) == pytest.approx(np.quantile(off, share), rel=0.25)
 
 
 def test_a_camera_that_knows_what_is_up_gives_the_exact_pose_of_exact_corners() -> None:
@@ -151,13 +151,13 @@ def test_gravity_halves_the_error_beside_a_sheet_that_is_seen_from_before() -> N
     pose = virtualrobot.pose(0.05, 0.02, 1.2, roll=np.pi + 0.25, yaw=0.3)
     corners, exact = corners_of(pose), levelled(posed(corners_of(pose), 3, CAMERA), up, pose[:3, :3] @ up)
     off = []
-    for _ in range(150):
+    for _ in range(60):
         seen = posed(corners + rng.normal(0.0, CORNER, (4, 2)), 3, CAMERA)
         leaning = virtualrobot.pose(0.0, 0.0, 0.0, *rng.normal(0.0, TILT, 3))[:3, :3]
         found = levelled(seen, up, leaning @ pose[:3, :3] @ up)
         off.append(np.linalg.norm(((found.camera_t_marker - pose) @ np.append(point, 1.0))[:3]))
     for share in (0.5, 0.95):
-        assert exact.error(point, share) == pytest.approx(np.quantile(off, share), rel=0.2)
+        assert exact.error(point, share) == pytest.approx(np.quantile(off, share), rel=0.25)
     assert exact.error(point) < 0.5 * posed(corners, 3, CAMERA).error(point)
 
 

@@ -316,6 +316,7 @@ def test_the_command_prints_the_matrices_from_the_world_on(tmp_path: Path) -> No
         assert told_of in refused.output + str(refused.exception)
 
 
+@pytest.mark.long
 def test_the_command_prints_anew_for_each_head_that_is_heard(tmp_path: Path) -> None:
     file = tmp_path / "cave.yaml"
     file.write_text(CAVE)

@@ -64,7 +64,7 @@ def test_what_is_found_is_kept_by_those_who_may_change_the_cell(start_kernel: St
     [
         ("touched", {}, "the field 'points' is missing"),
         ("touched", {"points": 5}, "points: a list belongs here"),
-        ("touched", {"pts": []}, "there is no field 'pts'; known: relative_to, up, noise, points"),
+        ("touched", {"pts": []}, "there is no field 'pts'; known: relative_to, up, noise, tilt, points, tools"),
         ("touched", {"points": [LEVEL], "up": "q"}, "'q' is not known; it is one of z, y"),
         ("touched", {"points": [LEVEL]}, "1 points were touched; touch 3 at least"),
         ("touched", {"points": [LEVEL] * 3}, "lie on a line"),

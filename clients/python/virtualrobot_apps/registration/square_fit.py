@@ -18,7 +18,7 @@ _SETTLED = 1e-11
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Gravity:
-    """What is up: `marker_up` (3,) and `camera_up` (3,), of length 1, and the standard deviation `tilt`, rad."""
+    """Direction of up: `marker_up` (3,) and `camera_up` (3,), of length 1, and the standard deviation `tilt`, rad."""
 
     marker_up: Floats
     camera_up: Floats
@@ -68,7 +68,7 @@ class SeenSquare:
         """
         off, equations = self._rows(pose, good, gravity)
         for _ in range(_MOST_STEPS):
-            step = np.linalg.lstsq(equations, off, rcond=None)[0]
+            step = np.asarray(np.linalg.lstsq(equations, off, rcond=None)[0], dtype=float)
             for _ in range(_MOST_HALVINGS):
                 there = _motion(step) @ pose
                 off_there, equations_there = self._rows(there, good, gravity)
@@ -80,7 +80,7 @@ class SeenSquare:
                 break
             if np.abs(step).max() < _SETTLED:
                 break
-        return pose, np.linalg.inv(equations.T @ equations)
+        return pose, np.asarray(np.linalg.inv(equations.T @ equations), dtype=float)
 
     def _rows(self, pose: Matrix, good: float, gravity: Gravity | None) -> tuple[Floats, Floats]:
         """Return what is left over (m,) and how it changes (m, 6), in standard deviations."""

@@ -95,7 +95,7 @@ class Frustum:
     @property
     def room_t_camera(self) -> Matrix:
         """Pose (4, 4) of that camera: z ahead, x to the right of the picture, y down."""
-        return np.linalg.inv(self.view) @ np.diag([1.0, -1.0, -1.0, 1.0])
+        return np.asarray(np.linalg.inv(self.view) @ np.diag([1.0, -1.0, -1.0, 1.0]), dtype=float)
 
 
 def frustum(wall: Wall, eye: Sequence[float] | Floats, near: float, far: float) -> Frustum:
