@@ -36,6 +36,8 @@ from virtualrobot.v1 import (
     physics_pb2_grpc,
     plugin_pb2,
     plugin_pb2_grpc,
+    proposal_pb2,
+    proposal_pb2_grpc,
     ray_pb2,
     ray_pb2_grpc,
     robot_pb2,
@@ -65,6 +67,7 @@ from virtualrobot_kernel.api.motion import MotionServicer
 from virtualrobot_kernel.api.path import PathServicer
 from virtualrobot_kernel.api.physics import PhysicsServicer
 from virtualrobot_kernel.api.plugin import PluginServicer
+from virtualrobot_kernel.api.proposal import ProposalServicer
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.ray import RayServicer
 from virtualrobot_kernel.api.robot import RobotServicer
@@ -91,6 +94,7 @@ SERVICES = (
     (robot_pb2, robot_pb2_grpc.add_RobotServiceServicer_to_server, RobotServicer),
     (plugin_pb2, plugin_pb2_grpc.add_PluginServiceServicer_to_server, PluginServicer),
     (motion_pb2, motion_pb2_grpc.add_MotionServiceServicer_to_server, MotionServicer),
+    (proposal_pb2, proposal_pb2_grpc.add_ProposalServiceServicer_to_server, ProposalServicer),
     (path_pb2, path_pb2_grpc.add_PathServiceServicer_to_server, PathServicer),
     (token_pb2, token_pb2_grpc.add_TokenServiceServicer_to_server, TokenServicer),
     (lease_pb2, lease_pb2_grpc.add_LeaseServiceServicer_to_server, LeaseServicer),

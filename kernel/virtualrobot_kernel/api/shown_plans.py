@@ -41,7 +41,9 @@ class ShownPlan:
         planned: the command that starts it.
         joints: what it moves, as (robot uid, joint name).
         robots: the robots (uids) whose components it needed.
+        seen: the world that it was planned on.
         surroundings: what stood around it when it was checked for collisions; None: it was not.
+        resolution: how exact that check was (m).
     """
 
     id: str
@@ -50,19 +52,31 @@ class ShownPlan:
     planned: PlannedMotion
     joints: tuple[tuple[int, str], ...]
     robots: frozenset[int]
+    seen: Snapshot
     surroundings: Surroundings | None
+    resolution: float
 
     @property
     def message(self) -> motion_pb2.PlanReference:
         """Return what clients call it by."""
         return motion_pb2.PlanReference(id=self.id, digest=self.digest)
 
-    def checked_in(self, snapshot: Snapshot) -> ShownPlan:
+    def checked_in(self, snapshot: Snapshot, resolution: float) -> ShownPlan:
         """Return the plan as one that was checked for collisions in a world: it depends on what stands there."""
-        return replace(self, surroundings=surroundings_of(snapshot, self.joints))
+        return replace(self, surroundings=surroundings_of(snapshot, self.joints), resolution=resolution)
+
+    def is_surrounded_in(self, now: Snapshot) -> bool:
+        """Return whether all that its check for collisions used is as it was."""
+        return self.surroundings is None or not self.surroundings.differences(now)
 
     def check(self, now: Snapshot, commands: Sequence[Command] = ()) -> None:
-        """Raise KernelError (PLAN_OUTDATED) with all that it has used and that is another one now."""
+        """Raise KernelError (PLAN_OUTDATED) with all that it, or its check, has used and that is another one now."""
+        self.check_path(now)
+        if self.surroundings is not None and (differences := self.surroundings.differences(now)):
+            raise self.outdated(differences)
+
+    def check_path(self, now: Snapshot) -> None:
+        """Raise KernelError (PLAN_OUTDATED) with all by which its path would be another one now."""
         structure, command = now.structure, self.planned.command
         differences = [
             Difference(robot, "NAME", f"another robot is called {robot!r}")
@@ -74,14 +88,17 @@ class ShownPlan:
             for fact, name, what in broken(command.preconditions, structure, now.state)
         ]
         differences += self._strays(now)
-        if self.surroundings is not None:
-            differences += self.surroundings.differences(now)
-        if not differences:
-            return
+        if differences:
+            raise self.outdated(differences)
+
+    def outdated(self, differences: Sequence[Difference], finding: str = "") -> KernelError:
+        """Return the error of a plan whose world is another one; `finding`: what it violates there."""
         words = list(dict.fromkeys(one.words for one in differences))
         more = f", and {len(words) - TOLD} more" if len(words) > TOLD else ""
-        raise KernelError(
-            f"the world is not the one that {self.id!r} was made for: {'; '.join(words[:TOLD])}{more}; plan again",
+        found = f", and {finding}" if finding else ""
+        return KernelError(
+            f"the world is not the one that {self.id!r} was made for: {'; '.join(words[:TOLD])}{more}{found}; plan "
+            "again",
             reason=Reason.PLAN_OUTDATED,
             plan=self.id,
             node=differences[0].node,
@@ -104,37 +121,55 @@ class ShownPlan:
 
 
 class ShownPlans:
-    """Plans that were shown, the newest of them; for any thread."""
+    """Plans that were shown, the newest of them and those that are held; for any thread."""
 
     def __init__(self) -> None:
         """Begin with none."""
         self._plans: OrderedDict[str, ShownPlan] = OrderedDict()
+        self._held: dict[str, ShownPlan] = {}
         self._lock = threading.Lock()
 
     def keep(
-        self, snapshot: Snapshot, spec: MotionSpec, planned: PlannedMotion, robots: frozenset[int], *, checked: bool
+        self,
+        snapshot: Snapshot,
+        spec: MotionSpec,
+        planned: PlannedMotion,
+        robots: frozenset[int],
+        resolution: float | None,
     ) -> ShownPlan | None:
         """Keep a plan that was made in a world, and return it; None for one that belongs to the moment.
 
-        checked: whether it was checked for collisions, by which it depends on all that can collide.
+        resolution: how exact it was checked for collisions (m), by which it depends on all that can collide; None: it
+        was not.
         """
         if spec.tracking is not None or spec.deferred:
             return None
         command = planned.command
         joints = tuple((snapshot.structure.node(robot, Kind.ROBOT).uid, joint) for robot, joint in command.joints)
-        around = surroundings_of(snapshot, joints) if checked else None
+        around = None if resolution is None else surroundings_of(snapshot, joints)
         facts = () if around is None else [(uid, aspect.name, value) for (uid, aspect), value in around.facts.items()]
-        digest = sha256(world_codec().encode((command, tuple(facts)))).hexdigest()
-        shown = ShownPlan(f"plan-{secrets.token_hex(6)}", digest, spec, planned, joints, robots, around)
+        digest = sha256(world_codec().encode((command, tuple(facts), resolution))).hexdigest()
+        id = f"plan-{secrets.token_hex(6)}"
+        shown = ShownPlan(id, digest, spec, planned, joints, robots, snapshot, around, resolution or 0.0)
         with self._lock:
             self._plans[shown.id] = shown
             if len(self._plans) > MOST_REMEMBERED:
                 self._plans.popitem(last=False)
         return shown
 
+    def hold(self, shown: ShownPlan | None) -> None:
+        """Remember a plan until it is let go, however many come after it."""
+        if shown is not None:
+            self._held[shown.id] = shown
+
+    def let_go(self, shown: ShownPlan | None) -> None:
+        """Remember a plan no longer than others."""
+        if shown is not None:
+            self._held.pop(shown.id, None)
+
     def find(self, reference: motion_pb2.PlanReference) -> ShownPlan:
         """Return a plan; raise KernelError for one that is not remembered, and for another digest than its own."""
-        shown = self._plans.get(reference.id)
+        shown = self._plans.get(reference.id) or self._held.get(reference.id)
         if shown is None:
             raise KernelError(
                 f"no plan {reference.id!r} is remembered: the kernel keeps the last {MOST_REMEMBERED}, until it ends; "
