@@ -395,7 +395,7 @@ def start_request(services: Services, asked: motion_pb2.StartMotionRequest, **op
     if revision is not None:
         asked.expected_structure_revision = revision
     if tracking is not None:
-        if asked.HasField("plan"):
+        if not asked.HasField("spec"):
             raise InvalidArgumentError("a plan is started as it was shown; leave out tracking")
         asked.spec.tracking.CopyFrom(tracking._message)
     if asked.hold and options.get("wait"):
