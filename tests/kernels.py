@@ -28,6 +28,7 @@ from virtualrobot.v1 import (
     motion_pb2_grpc,
     path_pb2_grpc,
     physics_pb2_grpc,
+    proposal_pb2_grpc,
     ray_pb2_grpc,
     robot_pb2_grpc,
     scene_pb2,
@@ -65,6 +66,7 @@ class Stubs:
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
         self.history = history_pb2_grpc.HistoryServiceStub(channel)
         self.token = token_pb2_grpc.TokenServiceStub(channel)
+        self.proposal = proposal_pb2_grpc.ProposalServiceStub(channel)
         self.path = path_pb2_grpc.PathServiceStub(channel)
 
 
