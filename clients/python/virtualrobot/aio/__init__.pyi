@@ -635,7 +635,7 @@ class Proposals(Face):
     def update(self, seen: Proposal | str, what: Program | Iterable[Move] | None = ..., *, title: Text | None = ...) -> Order[Proposal]:
         """Give a proposal another motion or title, plan and check it anew, and return it; it is `proposed` again."""
     def undo(self, seen: Proposal | str) -> Order[Proposal]:
-        """Take back the last change of its motion, plan and check that of before, and return it; errors as of `update`."""
+        """Take back the last change of its motion, plan and check that of before, and return it."""
     def reject(self, seen: Proposal | str, reason: Text = ...) -> Order[Proposal]:
         """Turn a proposal down, for a reason of one line, and return it; errors as of `update`."""
     def approve(self, seen: Proposal, **options: Unpack[StartOptions]) -> Order[Motion]:
