@@ -139,8 +139,8 @@ LINKS = [f"arm.lbr_iiwa_link_{number}" for number in range(8)]
 WAY = {"x": 0.35, "y": 0.25, "z": 0.6}
 """Place (m) that the arm goes through."""
 
-# Of each input: what makes the cell, the change that makes the arm touch or fail, and what is told of it. The arm's greatest
-# reach at READY is 0.72 m from its axis, and its first joint turns by 0.2 rad.
+# Of each input: what makes the cell, the change that makes the arm touch or fail, and what is told of it. The arm's
+# greatest reach at READY is 0.72 m from its axis, and its first joint turns by 0.2 rad.
 INPUTS: dict[str, tuple[list[scene_pb2.Command], scene_pb2.Command, str]] = {
     "PLACE": ([], moved("box", **WAY), "where it is fixed on its parent has changed of 'box'"),
     "NODE": ([], create(box("new", **WAY)), "'new' is new"),

@@ -535,6 +535,8 @@ class Motion(Face):
         """Let it go on after a pause."""
     def held(self) -> AbstractAsyncContextManager[Motion]:
         """Hold it for the length of a block: hold-to-run."""
+    def beats(self) -> AbstractAsyncContextManager[Callable[[], None]]:
+        """Hold it for as long as beats come, by the function that the block is given: hold-to-run by hand."""
     def run_step(self) -> Order[None]:
         """Let its program go on to the end of the present step and pause there; steps that zones join count as one."""
     def cancel(self, reason: str = ...) -> Order[None]:
