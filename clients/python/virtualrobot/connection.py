@@ -300,7 +300,7 @@ class Client:
         Nothing is planned again. What is started by the answer's reference is what was checked, or it is refused.
 
         Raises:
-            PlanOutdatedError: when the world is not the one any more that it was made for.
+            PlanOutdatedError: when its path would be another one now.
             UnknownNameError: when the kernel doesn't remember it any more: it keeps the last 100 plans, until it ends.
         """
         return plans.check_plan(self._services, planned, **options)
