@@ -26,8 +26,8 @@ if _version_not_supported:
 
 
 class ProposalServiceStub(object):
-    """Proposals, the same ones for all clients. The kernel remembers the last 100 until it ends, with their plans; those that
-    are over are forgotten first. Nothing moves by these calls.
+    """Proposals, the same ones for all clients. The kernel remembers 50 until it ends, with their plans; those that are over
+    are forgotten first. Nothing moves by these calls.
     """
 
     def __init__(self, channel):
@@ -69,8 +69,8 @@ class ProposalServiceStub(object):
 
 
 class ProposalServiceServicer(object):
-    """Proposals, the same ones for all clients. The kernel remembers the last 100 until it ends, with their plans; those that
-    are over are forgotten first. Nothing moves by these calls.
+    """Proposals, the same ones for all clients. The kernel remembers 50 until it ends, with their plans; those that are over
+    are forgotten first. Nothing moves by these calls.
     """
 
     def ListProposals(self, request, context):
@@ -89,8 +89,9 @@ class ProposalServiceServicer(object):
 
     def CreateProposal(self, request, context):
         """Plans and checks a motion, and makes it a proposal. One that violates a limit, or touches something, is one, too, and
-        tells so; it has no plan to start. Refused is what CheckMotion refuses, and what has no plan that can be kept: a motion
-        that goes along with a frame, and a program with decisions.
+        tells so; it has no plan to start. Refused is what CheckMotion refuses, what is larger than 64 KiB (TOO_LARGE), and what
+        has no plan that can be kept: a motion that goes along with a frame, and a program with decisions. Refused as
+        WRONG_STATE, too, while 50 proposals wait.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -161,8 +162,8 @@ def add_ProposalServiceServicer_to_server(servicer, server):
 
  # This class is part of an EXPERIMENTAL API.
 class ProposalService(object):
-    """Proposals, the same ones for all clients. The kernel remembers the last 100 until it ends, with their plans; those that
-    are over are forgotten first. Nothing moves by these calls.
+    """Proposals, the same ones for all clients. The kernel remembers 50 until it ends, with their plans; those that are over
+    are forgotten first. Nothing moves by these calls.
     """
 
     @staticmethod
