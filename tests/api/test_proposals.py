@@ -274,6 +274,16 @@ def test_an_observer_looks_an_operator_approves_with_a_lease_and_an_engineer_cha
         engineer,
         create(nodes_pb2.Node(name="table", object=nodes_pb2.SceneObject(), parent_t_node=geometry_pb2.Pose())),
     )
+    # Steps are those of who starts them, whoever has asked for the plan.
+    attach = motion_pb2.ProgramStep(attach=scene_pb2.AttachNode(name="table", parent="arm"))
+    changing = propose(operator, motion_pb2.MotionSpec(steps=[attach]))
+    for call in (
+        lambda: approve(operator, changing),
+        lambda: operator.motion.StartMotion(motion_pb2.StartMotionRequest(plan=changing.check.plan)),
+    ):
+        assert "the command 'attach' needs the role 'engineer'" in too_low(call).message
+    assert now(operator, changing.id).state == PROPOSED
+    approve(engineer, changing)
     assert "is free: lease it" in too_low(lambda: approve(operator, made)).message
     lease = operator.lease.AcquireLease(lease_pb2.AcquireLeaseRequest(robots=["arm"]))
     keeping = operator.lease.KeepLeaseAlive(lease_pb2.KeepLeaseAliveRequest(token=lease.token))

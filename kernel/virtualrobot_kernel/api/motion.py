@@ -33,8 +33,10 @@ from virtualrobot_kernel.api.proposals import Proposal
 from virtualrobot_kernel.api.publications import pause_seconds
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.api.replacing import as_shown, check_can_replace, replacing
+from virtualrobot_kernel.api.roles import check_commands
 from virtualrobot_kernel.api.setpoints import stream_setpoints
 from virtualrobot_kernel.api.shown_plans import ShownPlan
+from virtualrobot_kernel.api.token_table import CALLER
 from virtualrobot_kernel.collision.clearance import near_by
 from virtualrobot_kernel.collision.swept import RESOLUTION
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -155,7 +157,11 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     async def _start_shown(
         self, request: motion_pb2.StartMotionRequest, shown: ShownPlan, context: object
     ) -> motion_pb2.StartMotionResponse:
-        """Start a plan as it was shown, checked again where what its check used is another one now."""
+        """Start a plan as it was shown, checked again where what its check used is another one now.
+
+        Whoever asked for it, its steps are those of who starts it.
+        """
+        check_commands(shown.said, CALLER.get())
         for field in ("open", "breakpoints"):
             if getattr(request, field):
                 raise KernelError(f"a plan is started as it was shown; leave out `{field}`", field=field)

@@ -44,12 +44,12 @@ async def planned_motion(
 ) -> motion_pb2.PlanMotionResponse:
     """Return a motion in samples, planned in a thread on the snapshot of that moment."""
     seconds = _sample_seconds(kernel.world.snapshot, request.sample_seconds)
-    shown = None
+    shown, said = None, request.spec
     if request.HasField("plan"):
         shown = found_plan(plans, request)
         spec, robots = shown.spec, shown.robots
     else:
-        spec, _, asked = await requested(kernel, request.spec)
+        spec, _, asked = await requested(kernel, said)
         robots = frozenset(asked)
 
     def work(given_up: GivenUp) -> motion_pb2.PlanMotionResponse:
@@ -66,7 +66,7 @@ async def planned_motion(
         samples = sampled(snapshot, program, joints, sample_times(program.duration, seconds), given_up, arms, bases)
         message = plan_message(samples, planned.notes)
         message.stamp.CopyFrom(stamp(snapshot))
-        if kept := shown or plans.keep(snapshot, spec, planned, robots, None):
+        if kept := shown or plans.keep(snapshot, said, spec, planned, robots, None):
             message.plan.CopyFrom(kept.message)
         return message
 
@@ -79,12 +79,12 @@ async def checked_motion(
     """Return the check of a motion, or of a plan that was shown, made in a thread on the snapshot of that moment."""
     margin = not_negative(request.min_singular_value, "min_singular_value")
     resolution = _resolution(request.resolution_meters)
-    shown = None
+    shown, said = None, request.spec
     if request.HasField("plan"):
         shown = found_plan(plans, request)
-        spec, robots = shown.spec, shown.robots
+        said, spec, robots = shown.said, shown.spec, shown.robots
     else:
-        spec, _, asked = await requested(kernel, request.spec)
+        spec, _, asked = await requested(kernel, said)
         robots = frozenset(asked)
     turns: set[int | str] = {*robots} if request.ignore_collisions else {*robots, TURN}
 
@@ -102,7 +102,7 @@ async def checked_motion(
         message.stamp.CopyFrom(stamp(snapshot))
         if checked.first_violation is None and checked.planned is not None:
             exact = None if request.ignore_collisions else resolution
-            kept = plans.keep(snapshot, spec, checked.planned, robots, exact)
+            kept = plans.keep(snapshot, said, spec, checked.planned, robots, exact)
             if kept is not None:
                 message.plan.CopyFrom(kept.message)
         return message

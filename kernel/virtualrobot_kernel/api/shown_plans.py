@@ -37,7 +37,8 @@ class ShownPlan:
 
     Attributes:
         id, digest: what it is called, and the SHA-256 of all that is below.
-        spec: what was asked for.
+        said: what was asked for, as it was said: by its steps it is known who may start it.
+        spec: the same as values.
         planned: the command that starts it.
         joints: what it moves, as (robot uid, joint name).
         robots: the robots (uids) whose components it needed.
@@ -48,6 +49,7 @@ class ShownPlan:
 
     id: str
     digest: str
+    said: motion_pb2.MotionSpec
     spec: MotionSpec
     planned: PlannedMotion
     joints: tuple[tuple[int, str], ...]
@@ -132,6 +134,7 @@ class ShownPlans:
     def keep(
         self,
         snapshot: Snapshot,
+        said: motion_pb2.MotionSpec,
         spec: MotionSpec,
         planned: PlannedMotion,
         robots: frozenset[int],
@@ -150,7 +153,7 @@ class ShownPlans:
         facts = () if around is None else [(uid, aspect.name, value) for (uid, aspect), value in around.facts.items()]
         digest = sha256(world_codec().encode((command, tuple(facts), resolution))).hexdigest()
         id = f"plan-{secrets.token_hex(6)}"
-        shown = ShownPlan(id, digest, spec, planned, joints, robots, snapshot, around, resolution or 0.0)
+        shown = ShownPlan(id, digest, said, spec, planned, joints, robots, snapshot, around, resolution or 0.0)
         with self._lock:
             self._plans[shown.id] = shown
             if len(self._plans) > MOST_REMEMBERED:
