@@ -94,7 +94,7 @@ def test_a_plan_is_checked_and_started_as_it_was_shown(client: Client, bent: Rob
     assert checked.ok and checked.reference != shown.reference
     # Bent by 0.5 and 1.2 rad it reaches 0.2 + 0.4 m ahead, 0.68 m high, and turns by 0.5 rad.
     client.scene.set_pose("box", virtualrobot.pose(0.5, 0.15, 0.68))
-    with pytest.raises(virtualrobot.PlanOutdatedError, match="has changed of 'box', and .* touches 'box'") as refused:
+    with pytest.raises(virtualrobot.PlanOutdatedError, match=r"has changed of 'box', and .* touches 'box'") as refused:
         client.start_plan(checked)
     assert refused.value.metadata["changes"] == "where it is fixed on its parent has changed of 'box'"
     assert not client.check_plan(checked).ok
