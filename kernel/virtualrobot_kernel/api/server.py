@@ -94,7 +94,6 @@ SERVICES = (
     (robot_pb2, robot_pb2_grpc.add_RobotServiceServicer_to_server, RobotServicer),
     (plugin_pb2, plugin_pb2_grpc.add_PluginServiceServicer_to_server, PluginServicer),
     (motion_pb2, motion_pb2_grpc.add_MotionServiceServicer_to_server, MotionServicer),
-    (proposal_pb2, proposal_pb2_grpc.add_ProposalServiceServicer_to_server, ProposalServicer),
     (path_pb2, path_pb2_grpc.add_PathServiceServicer_to_server, PathServicer),
     (token_pb2, token_pb2_grpc.add_TokenServiceServicer_to_server, TokenServicer),
     (lease_pb2, lease_pb2_grpc.add_LeaseServiceServicer_to_server, LeaseServicer),
@@ -107,6 +106,7 @@ SERVICES = (
     (collision_pb2, collision_pb2_grpc.add_CollisionServiceServicer_to_server, CollisionServicer),
     (driver_pb2, driver_pb2_grpc.add_DriverServiceServicer_to_server, DriverServicer),
     (calibration_pb2, calibration_pb2_grpc.add_CalibrationServiceServicer_to_server, CalibrationServicer),
+    (proposal_pb2, proposal_pb2_grpc.add_ProposalServiceServicer_to_server, ProposalServicer),
 )
 """Messages, registration and servicer of each noun of the contract."""
 
