@@ -184,8 +184,9 @@ def test_what_a_check_used_is_another_one_and_it_comes_to_another_verdict(cell: 
     apply(cell, changed)
     refused = outdated(cell, checked.plan)
     assert words in refused.metadata["changes"].splitlines()
-    found = check(cell).first_violation.message
-    assert found and f", and {found}; plan again" in refused.message
+    found = check(cell).first_violation
+    assert found.message and f", and {found.message}; plan again" in refused.message
+    assert [refused.metadata.get(name, "") for name in ("first", "second")] == [found.first, found.second]
     # Nobody has looked at what the plan alone would touch.
     assert begin(cell, alone).robots == ["arm"]
 

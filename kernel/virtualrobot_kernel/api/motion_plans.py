@@ -143,7 +143,7 @@ async def checked_again(kernel: KernelServices, shown: ShownPlan) -> ShownPlan:
         finder = contact_finder(kernel, shown.resolution, given_up, follow)
         found = check_planned(snapshot, shown.spec, shown.planned, 0.0, given_up, finder, follow).first_violation
         if found is not None and differences:
-            raise shown.outdated(differences, found.message)
+            raise shown.outdated(differences, found)
         return shown.checked_in(snapshot, shown.resolution)
 
     return await kernel.limiter.run_while_wanted({*shown.robots, TURN}, work)

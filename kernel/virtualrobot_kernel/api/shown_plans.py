@@ -16,6 +16,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.classes import world_codec
 from virtualrobot_kernel.planning.plan_motion import PlannedMotion
 from virtualrobot_kernel.planning.program import MotionSpec
+from virtualrobot_kernel.planning.violations import Violation
 from virtualrobot_kernel.world.apply_motions import START_TOLERANCE
 from virtualrobot_kernel.world.change import joint_places
 from virtualrobot_kernel.world.commands import Command
@@ -93,11 +94,12 @@ class ShownPlan:
         if differences:
             raise self.outdated(differences)
 
-    def outdated(self, differences: Sequence[Difference], finding: str = "") -> KernelError:
-        """Return the error of a plan whose world is another one; `finding`: what it violates there."""
+    def outdated(self, differences: Sequence[Difference], violation: Violation | None = None) -> KernelError:
+        """Return the error of a plan whose world is another one, and of what it violates there, if that is known."""
         words = list(dict.fromkeys(one.words for one in differences))
         more = f", and {len(words) - TOLD} more" if len(words) > TOLD else ""
-        found = f", and {finding}" if finding else ""
+        found = f", and {violation.message}" if violation else ""
+        touching = violation.contact if violation else None
         return KernelError(
             f"the world is not the one that {self.id!r} was made for: {'; '.join(words[:TOLD])}{more}{found}; plan "
             "again",
@@ -106,6 +108,7 @@ class ShownPlan:
             node=differences[0].node,
             aspect=differences[0].aspect,
             changes="\n".join(words),
+            **({} if touching is None else {"first": touching[0][0], "second": touching[1][0]}),
         )
 
     def _strays(self, now: Snapshot) -> list[Difference]:
