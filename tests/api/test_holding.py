@@ -190,6 +190,11 @@ def test_silence_counts_as_a_key_that_is_let_go(stepped: Stubs) -> None:
     beats.ready.put(motion_pb2.HoldMotionRequest())
     assert beats.phase() == RUNNING
     assert beats.phase() in (PAUSING, PAUSED)
+    beats.ready.put(motion_pb2.HoldMotionRequest(sent_seconds=float("nan")))
+    assert refusal(beats.phase).metadata["field"] == "sent_seconds"
+    beats = Beats(stepped, id)
+    assert beats.phase() == RUNNING
+    assert beats.phase() in (PAUSING, PAUSED)
     beats.ready.put(motion_pb2.HoldMotionRequest(id="motion-999"))
     told = refusal(beats.phase)
     assert told.reason == "INVALID_ARGUMENT" and "this call holds" in told.message

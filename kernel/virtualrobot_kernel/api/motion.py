@@ -293,11 +293,11 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self, request_iterator: AsyncIterator[motion_pb2.HoldMotionRequest], context: object
     ) -> AsyncIterator[motion_pb2.HoldMotionResponse]:
         """Let a motion run while beats come."""
-        first = await anext(aiter(request_iterator), None)
-        id = "" if first is None else first.id
+        first = await anext(aiter(request_iterator), motion_pb2.HoldMotionRequest())
+        id = first.id
         find_motion(self._kernel.world.snapshot, id)
         with self._watching(id):
-            async with aclosing(self._holds.hold(id, request_iterator, context)) as snapshots:
+            async with aclosing(self._holds.hold(first, request_iterator, context)) as snapshots:
                 async for snapshot in snapshots:
                     motion = motion_message(snapshot, find_motion(snapshot, id))
                     yield motion_pb2.HoldMotionResponse(stamp=stamp(snapshot), motion=motion)

@@ -268,9 +268,9 @@ class Motion:
         """
 
         def beats() -> Iterator[motion_pb2.HoldMotionRequest]:
-            yield motion_pb2.HoldMotionRequest(id=self.id)
+            yield motion_pb2.HoldMotionRequest(id=self.id, sent_seconds=time.monotonic())
             while comes():
-                yield motion_pb2.HoldMotionRequest(id=self.id)
+                yield motion_pb2.HoldMotionRequest(id=self.id, sent_seconds=time.monotonic())
 
         call = self._services.motion.HoldMotion(beats())
         try:

@@ -1103,10 +1103,12 @@ class ListMotionsResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motions: _Optional[_Iterable[_Union[Motion, _Mapping]]] = ..., speed_factor: _Optional[float] = ...) -> None: ...
 
 class HoldMotionRequest(_message.Message):
-    __slots__ = ("id",)
+    __slots__ = ("id", "sent_seconds")
     ID_FIELD_NUMBER: _ClassVar[int]
+    SENT_SECONDS_FIELD_NUMBER: _ClassVar[int]
     id: str
-    def __init__(self, id: _Optional[str] = ...) -> None: ...
+    sent_seconds: float
+    def __init__(self, id: _Optional[str] = ..., sent_seconds: _Optional[float] = ...) -> None: ...
 
 class HoldMotionResponse(_message.Message):
     __slots__ = ("stamp", "motion")
