@@ -118,6 +118,8 @@ class Network:
     def close(self) -> None:
         self._whole.set()
         for end in self._ends:
+            with suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)  # wakes who waits for something from it
             end.close()
 
     def _serve(self) -> None:
