@@ -73,9 +73,10 @@ def now(stubs: Stubs, id: str) -> proposal_pb2.Proposal:
 
 def test_what_was_seen_is_what_runs(cell: Stubs) -> None:
     """Whoever looks at it, by a client of its own, sees the very samples that the arm goes through, bit for bit."""
-    made = propose(cell, turn(0.5), "to the press")
+    spec = motion_pb2.MotionSpec(moves=[joints("arm", **{f"lbr_iiwa_joint_{one}": 0.1 * one for one in range(1, 8)})])
+    made = propose(cell, spec, "to the press")
     assert (made.revision, made.title, made.state, list(made.robots)) == (1, "to the press", PROPOSED, ["arm"])
-    assert made.spec == turn(0.5) and made.author == made.changed_by != ""
+    assert made.spec == spec and made.author == made.changed_by != ""
     assert made.check.duration_seconds > 0.0 and not made.check.HasField("first_violation")
     assert now(cell, made.id) == made
     shown = cell.motion.PlanMotion(motion_pb2.PlanMotionRequest(plan=made.check.plan))
@@ -170,7 +171,7 @@ def test_a_stale_proposal_is_refused(cell: Stubs) -> None:
     apply(
         cell,
         scene_pb2.Command(
-            set_joint_positions=scene_pb2.SetJointPositions(robot="arm", joint_positions={"lbr_iiwa_joint_2": 0.1})
+            set_joint_positions=scene_pb2.SetJointPositions(robot="arm", joint_positions={"lbr_iiwa_joint_1": 0.1})
         ),
     )
     told = refusal(lambda: approve(cell, now(cell, made.id)))
@@ -212,7 +213,8 @@ def test_what_makes_no_proposal_is_refused(cell: Stubs) -> None:
     apply(cell, scene_pb2.Command(create_signal=scene_pb2.CreateSignal(signal=ready)))
     condition = motion_pb2.SignalCondition(signal="ready")
     condition.value.boolean = True
-    decision = motion_pb2.ProgramStep(if_signal=motion_pb2.IfStep(condition=condition))
+    then = [motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=turn(0.1).moves))]
+    decision = motion_pb2.ProgramStep(if_signal=motion_pb2.IfStep(condition=condition, then=then))
     assert field(lambda: propose(cell, motion_pb2.MotionSpec(steps=[decision]))) == "spec"
     large = motion_pb2.MotionSpec(steps=[motion_pb2.ProgramStep(dwell=motion_pb2.DwellStep(seconds=0.1))] * 6000)
     told = refusal(lambda: propose(cell, large))
