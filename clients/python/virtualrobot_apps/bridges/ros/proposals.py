@@ -18,7 +18,7 @@ from virtualrobot.motions.program import Program
 from virtualrobot.motions.proposals import Proposal, ProposalChange, ProposalWatch
 
 from virtualrobot_apps.bridges.ros.frames import world_t_frame
-from virtualrobot_apps.bridges.ros.hub import Hub, HubError, Service, Topic
+from virtualrobot_apps.bridges.ros.hub import Hub, Service, Topic
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, header, matrix_of, time_of
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.messages.types import make
@@ -38,16 +38,16 @@ class ProposalServices:
         self,
         client: Client,
         hub: Hub,
-        say: Callable[[str], None],
         soon: Callable[..., None],
         *,
         bare: bool = False,
     ) -> None:
-        """Tell nothing yet; `bare` as in FrameNames."""
-        self._client, self._hub, self._say, self._soon, self._bare = client, hub, say, soon, bare
+        """Serve, and tell nothing yet; `bare` as in FrameNames."""
+        self._client, self._hub, self._soon, self._bare = client, hub, soon, bare
         self._stop: threading.Event | None = None
         self._watch: ProposalWatch | None = None
         self._known: dict[str, Proposal] = {}
+        hub.declare(Topic(TOLD, TYPE, latched=True, is_told=True))
         for name, base, answer in (
             ("create_proposal", "CreateProposal", self._create),
             ("update_proposal", "UpdateProposal", self._update),
@@ -63,20 +63,14 @@ class ProposalServices:
     def open(self) -> None:
         """Tell all proposals, and those that come later."""
         if self._stop is None:
-            try:
-                self._hub.declare(Topic(TOLD, TYPE, latched=True, is_told=True))
-            except HubError as error:
-                return self._say(f"proposals are not told: {error}")
             self._stop = threading.Event()
             threading.Thread(target=self._run, args=(self._stop,), name="proposals", daemon=True).start()
-        return None
 
     def close(self) -> None:
         """Tell no more."""
         if self._stop is not None:
             self._stop.set()
             self._stop = None
-            self._hub.withdraw(TOLD)
         if self._watch is not None:
             self._watch.close()
             self._watch = None

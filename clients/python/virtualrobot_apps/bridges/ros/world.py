@@ -77,7 +77,7 @@ class World:
         self._trajectories: dict[str, str] = {}
         # What is said comes from threads; the hub's loop says it.
         self._signals = SignalTopics(client, hub, self._tell, self._soon) if choice.auto else None
-        self._proposals = ProposalServices(client, hub, self._tell, self._soon, bare=bare) if choice.auto else None
+        self._proposals = ProposalServices(client, hub, self._soon, bare=bare) if choice.auto else None
         if choice.auto:
             take = PlanningScene(client, self._tell, bare=bare).take
             self._declare(Topic(OBJECTS, COLLISION_OBJECT, take=take))
