@@ -34,14 +34,7 @@ _OPERATOR = "operator"
 class ProposalServices:
     """Proposals on a hub, whose loop calls all of this; `soon` lets that loop call something from any thread."""
 
-    def __init__(
-        self,
-        client: Client,
-        hub: Hub,
-        soon: Callable[..., None],
-        *,
-        bare: bool = False,
-    ) -> None:
+    def __init__(self, client: Client, hub: Hub, soon: Callable[..., None], *, bare: bool = False) -> None:
         """Serve, and tell nothing yet; `bare` as in FrameNames."""
         self._client, self._hub, self._soon, self._bare = client, hub, soon, bare
         self._stop: threading.Event | None = None
