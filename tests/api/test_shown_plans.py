@@ -153,7 +153,7 @@ INPUTS: dict[str, tuple[list[scene_pb2.Command], scene_pb2.Command, str]] = {
     "ALLOWED": (
         [create(box("post", **WAY)), may_touch(*(("post", link) for link in LINKS))],
         may_touch(*(("post", link) for link in LINKS), never=True),
-        "what it may touch has changed of 'post'",
+        "what it may touch has changed of 'arm.lbr_iiwa_link_0'",
     ),
     # The box is turned with the arm to where the post stands: by 0.2 rad on a circle of 3 m.
     "PARENT": (
