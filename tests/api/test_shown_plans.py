@@ -136,14 +136,14 @@ def test_what_a_check_used_may_change_where_it_would_come_to_the_same(cell: Stub
 
 
 LINKS = [f"arm.lbr_iiwa_link_{number}" for number in range(8)]
-WAY = {"x": 0.35, "y": 0.25, "z": 0.6}
+WAY = (0.35, 0.25, 0.6)
 """Place (m) that the arm goes through."""
 
 # Of each input: what makes the cell, the change that makes the arm touch or fail, and what is told of it. The arm's
 # greatest reach at READY is 0.72 m from its axis, and its first joint turns by 0.2 rad.
 INPUTS: dict[str, tuple[list[scene_pb2.Command], scene_pb2.Command, str]] = {
-    "PLACE": ([], moved("box", **WAY), "where it is fixed on its parent has changed of 'box'"),
-    "NODE": ([], create(box("new", **WAY)), "'new' is new"),
+    "PLACE": ([], moved("box", *WAY), "where it is fixed on its parent has changed of 'box'"),
+    "NODE": ([], create(box("new", *WAY)), "'new' is new"),
     "SHAPE": ([], other_size("box", 6.0), "its shape has changed of 'box'"),
     "PADDING": (
         [create(box("near", x=1.3, y=0.3, z=0.5))],
@@ -151,7 +151,7 @@ INPUTS: dict[str, tuple[list[scene_pb2.Command], scene_pb2.Command, str]] = {
         "by how much it counts as thicker has changed of 'near'",
     ),
     "ALLOWED": (
-        [create(box("post", **WAY)), may_touch(*(("post", link) for link in LINKS))],
+        [create(box("post", *WAY)), may_touch(*(("post", link) for link in LINKS))],
         may_touch(*(("post", link) for link in LINKS), never=True),
         "what it may touch has changed of 'arm.lbr_iiwa_link_0'",
     ),
@@ -200,7 +200,7 @@ def test_things_that_move_meanwhile_are_the_guards(cell: Stubs) -> None:
 
 def test_all_that_has_changed_is_told(cell: Stubs) -> None:
     checked = check(cell).plan
-    apply(cell, moved("box"), moved("lid"), create(box("new", x=5.0)), create(box("newer", **WAY)))
+    apply(cell, moved("box"), moved("lid"), create(box("new", x=5.0)), create(box("newer", *WAY)))
     refused = outdated(cell, checked)
     assert len(refused.metadata["changes"].splitlines()) == 4
     assert ", and 1 more, and " in refused.message

@@ -20,7 +20,8 @@ pytestmark = pytest.mark.long
 def asked(ros: roslibpy.Ros, name: str, base: str, **values: object) -> dict[str, Any]:
     """Return the answer of a service of proposals."""
     called = roslibpy.Service(ros, f"/virtualrobot/{name}", f"virtualrobot_msgs/{base}")
-    return dict(called.call(roslibpy.ServiceRequest(values), timeout=120))
+    answer: Any = called.call(roslibpy.ServiceRequest(values), timeout=120)
+    return dict(answer)
 
 
 def goal(angle: float) -> dict[str, object]:
