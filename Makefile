@@ -1,6 +1,6 @@
 # make run    sets up and shows two arms palletizing in the browser     (ARGS=--headless: without)
 # make serve  the same with an empty cell to build in
-# make test   sets up and checks everything that a change can break: lint, types and tests (minutes; docs/testing.md)
+# make test   sets up and checks everything that a change can break: lint and tests (minutes; docs/testing.md)
 # make test-all  that, and what takes longer: all models, installations, whole demos
 # make hunt   runs the tests that draw random numbers again and again with fresh seeds   (MINUTES=10 ROOM=unit/motion SEED=1)
 # make durations  tells the 40 slowest tests and files of the last run
