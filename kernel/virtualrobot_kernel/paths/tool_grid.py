@@ -44,6 +44,9 @@ MOST_NODES = 60_000
 SHARE = 0.9
 """Part of its greatest speed that a joint may have on the mean from rung to rung: between them it may have more."""
 
+ROUNDING = 1e-9
+"""Part of a turn by which rounding may lead beyond a limit."""
+
 CHANGE, WISH = 0.05, 0.02
 """Cost of a step of a free value, and of one that is as far from its frame as its tolerance is wide; as squares."""
 
@@ -150,6 +153,19 @@ def smoothed(values: Floats, freedom: Tolerances, stiffness: float) -> Floats:
     return np.where(endless, found, np.clip(found, *freedom.bounds))
 
 
+def turned_within(joints: Floats, limits: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return by how much each joint of a way (n, k) is turned to be in the middle of limits (2, k), as whole turns.
+
+    And whether it is beyond them at all turns: (k,) both. Where there are no limits, it stays.
+    """
+    turn, bounded = 2.0 * np.pi, np.isfinite(limits).all(axis=0)
+    lower, upper = np.where(bounded, limits, 0.0)
+    least, most = joints.min(axis=0), joints.max(axis=0)
+    first, last = np.ceil((lower - least) / turn - ROUNDING), np.floor((upper - most) / turn + ROUNDING)
+    middle = np.round(0.5 * (lower + upper - least - most) / turn)
+    return np.where(bounded, turn * np.clip(middle, first, np.maximum(first, last)), 0.0), bounded & (first > last)
+
+
 class Ladder:
     """Postures of an arm on all rungs of a tool path, and the search among those that are not blocked."""
 
@@ -170,7 +186,8 @@ class Ladder:
         self.most = np.minimum(SHARE * velocity * seconds[:, None], 0.9 * np.pi)
         # What slides has no turns, which the search tells by limits.
         self._turned = np.where(self.turning, self._limits, [[-np.inf], [np.inf]])
-        self._turns = int(np.prod(turns_of(self._turned)))
+        # All turns of six joints of two turns each are hundreds: those of a joint are told apart once a way left it.
+        self._apart = np.array(turns_of(self._turned)) == 1
 
     def excess(self) -> Floats:
         """Return by how much each joint is beyond its limits at the best turns, (n, g, b, k); inf without a posture."""
@@ -183,13 +200,20 @@ class Ladder:
     def searched(self) -> tuple[int, Integers, Floats]:
         """Return the number of rungs that are reached, combination and branch on each (n, 2), and joints (n, k)."""
         n, g, b, k = self.q.shape
-        back, way, joints = np.empty((n, g * b * self._turns), np.int32), np.zeros((n, 2), np.int64), np.zeros((n, k))
         grid = self.grid
-        reached = cheapest_way(
-            *(self.q, self._wrist, self.blocked, self._turned, self.most),
-            *(grid.neighbours, grid.changes, grid.wish, back, way, joints),
-        )
-        return reached, way, joints
+        while True:
+            limits = np.where(self._apart, self._turned, [[-np.inf], [np.inf]])
+            turns = int(np.prod(turns_of(limits)))
+            back, way, joints = np.empty((n, g * b * turns), np.int32), np.zeros((n, 2), np.int64), np.zeros((n, k))
+            reached = cheapest_way(
+                *(self.q, self._wrist, self.blocked, limits, self.most),
+                *(grid.neighbours, grid.changes, grid.wish, back, way, joints),
+            )
+            shifts, left = turned_within(joints, self._turned)
+            left &= ~self._apart
+            if reached < n or not left.any():
+                return reached, way, joints + np.where(self._apart, 0.0, shifts)
+            self._apart |= left
 
     def smoothed(self, way: Integers, stiffness: float) -> Floats:
         """Return the free values (n + 2, 6 + f) of a way, smoothed, and as they go on at its ends; within bounds."""

@@ -11,7 +11,15 @@ from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
 from virtualrobot_kernel.motion.spline import spline
 from virtualrobot_kernel.paths.closed_forms import Carriers, LedArm, led_arm
 from virtualrobot_kernel.paths.held import HeldPath
-from virtualrobot_kernel.paths.tool_grid import FEWEST_RUNGS, freedom_of, grid_of, laid_out, rungs_of, smoothed
+from virtualrobot_kernel.paths.tool_grid import (
+    FEWEST_RUNGS,
+    freedom_of,
+    grid_of,
+    laid_out,
+    rungs_of,
+    smoothed,
+    turned_within,
+)
 from virtualrobot_kernel.paths.tool_path import ChainKinematics
 from virtualrobot_kernel.paths.tool_query import Tolerances
 from virtualrobot_kernel.paths.tool_reasons import Places
@@ -226,3 +234,12 @@ def test_no_turn_is_wished_where_any_will_do() -> None:
     for tilt in np.unique(grid.values[:, 3]):
         same = grid.wish[grid.values[:, 3] == tilt]
         assert np.ptp(same) == 0.0 and (same[0] == 0.0) == (abs(tilt) < 1e-12)
+
+
+def test_a_way_is_turned_into_its_limits_as_a_whole() -> None:
+    """Ways of 1 rad: from 7 and from 0.5 rad on, of a joint with less room, and of one without limits."""
+    joints = np.array([[7.0, 0.5, 3.0, 40.0], [8.0, 1.5, 4.0, 41.0]])
+    limits = np.array([[-6.3, -6.3, -0.4, -np.inf], [6.3, 6.3, 0.4, np.inf]])
+    shifts, beyond = turned_within(joints, limits)
+    np.testing.assert_allclose(shifts[[0, 1, 3]], [-2.0 * np.pi, 0.0, 0.0])
+    assert beyond.tolist() == [False, False, True, False]

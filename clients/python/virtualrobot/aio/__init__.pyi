@@ -631,14 +631,6 @@ class Program(Face):
     def __len__(self) -> int:
         """Return the number of steps."""
 
-<<<<<<< HEAD
-class ToolPathPart(Face):
-    """Part of a tool path, from one of its frames to another."""
-    first: int
-    last: int
-    path: ToolPath | None
-    refusal: VirtualRobotError | None
-=======
 class Proposals(Face):
     """The proposals of one kernel, which all of its clients share."""
     def list(self) -> Order[list[Proposal]]:
@@ -669,7 +661,13 @@ class ProposalWatch(Face):
     async def __aenter__(self) -> ProposalWatch: ...
     def __aiter__(self) -> ProposalWatch: ...
     async def __anext__(self) -> ProposalChange: ...
->>>>>>> origin/main
+
+class ToolPathPart(Face):
+    """Part of a tool path, from one of its frames to another."""
+    first: int
+    last: int
+    path: ToolPath | None
+    refusal: VirtualRobotError | None
 
 class ToolPath(Face):
     """A way of an arm that leads its tool along n frames and touches nothing that it may not."""

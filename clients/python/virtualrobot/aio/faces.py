@@ -25,12 +25,8 @@ CLASSES = (
     "files.assets:Assets",
     *("collisions.allowed_pairs:AllowedPairs", "collisions.collisions:Collisions", "history.history:History"),
     *("motions.motion:Motion", "motions.paths:FreePath", "motions.paths:Paths", "motions.program:Program"),
-<<<<<<< HEAD
-    *("motions.tool_path_parts:ToolPathPart", "motions.tool_paths:ToolPath"),
-=======
     *("motions.proposals:Proposals", "motions.proposals:ProposalWatch"),
-    "motions.tool_paths:ToolPath",
->>>>>>> origin/main
+    *("motions.tool_path_parts:ToolPathPart", "motions.tool_paths:ToolPath"),
     *("motions.setpoints:SetpointStream", "recording.recording:Recording", "robots.calibration:Calibration"),
     *("robots.group:Group", "robots.odometry:Odometry", "robots.postures:Postures", "robots.robot:Robot"),
     *("robots.robots:Robots", "robots.tool:Tool", "robots.ways:Way", "scene.editor:Batch", "scene.node:Node"),

@@ -82,7 +82,7 @@ def films(client: Client, jet: Jet, led: Led) -> Iterator[tuple[tuple[str, ...],
 def measure(parts: tuple[str, ...], film: Film) -> str:
     """Return a line about a film."""
     return (
-        f"film on {', '.join(parts)}: {1e6 * film.mean:.3g} um in the mean, spread {100 * film.spread:.3g}%, "
-        f"{100 * film.thinner(THIN * film.mean):.3g}% of it thinner than half of that, "
-        f"{100 * film.overspray:.3g}% beside the part"
+        f"film on {', '.join(parts)}: {1e6 * film.mean:.3g} um in the mean, {1e6 * film.thickness.max():.3g} um at the "
+        f"most, spread {100 * film.spread:.3g}%, {100 * film.thinner(THIN * film.mean):.3g}% of it thinner than "
+        f"half the mean, {100 * film.overspray:.3g}% beside the part"
     )
