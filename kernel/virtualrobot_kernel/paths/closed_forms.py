@@ -89,14 +89,16 @@ class LedArm:
             lower, upper = np.concatenate([lower, carriers.lower]), np.concatenate([upper, carriers.upper])
         self.solved = [joint for joint in range(count) if joint != held]
         self.lower, self.upper = lower[self.free], upper[self.free]
+        self._own = closed_form(chain) if held is None else None
 
     def at(self, value: float) -> Postures:
         """Return the closed form of six joints with one held at a value; raises ArgumentError with what they lack.
 
         It is the same one at all values, so that a branch is the same one at each.
         """
-        if self.held is None:
-            return closed_form(self.chain)
+        if self._own is not None:
+            return self._own
+        assert self.held is not None
         others = lock_coordinates(self.chain, {self.held: value})[0]
         return MeetingAxes(others).postures if self.turns[self.held] else closed_form(others)
 
@@ -127,7 +129,6 @@ class LedArm:
 def led_arm(chain: SerialChain, carriers: Carriers | None = None) -> LedArm:
     """Return an arm with the joint that is held, if it has seven; raises ArgumentError with what it lacks."""
     if len(chain.joint_names) != 7:
-        closed_form(chain)
         return LedArm(chain, None, carriers)
     own = np.array_equal(chain.q_index, np.arange(7))
     slides = np.flatnonzero(chain.joint_type != REVOLUTE).tolist()

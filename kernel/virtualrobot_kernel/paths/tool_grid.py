@@ -38,8 +38,8 @@ ROOM = 4.0
 FEWEST, MOST = 3, 36
 """Number of values of a tolerance with ends at least, and of any at the most."""
 
-MOST_NODES = 60_000
-"""Greatest number of combinations on all rungs together."""
+MOST_EDGES = 540_000
+"""Greatest number of combinations on all rungs together, times those from which each is reached."""
 
 SHARE = 0.9
 """Part of its greatest speed that a joint may have on the mean from rung to rung: between them it may have more."""
@@ -80,7 +80,7 @@ def grid_of(tolerances: Tolerances, steps: Floats, rungs: int) -> Grid:
             counts[axis] = MOST
         elif width[axis] > 0.0:
             counts[axis] = np.clip(np.ceil(width[axis] / step) + 1, FEWEST, MOST)
-    while counts.prod() * rungs > MOST_NODES and counts.max() > FEWEST:
+    while counts.prod() * rungs * 3 ** int((counts > 1).sum()) > MOST_EDGES and counts.max() > FEWEST:
         counts[counts.argmax()] -= 1
     ends = np.where(endless, [[-np.pi], [np.pi]], bounds).T.tolist()
     axes = [
@@ -184,8 +184,9 @@ class Ladder:
         self.blocked = np.zeros(shape, np.int8)
         seconds = np.diff(self.rungs) * path.length / query.velocity
         self.most = np.minimum(SHARE * velocity * seconds[:, None], 0.9 * np.pi)
-        # What slides has no turns, which the search tells by limits.
+        # What slides has no turns, which the search tells by limits, and free values are within theirs.
         self._turned = np.where(self.turning, self._limits, [[-np.inf], [np.inf]])
+        self._turned[:, arm.free] = [[-np.inf], [np.inf]]
         # All turns of six joints of two turns each are hundreds: those of a joint are told apart once a way left it.
         self._apart = np.array(turns_of(self._turned)) == 1
 

@@ -133,6 +133,8 @@ class _Search:
             failed = None
             if not self._touches(way, joints):
                 for stiffness in STIFFNESS:
+                    self._site.go_on()
+                    self._site.told((self.searches, self.space.checks))
                     try:
                         return self._motion(self._ladder.smoothed(way, stiffness), way, joints)
                     except KernelError as error:
