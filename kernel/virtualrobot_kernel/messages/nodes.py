@@ -24,9 +24,12 @@ from virtualrobot_kernel.messages.figures import figure, figure_message
 from virtualrobot_kernel.messages.robots import ROBOT
 from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.messages.table import Table
-from virtualrobot_kernel.messages.values import is_identity, pose, pose_message, vector, vector_message
+from virtualrobot_kernel.messages.values import GREATEST, is_identity, pose, pose_message, vector, vector_message
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import (
+    GREATEST_FIELD,
+    LEAST_DISTANCE,
+    LEAST_FIELD,
     WORLD_NAME,
     Inertial,
     Joint,
@@ -42,6 +45,7 @@ from virtualrobot_kernel.world.structure import (
     TargetData,
     ToolData,
     ToolWidth,
+    ViewpointData,
 )
 from virtualrobot_kernel.world.widths import check_widths
 
@@ -66,6 +70,22 @@ def _check_limits(limits: JointLimits, what: str) -> None:
 def _check_joint(joint: Joint, what: str) -> None:
     if joint.type is not JointType.FIXED and not joint.name:
         raise KernelError(f"{what} has no name", field=what)
+
+
+def _check_viewpoint(viewpoint: ViewpointData, what: str) -> None:
+    if not LEAST_FIELD <= viewpoint.field_of_view <= GREATEST_FIELD:
+        raise KernelError(
+            f"{what}.field_of_view_radians is {viewpoint.field_of_view:g}; it goes from {LEAST_FIELD:g} to "
+            f"{GREATEST_FIELD:g} rad",
+            field=f"{what}.field_of_view_radians",
+            value=viewpoint.field_of_view,
+        )
+    if not LEAST_DISTANCE <= viewpoint.distance <= GREATEST:
+        raise KernelError(
+            f"{what}.distance_meters is {viewpoint.distance:g}; it goes from {LEAST_DISTANCE:g} to {GREATEST:g} m",
+            field=f"{what}.distance_meters",
+            value=viewpoint.distance,
+        )
 
 
 def _joint_message(joint: Joint) -> nodes_pb2.Joint:
@@ -125,12 +145,20 @@ TOOL = Table(
     check=lambda tool, what: check_widths(tool.widths, what),
 )
 TARGET = Table(TargetData, nodes_pb2.Target)
+VIEWPOINT = Table(
+    ViewpointData,
+    nodes_pb2.Viewpoint,
+    distance=OrDefault(NOT_NEGATIVE),
+    field_of_view=OrDefault(NOT_NEGATIVE),
+    check=_check_viewpoint,
+)
 DATA: dict[str, Codec] = {
     "part": Pair(_part, PART.write),
     "robot": ROBOT,
     "link": LINK,
     "tool": TOOL,
     "target": TARGET,
+    "viewpoint": VIEWPOINT,
     **SENSORS,
 }
 """Codec of what only one kind of node has, by its field in `Node`."""

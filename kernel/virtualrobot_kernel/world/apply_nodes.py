@@ -39,6 +39,7 @@ from virtualrobot_kernel.world.structure import (
     Structure,
     TargetData,
     ToolData,
+    ViewpointData,
     robots_of_tool,
 )
 from virtualrobot_kernel.world.targets import check_target, without_gone
@@ -54,6 +55,7 @@ DATA = {
     Kind.MOTION_SENSOR: MotionSensor,
     Kind.LIGHT: Light,
     Kind.TARGET: TargetData,
+    Kind.VIEWPOINT: ViewpointData,
 }
 """Class of the data that a kind of node must have; other kinds have none."""
 

@@ -43,9 +43,10 @@ class Kind(Enum):
     MOTION_SENSOR = "motion_sensor"
     LIGHT = "light"
     TARGET = "target"
+    VIEWPOINT = "viewpoint"
 
 
-FOR_PEOPLE = frozenset({Kind.ANNOTATION, Kind.TARGET})
+FOR_PEOPLE = frozenset({Kind.ANNOTATION, Kind.TARGET, Kind.VIEWPOINT})
 """Kinds of nodes whose figures people alone see: no sensor does, and nothing collides with them."""
 
 
@@ -286,6 +287,20 @@ class TargetData:
     joint_positions: Mapping[str, float] = field(default_factory=dict)
 
 
+LEAST_FIELD, GREATEST_FIELD = 0.01, 3.0
+"""Fields of view of people, in radians."""
+LEAST_DISTANCE = 1e-6
+"""Least distance of an eye from what it looks at, in meters."""
+
+
+@dataclass(frozen=True, slots=True)
+class ViewpointData:
+    """Data of a viewpoint: how far ahead (m) along z is what is looked at, and the vertical field of view (rad)."""
+
+    distance: float = 1.0
+    field_of_view: float = 0.9
+
+
 NodeData = (
     PartData
     | RobotData
@@ -297,6 +312,7 @@ NodeData = (
     | MotionSensor
     | Light
     | TargetData
+    | ViewpointData
     | None
 )
 

@@ -23,6 +23,7 @@ from virtualrobot_kernel.world.structure import (
     RobotData,
     TargetData,
     ToolData,
+    ViewpointData,
 )
 
 from tests.unit.world.builders import after, arm, empty, part, random_pose, shifted
@@ -36,6 +37,7 @@ def cell() -> Change:
         NodeSpec("table", Kind.OBJECT, figures=(Figure(Box((1.0, 1.0, 0.1))),)),
         *(part(f"part_{k}", shifted(x=0.1 * k), "table") for k in range(4)),
         NodeSpec("lidar", Kind.RANGE_SENSOR, data=RangeSensor(), running=True),
+        NodeSpec("front", Kind.VIEWPOINT, "table", data=ViewpointData(2.0, 0.5)),
         NodeSpec("place", Kind.TARGET, "table", data=TargetData("left", "left_gripper", "tip", {"a": 0.1, "b": 0.2})),
     )
     return after(

@@ -50,7 +50,7 @@ def camera_options(function: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--size", type=Size(), default=None, metavar="WxH", help="Pixels [1280x720, or the camera's]."),
         click.option("--at", "target_point", type=Numbers(3), metavar="X,Y,Z", help="What --from looks at [0,0,0]."),
         click.option("--from", "eye", type=Numbers(3), metavar="X,Y,Z", help="Where it is taken from, in meters."),
-        click.option("--camera", metavar="NAME", help="Through this camera of the scene."),
+        click.option("--camera", metavar="NAME", help="Through this camera, or from this viewpoint, of the scene."),
     ):
         function = option(function)
     return function

@@ -66,6 +66,13 @@ def pick_command(robot: str, part: str | None, max_distance: float | None) -> sc
     return scene_pb2.Command(pick_part=scene_pb2.PickPart(robot=robot, part=part, max_distance_meters=distance))
 
 
+def _viewpoint(distance: float | None, field_of_view: float | None) -> nodes_pb2.Viewpoint:
+    return nodes_pb2.Viewpoint(
+        distance_meters=value_or_default(distance, "distance"),
+        field_of_view_radians=value_or_default(field_of_view, "field_of_view"),
+    )
+
+
 def _unwrapped(value: Wrapped[M] | None) -> M | None:
     return None if value is None else value._message
 
@@ -272,6 +279,26 @@ class Editor(ABC, Generic[Created]):
         """
         target = nodes_pb2.Target(robot=robot, joint_positions=joint_map(joint_positions or {}))
         return self._add(name, parent, pose, (), target=target)
+
+    def add_viewpoint(
+        self,
+        name: str,
+        *,
+        pose: PoseLike | None = None,
+        parent: str = "world",
+        distance: float | None = None,
+        field_of_view: float | None = None,
+    ) -> Created:
+        """Add a viewpoint, a view of people under a name, at a pose (`parent_t_eye`); `client.view.save` saves one.
+
+        The eye looks along z, x to the right (`virtualrobot.looking_at` makes such poses). What is looked at is
+        `distance` ahead, 1 m by default; `field_of_view` is vertical, in radians, 0.9 by default.
+        """
+        return self._add(name, parent, pose, (), viewpoint=_viewpoint(distance, field_of_view))
+
+    def set_viewpoint(self, name: str, distance: float | None = None, field_of_view: float | None = None) -> None:
+        """Change how far ahead of a viewpoint is what is looked at (m), and its field of view (rad), as it is added."""
+        self._update(name, nodes_pb2.Node(viewpoint=_viewpoint(distance, field_of_view)), "viewpoint")
 
     def _update(self, name: str, node: nodes_pb2.Node, field: str) -> None:
         """Change a field of a node to that of `node`."""

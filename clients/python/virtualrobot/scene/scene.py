@@ -26,6 +26,7 @@ from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.scene.editor import Batch, Editor
 from virtualrobot.scene.node import Node, NodeInfo
 from virtualrobot.scene.target import Target
+from virtualrobot.scene.viewpoint import Viewpoint
 from virtualrobot.tables import scene_tree
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
@@ -128,6 +129,18 @@ class Scene(Editor[Node]):
         if name not in targets:
             raise unknown_name("no target", name, targets)
         return targets[name]
+
+    def viewpoints(self) -> dict[str, Viewpoint]:
+        """Return all viewpoints by name: views that people have saved, or added by `add_viewpoint`."""
+        messages, _ = self._read(fields=("uid", "name", *_KINDS))
+        return {one.name: Viewpoint(self, one) for one in messages if one.WhichOneof("kind") == "viewpoint"}
+
+    def viewpoint(self, name: str) -> Viewpoint:
+        """Return the viewpoint of this name; raises UnknownNameError when there is none."""
+        viewpoints = self.viewpoints()
+        if name not in viewpoints:
+            raise unknown_name("no viewpoint", name, viewpoints)
+        return viewpoints[name]
 
     def pose(self, name: str) -> Matrix:
         """Return `world_t_node`, 4x4: where a node is in the world now."""

@@ -50,7 +50,7 @@ FIGURE_ROLE_VISUAL: FigureRole
 FIGURE_ROLE_COLLISION: FigureRole
 
 class Node(_message.Message):
-    __slots__ = ("uid", "name", "parent", "parent_t_node", "hidden", "figures", "world", "object", "part", "robot", "link", "adapter", "tool", "annotation", "range_sensor", "camera_sensor", "contact_sensor", "motion_sensor", "light", "target")
+    __slots__ = ("uid", "name", "parent", "parent_t_node", "hidden", "figures", "world", "object", "part", "robot", "link", "adapter", "tool", "annotation", "range_sensor", "camera_sensor", "contact_sensor", "motion_sensor", "light", "target", "viewpoint", "description", "tags", "icon", "locked")
     UID_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     PARENT_FIELD_NUMBER: _ClassVar[int]
@@ -71,6 +71,11 @@ class Node(_message.Message):
     MOTION_SENSOR_FIELD_NUMBER: _ClassVar[int]
     LIGHT_FIELD_NUMBER: _ClassVar[int]
     TARGET_FIELD_NUMBER: _ClassVar[int]
+    VIEWPOINT_FIELD_NUMBER: _ClassVar[int]
+    DESCRIPTION_FIELD_NUMBER: _ClassVar[int]
+    TAGS_FIELD_NUMBER: _ClassVar[int]
+    ICON_FIELD_NUMBER: _ClassVar[int]
+    LOCKED_FIELD_NUMBER: _ClassVar[int]
     uid: int
     name: str
     parent: str
@@ -91,7 +96,12 @@ class Node(_message.Message):
     motion_sensor: _sensing_pb2.MotionSensor
     light: _sensing_pb2.Light
     target: Target
-    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., hidden: bool = ..., figures: _Optional[_Iterable[_Union[Figure, _Mapping]]] = ..., world: _Optional[_Union[World, _Mapping]] = ..., object: _Optional[_Union[SceneObject, _Mapping]] = ..., part: _Optional[_Union[Part, _Mapping]] = ..., robot: _Optional[_Union[Robot, _Mapping]] = ..., link: _Optional[_Union[Link, _Mapping]] = ..., adapter: _Optional[_Union[Adapter, _Mapping]] = ..., tool: _Optional[_Union[Tool, _Mapping]] = ..., annotation: _Optional[_Union[Annotation, _Mapping]] = ..., range_sensor: _Optional[_Union[_sensing_pb2.RangeSensor, _Mapping]] = ..., camera_sensor: _Optional[_Union[_sensing_pb2.CameraSensor, _Mapping]] = ..., contact_sensor: _Optional[_Union[_sensing_pb2.ContactSensor, _Mapping]] = ..., motion_sensor: _Optional[_Union[_sensing_pb2.MotionSensor, _Mapping]] = ..., light: _Optional[_Union[_sensing_pb2.Light, _Mapping]] = ..., target: _Optional[_Union[Target, _Mapping]] = ...) -> None: ...
+    viewpoint: Viewpoint
+    description: str
+    tags: _containers.RepeatedScalarFieldContainer[str]
+    icon: str
+    locked: bool
+    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., hidden: bool = ..., figures: _Optional[_Iterable[_Union[Figure, _Mapping]]] = ..., world: _Optional[_Union[World, _Mapping]] = ..., object: _Optional[_Union[SceneObject, _Mapping]] = ..., part: _Optional[_Union[Part, _Mapping]] = ..., robot: _Optional[_Union[Robot, _Mapping]] = ..., link: _Optional[_Union[Link, _Mapping]] = ..., adapter: _Optional[_Union[Adapter, _Mapping]] = ..., tool: _Optional[_Union[Tool, _Mapping]] = ..., annotation: _Optional[_Union[Annotation, _Mapping]] = ..., range_sensor: _Optional[_Union[_sensing_pb2.RangeSensor, _Mapping]] = ..., camera_sensor: _Optional[_Union[_sensing_pb2.CameraSensor, _Mapping]] = ..., contact_sensor: _Optional[_Union[_sensing_pb2.ContactSensor, _Mapping]] = ..., motion_sensor: _Optional[_Union[_sensing_pb2.MotionSensor, _Mapping]] = ..., light: _Optional[_Union[_sensing_pb2.Light, _Mapping]] = ..., target: _Optional[_Union[Target, _Mapping]] = ..., viewpoint: _Optional[_Union[Viewpoint, _Mapping]] = ..., description: _Optional[str] = ..., tags: _Optional[_Iterable[str]] = ..., icon: _Optional[str] = ..., locked: bool = ...) -> None: ...
 
 class World(_message.Message):
     __slots__ = ()
@@ -119,6 +129,14 @@ class Target(_message.Message):
     tool_center_point: str
     joint_positions: _containers.ScalarMap[str, float]
     def __init__(self, robot: _Optional[str] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
+
+class Viewpoint(_message.Message):
+    __slots__ = ("distance_meters", "field_of_view_radians")
+    DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
+    FIELD_OF_VIEW_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    distance_meters: float
+    field_of_view_radians: float
+    def __init__(self, distance_meters: _Optional[float] = ..., field_of_view_radians: _Optional[float] = ...) -> None: ...
 
 class Part(_message.Message):
     __slots__ = ("mass_kilograms", "inertial", "dynamic")

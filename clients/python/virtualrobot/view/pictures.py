@@ -19,8 +19,8 @@ from virtualrobot.v1 import view_pb2
 from virtualrobot.view.state import camera_message
 
 Camera = str | tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, float]
-"""Camera of a picture: the name of a camera of the scene; or eye and target, meters in the world's frame, and where
-wanted the vertical field of view in radians."""
+"""Camera of a picture: the name of a camera or a viewpoint of the scene; or eye and target, meters in the world's
+frame, and where wanted the vertical field of view in radians."""
 
 Size = tuple[int, int]
 """Width and height in pixels."""

@@ -21,7 +21,7 @@ from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.structure import NodeSpec
 
-KINDS = frozenset({"part", "robot", "link", "adapter", "tool", "target"}) | SENSORS.keys()
+KINDS = frozenset({"part", "robot", "link", "adapter", "tool", "target", "viewpoint"}) | SENSORS.keys()
 """Kinds of nodes whose own fields can be changed."""
 UPDATABLE = frozenset({"name", "parent_t_node", "hidden", "figures"}) | KINDS
 

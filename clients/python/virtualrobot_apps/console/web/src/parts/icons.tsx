@@ -26,7 +26,7 @@ const OWN = new Map([
 const OF_KIND: Record<string, string> = {
   world: "globe", object: "box", part: "package", robot: "robot", gripper: "hand-grab", link: "link", adapter: "plug", tool: "tool",
   annotation: "tag", rangeSensor: "radar", cameraSensor: "camera", contactSensor: "hand", motionSensor: "activity",
-  light: "lightbulb", target: "map-pin",
+  light: "lightbulb", target: "map-pin", viewpoint: "bookmark",
 };
 
 const COLOR_OF_KIND: Record<string, string> = {

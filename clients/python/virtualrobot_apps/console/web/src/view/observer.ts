@@ -40,7 +40,7 @@ export class Observer {
     canvas.tabIndex = 0;
     canvas.addEventListener("keydown", (event) => this.#key(event));
     // Without a viewpoint of all it is framed when the world is there.
-    void readViewpoint().then((viewpoint) => viewpoint && this.look(viewpoint));
+    void readViewpoint().then((shared) => shared && this.look(shared.viewpoint));
   }
 
   /** Looks at a box, from the present side or (`anew`) from the usual one. */
