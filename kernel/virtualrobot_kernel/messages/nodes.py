@@ -25,6 +25,7 @@ from virtualrobot_kernel.messages.robots import ROBOT
 from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import GREATEST, is_identity, pose, pose_message, vector, vector_message
+from virtualrobot_kernel.world.about import About, or_none
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import (
     GREATEST_FIELD,
@@ -184,6 +185,7 @@ def node_spec(message: nodes_pb2.Node) -> NodeSpec:
         figures=figures(message, what),
         data=node_data(message, what),
         running=runs(message),
+        about=or_none(About(message.description, tuple(message.tags), message.icon, message.locked)),
     )
 
 
@@ -217,6 +219,13 @@ def node_message(snapshot: Snapshot, node: Node, fields: Container[str] | None =
         message.parent = structure.nodes[node.parent].name
     if "hidden" in told:
         message.hidden = node.hidden
+    if node.about is not None:
+        about = node.about
+        for field in ("description", "icon", "locked"):
+            if field in told:
+                setattr(message, field, getattr(about, field))
+        if "tags" in told:
+            message.tags.extend(about.tags)
     if "figures" in told:
         message.figures.extend(figure_message(item) for item in node.figures)
     if "parent_t_node" in told:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import UnknownNameError
+from virtualrobot_kernel.world.about import About
 from virtualrobot_kernel.world.figures import Figure, Pose, identity
 from virtualrobot_kernel.world.motors import JointMotor
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light, MotionSensor, RangeSensor
@@ -329,11 +330,12 @@ class NodeSpec:
     figures: tuple[Figure, ...] = ()
     data: NodeData = None
     running: bool = False
+    about: About | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """Element of the tree; its pose is state. `parent` is a uid; 0 for the root."""
+    """Element of the tree; its pose is state. `parent` is a uid; 0 for the root. `about` is None for nothing said."""
 
     uid: int
     name: str
@@ -342,6 +344,7 @@ class Node:
     hidden: bool = False
     figures: tuple[Figure, ...] = ()
     data: NodeData = None
+    about: About | None = None
 
     @property
     def is_moved(self) -> bool:

@@ -1139,6 +1139,10 @@ class Batch(Face):
         """Give a node another name."""
     def hide(self, name: str, hidden: bool = ...) -> None:
         """Hide a node and what hangs below, or show it again."""
+    def describe(self, name: str, description: Text | None = ..., *, tags: Iterable[str] | None = ..., icon: str | None = ...) -> None:
+        """Say what a node is for, by which words it is found, and which icon pages show for it; what is None stays."""
+    def lock(self, name: str, locked: bool = ...) -> None:
+        """Keep a node's name, parent, pose and figures as they are, and it in the world, or let go of it again."""
     def set_pose(self, name: str, parent_t_node: PoseLike) -> None:
         """Put a node somewhere else in its parent's frame, at once."""
     def set_figures(self, name: str, figures: Figures) -> None:
@@ -1221,6 +1225,21 @@ class Node(Face):
         """Give it another name."""
     def hide(self, hidden: bool = ...) -> Order[None]:
         """Hide it and what hangs below, or show it again."""
+    @property
+    def description(self) -> Order[str]:
+        """What it is or is for, in words; set it to say so, in at most 2000 characters."""
+    def set_description(self, value: Text) -> Order[None]:
+        """Set `description`: What it is or is for, in words; set it to say so, in at most 2000 characters."""
+    @property
+    def tags(self) -> Order[tuple[str, ...]]:
+        """Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    def set_tags(self, value: Iterable[str]) -> Order[None]:
+        """Set `tags`: Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    @property
+    def locked(self) -> Order[bool]:
+        """True where it can be neither changed nor removed."""
+    def lock(self, locked: bool = ...) -> Order[None]:
+        """Keep its name, parent, pose and figures as they are, and it in the world, or let go of it again."""
     def set_figures(self, figures: Figures) -> Order[None]:
         """Give it other shapes."""
     def remove(self) -> Order[None]:
@@ -1260,6 +1279,10 @@ class Scene(Face):
         """Give a node another name."""
     def hide(self, name: str, hidden: bool = ...) -> Order[None]:
         """Hide a node and what hangs below, or show it again."""
+    def describe(self, name: str, description: Text | None = ..., *, tags: Iterable[str] | None = ..., icon: str | None = ...) -> Order[None]:
+        """Say what a node is for, by which words it is found, and which icon pages show for it; what is None stays."""
+    def lock(self, name: str, locked: bool = ...) -> Order[None]:
+        """Keep a node's name, parent, pose and figures as they are, and it in the world, or let go of it again."""
     def set_pose(self, name: str, parent_t_node: PoseLike) -> Order[None]:
         """Put a node somewhere else in its parent's frame, at once."""
     def set_figures(self, name: str, figures: Figures) -> Order[None]:
@@ -1310,8 +1333,8 @@ class Scene(Face):
         """Let sensors read at their rates (none named: all)."""
     def stop_sensors(self, *names: str) -> Order[None]:
         """Let sensors read no more (none named: all)."""
-    def nodes(self, kind: str | None = ...) -> Order[list[Node]]:
-        """Return all nodes, parents before children, or those of a kind such as `part` or `robot`."""
+    def nodes(self, kind: str | None = ..., *, tag: str | None = ...) -> Order[list[Node]]:
+        """Return all nodes, parents before children, or those of a kind such as `part`, or with a tag, or both."""
     def node(self, name: str) -> Order[Node]:
         """Return the node of this name; raises UnknownNameError when there is none."""
     def targets(self) -> Order[dict[str, Target]]:
@@ -1391,6 +1414,21 @@ class Target(Face):
         """Give it another name."""
     def hide(self, hidden: bool = ...) -> Order[None]:
         """Hide it and what hangs below, or show it again."""
+    @property
+    def description(self) -> Order[str]:
+        """What it is or is for, in words; set it to say so, in at most 2000 characters."""
+    def set_description(self, value: Text) -> Order[None]:
+        """Set `description`: What it is or is for, in words; set it to say so, in at most 2000 characters."""
+    @property
+    def tags(self) -> Order[tuple[str, ...]]:
+        """Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    def set_tags(self, value: Iterable[str]) -> Order[None]:
+        """Set `tags`: Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    @property
+    def locked(self) -> Order[bool]:
+        """True where it can be neither changed nor removed."""
+    def lock(self, locked: bool = ...) -> Order[None]:
+        """Keep its name, parent, pose and figures as they are, and it in the world, or let go of it again."""
     def set_figures(self, figures: Figures) -> Order[None]:
         """Give it other shapes."""
     def remove(self) -> Order[None]:
@@ -1439,6 +1477,21 @@ class Viewpoint(Face):
         """Give it another name."""
     def hide(self, hidden: bool = ...) -> Order[None]:
         """Hide it and what hangs below, or show it again."""
+    @property
+    def description(self) -> Order[str]:
+        """What it is or is for, in words; set it to say so, in at most 2000 characters."""
+    def set_description(self, value: Text) -> Order[None]:
+        """Set `description`: What it is or is for, in words; set it to say so, in at most 2000 characters."""
+    @property
+    def tags(self) -> Order[tuple[str, ...]]:
+        """Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    def set_tags(self, value: Iterable[str]) -> Order[None]:
+        """Set `tags`: Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    @property
+    def locked(self) -> Order[bool]:
+        """True where it can be neither changed nor removed."""
+    def lock(self, locked: bool = ...) -> Order[None]:
+        """Keep its name, parent, pose and figures as they are, and it in the world, or let go of it again."""
     def set_figures(self, figures: Figures) -> Order[None]:
         """Give it other shapes."""
     def remove(self) -> Order[None]:

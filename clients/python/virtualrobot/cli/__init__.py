@@ -27,6 +27,7 @@ _COMMANDS = {
     "ls": ("virtualrobot.cli.scene", "Draw the scene tree."),
     "add": ("virtualrobot.cli.build", "Add a box, a mesh, a table, a frame, a part, a sensor or a light."),
     "rename": ("virtualrobot.cli.build", "Give a node another name."),
+    "describe": ("virtualrobot.cli.describe", "Say what a node is for, tag it, or lock it."),
     "attach": ("virtualrobot.cli.build", "Fix a node to another one."),
     "remove": ("virtualrobot.cli.build", "Take nodes out of the world."),
     "state": ("virtualrobot.cli.state", "Show clock, robots, signals and motions."),

@@ -109,10 +109,14 @@ class Scene(Editor[Node]):
         response = self._services.scene.GetScene(scene_pb2.GetSceneRequest(names=names, read_mask=mask))
         return list(response.nodes), poses_from_rows(array_of(response.world_t_node))
 
-    def nodes(self, kind: str | None = None) -> list[Node]:
-        """Return all nodes, parents before children, or those of a kind such as `part` or `robot`."""
-        messages, _ = self._read(fields=("uid", "name", *_KINDS))
-        return [Node(self, message) for message in messages if kind is None or message.WhichOneof("kind") == kind]
+    def nodes(self, kind: str | None = None, *, tag: str | None = None) -> list[Node]:
+        """Return all nodes, parents before children, or those of a kind such as `part`, or with a tag, or both."""
+        messages, _ = self._read(fields=("uid", "name", "tags", *_KINDS))
+        return [
+            Node(self, message)
+            for message in messages
+            if (kind is None or message.WhichOneof("kind") == kind) and (tag is None or tag in message.tags)
+        ]
 
     def node(self, name: str) -> Node:
         """Return the node of this name; raises UnknownNameError when there is none."""

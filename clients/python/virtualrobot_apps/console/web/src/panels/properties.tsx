@@ -9,7 +9,9 @@ import { Icon, KindIcon } from "../parts/icons";
 import { NodeField } from "../parts/node_field";
 import type { AnyPose } from "../parts/numbers";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
+import { TextRow } from "../parts/text_row";
 import { matrixOf, poseOf } from "../view/poses";
+import { About } from "./about";
 import { Figures } from "./figures";
 import { KindFields } from "./kind_fields";
 import { viewport } from "./view";
@@ -26,7 +28,7 @@ export function Properties() {
   return (
     <div class="body" id="properties">
       <section>
-        <h4><span class="row"><KindIcon kind={item.kind} />{words(item.kind)}</span></h4>
+        <h4><span class="row"><KindIcon kind={item.kind} icon={item.node.icon} />{words(item.kind)}</span></h4>
         <TextRow key={item.name} label="Name" value={item.name} write={isWorld ? undefined : (to) => void rename(item.name, to)} />
         {!isWorld && <ParentRow item={item} />}
         {!isWorld && (
@@ -36,6 +38,7 @@ export function Properties() {
           </div>
         )}
       </section>
+      {!isWorld && <About item={item} />}
       {!isWorld && (
         <section>
           <h4><span class="cut">Pose in {frame.value === "world" ? "world" : item.parent}</span><NotationChoice /></h4>
@@ -64,26 +67,6 @@ function Pose({ item: { name, parent, kind, node } }: { item: Item }) {
     one.parentTNode = create(PoseSchema, edited);
   });
   return <PoseFields pose={pose} write={kind === "link" ? undefined : write} />;
-}
-
-interface TextProps {
-  label: string;
-  value: string;
-  write?: (text: string) => void;
-}
-
-function TextRow({ label, value, write }: TextProps) {
-  return (
-    <label class="property">
-      <span>{label}</span>
-      <input class="text" aria-label={label} readOnly={!write} defaultValue={value}
-        onBlur={(event) => (event.currentTarget.value = value)}
-        onKeyDown={(event) => {
-          if (event.key === "Enter" && event.currentTarget.value !== value) write?.(event.currentTarget.value.trim());
-          if (event.key === "Enter" || event.key === "Escape") event.currentTarget.blur();
-        }} />
-    </label>
-  );
 }
 
 function ParentRow({ item: { name, parent, kind } }: { item: Item }) {

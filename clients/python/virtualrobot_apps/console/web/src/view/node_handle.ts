@@ -28,10 +28,10 @@ export interface Dragged {
 
 export const draggedNode = signal<Dragged | undefined>(undefined);
 
-/** The node that may be dragged; "" for none: the world stays where it is, and links are where their joints have them. */
+/** The node that may be dragged; "" for none: the world and what is locked stay where they are, and links are where their joints have them. */
 const movable = computed(() => {
   const item = items.value.get(selected.value);
-  return item && item.kind !== "world" && item.kind !== "link" && tool.value === "move" ? item.name : "";
+  return item && item.kind !== "world" && item.kind !== "link" && !item.node.locked && tool.value === "move" ? item.name : "";
 });
 
 export class NodeHandle {
