@@ -231,6 +231,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # Parsed meshes lie in the user's cache.
     f"{KERNEL}/formats/mesh_cache.py": room("formats", "msgspec", "platformdirs"),
+    f"{KERNEL}/formats/picture_cache.py": room("formats", "platformdirs", "virtualrobot_sdk"),
     # Most OBJ files are read in one compiled pass.
     f"{KERNEL}/formats/obj.py": room("formats", "trimesh", "virtualrobot_kernel.numeric.wavefront"),
     f"{KERNEL}/scenes": room("scenes", "virtualrobot.files.resolver", "virtualrobot.v1"),

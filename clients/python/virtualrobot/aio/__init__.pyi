@@ -1676,6 +1676,8 @@ class View(Face):
         """Yield how far two points are apart now and whenever that changes, at most `max_rate` (30) times a second."""
     def capture(self, camera: Camera | None = ..., *, size: Size | None = ..., format: str = ..., plain: bool = ...) -> Order[Picture]:
         """Return a picture of the world as it is now; it needs no browser."""
+    def capture_model(self, name: str) -> Order[Picture]:
+        """Return a small picture of a known model that is installed, a PNG file; it is taken once and kept."""
     def record(self, camera: Camera | None = ..., *, size: Size | None = ..., format: str = ..., plain: bool = ..., rate: float = ..., duration: float | None = ...) -> Order[PictureRecording]:
         """Return pictures at equal steps of simulation time, none left out, however long each takes to be drawn."""
     def film(self, path: str | Path, camera: Camera | None = ..., *, duration: float | None = ..., size: Size | None = ..., plain: bool = ..., rate: float = ..., told: Callable[[Picture], None] | None = ...) -> Order[int]:

@@ -63,6 +63,7 @@ plain_option = click.option("--plain", is_flag=True, help="Without annotations, 
 @click.argument("output", type=click.Path(path_type=Path, dir_okay=False))
 @camera_options
 @plain_option
+@click.option("--model", metavar="NAME", help="A small picture of this known model instead, as a .png; see `models`.")
 @target_options
 def capture(
     target: Target,
@@ -72,11 +73,20 @@ def capture(
     target_point: tuple[float, ...] | None,
     size: tuple[int, int] | None,
     plain: bool,
+    model: str | None,
 ) -> None:
     """Write a picture of the world as it is now to OUTPUT, a .png or .jpg; it needs no browser."""
     from virtualrobot.view.pictures import format_of
 
     format = format_of(output)
+    if model is not None:
+        if format != "png" or camera or eye or size or plain:
+            raise click.UsageError("--model is alone, and its OUTPUT a .png")
+        with target.connect() as client:
+            picture = client.view.capture_model(model)
+        picture.save(output)
+        click.echo(f"{output}: {picture.width}x{picture.height}, the model {model}")
+        return
     with target.connect() as client:
         picture = client.view.capture(camera_of(camera, eye, target_point), size=size, format=format, plain=plain)
     picture.save(output)

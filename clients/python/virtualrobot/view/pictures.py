@@ -155,6 +155,13 @@ def capture(services: Services, camera: Camera | None, size: Size | None, format
     return Picture(answer.image, name, answer.width, answer.height, answer.stamp.simulation_time_seconds)
 
 
+def capture_model(services: Services, name: str) -> Picture:
+    """Return a small picture of a known model."""
+    request = view_pb2.CaptureModelRequest(name=name)
+    answer = services.view.CaptureModel(request, timeout=LONG_TIMEOUT_SECONDS)
+    return Picture(answer.image, "png", answer.width, answer.height, 0.0)
+
+
 def record(
     services: Services,
     camera: Camera | None,

@@ -147,6 +147,14 @@ class View(ViewSetup):
         """
         return pictures.capture(self._services, camera, size, format, plain)
 
+    def capture_model(self, name: str) -> Picture:
+        """Return a small picture of a known model that is installed, a PNG file; it is taken once and kept.
+
+        Example:
+            >>> client.view.capture_model("ur10e").save("ur10e.png")
+        """
+        return pictures.capture_model(self._services, name)
+
     def record(
         self,
         camera: Camera | None = None,
