@@ -1,4 +1,4 @@
-"""Tools of the page that are no calls of the contract: connections between signals, films, trajectories, mappings.
+"""Tools of the page that are no calls of the contract: connections, films, trajectories, mappings, curves over time.
 
 Each is a path of the console's own port, with JSON both ways. Whoever asks needs what the kernel would want, a token
 and a role, and what is done is done with that token.
@@ -22,6 +22,7 @@ from virtualrobot.v1 import token_pb2
 
 from virtualrobot_apps.console.films import Films, camera_of, size_of
 from virtualrobot_apps.console.http_calls import Caller, Receive, Send, begin, refuse
+from virtualrobot_apps.console.plots import Plots, curves_of
 from virtualrobot_apps.console.refusal import Refusal
 from virtualrobot_apps.console.upstream import Upstream
 from virtualrobot_apps.console.wires import Limit
@@ -55,7 +56,7 @@ class PageTools:
     def __init__(self, upstream: Upstream, limit: Limit, connect: Callable[[str], Client]) -> None:
         """Work for pages as `connect` gives a client of the kernel with a token."""
         self._upstream, self._limit, self._connect = upstream, limit, connect
-        self._wiring, self._films = Wiring(connect), Films(connect)
+        self._wiring, self._films, self._plots = Wiring(connect), Films(connect), Plots(connect)
         observer, operator = token_pb2.ROLE_OBSERVER, token_pb2.ROLE_OPERATOR
         self._work: dict[tuple[str, str], tuple[int, Work]] = {
             ("GET", "/connections"): (observer, lambda _: self._wiring.state()),
@@ -66,6 +67,8 @@ class PageTools:
             ("POST", "/connections/pause"): (operator, lambda _: self._wiring.pause()),
             ("POST", "/trajectory"): (observer, self._trajectory),
             ("POST", "/mapping"): (observer, _mapping),
+            ("GET", "/streams"): (observer, lambda one: self._plots.streams(one.token)),
+            ("POST", "/curves"): (observer, self._curves),
             # Whoever may look may film, as the kernel has it.
             ("GET", "/films"): (observer, lambda _: self._films.state()),
             ("POST", "/films/start"): (observer, self._start_film),
@@ -106,6 +109,7 @@ class PageTools:
         """End what runs."""
         await asyncio.to_thread(self._wiring.close)
         await asyncio.to_thread(self._films.close)
+        await asyncio.to_thread(self._plots.close)
 
     async def _read(self, receive: Receive) -> dict[str, Any]:
         body, more = bytearray(), True
@@ -144,6 +148,9 @@ class PageTools:
     def _start_film(self, asked: _Asked) -> None:
         camera, size = camera_of(asked.said.get("camera")), size_of(asked.said.get("size"))
         self._films.start(asked.token, camera, size)
+
+    def _curves(self, asked: _Asked) -> object:
+        return self._plots.read(asked.token, asked.text("page"), curves_of(asked.said.get("curves")))
 
     def _trajectory(self, asked: _Asked) -> object:
         """Return what a file says for a robot, as the contract's JointTrajectory in JSON."""

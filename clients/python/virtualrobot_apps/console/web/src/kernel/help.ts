@@ -40,6 +40,7 @@ export const ABOUT: Record<string, About> = {
   properties: { name: "Properties", says: ["Name, parent, pose, figures and settings of the selected node. Numbers are taken by Enter or Tab."] },
   plot: { name: "Joints over time", says: ["Positions, speeds or torques of the chosen robot's joints, as they go by."] },
   program: { name: "Program", says: ["Steps that are played in order: taught targets, tools, signals, waits, picks and places. Play, single step, and back to before Play.", "Save it as a file that programs and the command line run, too."] },
+  curves: { name: "Curves", says: ["Draw any number of any stream over time: /robots/arm/tcp:speed, /sensors/wrist/reading:force/z, or a difference, A - B. A sensor reads while it is drawn."] },
   trajectory: { name: "Trajectory", says: ["Drop a CSV or JSON file of joints at times: it is checked, plotted, shown as a ghost, played, and compared with what was measured."] },
   signals: { name: "Signals", says: ["Values of inputs and outputs, what connects them with machines outside, and their timing."] },
   collisions: { name: "Collisions", says: ["What touches now, what began and ended to touch, how far things are apart, which pairs may touch, and what is done about the rest."] },
