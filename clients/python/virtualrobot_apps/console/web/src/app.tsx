@@ -4,7 +4,6 @@ import { undo, redo } from "./kernel/orders";
 import { goal } from "./kernel/goal";
 import { helps } from "./kernel/help";
 import { isolate } from "./kernel/isolation";
-import { placing } from "./kernel/loader";
 import { opened, shownBelow, shownRight, toggle } from "./kernel/shown";
 import { selected } from "./kernel/world";
 import { Chosen, Tabs, type Tab } from "./parts/tabs";
@@ -24,10 +23,9 @@ import { Tree } from "./panels/tree";
 import { View, viewport } from "./panels/view";
 import { turnTo, Views } from "./panels/views";
 import { stop } from "./kernel/stop";
-import { asked } from "./view/finding";
+import { leave } from "./view/aiming";
 import { namesShown } from "./view/names";
 import { tool } from "./view/gizmo";
-import { picking } from "./view/jointing";
 
 const left = signal("scene");
 
@@ -92,9 +90,7 @@ const KEYS: Record<string, () => void> = {
   Escape: () => {
     viewport.current?.nodeHandle.leave();
     goal.clear();
-    picking.value = false;
-    placing.value = undefined;
-    asked.value = undefined;
+    leave();
     if (opened.value === "measuring") opened.value = "";
   },
 };

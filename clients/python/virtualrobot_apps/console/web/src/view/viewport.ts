@@ -6,7 +6,6 @@ import { isolated } from "../kernel/isolation";
 import * as world from "../kernel/world";
 import { theme } from "../parts/theme";
 import { Ghost } from "./copies";
-import { findFeatures } from "./finding";
 import { Follower } from "./follower";
 import { Gizmo } from "./gizmo";
 import { drawAxis } from "./jointing";
@@ -48,7 +47,6 @@ export class Viewport {
     scene.add(...this.solids.objects, this.ghost.group, this.overlay, ...this.gizmo.objects, ...this.nodeHandle.objects);
     new ResizeObserver(() => this.#resize()).observe(host);
     hearPointer(this);
-    findFeatures(this);
     drawTraces(this);
     drawSpans(this);
     drawAxis(this);
