@@ -164,6 +164,7 @@ class PageTools:
 DEVICES = {
     "gamepad": (gamepad_mapping.GAMEPAD, gamepad_mapping.USUAL),
     "space-mouse": (gamepad_mapping.SPACE_MOUSE, gamepad_mapping.USUAL_SPACE_MOUSE),
+    "keyboard": (gamepad_mapping.KEYBOARD, gamepad_mapping.USUAL_KEYBOARD),
 }
 """Devices of pages, and the files of their usual mappings."""
 MOST_LETTERS = 100_000

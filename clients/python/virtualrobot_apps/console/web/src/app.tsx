@@ -4,6 +4,7 @@ import { undo, redo } from "./kernel/orders";
 import { goal } from "./kernel/goal";
 import { helps } from "./kernel/help";
 import { isolate } from "./kernel/isolation";
+import { keyboard } from "./kernel/keyboard";
 import { opened, shownBelow, shownRight, toggle } from "./kernel/shown";
 import { selected } from "./kernel/world";
 import { Chosen, Tabs, type Tab } from "./parts/tabs";
@@ -117,7 +118,7 @@ addEventListener(
     } else if (event.key.toLowerCase() === "z" && (event.ctrlKey || event.metaKey)) {
       event.preventDefault();
       void (event.shiftKey ? redo() : undo());
-    } else if (!event.ctrlKey && !event.metaKey && !event.altKey && !isOwnKey(event)) {
+    } else if (!event.ctrlKey && !event.metaKey && !event.altKey && !isOwnKey(event) && !(keyboard.isUsed && event.shiftKey)) {
       KEYS[event.key]?.();
       if (/^[1-7]$/.test(event.key)) turnTo(Number(event.key));
     }
