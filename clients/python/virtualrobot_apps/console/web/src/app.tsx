@@ -84,6 +84,7 @@ const KEYS: Record<string, () => void> = {
   w: () => (tool.value = "translate"),
   e: () => (tool.value = "rotate"),
   m: () => (tool.value = "move"),
+  t: () => (tool.value = "turn"),
   f: () => viewport.current?.frame(selected.value),
   i: () => isolate(selected.value),
   d: () => toggle("measuring"),

@@ -11,9 +11,9 @@ import { orientationOf, positionOf } from "../parts/numbers";
 import { readRow } from "./poses";
 import type { Viewport } from "./viewport";
 
-export type Tool = "select" | "translate" | "rotate" | "move";
+export type Tool = "select" | "translate" | "rotate" | "move" | "turn";
 
-/** What the pointer does in the view, besides clicks: drag or turn the robot's tool, or move the selected node; and whether the tool's handle has its axes. */
+/** What the pointer does in the view, besides clicks: drag or turn the robot's tool, or move or turn the selected node; and whether the tool's handle has its axes. */
 export const tool = signal<Tool>("select");
 export const inToolAxes = signal(false);
 
