@@ -66,7 +66,7 @@ GROUPS = (
             "kernel": "kernel_process:KernelProcess",
         },
         functions=("connect",),
-        client=("close", "lease", "leases", "report", "services", "shutdown"),
+        client=("close", "lease", "leases", "watch_leases", "report", "services", "shutdown"),
         commands=(
             "serve",
             "console",
@@ -126,7 +126,7 @@ GROUPS = (
         functions=("inertial", "path_frames"),
         client=(
             *("check", "check_plan", "motions", "move_together", "plan", "program", "read_program", "robot"),
-            *("speed_factor", "start_plan", "stop", "targets"),
+            *("speed_factor", "start_plan", "stop", "targets", "watch_motions"),
         ),
         commands=(
             *(

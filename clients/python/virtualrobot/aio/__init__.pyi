@@ -260,6 +260,8 @@ class Client(Face):
         """Return what a program file (YAML) says, to be started."""
     def motions(self, running_only: bool = ...) -> Order[list[Motion]]:
         """Return the motions that run, whoever started them; with False also the last ones that ended."""
+    def watch_motions(self, max_rate: float | None = ...) -> AsyncIterator[list[Motion]]:
+        """Yield the motions that run, whoever started them, and whenever that changes those and what has ended since."""
     def record(self, path: str | Path, *, duration: float, told: Callable[[Recording], None] | None = ..., **options: Unpack[RecordingOptions]) -> Order[Recorded]:
         """Record so much simulation time (s) to a file, and return what is in it."""
     def start_recording(self, path: str | Path, *, duration: float | None = ..., **options: Unpack[RecordingOptions]) -> Order[Recording]:
@@ -270,6 +272,8 @@ class Client(Face):
         """Lease robots, all or none, so that nobody but this client moves them; return the lease, a context manager."""
     def leases(self) -> Order[list[LeaseInfo]]:
         """Return who has leased which robots, oldest lease first."""
+    def watch_leases(self) -> AsyncIterator[list[LeaseInfo]]:
+        """Yield who has leased which robots, oldest lease first, now and after each change."""
     def undo(self, number: int | None = ..., *, mine: bool = ...) -> Order[Step]:
         """Take back the newest edit that stands, of anybody or only of this client; as `History.undo` does."""
     def redo(self, number: int | None = ..., *, mine: bool = ...) -> Order[Step]:
