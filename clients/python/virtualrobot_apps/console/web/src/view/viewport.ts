@@ -13,6 +13,7 @@ import { NodeHandle } from "./node_handle";
 import { Names, namesShown } from "./names";
 import { Observer } from "./observer";
 import { hearPointer } from "./pointer";
+import { drawSwept } from "./postures";
 import { Solids } from "./solids";
 import { drawSpans } from "./spans";
 import { Stage } from "./stage";
@@ -49,6 +50,7 @@ export class Viewport {
     hearPointer(this);
     drawTraces(this);
     drawSpans(this);
+    drawSwept(this);
     drawAxis(this);
     effect(() => {
       this.#stage.setTheme(theme.value);
