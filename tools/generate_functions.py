@@ -160,7 +160,7 @@ GROUPS = (
         "View",
         services=("ViewService",),
         python={"client.view": "view.view:View"},
-        commands=("view", "capture", "pixel", "measure"),
+        commands=("view", "trace", "capture", "pixel", "measure"),
     ),
     Group(
         "Distance and collision",

@@ -64,6 +64,7 @@ _COMMANDS = {
     "plugins": ("virtualrobot.cli.plugins", "Show plugins and their components."),
     "kinematics": ("virtualrobot.cli.plugins", "Show or swap what solves a robot's kinematics."),
     "view": ("virtualrobot.cli.view", "Show or set from where the viewer, pictures and films look."),
+    "trace": ("virtualrobot.cli.trace", "Draw the ways that nodes go, and keep them as lines."),
     "capture": ("virtualrobot.cli.pictures", "Take a picture, without a browser."),
     "record": ("virtualrobot.cli.recording", "Record joints, scene, sensors and signals, or a film."),
     "pixel": ("virtualrobot.cli.pictures", "Tell what is under a pixel."),
