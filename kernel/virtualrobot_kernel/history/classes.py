@@ -46,7 +46,7 @@ TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 """Name in documents of a class, where that isn't its own: two have the same name, or it was renamed."""
 
 VERSIONS: Mapping[type, int] = {
-    **{State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 2},
+    **{State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 3},
     **{Node: 2, NodeSpec: 2, UpdateNode: 2, Values: 2},
     **{CameraSensor: 2, Motion: 2, StartMotion: 2, StartSetpointMotion: 2, Wait: 2, ToolSetpointMotion: 2},
 }
@@ -71,6 +71,7 @@ MIGRATIONS: Mapping[tuple[str, int], Migration] = {
     ("State", 6): lambda fields: [*fields, None],  # stop
     # restitution, rolling_friction, spinning_friction, stiffness, damping
     ("Material", 1): lambda fields: [*fields, 0.0, 0.0, 0.0, 0.0, 0.0],
+    ("Material", 2): lambda fields: [*fields, 0.62, 0.0],  # roughness, metalness
     ("PartData", 1): lambda fields: [*fields, False],  # dynamic
     ("Node", 1): lambda fields: [*fields, None],  # about
     ("NodeSpec", 1): lambda fields: [*fields, None],  # about

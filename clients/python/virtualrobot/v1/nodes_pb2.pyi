@@ -466,7 +466,7 @@ class Figure(_message.Message):
     def __init__(self, node_t_figure: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., material: _Optional[_Union[Material, _Mapping]] = ..., roles: _Optional[_Iterable[_Union[FigureRole, str]]] = ..., tool_state: _Optional[str] = ..., box: _Optional[_Union[Box, _Mapping]] = ..., sphere: _Optional[_Union[Sphere, _Mapping]] = ..., cylinder: _Optional[_Union[Cylinder, _Mapping]] = ..., cone: _Optional[_Union[Cone, _Mapping]] = ..., capsule: _Optional[_Union[Capsule, _Mapping]] = ..., mesh: _Optional[_Union[Mesh, _Mapping]] = ..., points: _Optional[_Union[Points, _Mapping]] = ..., lines: _Optional[_Union[Lines, _Mapping]] = ..., frame: _Optional[_Union[Frame, _Mapping]] = ..., label: _Optional[_Union[Label, _Mapping]] = ...) -> None: ...
 
 class Material(_message.Message):
-    __slots__ = ("color", "reflectance", "friction", "restitution", "rolling_friction_meters", "spinning_friction_meters", "stiffness", "damping")
+    __slots__ = ("color", "reflectance", "friction", "restitution", "rolling_friction_meters", "spinning_friction_meters", "stiffness", "damping", "roughness", "metalness")
     COLOR_FIELD_NUMBER: _ClassVar[int]
     REFLECTANCE_FIELD_NUMBER: _ClassVar[int]
     FRICTION_FIELD_NUMBER: _ClassVar[int]
@@ -475,6 +475,8 @@ class Material(_message.Message):
     SPINNING_FRICTION_METERS_FIELD_NUMBER: _ClassVar[int]
     STIFFNESS_FIELD_NUMBER: _ClassVar[int]
     DAMPING_FIELD_NUMBER: _ClassVar[int]
+    ROUGHNESS_FIELD_NUMBER: _ClassVar[int]
+    METALNESS_FIELD_NUMBER: _ClassVar[int]
     color: _geometry_pb2.Color
     reflectance: float
     friction: float
@@ -483,7 +485,9 @@ class Material(_message.Message):
     spinning_friction_meters: float
     stiffness: float
     damping: float
-    def __init__(self, color: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., reflectance: _Optional[float] = ..., friction: _Optional[float] = ..., restitution: _Optional[float] = ..., rolling_friction_meters: _Optional[float] = ..., spinning_friction_meters: _Optional[float] = ..., stiffness: _Optional[float] = ..., damping: _Optional[float] = ...) -> None: ...
+    roughness: float
+    metalness: float
+    def __init__(self, color: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., reflectance: _Optional[float] = ..., friction: _Optional[float] = ..., restitution: _Optional[float] = ..., rolling_friction_meters: _Optional[float] = ..., spinning_friction_meters: _Optional[float] = ..., stiffness: _Optional[float] = ..., damping: _Optional[float] = ..., roughness: _Optional[float] = ..., metalness: _Optional[float] = ...) -> None: ...
 
 class Box(_message.Message):
     __slots__ = ("size",)
