@@ -1,4 +1,4 @@
-"""What people say of a node: a description, tags, an icon; and its lock."""
+"""Description, tags and icon of a node, as people say them, and its lock."""
 
 from __future__ import annotations
 

@@ -1231,9 +1231,9 @@ class Node(Face):
         """Hide it and what hangs below, or show it again."""
     @property
     def description(self) -> Order[str]:
-        """What it is or is for, in words; set it to say so, in at most 2000 characters."""
+        """Description in words; set it, in at most 2000 characters, to say what it is or is for."""
     def set_description(self, value: Text) -> Order[None]:
-        """Set `description`: What it is or is for, in words; set it to say so, in at most 2000 characters."""
+        """Set `description`: Description in words; set it, in at most 2000 characters, to say what it is or is for."""
     @property
     def tags(self) -> Order[tuple[str, ...]]:
         """Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
@@ -1420,9 +1420,9 @@ class Target(Face):
         """Hide it and what hangs below, or show it again."""
     @property
     def description(self) -> Order[str]:
-        """What it is or is for, in words; set it to say so, in at most 2000 characters."""
+        """Description in words; set it, in at most 2000 characters, to say what it is or is for."""
     def set_description(self, value: Text) -> Order[None]:
-        """Set `description`: What it is or is for, in words; set it to say so, in at most 2000 characters."""
+        """Set `description`: Description in words; set it, in at most 2000 characters, to say what it is or is for."""
     @property
     def tags(self) -> Order[tuple[str, ...]]:
         """Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
@@ -1483,9 +1483,9 @@ class Viewpoint(Face):
         """Hide it and what hangs below, or show it again."""
     @property
     def description(self) -> Order[str]:
-        """What it is or is for, in words; set it to say so, in at most 2000 characters."""
+        """Description in words; set it, in at most 2000 characters, to say what it is or is for."""
     def set_description(self, value: Text) -> Order[None]:
-        """Set `description`: What it is or is for, in words; set it to say so, in at most 2000 characters."""
+        """Set `description`: Description in words; set it, in at most 2000 characters, to say what it is or is for."""
     @property
     def tags(self) -> Order[tuple[str, ...]]:
         """Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
@@ -1502,7 +1502,7 @@ class Viewpoint(Face):
         """Take it and all below it out of the world."""
     @property
     def distance(self) -> Order[float]:
-        """How far ahead of the eye lies what is looked at, in meters."""
+        """Distance from the eye to what is looked at, in meters."""
     @property
     def field_of_view(self) -> Order[float]:
         """The vertical field of view in radians."""

@@ -130,7 +130,7 @@ class Node:
 
     @property
     def description(self) -> str:
-        """What it is or is for, in words; set it to say so, in at most 2000 characters."""
+        """Description in words; set it, in at most 2000 characters, to say what it is or is for."""
         return self.info.description
 
     @description.setter

@@ -13,7 +13,7 @@ class Viewpoint(Node):
 
     @property
     def distance(self) -> float:
-        """How far ahead of the eye lies what is looked at, in meters."""
+        """Distance from the eye to what is looked at, in meters."""
         return self._message.viewpoint.distance_meters or 1.0
 
     @property

@@ -324,7 +324,7 @@ def test_equal_bytes_of_other_places_are_one_mesh() -> None:
 
 
 def test_each_surface_has_its_roughness_and_metalness() -> None:
-    """glTF 2.0, 3.9.2: `roughnessFactor` and `metallicFactor` of a material; what says neither has ours."""
+    """By glTF 2.0, 3.9.2, `roughnessFactor` and `metallicFactor` of a material; what says neither has ours."""
     grey = (0.5, 0.5, 0.5, 1.0)
     steel = Figure(Box((1, 1, 1)), material=Material(grey, roughness=0.25, metalness=1.0))
     glb = glb_of(snapshot_of([one(steel, Figure(Box((1, 1, 1)), material=Material(grey)))]))
