@@ -91,6 +91,20 @@ def test_a_node_is_moved_by_its_handle(console: Console, stepped_kernel: KernelP
             field.press("Enter")
             until(lambda: np.allclose(client.scene.pose("core"), virtualrobot.pose(0.25, 0.2, 0.8, yaw=0.7), atol=1e-6))
 
+            # So it is in the frame of any node.
+            client.scene.set_pose("table", virtualrobot.pose(0.1, 0.2, 0.45, yaw=0.7))
+            properties.get_by_role("radio", name="Node", exact=True).click()
+            frame = properties.get_by_label("The node in whose frame the pose is")
+            frame.fill("table")
+            frame.press("Enter")
+            expect(properties).to_contain_text("Pose in table")
+            inside = np.linalg.inv(client.scene.pose("table")) @ client.scene.pose("core")
+            expect(field).to_have_value(f"{1000.0 * inside[0, 3]:.2f}")
+            field.fill("10")
+            field.press("Enter")
+            inside[0, 3] = 0.01
+            until(lambda: np.allclose(client.scene.pose("core"), client.scene.pose("table") @ inside, atol=1e-6))
+
 
 def test_a_node_is_turned_by_its_handle(console: Console, stepped_kernel: KernelProcess) -> None:
     """Looked at from above, the ring about z lies flat around the node: where it is dragged to, the node turns to."""
