@@ -23,7 +23,7 @@ Connect = Callable[[str], Client]
 SPAN_SECONDS = 60.0
 """Simulation time (s) for which samples are kept."""
 APART_SECONDS = 0.03
-"""Samples of a stream are kept that are at least so far apart in simulation time: more than a page has pixels for."""
+"""Samples of a stream are kept that are about so far apart in simulation time: more than a page has pixels for."""
 MOST_CURVES = 16
 MOST_PLOTS = 8
 """Plots that are watched at a time, of all pages."""
