@@ -87,7 +87,8 @@ def test_pictures_are_taken_from_viewpoints(client: Client) -> None:
     size = (64, 48)
     by_name = client.view.capture("front", size=size, format="raw").pixels
     by_hand = client.view.capture((EYE, AT, 0.5), size=size, format="raw").pixels
-    np.testing.assert_array_equal(by_name, by_hand)
+    # The eye's pose came as a quaternion: edges may be off by the last bit of a number.
+    assert (np.abs(by_name.astype(int) - by_hand).max(axis=2) > 2).mean() < 0.01
     assert client.view.pick(31.5, 23.5, "front", size=size).node == "ball"
 
 

@@ -80,7 +80,8 @@ def view(
     if found is None:
         click.echo("the world is framed")
     else:
-        click.echo(f"from {three(found[0])} at {three(found[1])}{f', along with {along}' if along else ''}")
+        eye_words, at_words = (three(point.round(9)) for point in found)  # no -0.0000
+        click.echo(f"from {eye_words} at {at_words}{f', along with {along}' if along else ''}")
 
 
 def _place(
