@@ -6,7 +6,7 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.about import About
 from virtualrobot_kernel.world.change import Change
-from virtualrobot_kernel.world.commands import AttachNode, Command, CreateNodes, RemoveNode, UpdateNode
+from virtualrobot_kernel.world.commands import AttachNode, Command, CreateNodes, RemoveNode, RestoreRecords, UpdateNode
 from virtualrobot_kernel.world.difference import difference
 from virtualrobot_kernel.world.structure import Kind, NodeSpec
 
@@ -38,6 +38,12 @@ def test_each_field_is_said_by_itself(cell: Change) -> None:
     assert about(after(said, UpdateNode("table", tags=(), description="")), "table") is None
     told = difference(cell, said)
     assert dict(told.old.about) == {cell.structure.node("table").uid: None}
+    back = after(said, RestoreRecords(restored=told.old, found=told.new))
+    assert about(back, "table") is None
+    assert about(after(back, RestoreRecords(restored=told.new, found=told.old)), "table") == about(said, "table")
+    others = after(said, UpdateNode("table", description="of ash"))
+    with pytest.raises(KernelError, match="what is said of 'table' has been changed since"):
+        after(others, RestoreRecords(restored=told.old, found=told.new))
 
 
 @pytest.mark.parametrize(
