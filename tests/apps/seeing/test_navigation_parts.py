@@ -19,6 +19,7 @@ from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator, Obser
 from virtualrobot_apps.seeing.navigation.planning import Costmap, NoWayError, Planner, length
 from virtualrobot_apps.seeing.navigation.pose_graph import Relation, optimised
 from virtualrobot_apps.seeing.navigation.poses import Floats, arc, between, compose, distance, moved
+from virtualrobot_apps.seeing.navigation.regions import Distances, apart
 from virtualrobot_apps.seeing.navigation.scans import OdometryTrack, ScanMaker
 from virtualrobot_apps.seeing.navigation.unforeseen import Unforeseen
 
@@ -206,6 +207,18 @@ def test_a_way_leads_through_the_door_and_refusals_have_numbers() -> None:
     shut = Planner(Costmap.of(room(), Footprint(-0.6, 0.6, -0.5, 0.5), np.zeros((0, 2))))
     with pytest.raises(NoWayError, match=r"widest passage to the goal \(3\.00, 1\.00\) is 0\.\d+ m, .* needs 1\.06 m"):
         shut.way(np.array([1.0, 1.0]), np.array([3.0, 1.0]))
+
+
+def test_distances_that_are_kept_are_those_measured_anew(rng: np.random.Generator) -> None:
+    """Bit by bit, with what is seen near and far from walls that change now and then, and with no walls at all."""
+    distances, walls = Distances(), np.zeros((40, 60), bool)
+    for number in range(30):
+        if number % 10 == 5:
+            walls = rng.random(walls.shape) < 0.01
+        rows, columns = rng.integers(0, 40, number % 4), rng.integers(0, 60, number % 4)
+        both = walls.copy()
+        both[rows, columns] = True
+        np.testing.assert_array_equal(distances.of(walls, rows, columns), apart(both))
 
 
 def test_what_is_chosen_touches_nothing_and_nothing_where_all_is_near() -> None:

@@ -14,6 +14,7 @@ from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.planning import Costmap, GoalTakenError, NoWayError, Planner
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, moved, wrapped
+from virtualrobot_apps.seeing.navigation.regions import Distances
 from virtualrobot_apps.seeing.navigation.scans import Scan
 from virtualrobot_apps.seeing.navigation.unforeseen import Unforeseen
 
@@ -95,6 +96,7 @@ class Navigator:
         self._say = say
         self._said = ""
         self._unforeseen = Unforeseen()
+        self._distances = Distances()
         self._scan: Scan | None = None
         self._surroundings = Surroundings(np.zeros((0, 2)))
         self._last: Observation | None = None
@@ -236,7 +238,7 @@ class Navigator:
     def _way(self, seen: Floats) -> Floats:
         """Return the way (n, 2) to the goal, with points (n, 2) besides that were seen; raises NoWayError."""
         assert self.goal is not None
-        costmap = Costmap.of(self.where.grid, self.footprint, seen)
+        costmap = Costmap.of(self.where.grid, self.footprint, seen, self._distances)
         return Planner(costmap).way(self.pose, np.array([self.goal.x, self.goal.y]))
 
     def _way_near(self) -> Floats | None:
