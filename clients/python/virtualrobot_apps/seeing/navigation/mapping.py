@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from virtualrobot_apps.seeing.navigation.grid import Grid
-from virtualrobot_apps.seeing.navigation.matching import FEWEST, Cloud, odometry_deviations
+from virtualrobot_apps.seeing.navigation.matching import FEWEST, Cloud
 from virtualrobot_apps.seeing.navigation.pose_graph import Relation, optimised
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, compose, moved
 from virtualrobot_apps.seeing.navigation.scans import Scan
@@ -66,8 +66,8 @@ class Mapper:
         base = self.poses[-1]
         assert self._odometry is not None
         if self._near is not None and len(scan.points) >= FEWEST:
-            deviations = odometry_deviations(between(self._odometry, scan.odometry))
-            found = self._near.match(scan.points, scan.normals, between(base, guess), deviations)
+            step = between(self._odometry, scan.odometry)
+            found = self._near.match_after(scan.points, scan.normals, between(base, guess), step)
             off = between(between(base, guess), found.pose)
             if found.share > TRUSTED_SHARE and np.hypot(off[0], off[1]) < TRUSTED_METRES:
                 return compose(base, found.pose)
