@@ -70,6 +70,7 @@ LONG = {
     "tutorial-controllers.md",
     "tutorial-driver.md",
     "tutorial-first-cell.md",
+    "tutorial-navigation.md",
     "tutorial-plugin.md",
     "tutorial-processes.md",
     "tutorial-rapid.md",
