@@ -58,7 +58,7 @@ def test_boxes_of_80_mm_are_found_where_they_stand_and_where_they_stood(rng: np.
     before = scanned(ROOM, POSE, rng)
     for appeared in (True, False, True, False):
         while True:
-            place = np.array([*rng.uniform((2.2, 1.0), (4.4, 3.6)), 0.04])
+            place = np.array([*rng.uniform((2.7, 1.0), (4.4, 3.6)), 0.04])
             if all((place + 0.3 < low).any() or (place - 0.3 > high).any() for low, high in FURNITURE):
                 break
         cube = (tuple((place - 0.04).tolist()), tuple((place + 0.04).tolist()))
