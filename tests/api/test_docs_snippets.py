@@ -77,6 +77,7 @@ LONG = {
     "rapl.md",
     "tutorial-rapl.md",
     "tutorial-ros.md",
+    "tutorial-seeing.md",
     "tutorial-studies.md",
     "tutorial-teacher.md",
     "tutorial-urscript.md",

@@ -39,7 +39,7 @@ class Voxels:
         self.counts, self._sums = np.zeros(shape, np.int32), np.zeros((*shape, 3))
 
     def take(self, origin: Floats, ends: Floats, met: NDArray[np.bool_]) -> int:
-        """Take in rays from a place (3,) to their ends (n, 3), where an echo is or not; return the echoes in the box."""
+        """Take in rays from a place (3,) to their ends (n, 3), where an echo is or not; return those in the box."""
         for places in self._along(origin, ends, np.where(met, -0.5, 0.0) * self.edge):
             self.states[tuple(places.T)] = np.maximum(self.states[tuple(places.T)], FREE)
         echoes = ends[met]
