@@ -91,3 +91,18 @@ def test_a_map_of_another_building_is_told(rng: np.random.Generator, monkeypatch
     assert told[0] == "is lost: looks for its place in the map"
     assert told[-1].startswith("gives up: no place of this map fits what the lidar sees (the best one to "), told
     assert told[-1].endswith("is it the map of this building?")
+
+
+def test_a_vehicle_that_is_carried_elsewhere_finds_its_place_again(rng: np.random.Generator) -> None:
+    """Its wheels tell nothing of it: what the lidar sees fits no more, it says so, and goes on from where it is."""
+    boxes = [*room(4.0, 3.0), Box(2.2, 0.4, 0.5, 0.5, 1.0, "#a52"), Box(1.2, 2.7, 0.6, 0.3, 1.0, "#a52")]
+    boxes.append(Box(3.7, 2.2, 0.4, 0.9, 1.0, "#a52"))
+    carried = vehicle(known(boxes, 4.0, 3.0), (0.6, 1.5, 0.0), Goal(3.2, 1.0))
+    for _ in range(40):
+        carried.step(boxes, rng)
+    carried.pose = np.array([3.2, 0.6, 2.0])
+    carried.navigator.go(Goal(0.6, 2.2))
+    assert drive([carried], lambda time: boxes, rng) > 0.0
+    assert carried.navigator.reached and distance(carried.pose, (0.6, 2.2)) < 0.2, carried.told
+    assert "is lost: looks for its place in the map" in carried.told
+    assert any(one.startswith("knows its place again: (3.") for one in carried.told), carried.told
