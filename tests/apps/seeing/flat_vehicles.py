@@ -11,10 +11,11 @@ from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.localising import Localiser
 from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator, Observation
-from virtualrobot_apps.seeing.navigation.poses import Floats, arc, compose, moved
+from virtualrobot_apps.seeing.navigation.poses import Floats, arc, compose, moved, wrapped
+from virtualrobot_apps.seeing.navigation.sonars import Sonar
 from virtualrobot_apps.seeing.navigation.vehicle import PERIOD
 
-from tests.apps.seeing.flat_lidar import scan_at
+from tests.apps.seeing.flat_lidar import COUNT, distances, scan_at
 
 LONGEST = 120.0
 """Time (s) after which nobody is on the way any more."""
@@ -27,7 +28,8 @@ UGV = Footprint(-0.14, 0.14, -0.15, 0.15)
 class Driven:
     """Vehicle at a pose (3,) with its navigator.
 
-    `slips` is by what part more its wheels turn than it moves; -1: encoders stand.
+    `slips` is by what part more its wheels turn than it moves; -1: encoders stand. `sonars` hear `low`, too, which the
+    lidar's rays pass above.
     """
 
     navigator: Navigator
@@ -37,6 +39,14 @@ class Driven:
     told: list[str] = field(default_factory=list)
     way: list[Floats] = field(default_factory=list)
     periods: int = 0
+    sonars: tuple[Sonar, ...] = ()
+    low: tuple[Box, ...] = ()
+
+    def hears(self, sonar: Sonar, boxes: Sequence[Box]) -> float:
+        """Return the least distance in the cone of a sonar (m); inf: none."""
+        lengths = distances([*boxes, *self.low], compose(self.pose, sonar.base_t_sonar))
+        angles = wrapped(np.arange(COUNT) * 2.0 * np.pi / COUNT)
+        return float(lengths[np.abs(angles) < sonar.half_angle].min())
 
     def corners(self) -> Floats:
         """Return its outline (n, 2)."""
@@ -52,7 +62,8 @@ class Driven:
         """Go on by a period."""
         time = self.periods * PERIOD
         seen = scan_at(boxes, self.pose, self.odometry, rng, time) if self.periods % SCANNED == 0 else None
-        v, w = self.navigator.step(Observation(time, self.odometry, seen))
+        heard = tuple((one, self.hears(one, boxes)) for one in self.sonars)
+        v, w = self.navigator.step(Observation(time, self.odometry, seen, heard))
         self.way.append(self.pose[:2])
         self.pose = compose(self.pose, arc(np.array([v, w]), np.array(PERIOD)))
         turned = 1.0 + self.slips(time)
@@ -80,7 +91,7 @@ def drive(vehicles: Sequence[Driven], boxes: Callable[[float], Sequence[Box]], r
         for one in vehicles:
             around = [*boxes(period * PERIOD), *(other.body() for other in vehicles if other is not one)]
             one.step(around, rng)
-            nearest = min(nearest, *(float(box.apart(one.corners()).min()) for box in around))
+            nearest = min(nearest, *(float(box.apart(one.corners()).min()) for box in (*around, *one.low)))
     return nearest
 
 

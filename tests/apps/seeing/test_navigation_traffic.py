@@ -10,6 +10,7 @@ from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.localising import Localiser
 from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator
 from virtualrobot_apps.seeing.navigation.poses import distance
+from virtualrobot_apps.seeing.navigation.sonars import Sonar
 
 from tests.apps.seeing.flat_vehicles import UGV, Driven, drive, known, room, vehicle
 
@@ -106,3 +107,26 @@ def test_a_vehicle_that_is_carried_elsewhere_finds_its_place_again(rng: np.rando
     assert carried.navigator.reached and distance(carried.pose, (0.6, 2.2)) < 0.2, carried.told
     assert "is lost: looks for its place in the map" in carried.told
     assert any(one.startswith("knows its place again: (3.") for one in carried.told), carried.told
+
+
+@pytest.mark.parametrize("sonars", [0, 3])
+def test_what_lies_below_the_lidar_is_heard(sonars: int, rng: np.random.Generator) -> None:
+    """A flat box in the way, which the lidar's rays pass above: only with sonars, as of the UGV, it is gone around."""
+    walls = room(4.0, 2.4)
+    ugv = vehicle(known(walls, 4.0, 2.4), (0.6, 1.2, 0.0), Goal(3.4, 1.2))
+    ugv.low = (Box(2.0, 1.15, 0.3, 0.5, 0.05, "#a52"),)
+    mounts = np.array([(0.14, 0.0, 0.0), (0.12, 0.08, 0.6), (0.12, -0.08, -0.6)])
+    ugv.sonars = tuple(Sonar(mount, np.radians(15.0), 3.0) for mount in mounts[:sonars])
+    nearest = drive([ugv], lambda time: walls, rng)
+    assert (nearest > 0.0) == (sonars > 0)
+    assert ugv.navigator.reached and distance(ugv.pose, (3.4, 1.2)) < 0.2, ugv.told
+
+
+def test_an_echo_that_the_lidar_explains_is_no_obstacle() -> None:
+    """A wall 1 m ahead is heard at 1 m; a thing at 0.5 m before it, which the lidar doesn't see, is across the cone."""
+    sonar = Sonar(np.array([0.1, 0.0, 0.0]), np.radians(15.0), 3.0)
+    wall = np.column_stack([np.full(50, 1.0), np.linspace(-1.0, 1.0, 50)])
+    assert not len(sonar.unseen(0.9, wall)) and not len(sonar.unseen(np.inf, wall)) and not len(sonar.unseen(3.5, wall))
+    found = sonar.unseen(0.4, wall)
+    np.testing.assert_allclose(np.hypot(found[:, 0] - 0.1, found[:, 1]), 0.4)
+    assert np.ptp(np.arctan2(found[:, 1], found[:, 0] - 0.1)) == pytest.approx(np.radians(30.0))

@@ -16,6 +16,7 @@ from virtualrobot_apps.seeing.navigation.planning import Costmap, GoalTakenError
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, moved, wrapped
 from virtualrobot_apps.seeing.navigation.regions import Distances
 from virtualrobot_apps.seeing.navigation.scans import Scan
+from virtualrobot_apps.seeing.navigation.sonars import Heard, Sonar
 from virtualrobot_apps.seeing.navigation.unforeseen import Unforeseen
 
 REACHED_METRES, REACHED_RADIANS = 0.08, 0.06
@@ -57,11 +58,15 @@ class Where(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """Sight of a vehicle at a time (s): its pose (3,) by odometry, and a scan where a new one has come."""
+    """Sight of a vehicle at a time (s): its pose (3,) by odometry, and a scan where a new one has come.
+
+    sonars: ultrasonic sensors, each with the distance that it hears now (m), inf: none.
+    """
 
     time: float
     odometry: Floats
     scan: Scan | None
+    sonars: tuple[tuple[Sonar, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +101,7 @@ class Navigator:
         self._say = say
         self._said = ""
         self._unforeseen = Unforeseen()
+        self._heard = Heard()
         self._distances = Distances()
         self._scan: Scan | None = None
         self._surroundings = Surroundings(np.zeros((0, 2)))
@@ -150,10 +156,17 @@ class Navigator:
         if self._scan is not None:
             now_t_scan = between(seen.odometry, self._scan.odometry)
             near = moved(now_t_scan, self._scan.points)
-            old = self._unforeseen.points()
+            if seen.sonars:
+                heard = [sonar.unseen(distance, near) for sonar, distance in seen.sonars]
+                self._heard.update(moved(self.pose, np.vstack(heard)), seen.time)
+            old = self._not_on_the_map()
             if len(old):
                 near = np.vstack([near, moved(between(self.pose, np.zeros(3)), old)])
             self._surroundings = Surroundings(near)
+
+    def _not_on_the_map(self) -> Floats:
+        """Return points (n, 2) of what stands where the map has nothing, seen or heard, in its frame."""
+        return np.vstack([self._unforeseen.points(), self._heard.points()])
 
     def _decide(self, now: float) -> tuple[float, float]:
         silent = now - self._scan.time if self._scan is not None else now - self._best_at
@@ -214,10 +227,10 @@ class Navigator:
         assert self.goal is not None
         self._planned = now
         try:
-            self.way = self._way(self._unforeseen.points())
+            self.way = self._way(self._not_on_the_map())
             self._without_way = None
         except NoWayError as error:
-            if not len(self._unforeseen.points()):
+            if not len(self._not_on_the_map()):
                 self.way = None
                 self._ends(f"gives up: {error}")
                 return
@@ -244,7 +257,7 @@ class Navigator:
     def _way_near(self) -> Floats | None:
         """Return the way to the goal without what was seen near it, which may be gone; None where there is none."""
         assert self.goal is not None
-        seen = self._unforeseen.points()
+        seen = self._not_on_the_map()
         away = np.hypot(seen[:, 0] - self.goal.x, seen[:, 1] - self.goal.y)
         try:
             return self._way(seen[away > NEAR_METRES])
@@ -302,6 +315,7 @@ class Navigator:
         if self._lost_since is None:
             self._lost_since = now
             self._unforeseen.clear()
+            self._heard.clear()
             self._tell("is lost: looks for its place in the map")
         if now - self._lost_since > LOST_SECONDS:
             best = getattr(self.where, "best", 0.0)
