@@ -56,7 +56,7 @@ class Eye:
         return [next(filter(None, [next(found) for _ in turns]), None) for _ in world_t_views]
 
     def look(self, posture: Mapping[str, float] | None = None) -> tuple[Floats, Floats]:
-        """Go to a posture and measure; return the sensor's place (3,) and its echoes (n, 3), those of the arm left out.
+        """Go to a posture and measure; return the sensor's place (3,) and its echoes (n, 3), those of the arm and its tools left out.
 
         Raises:
             InvalidArgumentError: for a sensor that isn't one of ranges.
@@ -67,6 +67,7 @@ class Eye:
         said = reading.range
         if said.points is None or said.elements is None:
             raise InvalidArgumentError(f"{self._sensor!r} tells no points")
-        own = np.array([name.startswith(f"{self._robot}.") for name in said.element_names] + [False])
+        mine = tuple(f"{name}." for name in (self._robot, *self._client.robot(self._robot).tools))
+        own = np.array([f"{name}.".startswith(mine) for name in said.element_names] + [False])
         counts = said.valid & ~own[said.elements]
         return reading.world_t_sensor[:3, 3], said.points[counts].astype(np.float64)
