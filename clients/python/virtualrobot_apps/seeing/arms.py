@@ -56,7 +56,9 @@ class Eye:
         return [next(filter(None, [next(found) for _ in turns]), None) for _ in world_t_views]
 
     def look(self, posture: Mapping[str, float] | None = None) -> tuple[Floats, Floats]:
-        """Go to a posture and measure; return the sensor's place (3,) and its echoes (n, 3), those of the arm and its tools left out.
+        """Go to a posture and measure; return the sensor's place (3,) and its echoes (n, 3).
+
+        Those of the arm itself and its tools are left out.
 
         Raises:
             InvalidArgumentError: for a sensor that isn't one of ranges.

@@ -130,6 +130,7 @@ class Navigator:
         self._manoeuvre: tuple[float, tuple[float, float]] | None = None
         self._lost_since: float | None = None
         self._checked: tuple[float, Floats, Floats] | None = None
+        self._doubted = (False, False)
 
     def step(self, seen: Observation) -> tuple[float, float]:
         """Return the twist to drive now, v (m/s) and omega (rad/s)."""
@@ -346,9 +347,12 @@ class Navigator:
             return None
         self._checked = now, self._last.odometry, self.pose
         by_wheels, by_scans = distance(odometry, self._last.odometry), distance(pose, self.pose)
-        if by_wheels > 0.25 and by_scans < SHARE_OF_ODOMETRY * by_wheels:
+        slips = by_wheels > 0.25 and by_scans < SHARE_OF_ODOMETRY * by_wheels
+        stands = by_wheels < 0.01 and by_scans > 0.15
+        before, self._doubted = self._doubted, (slips, stands)
+        if slips and not before[0]:
             return f"its wheels slip: odometry says {by_wheels:.2f} m in 2 s, the lidar {by_scans:.2f} m"
-        if by_wheels < 0.01 and by_scans > 0.15:
+        if stands and not before[1]:
             return f"its odometry stands: the lidar says {by_scans:.2f} m in 2 s; it goes on by the lidar"
         return None
 
