@@ -51,7 +51,7 @@ def test_a_view_is_had_where_it_was_asked_for(client: virtualrobot.Client) -> No
 def test_what_no_arm_reaches_is_no_view_and_no_grasp(client: virtualrobot.Client) -> None:
     """Five meters away nothing is in reach, and within the table the arm would touch it."""
     eye = Eye(client, "arm", "laser")
-    far = views_around((5.0, 0.0, 0.3), np.array([0.4]), 4)
+    far = views_around(np.array([5.0, 0.0, 0.3]), np.array([0.4]), 4)
     voxels = Voxels((4.8, -0.2, 0.2), (5.2, 0.2, 0.4), 0.05)
     with pytest.raises(NoViewError, match="none of 4 views is in reach"):
         ViewPlanner(

@@ -86,7 +86,7 @@ def compare(before: Scan, after: Scan) -> Comparison:
             f"the second scan fits the first one to {100.0 * found.share:.0f}%, and {100.0 * SAME_PLACE:.0f}% at least "
             "are needed: is it of the same place?"
         )
-    back = np.linalg.inv(found.pose)
+    back = np.asarray(np.linalg.inv(found.pose), np.float64)
     new = after.points[_unseen(before.points, _moved(found.pose, after.points), found.deviation)]
     gone = before.points[_unseen(after.points, _moved(back, before.points), found.deviation)]
     changes = [

@@ -85,12 +85,16 @@ def off_planes(
 
     NaN where no neighbour is within `reach` (m), or neighbours lie on no plane.
     """
-    away, nearest = tree.query(points, k=min(count, len(cloud)))
+    away, _ = tree.query(points, distance_upper_bound=reach)
+    within = np.flatnonzero(np.isfinite(away))
+    _, nearest = tree.query(points[within], k=min(count, len(cloud)))
     neighbours = cloud[nearest]
     middles = neighbours.mean(axis=1)
     spread = neighbours - middles[:, None]
     values, vectors = np.linalg.eigh(spread.transpose(0, 2, 1) @ spread)
     # A plane: thin across, and wide along both other directions.
-    plane = (away[:, 0] < reach) & (values[:, 0] < 0.1 * values[:, 1]) & (values[:, 1] > 0.01 * values[:, 2])
-    normals = vectors[:, :, 0]
-    return np.where(plane, ((points - middles) * normals).sum(axis=1), np.nan), normals
+    plane = (values[:, 0] < 0.1 * values[:, 1]) & (values[:, 1] > 0.01 * values[:, 2])
+    off, normals = np.full(len(points), np.nan), np.zeros((len(points), 3))
+    normals[within] = vectors[:, :, 0]
+    off[within] = np.where(plane, ((points[within] - middles) * normals[within]).sum(axis=1), np.nan)
+    return off, normals

@@ -231,9 +231,9 @@ class Navigator:
             self.way = self._way(self._not_on_the_map())
             self._without_way = None
         except NoWayError as error:
-            if not len(self._not_on_the_map()):
+            if (on_the_map := self._no_way_on_the_map()) is not None:
                 self.way = None
-                self._ends(f"gives up: {error}")
+                self._ends(f"gives up: {on_the_map}")
                 return
             left = distance(self.pose, (self.goal.x, self.goal.y))
             if isinstance(error, GoalTakenError) and left > NEAR_METRES and (way := self._way_near()) is not None:
@@ -254,6 +254,14 @@ class Navigator:
         assert self.goal is not None
         costmap = Costmap.of(self.where.grid, self.footprint, seen, self._distances)
         return Planner(costmap).way(self.pose, np.array([self.goal.x, self.goal.y]))
+
+    def _no_way_on_the_map(self) -> NoWayError | None:
+        """Return why the map alone has no way to the goal; None where it has one."""
+        try:
+            self._way(np.zeros((0, 2)))
+        except NoWayError as error:
+            return error
+        return None
 
     def _way_near(self) -> Floats | None:
         """Return the way to the goal without what was seen near it, which may be gone; None where there is none."""

@@ -110,7 +110,7 @@ class Voxels:
 
     def _keys(self, points: Floats) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
         keys = np.floor((points - self.low) / self.edge).astype(np.int64)
-        return keys, ((keys >= 0) & (keys < self.states.shape)).all(axis=1)
+        return keys, np.asarray(((keys >= 0) & (keys < self.states.shape)).all(axis=1), bool)
 
     def _span(self, origin: Floats, along: Floats) -> tuple[Floats, Floats]:
         """Return where rays (n, 3) come into the box and leave it (slabs, Kay and Kajiya 1986)."""
