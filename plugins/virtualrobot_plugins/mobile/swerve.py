@@ -100,10 +100,9 @@ class Swerve:
         return self._twist(angles, speeds)
 
     def drive_commands(self, twist: Floats, drive_states: Floats, seconds: float, /) -> Floats:
-        """Return rates of steering and speeds of the wheels (8,) for a twist.
+        """Return rates of steering, and the speeds that the wheels need once the steering angles are there (8,).
 
-        A wheel turns by a quarter at most, and rolls back where that is nearer. Until it has got there it is driven
-        less, by the cosine of what is left, since it would push to the side.
+        A wheel is steered by a quarter of a turn at most, and rolls back where that is nearer.
         """
         check_twist(twist, sideways=True)
         check_seconds(seconds)
@@ -119,7 +118,7 @@ class Swerve:
             if abs(left) > math.pi / 2.0:
                 left, speed = left - math.copysign(math.pi, left), -speed
             rates.append(max(-self._rate, min(self._rate, left / seconds)))
-            speeds.append(speed * math.cos(left) / self._radius)
+            speeds.append(speed / self._radius)
         return np.array(rates + speeds)
 
     def _checked(self, states: Floats, commands: Floats) -> tuple[Floats, Floats, Floats]:

@@ -56,10 +56,10 @@ def test_steered_wheels_make_circles_however_long_the_step(steps: int) -> None:
     np.testing.assert_allclose(at, pose(x, y, turn), atol=1e-12)
 
 
-def test_to_the_side_it_turns_its_wheels_by_a_quarter_first() -> None:
+def test_to_the_side_it_turns_its_wheels_by_a_quarter() -> None:
     twist = np.array([0.0, 0.4, 0.0])
     commands = craft().drive_commands(twist, np.zeros(2 * COUNT), 0.05)
-    np.testing.assert_allclose(commands, [RATE] * COUNT + [0.0] * COUNT, atol=1e-12)  # they would push ahead
+    np.testing.assert_allclose(commands, [RATE] * COUNT + [0.4 / RADIUS] * COUNT, atol=1e-12)
     states, commands = steered(twist, np.zeros(2 * COUNT))
     np.testing.assert_allclose(states[:COUNT], math.pi / 2.0, atol=1e-12)
     np.testing.assert_allclose(craft().base_twist(states, commands), twist, atol=1e-12)
