@@ -164,6 +164,7 @@ def ros(
     try:
         from virtualrobot_apps.bridges.ros.bridge import RosBridge
         from virtualrobot_apps.bridges.ros.bridge_file import Choice, read_choice
+        from virtualrobot_apps.bridges.ros.memory import keep_memory
         from virtualrobot_apps.bridges.ros.messages import types
         from virtualrobot_apps.bridges.ros.rosbridge.client import RosbridgeClient
         from virtualrobot_apps.bridges.ros.rosbridge.server import RosbridgeServer
@@ -204,6 +205,7 @@ def ros(
         raise click.UsageError("--server-token-file is the token of a --server")
     if record is not None:
         transports.append(_recorder(record))
+    keep_memory()
     with target.connect("ros bridge") as client:
         scene = load_simuep(client, simuep, click.echo) if simuep else None
         if scene is not None:
