@@ -149,9 +149,9 @@ class RclpyNode(Transport):
             elif one.take is not None and _own_key(one) not in self._others:
                 self._listen(one)
         except _UnlikeError as error:
-            if one.type not in self._missing:
-                self._say(f"rclpy: {error}; {one.name} is left out, and all others of this type")
-            self._missing.add(one.type)
+            if str(error) not in self._missing:
+                self._say(f"rclpy: {error}; what needs it is left out, such as {one.name}")
+            self._missing.add(str(error))
 
     def _change_action(self, action: Action, is_there: bool) -> None:
         if is_there:
@@ -211,12 +211,12 @@ class RclpyNode(Transport):
                 call = asyncio.run_coroutine_threadsafe(_answered(service, value), self._loop)
                 self._calls.add(call)
                 try:
-                    answer = call.result()
+                    told = call.result()
                 finally:
                     self._calls.discard(call)
             except BaseException as error:  # whatever a service raises, and the end of this one
-                answer = refusal(service.type, str(error) or repr(error))
-            return deserialize_message(Message(f"{service.type}_Response", answer).cdr, kind.Response)
+                told = refusal(service.type, str(error) or repr(error))
+            return deserialize_message(Message(f"{service.type}_Response", told).cdr, kind.Response)
 
         served = self._node.create_service(kind, service.name, answer, callback_group=self._services)
         self._others[_own_key(service)] = lambda: self._node.destroy_service(served)
@@ -235,11 +235,15 @@ def class_of(type: str) -> Any:  # noqa: ANN401 each type is a class of its own,
     package, kind, base = type.split("/")
     own = next((end for end in _PARTS if base.endswith(end) and kind == "action"), "")
     try:
-        found = getattr(import_module(f"{package}.{kind}"), base.removesuffix(own))
+        module = import_module(f"{package}.{kind}")
+    except Exception as error:  # whatever a package raises that can't be loaded
+        raise _UnlikeError(f"this ROS has no package {package} with {kind} ({error})") from error
+    try:
+        found = getattr(module, base.removesuffix(own))
         if own:
             found = getattr(found.Impl, _PARTS[own])
-    except Exception as error:  # whatever a package raises that is not there, or can't be loaded
-        raise _UnlikeError(f"this ROS has no {type} ({error})") from error
+    except AttributeError as error:
+        raise _UnlikeError(f"{package} of this ROS has no {kind} {base.removesuffix(own)}") from error
     is_message = kind == "msg" or own == "_FeedbackMessage"
     parts = {"": found} if is_message else {"_Request": found.Request, "_Response": found.Response}
     for end, one in parts.items():
