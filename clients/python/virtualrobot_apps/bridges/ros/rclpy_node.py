@@ -149,13 +149,22 @@ class RclpyNode(Transport):
             elif one.take is not None and _own_key(one) not in self._others:
                 self._listen(one)
         except _UnlikeError as error:
-            if str(error) not in self._missing:
-                self._say(f"rclpy: {error}; what needs it is left out, such as {one.name}")
-            self._missing.add(str(error))
+            self._leave_out(one.name, error)
+
+    def _leave_out(self, name: str, error: _UnlikeError) -> None:
+        if str(error) not in self._missing:
+            self._say(f"rclpy: {error}; what needs it is left out, such as {name}")
+        self._missing.add(str(error))
 
     def _change_action(self, action: Action, is_there: bool) -> None:
         if is_there:
-            server = self._actions[action.name] = ActionServer(action, lambda: self._hub.now)
+            server = ActionServer(action, lambda: self._hub.now)
+            try:  # whole or not at all
+                for one in (*server.services, *server.topics):
+                    class_of(one.type)
+            except _UnlikeError as error:
+                return self._leave_out(action.name, error)
+            self._actions[action.name] = server
         elif (server := self._actions.pop(action.name, None)) is None:
             return
         for one in (*server.services, *server.topics):
