@@ -91,7 +91,7 @@ GROUPS = (
     ),
     Group(
         "Robots",
-        services=("RobotService", "MotionService", "PathService", "CalibrationService"),
+        services=("RobotService", "MotionService", "ProposalService", "PathService", "CalibrationService"),
         batch=(
             *("PickPart", "PlacePart", "SetJointPositions", "SelectTool", "SetToolState", "SetSpeedFactor"),
             *("KinematicsChoice", "MountTool", "UnmountTool", "SetTcpSpeedLimit", "SetCraft"),
@@ -107,6 +107,7 @@ GROUPS = (
             "plan": "motions.plans:MotionPlan",
             "program": "motions.program:Program",
             "stream": "motions.setpoints:SetpointStream",
+            "client.proposals": "motions.proposals:Proposals",
             "client.paths": "motions.paths:Paths",
             "tool_path": "motions.tool_paths:ToolPath",
         },
@@ -121,6 +122,7 @@ GROUPS = (
                 "plan",
                 "check",
                 "start",
+                "proposal",
                 "path",
                 "process",
                 "jog",
