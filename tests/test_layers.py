@@ -129,9 +129,9 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "bag.py": ("rosbags", "click"),
             "messages/types.py": ("rosbags", "yaml"),
             "messages/ros1.py": ("rosbags",),
-            "messages/message.py": ("cbor2",),
             "mapping/sensors.py": ("PIL",),
             "dds": ("cyclonedds",),
+            "rclpy_node.py": ("rclpy",),
             "zenoh_node.py": ("zenoh",),
             "foxglove_server.py": ("foxglove",),
             # A robot of ROS is driven from here, so that no plugin needs to know of ROS.
