@@ -52,11 +52,16 @@ def margin(found: Postures, limits: Floats, targets: int) -> float:
 
     Each of the targets, from 0, has a posture that is free. Joints without limits don't count.
     """
+    each = margins(found, limits)
+    return min(float(each[(found.target == one) & found.free].max()) for one in range(targets))
+
+
+def margins(found: Postures, limits: Floats) -> Floats:
+    """Return (m,) how far the joints of each posture are from limits (k, 2), as a share of half their range."""
     middle, half = limits.mean(axis=1), 0.5 * (limits[:, 1] - limits[:, 0])
     limited = np.isfinite(half)
     off = np.abs(found.positions - middle)[:, limited] / half[limited]
-    each = 1.0 - off.max(axis=1, initial=0.0)
-    return min(float(each[(found.target == one) & found.free].max()) for one in range(targets))
+    return 1.0 - off.max(axis=1, initial=0.0)
 
 
 def turned(yaw: float) -> Floats:

@@ -28,7 +28,17 @@ table { border-collapse: collapse; margin: 1em 0 } th, td { padding: .2em .8em; 
 td { text-align: right; font-variant-numeric: tabular-nums } td:first-child, th { text-align: left }
 pre { background: #f5f5f5; padding: .5em; overflow: auto } rect { fill: #4477aa } text { font-size: 12px }
 """
-_FIGURES = ("cells", "mean", "95% interval", "deviation", "least", "median", "most")
+_FIGURES = (
+    "cells",
+    "mean",
+    "95% interval",
+    "deviation",
+    "least",
+    "median",
+    "95% below",
+    "95% interval of that",
+    "most",
+)
 
 
 def report(study: Study, parts: Parts) -> str:
@@ -114,9 +124,19 @@ def _failures(table: pyarrow.Table) -> Iterator[str]:
 
 
 def _told(one: Summary) -> tuple[str, ...]:
-    interval = "" if one.interval is None else f"{one.interval[0]:.5g} to {one.interval[1]:.5g}"
-    others = (one.deviation, one.least, one.median, one.most)
-    return str(one.count), f"{one.mean:.5g}", interval, *(f"{value:.5g}" for value in others)
+    before, after = (one.deviation, one.least, one.median, one.nearly_most), (one.most,)
+    return (
+        str(one.count),
+        f"{one.mean:.5g}",
+        _interval(one.interval),
+        *(f"{value:.5g}" for value in before),
+        _interval(one.nearly_most_interval),
+        *(f"{value:.5g}" for value in after),
+    )
+
+
+def _interval(ends: tuple[float, float] | None) -> str:
+    return "" if ends is None else f"{ends[0]:.5g} to {ends[1]:.5g}"
 
 
 def _value(value: object) -> str:
