@@ -110,6 +110,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "parts": ("pyarrow",),
             "plans": ("cma",),
             "report": ("pyarrow",),
+            "report_charts": ("pyarrow",),
             "summary": ("pyarrow", "scipy"),
         }.items()
     },

@@ -110,7 +110,7 @@ def test_breakdowns_cost_their_share(rng: np.random.Generator) -> None:
 
 
 def test_what_always_takes_the_same_is_counted_by_hand() -> None:
-    """10 s, then 20 s and one place between: parts leave at 30, 50, 70, ... s; the first one is blocked half of the time."""
+    """10 s, then 20 s and one place between: parts leave at 30, 50, ... s; a half of its time the first is blocked."""
     stations = [Station("a", 10.0), Station("b", 20.0, 1)]
     found = flow(stations, np.random.default_rng(1), 1000.0, 100.0)
     assert (found.finished, found.throughput, found.bottleneck) == (50, 180.0, "b")

@@ -126,7 +126,7 @@ def cancel(file: Path, folder: Path | None) -> None:
     "--output", type=click.Path(path_type=Path, dir_okay=False), help="File to write [report.html in the folder]."
 )
 def report(file: Path, folder: Path | None, output: Path | None) -> None:
-    """Write tables, histograms and failures of the cells that are done as one HTML file."""
+    """Write tables, heat maps, histograms and failures of the cells that are done as one HTML file."""
     from virtualrobot_apps.studies import report as reports
     from virtualrobot_apps.studies.parts import Parts
 

@@ -27,7 +27,7 @@ RESERVED = ("cell", "status", "error", "seconds", "worker")
 """Columns of every table of results."""
 _FIELDS = (
     *("schema_version", "function", "setup", "scene", "seed", "draws", "sampling", "block", "cell_seconds"),
-    *("parameters", "results", "search"),
+    *("parameters", "results", "search", "goals"),
 )
 _KINDS = ("list", "grid", "range", "law")
 _MOST_VALUES = 1_000_000
@@ -51,6 +51,19 @@ class SearchFor:
 
 
 @dataclass(frozen=True)
+class Goal:
+    """Result that shall be little, with the sign 1, or great, with -1."""
+
+    result: str
+    sign: int
+
+    @property
+    def said(self) -> str:
+        """Return its name, and which way is better."""
+        return f"{self.result} ({'less' if self.sign > 0 else 'more'} is better)"
+
+
+@dataclass(frozen=True)
 class Study:
     """A study as its file says it.
 
@@ -64,6 +77,7 @@ class Study:
         cells: what is done.
         results: kind of each result, by name.
         search: the search that chooses the parameters; None where they are all known.
+        goals: two or more of which the report tells the front; empty for none.
     """
 
     file: Path
@@ -75,6 +89,7 @@ class Study:
     cells: Cells
     results: tuple[tuple[str, str], ...]
     search: SearchFor | None = None
+    goals: tuple[Goal, ...] = ()
 
 
 def read_study(file: Path) -> Study:
@@ -115,6 +130,7 @@ def read_study(file: Path) -> Study:
         cells=cells,
         results=tuple(results.items()),
         search=search,
+        goals=_goals(fields["goals"], results) if "goals" in fields else (),
     )
 
 
@@ -192,6 +208,18 @@ def _search(item: Item, parameters: tuple[Parameter, ...], results: dict[str, st
     usual = 4 + int(3 * math.log(len(parameters)))
     population = fields["population"].whole(4, 100_000) if "population" in fields else usual
     return SearchFor(result, 1 if goals[0] == "minimize" else -1, population, fields["generations"].whole(1, 1_000_000))
+
+
+def _goals(item: Item, results: dict[str, str]) -> tuple[Goal, ...]:
+    found = []
+    for name, one in item.mapping("results").items():
+        if results.get(name) != NUMBER:
+            known = ", ".join(result for result, kind in results.items() if kind == NUMBER) or "none"
+            raise one.error(f"{name!r} is no result that is a number; these are {known}")
+        found.append(Goal(name, 1 if one.one_of(("minimize", "maximize")) == "minimize" else -1))
+    if len(found) < 2:
+        raise item.error("two goals or more belong here, such as {cost: minimize, throughput: maximize}")
+    return tuple(found)
 
 
 def _check_sobol(cells: Cells, item: Item) -> None:
