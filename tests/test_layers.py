@@ -109,6 +109,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "parameters": ("scipy",),
             "parts": ("pyarrow",),
             "plans": ("cma",),
+            "ray_engine": ("ray",),
             "report": ("pyarrow",),
             "report_charts": ("pyarrow",),
             "summary": ("pyarrow", "scipy"),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import re
 import sys
 import time
 from collections.abc import Callable
@@ -16,6 +17,7 @@ from virtualrobot.errors import WrongStateError
 from virtualrobot_apps.new.writing import Folder, write
 
 if TYPE_CHECKING:
+    from virtualrobot_apps.studies.engines import Engine
     from virtualrobot_apps.studies.running import Progress
     from virtualrobot_apps.studies.study_file import Study
 
@@ -36,6 +38,15 @@ FOLDER = click.option(
 )
 WORKERS = click.option(
     "--workers", type=click.IntRange(0, 1024), help="Worker processes [one for each core]; 0 is this process."
+)
+
+ON = click.option(
+    "--on",
+    metavar="PLACE",
+    default="local",
+    show_default=True,
+    help="Where cells are done: 'local', worker processes of this machine; 'ray', a Ray cluster of its own here; "
+    "'ray://HOST:PORT', a Ray cluster, from anywhere; 'HOST:PORT', from one of its nodes.",
 )
 
 
@@ -62,24 +73,26 @@ def new(folder: Path | None) -> None:
 @FILE
 @FOLDER
 @WORKERS
-def run(file: Path, folder: Path | None, workers: int | None) -> None:
+@ON
+def run(file: Path, folder: Path | None, workers: int | None, on: str) -> None:
     """Begin a study and do all its cells; Ctrl-C ends it at once, 'study cancel' after the running blocks.
 
     The exit code is 1 when it is cancelled. Cells that fail are results.
     """
-    _do(file, folder, workers, resume=False)
+    _do(file, folder, workers, on, resume=False)
 
 
 @study.command()
 @FILE
 @FOLDER
 @WORKERS
-def resume(file: Path, folder: Path | None, workers: int | None) -> None:
+@ON
+def resume(file: Path, folder: Path | None, workers: int | None, on: str) -> None:
     """Do the cells that are missing, with the same results as if nothing had happened.
 
     Refused when function, scene, parameters or versions have changed since.
     """
-    _do(file, folder, workers, resume=True)
+    _do(file, folder, workers, on, resume=True)
 
 
 @study.command()
@@ -159,15 +172,31 @@ def _found(file: Path, folder: Path | None) -> tuple[Study, Path]:
     return study, where
 
 
-def _do(file: Path, folder: Path | None, workers: int | None, resume: bool) -> None:
-    study, where = _read(file, folder)
+def _engine(workers: int | None, on: str) -> Engine:
+    """Return where cells are done; raise WrongStateError where there is no such place."""
     from virtualrobot_apps.studies.engines import Here, Local
+
+    if on == "local":
+        return Here() if workers == 0 else Local(workers)
+    if on != "ray" and not re.fullmatch(r"(ray://)?[^/:]+:\d+", on):
+        raise click.BadParameter(
+            f"local, ray, ray://HOST:PORT or HOST:PORT belongs here, not {on!r}", param_hint="'--on'"
+        )
+    if workers == 0:
+        raise click.BadParameter("0 workers are this process: leave '--on' out", param_hint="'--workers'")
+    from virtualrobot_apps.studies.ray_engine import OWN, Ray
+
+    return Ray(OWN if on == "ray" else on, workers)
+
+
+def _do(file: Path, folder: Path | None, workers: int | None, on: str, resume: bool) -> None:
+    study, where = _read(file, folder)
     from virtualrobot_apps.studies.running import open_job
     from virtualrobot_apps.studies.running import run as run_job
 
     job = open_job(study, where, resume)
     try:
-        progress = run_job(job, Here() if workers == 0 else Local(workers), _teller())
+        progress = run_job(job, _engine(workers, on), _teller())
     except KeyboardInterrupt:
         click.echo(f"ended: what is done stays; 'virtualrobot study resume {file}' goes on", err=True)
         raise
