@@ -106,6 +106,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
         f"{APPS}/studies/{name}.py": ("virtualrobot_apps", "virtualrobot", "numpy", *libraries)
         for name, libraries in {
             "engines": ("loky",),
+            "environment": ("gymnasium",),
             "parameters": ("scipy",),
             "parts": ("pyarrow",),
             "plans": ("cma",),

@@ -109,6 +109,11 @@ class EmbeddedWorld:
         """Return world_t_tcp (4, 4) of the chosen tool centre point, without a tool the flange."""
         return tcp_frame(self._now, self._now.structure.node(robot, Kind.ROBOT)).copy()
 
+    def joints(self, robot: str) -> dict[str, float]:
+        """Return where the joints are that lead the tool centre point, by name (rad or m)."""
+        arm = arm_of(self._now, self._now.structure.node(robot, Kind.ROBOT))
+        return dict(zip(arm.joint_names, self._now.state.q[arm.q_index].tolist(), strict=True))
+
     def joint_limits(self, robot: str) -> Floats:
         """Return the limits (k, 2) of the joints that lead the tool centre point (rad or m)."""
         chain = arm_of(self._now, self._now.structure.node(robot, Kind.ROBOT)).serial()
@@ -137,6 +142,20 @@ class EmbeddedWorld:
         """Return the names of what touches and may not wherever the arm is, such as a robot's base and a wall."""
         return [self._named(pair) for pair in self._standing(robot).contacts.standing()]
 
+    def touching(self, robot: str, joints: ArrayLike) -> tuple[str, str] | None:
+        """Return the names of two nodes that touch and may not with the arm's joints (k,) there (rad or m), or None.
+
+        Asked is what `postures` asks; nothing is moved.
+
+        Raises:
+            KernelError: when there is no such robot, or these are no such joints.
+        """
+        at, positions = self._standing(robot), np.array(joints, np.float64)
+        if positions.shape != at.arm.q_index.shape or not np.isfinite(positions).all():
+            said = f"the {len(at.arm.q_index)} joints of {robot!r} are finite numbers, not {positions.tolist()}"
+            raise KernelError(said, field="joints")
+        return self._names(at.contacts.contact(positions))
+
     def kinematic_errors(self, robot: str) -> KinematicErrors:
         """Return a robot's chain up to its tool centre point, with errors to plant and to find, in its base's frame."""
         arm = arm_of(self._now, self._now.structure.node(robot, Kind.ROBOT))
@@ -154,7 +173,7 @@ class EmbeddedWorld:
 
     def _standing(self, robot: str) -> _Standing:
         at = self._arms.get(robot)
-        if at is None or at.snapshot is not self._now:
+        if at is None or not at.still_holds(self._now):
             now = self._now
             arm = without_turns(arm_of(now, now.structure.node(robot, Kind.ROBOT)))
             at = self._arms[robot] = _Standing(now, arm, ArmContacts(self._scene, now, arm.q_index))
@@ -175,6 +194,19 @@ class _Standing:
     snapshot: Snapshot
     arm: Arm
     contacts: ArmContacts
+
+    def still_holds(self, now: Snapshot) -> bool:
+        """Return whether at most the arm's own joints are elsewhere by now."""
+        if now is self.snapshot:
+            return True
+        before, state = self.snapshot.state, now.state
+        if now.structure is not self.snapshot.structure or state.allowed_pairs is not before.allowed_pairs:
+            return False
+        others = np.ones(len(state.q), np.bool_)
+        others[self.arm.q_index] = False
+        return np.array_equal(state.q[others], before.q[others]) and np.array_equal(
+            state.parent_t_node, before.parent_t_node
+        )
 
 
 def scene_commands(

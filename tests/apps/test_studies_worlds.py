@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 from eaik.IK_DH import DhRobot
+from gymnasium.utils.env_checker import check_env
 from numpy.typing import NDArray
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot_apps.studies import placement
 from virtualrobot_apps.studies.engines import Here
+from virtualrobot_apps.studies.environment import RobotEnvironment, Step
 from virtualrobot_apps.studies.parts import Parts
 from virtualrobot_apps.studies.reach import orientations
 from virtualrobot_apps.studies.running import open_job, run
@@ -120,6 +123,64 @@ def test_a_tool_that_points_down_reaches_an_annulus(world: EmbeddedWorld, rng: n
     reached = set(world.postures("arm", poses).target.tolist())
     assert reached == {number for number, place in enumerate(places) if is_within(*place)}
     assert 50 < len(reached) < 250
+
+
+def test_it_says_where_joints_are_and_what_they_would_touch(world: EmbeddedWorld, rng: np.random.Generator) -> None:
+    """Contacts are those of `postures`, wherever the arm itself stands meanwhile."""
+    world.restore()
+    poses = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (60, 1, 1))
+    poses[:, :3, 3] = rng.uniform([-0.7, -0.7, 0.0], [0.7, 0.7, 0.5], (60, 3))
+    found = world.postures("arm", poses)
+    names, limits = list(world.joints("arm")), world.joint_limits("arm")
+    assert len(names) == 6 and len(found.positions) > 50
+    for q, touching in zip(found.positions, found.touching, strict=True):
+        world.set_joints("arm", dict(zip(names, rng.uniform(limits[:, 0], limits[:, 1]).tolist(), strict=True)))
+        assert world.touching("arm", q) == touching
+        world.set_joints("arm", dict(zip(names, q.tolist(), strict=True)))
+        np.testing.assert_allclose(list(world.joints("arm").values()), q)
+    with pytest.raises(KernelError, match="the 6 joints of 'arm' are finite numbers, not"):
+        world.touching("arm", np.zeros(5))
+    # What stands elsewhere touches elsewhere.
+    q = next(q for q, touching in zip(found.positions, found.touching, strict=True) if touching is None)
+    tool = found.target[[row.tolist() for row in found.positions].index(q.tolist())]
+    pose = world.parent_pose("post")
+    pose[:2, 3] = poses[tool, :2, 3]
+    world.place("post", pose)
+    assert world.touching("arm", q) is not None
+
+
+def test_gymnasium_finds_nothing_wrong_with_it(scene: Path) -> None:
+    """Its checker, on an arm that goes down to where it touches the table."""
+
+    def down(step: Step) -> float:
+        return -float(step.observation["tool"][2])
+
+    env = RobotEnvironment(scene, "arm", down, nodes=["first"])
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=r".*(minimum value is -infinity|maximum value is infinity).*")
+        check_env(env, skip_render_check=True)
+    env.reset(seed=1)
+    touched = [env.step(np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]))[4] for _ in range(100)]
+    assert {} in touched and touched[-1]["touching"]
+    env.close()
+
+
+def test_a_tolerance_study_follows_the_law_of_what_is_off(scene: Path, tmp_path: Path) -> None:
+    """Of a part that is off alone, erf(sqrt 2) - 2 sqrt(2 / pi) e^-2 = 0.7385 within two deviations (Maxwell)."""
+    text = STUDY.format(
+        scene=scene,
+        function="tolerance:hit\ndraws: 200",
+        parameters="{robot: {list: [arm]}, target: {list: [second]}, part: {list: [0.001]}, tolerance: {list: [0.002]}}",
+        results="{off: number, turned: number, hit: number, free: number}",
+    )
+    (tmp_path / "study.yaml").write_text(text)
+    study = read_study(tmp_path / "study.yaml")
+    run(open_job(study, tmp_path / "out", False), Here())
+    rows = Parts(tmp_path / "out", study).table().to_pylist()
+    assert {row["status"] for row in rows} == {"ok"}, rows[0]["error"]
+    share = np.mean([row["hit"] for row in rows])
+    assert abs(share - 0.7385) < 4.0 * math.sqrt(0.7385 * 0.2615 / len(rows))
+    assert all(row["free"] == 1.0 and row["turned"] < 1e-8 for row in rows)
 
 
 def test_it_goes_back_and_says_what_its_base_touches(world: EmbeddedWorld) -> None:

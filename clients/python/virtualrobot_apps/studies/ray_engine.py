@@ -37,7 +37,7 @@ class Ray:
             WrongStateError: when Ray isn't installed, or there is no such cluster.
         """
         try:
-            import ray
+            import ray  # pyright: ignore[reportMissingImports]  as few have it
         except ImportError as error:
             raise WrongStateError("a Ray cluster needs Ray: pip install 'virtualrobot[ray]'") from error
         self._ray: Any = ray

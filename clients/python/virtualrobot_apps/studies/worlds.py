@@ -110,6 +110,10 @@ class World(Protocol):
         """Return world_t_tcp (4, 4) of the chosen tool centre point, without a tool the flange."""
         ...
 
+    def joints(self, robot: str) -> dict[str, float]:
+        """Return where the joints are that lead the tool centre point, by name (rad or m)."""
+        ...
+
     def joint_limits(self, robot: str) -> Floats:
         """Return the limits (k, 2) of the joints that lead the tool centre point (rad or m)."""
         ...
@@ -120,6 +124,10 @@ class World(Protocol):
 
     def contacts(self, robot: str) -> list[tuple[str, str]]:
         """Return the names of what touches and may not wherever the arm is, such as a robot's base and a wall."""
+        ...
+
+    def touching(self, robot: str, joints: ArrayLike) -> tuple[str, str] | None:
+        """Return the names of two nodes that touch and may not with the joints (k,) there (rad or m), or None."""
         ...
 
     def kinematic_errors(self, robot: str) -> KinematicErrors:
