@@ -170,7 +170,8 @@ def test_a_tolerance_study_follows_the_law_of_what_is_off(scene: Path, tmp_path:
     text = STUDY.format(
         scene=scene,
         function="tolerance:hit\ndraws: 200",
-        parameters="{robot: {list: [arm]}, target: {list: [second]}, part: {list: [0.001]}, tolerance: {list: [0.002]}}",
+        parameters="{robot: {list: [arm]}, target: {list: [second]}, part: {list: [0.001]}, "
+        "tolerance: {list: [0.002]}}",
         results="{off: number, turned: number, hit: number, free: number}",
     )
     (tmp_path / "study.yaml").write_text(text)

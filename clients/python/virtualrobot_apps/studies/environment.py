@@ -23,8 +23,9 @@ from virtualrobot_apps.studies.worlds import World, open_world
 try:
     import gymnasium
     from gymnasium import spaces
-except ImportError as error:
-    raise ImportError(f"environments need Gymnasium ({error}): pip install 'virtualrobot[learning]'") from error
+except ModuleNotFoundError as error:
+    said = f"environments need Gymnasium ({error}): pip install 'virtualrobot[learning]'"
+    raise ModuleNotFoundError(said, name=error.name) from error
 
 Observation = dict[str, NDArray[np.float64]]
 Action = NDArray[np.float64]
