@@ -109,9 +109,9 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "environment": ("gymnasium",),
             "parameters": ("scipy",),
             "parts": ("pyarrow",),
-            "plans": ("cma",),
             "ray_engine": ("ray",),
             "report": ("pyarrow",),
+            "searching": ("cma", "optuna"),
             "report_charts": ("pyarrow",),
             "summary": ("pyarrow", "scipy"),
         }.items()

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from virtualrobot_apps.studies.study_file import Study
 
 EXAMPLES = Path(__file__).parent / "examples"
-_PACKAGES = ("cma", "loky", "pyarrow", "scipy")
+_PACKAGES = ("cma", "loky", "optuna", "pyarrow", "scipy")
 _TOLD_SECONDS = 0.5
 _BEGIN = "\r\x1b[K"
 _EXAMPLES = """

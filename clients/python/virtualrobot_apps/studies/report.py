@@ -72,9 +72,10 @@ def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> I
     )
     found = summary.numbers(study, table)
     figures = summary.summaries(study, found)
-    if study.search is not None:
+    if study.search is not None and len(study.search.goals) == 1:
         yield "<h2>Best cells</h2>"
-        order = [(study.search.result, "ascending" if study.search.sign > 0 else "descending")]
+        goal = study.search.goals[0]
+        order = [(goal.result, "ascending" if goal.sign > 0 else "descending")]
         best = table.sort_by(order).slice(0, _BEST).to_pylist()
         names = ["cell", *(law.name for law in cells.laws), *(name for name, _ in study.results)]
         yield _table(names, [tuple(_value(row[name]) for name in names) for row in best if row["status"] == OK])
