@@ -20,7 +20,8 @@ from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
-from virtualrobot_kernel.errors import KernelError, MissingFileError
+from virtualrobot_kernel.errors import KernelError, MissingFileError, UnknownNameError
+from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_cache import MeshCache
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
@@ -40,6 +41,7 @@ from virtualrobot_kernel.world.structure import Kind
 Floats = NDArray[np.float64]
 
 _TICK_SECONDS = 0.004
+NO_MODELS: Mapping[str, str] = {}
 
 
 class Postures(NamedTuple):
@@ -61,11 +63,12 @@ class Postures(NamedTuple):
 class EmbeddedWorld:
     """World of a scene file; used by one thread at a time."""
 
-    def __init__(self, scene: Path) -> None:
-        """Load a scene file.
+    def __init__(self, scene: Path, models: Mapping[str, str] = NO_MODELS) -> None:
+        """Load a scene file; robots that `models` has by name are made of other models, such as `model://ur10e`.
 
         Raises:
-            KernelError: when something in it, or in a file that it names, is wrong or missing.
+            KernelError: when something in it, or in a file that it names, is wrong or missing; for a name in `models`
+                that is none of the scene's models.
         """
         catalog = Catalog()
         self._solvers, self._importers = Solvers(catalog), Importers(catalog)
@@ -75,7 +78,7 @@ class EmbeddedWorld:
         self._now = Snapshot(structure, state, world_poses(structure, state), 0, 0.0, _TICK_SECONDS)
         self._scene = CollisionScene(shapes)
         self._arms: dict[str, _Standing] = {}
-        self._apply(scene_commands(scene, meshes, self._now, shapes)[0])
+        self._apply(scene_commands(scene, meshes, self._now, shapes, models)[0])
         self._begin = self._now
 
     def restore(self) -> None:
@@ -210,9 +213,15 @@ class _Standing:
 
 
 def scene_commands(
-    path: Path, meshes: MeshLibrary, begin: Snapshot, shapes: CollisionShapes
+    path: Path,
+    meshes: MeshLibrary,
+    begin: Snapshot,
+    shapes: CollisionShapes,
+    models: Mapping[str, str] = NO_MODELS,
 ) -> tuple[list[Command], list[FileWarning]]:
     """Return the commands that make the world of a scene file on the disk, and what is odd about it.
+
+    Robots that `models` has by name are made of these models.
 
     Raises:
         KernelError: for what is wrong in the file; MISSING_FILE when it, or one that it names, isn't there.
@@ -221,6 +230,20 @@ def scene_commands(
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise MissingFileError(f"cannot read the scene file {path}: {error}", file=path) from error
+    if models:
+        text = _with_models(text, str(path), models)
     commands, warnings, of_models = read_scene(text, str(path.resolve()), files_of(meshes, ()), meshes)
     pairs = built_pairs(begin, commands, shapes, of_models)
     return commands + ([SetAllowedPairs(built=pairs)] if pairs else []), warnings
+
+
+def _with_models(text: str, uri: str, models: Mapping[str, str]) -> str:
+    """Return the text of a scene file whose robots of these names are other models."""
+    scene = scene_file.parse(text, uri)
+    found = {model.name: model for model in scene.models}
+    for name, wanted in models.items():
+        if name not in found:
+            raise UnknownNameError("model of the scene", name, found)
+        found[name].ClearField("denavit_hartenberg")
+        found[name].uri = wanted
+    return scene_file.format(scene)

@@ -13,7 +13,7 @@ from eaik.IK_DH import DhRobot
 from gymnasium.utils.env_checker import check_env
 from numpy.typing import NDArray
 from virtualrobot.errors import InvalidArgumentError
-from virtualrobot_apps.studies import placement
+from virtualrobot_apps.studies import placement, worlds
 from virtualrobot_apps.studies.engines import Here
 from virtualrobot_apps.studies.environment import RobotEnvironment, Step
 from virtualrobot_apps.studies.parts import Parts
@@ -67,18 +67,27 @@ def world(scene: Path) -> Iterator[EmbeddedWorld]:
     made.close()
 
 
-def is_within(x: float, y: float, z: float) -> bool:
-    """Return whether a UR5e reaches (x, y, z) of its base's frame (m) with its tool down.
+OTHERS = {
+    "ur3e": (0.15185, -0.24355, -0.2132, 0.13105, 0.08535, 0.0921),
+    "ur5e": (D1, A2, A3, D4, D5, D6),
+    "ur10e": (0.1807, -0.6127, -0.57155, 0.17415, 0.11985, 0.11655),
+}
+"""The same of its relatives, from the same table."""
+
+
+def is_within(x: float, y: float, z: float, model: str = "ur5e") -> bool:
+    """Return whether a robot of Universal Robots reaches (x, y, z) of its base's frame (m) with its tool down.
 
     The wrist's first joint is then D6 above the flange, D4 beside the plane of the arm and D5 before or behind, so that
     its centre is at u = sqrt(r^2 - D4^2) +- D5 and height z + D6 - D1; the elbow lets it be | |A2| - |A3| | to
     |A2| + |A3| from the shoulder.
     """
-    across = x * x + y * y - D4**2
+    d1, a2, a3, d4, d5, d6 = OTHERS[model]
+    across = x * x + y * y - d4**2
     if across < 0.0:
         return False
-    distances = [math.hypot(math.sqrt(across) + side * D5, z + D6 - D1) for side in (1.0, -1.0)]
-    return any(abs(abs(A2) - abs(A3)) <= one <= abs(A2) + abs(A3) for one in distances)
+    distances = [math.hypot(math.sqrt(across) + side * d5, z + d6 - d1) for side in (1.0, -1.0)]
+    return any(abs(abs(a2) - abs(a3)) <= one <= abs(a2) + abs(a3) for one in distances)
 
 
 def test_branches_and_contacts_are_those_of_bare_libraries(
@@ -262,6 +271,61 @@ def test_placements_are_those_from_which_the_targets_are_in_the_annulus(scene: P
             assert row["reason"] == f"{name}: out of reach"
     reasons = [row["reason"] for row in rows]
     assert None in reasons and any(one and "touches" in one for one in reasons)
+
+
+def test_robots_of_the_catalogue_reach_what_their_tables_say(scene: Path, tmp_path: Path) -> None:
+    """Three of one family in the place of one, each at the places of a grid; and a model that there is not."""
+    text = STUDY.format(
+        scene=scene,
+        function="robots:choose",
+        parameters="{model: {list: ['model://ur3e', 'model://ur5e', 'model://ur10e', 'model://ur55e']}, "
+        "robot: {list: [arm]}, targets: {list: ['first, second']}, "
+        "x: {grid: {from: -0.9, to: 0.3, count: 5}}, y: {grid: {from: -0.4, to: 0.4, count: 3}}}",
+        results="{reached: number, free: number, margin: number, reason: text}",
+    ).replace(":open_world", ":open_worlds")
+    (tmp_path / "study.yaml").write_text(text)
+    study = read_study(tmp_path / "study.yaml")
+    run(open_job(study, tmp_path / "out", False), Here())
+    places, shares = np.array([[0.3, 0.1, 0.2], [0.2, -0.5, 0.1]]), dict[str, float]()
+    for row in Parts(tmp_path / "out", study).table().to_pylist():
+        model = row["model"].removeprefix("model://")
+        if model == "ur55e":
+            assert row["status"] == "failed" and "ur55e" in row["error"]
+            continue
+        assert row["status"] == "ok", row["error"]
+        assert row["reached"] == np.mean([is_within(*place, model) for place in places - [row["x"], row["y"], 0.0]])
+        shares[model] = shares.get(model, 0.0) + row["reached"]
+    assert shares["ur3e"] < shares["ur5e"] < shares["ur10e"]
+    with pytest.raises(KernelError, match="there is no model of the scene named 'arms'"):
+        EmbeddedWorld(scene, {"arms": "model://ur3e"})
+
+
+def test_the_worlds_that_were_asked_for_last_are_kept(monkeypatch: pytest.MonkeyPatch, scene: Path) -> None:
+    class Opened:
+        def __init__(self, model: str) -> None:
+            self.model, self.is_closed, self.restored = model, False, 0
+
+        def restore(self) -> None:
+            self.restored += 1
+
+        def close(self) -> None:
+            self.is_closed = True
+
+    opened: list[Opened] = []
+
+    def opening(_: Path, models: dict[str, str]) -> Opened:
+        opened.append(Opened(models["arm"]))
+        return opened[-1]
+
+    monkeypatch.setattr(worlds, "open_world", opening)
+    found = worlds.Worlds(scene, most=2)
+    for model in ("a", "b", "a", "c", "a", "b"):
+        found.of("arm", model)
+    assert [(one.model, one.is_closed, one.restored) for one in opened] == [
+        *(("a", False, 3), ("b", True, 1), ("c", True, 1), ("b", False, 1)),
+    ]
+    with pytest.raises(InvalidArgumentError, match="this study needs a scene"):
+        worlds.open_worlds(None)
 
 
 def test_calibrations_become_as_good_as_the_noise_lets_them(scene: Path, tmp_path: Path) -> None:
