@@ -105,6 +105,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     **{
         f"{APPS}/studies/{name}.py": ("virtualrobot_apps", "virtualrobot", "numpy", *libraries)
         for name, libraries in {
+            "best": ("pyarrow", "yaml"),
             "engines": ("loky",),
             "environment": ("gymnasium",),
             "parameters": ("scipy",),

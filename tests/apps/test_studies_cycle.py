@@ -99,5 +99,5 @@ def test_bad_input_is_told(kernel: RunningKernel, scene: Path) -> None:
     with pytest.raises(MalformedFileError, match=r"none.yaml:2"):
         answered(kernel, program="none.yaml")
     (scene.parent / "dwells.yaml").write_text(kernel.client.program().dwell(0.1).text)
-    with pytest.raises(ValueError, match="most_seconds is a tick of .* or more, not 0"):
+    with pytest.raises(ValueError, match=r"most_seconds is a tick of .* or more, not 0"):
         answered(kernel, program="dwells.yaml", most_seconds=0.0)

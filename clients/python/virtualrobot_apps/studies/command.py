@@ -152,6 +152,40 @@ def report(file: Path, folder: Path | None, output: Path | None) -> None:
     click.echo(output)
 
 
+@study.command()
+@FILE
+@FOLDER
+@click.option("--by", "result", required=True, metavar="RESULT", help="Result that is greatest in the best cells.")
+@click.option("--least", "is_least", is_flag=True, help="The best cells are those in which it is least.")
+@click.option("--count", type=click.IntRange(1, 1000), default=5, show_default=True, help="Number of cells.")
+@click.option(
+    "--scenes",
+    "with_scenes",
+    is_flag=True,
+    help="Write a scene file for each, beside the study's, in which the robot stands as in the cell.",
+)
+def best(file: Path, folder: Path | None, result: str, is_least: bool, count: int, with_scenes: bool) -> None:
+    """Tell the best cells by one of the results, and write the scenes of them."""
+    from virtualrobot_apps.studies.best import best_cells, scene_of
+    from virtualrobot_apps.studies.parts import Parts
+
+    found, where = _found(file, folder)
+    parameters = [one.name for one in found.cells.parameters]
+    for row in best_cells(found, Parts(where, found).table(), result, is_least, count):
+        names = [result, *parameters, *(name for name, _ in found.results if name != result)]
+        click.echo(f"cell {row['cell']}: " + ", ".join(f"{name} {_said(row[name])}" for name in names))
+        if with_scenes:
+            if found.scene is None:
+                raise WrongStateError(f"{file} has no scene of which others could be made")
+            output = found.scene.with_name(f"{found.scene.stem}-{row['cell']}.yaml")
+            text = scene_of(found.scene, {name: row[name] for name in parameters})
+            try:
+                output.write_text(text, "utf-8")
+            except OSError as error:
+                raise WrongStateError(f"{output} cannot be written: {error.strerror or error}") from error
+            click.echo(output)
+
+
 def check_packages() -> None:
     """Raise WrongStateError, which says how to install them, where packages are missing."""
     if missing := [name for name in _PACKAGES if importlib.util.find_spec(name) is None]:
@@ -228,6 +262,10 @@ def _line(progress: Progress) -> str:
         return said
     low, high = map(_time, progress.left)
     return f"{said}, {low if low == high else f'{low} to {high}'} left"
+
+
+def _said(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, int | float) else str(value)
 
 
 def _time(seconds: float) -> str:
