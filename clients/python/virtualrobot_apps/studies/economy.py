@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Money:
-    """What a line costs and brings, in any one currency.
+    """Costs and revenue of a line, in any one currency.
 
     Attributes:
         investment: once, for all stations.
@@ -30,7 +30,7 @@ class Money:
 
 @dataclass(frozen=True)
 class Earnings:
-    """What a line earns.
+    """Earnings of a line.
 
     Attributes:
         piece_cost: of a piece that is finished, with its share of the investment and of interest; None without any.

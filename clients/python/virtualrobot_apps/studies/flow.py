@@ -71,7 +71,7 @@ class Spell(NamedTuple):
 
 @dataclass
 class Flow:
-    """What a line has done in a time, after it has warmed up.
+    """Work of a line in a time that begins when it has warmed up.
 
     Attributes:
         seconds: the time.
