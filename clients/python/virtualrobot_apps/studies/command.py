@@ -186,6 +186,24 @@ def best(file: Path, folder: Path | None, result: str, is_least: bool, count: in
             click.echo(output)
 
 
+@study.command()
+@click.argument("exercise", type=click.Path(path_type=Path, dir_okay=False), metavar="EXERCISE.yaml")
+@click.argument("handed_in", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE")
+@click.option("--json", "as_json", is_flag=True, help="Write it as JSON.")
+def mark(exercise: Path, handed_in: Path, as_json: bool) -> None:
+    """Mark a scene or a line that a student hands in, by the goals of an exercise."""
+    from virtualrobot_apps.studies.marking import Exercise
+
+    marks = Exercise(exercise).marks(handed_in)
+    earned, points = sum(one.earned for one in marks), sum(one.points for one in marks)
+    if as_json:
+        click.echo(json.dumps({"earned": earned, "points": points, "goals": [vars(one) for one in marks]}))
+        return
+    for one in marks:
+        click.echo(f"{one.result}: {one.found} ({one.wanted}): {one.earned:.3g} of {one.points:g}")
+    click.echo(f"{earned:.3g} of {points:g} points")
+
+
 def check_packages() -> None:
     """Raise WrongStateError, which says how to install them, where packages are missing."""
     if missing := [name for name in _PACKAGES if importlib.util.find_spec(name) is None]:

@@ -26,9 +26,10 @@ _MOST = 1e15
 
 @dataclass(frozen=True)
 class Line:
-    """Line of a file, with the parameters of a cell."""
+    """Line of a file, with the parameters of a cell; `prices` are those of a machine of each station."""
 
     stations: tuple[Station, ...]
+    prices: tuple[float, ...]
     source: Time | None
     money: Money | None
 
@@ -57,7 +58,7 @@ class LineFile:
                 raise item.error(f"{name!r} is the name of {'parts come from' if name == SOURCE else 'two stations'}")
         source = reader.time(fields["source"]) if "source" in fields else None
         investment = sum(price * one.machines for price, one in zip(prices, stations, strict=True))
-        return Line(stations, source, reader.money(fields["money"], investment) if "money" in fields else None)
+        return Line(stations, prices, source, reader.money(fields["money"], investment) if "money" in fields else None)
 
 
 def open_line(scene: Path | None) -> LineFile:
@@ -123,7 +124,7 @@ class _Reader:
             check_law(law, settings)
         except ValueError as error:
             raise item.error(str(error)) from error
-        return Law(item.path, law, tuple(settings.items()))
+        return Law("", law, tuple(settings.items()))
 
     def _buffer(self, item: Item) -> float:
         return math.inf if item.scalar() == _UNLIMITED else self._whole(item, 0)
