@@ -75,6 +75,23 @@ def test_fronts_are_those_of_comparing_all(rng: np.random.Generator, goals: int)
     assert is_on_front(np.empty((0, goals))).tolist() == []
 
 
+def test_cells_of_a_search_are_points_in_their_colours(tmp_path: Path) -> None:
+    text = (
+        "schema_version: 1\nfunction: cells:f\nsearch: {minimize: cost, population: 4, generations: 3}\n"
+        "parameters: {x: {range: [0, 1]}, y: {range: [0, 1]}}\nresults: {cost: number}\n"
+    )
+    function = "def f(cell):\n    x = cell.parameters['x']\n    return {'cost': None if cell.number == 5 else x}\n"
+    study = written(tmp_path / "in", text, function)
+    _, parts = done(study, tmp_path / "out")
+    found = re.findall(r'cx="([\d.]+)"[^>]*fill:(#\w+)"><title>cell (\d+), y ([-\d.e]+), x', report(study, parts))
+    rows = {row["cell"]: row for row in parts.table().to_pylist()}
+    assert [int(one[2]) for one in found] == [number for number in range(12) if number != 5]
+    costs = [row["cost"] for row in rows.values() if row["cost"] is not None]
+    for _, fill, number, y in found:
+        assert fill == colour(rows[int(number)]["cost"], (min(costs), max(costs)))
+        assert float(y) == pytest.approx(rows[int(number)]["y"], rel=1e-4)
+
+
 SCHAFFER = """
 schema_version: 1
 function: cells:f

@@ -45,17 +45,7 @@ def heat_map(across: Axis, up: Axis, values: Floats, ends: tuple[float, float]) 
             f'height="{height + 0.3:.2f}" style="fill:{colour(value, ends)}"><title>{said}</title></rect>'
         )
     lines += _axes(across.name, (across.values[0], across.values[-1]), up.name, (up.values[0], up.values[-1]))
-    steps = 20
-    for step in range(steps):
-        value = ends[0] + (ends[1] - ends[0]) * (step + 0.5) / steps
-        top = _SIDE * (1.0 - (step + 1) / steps)
-        lines.append(
-            f'<rect x="{_LEFT + _SIDE + 20}" y="{top:.1f}" width="16" height="{_SIDE / steps + 0.3:.1f}" '
-            f'style="fill:{colour(value, ends)}"/>'
-        )
-    for value, top in ((ends[0], _SIDE), (ends[1], 12)):
-        lines.append(f'<text x="{_LEFT + _SIDE + 42}" y="{top}">{value:.5g}</text>')
-    return "".join([*lines, "</svg>"])
+    return "".join([*lines, *_legend(ends), "</svg>"])
 
 
 def colour(value: float, ends: tuple[float, float]) -> str:
@@ -87,20 +77,47 @@ def is_on_front(costs: Floats) -> NDArray[np.bool_]:
 
 def front(across: Axis, up: Axis, is_best: NDArray[np.bool_], labels: Sequence[str]) -> str:
     """Return the chart of points by two goals, those of the front in red; each says on being pointed at what it is."""
+    fills = [_FRONT if best else _DOMINATED for best in is_best.tolist()]
+    # The front last, so that nothing covers it.
+    return "".join([*_points(across, up, fills, np.argsort(is_best, kind="stable").tolist(), labels), "</svg>"])
+
+
+def scatter(across: Axis, up: Axis, values: Floats, ends: tuple[float, float], labels: Sequence[str]) -> str:
+    """Return the chart of points by two parameters, in the colours of their values (n,), as in `heat_map`."""
+    fills = [colour(value, ends) for value in values.tolist()]
+    return "".join([*_points(across, up, fills, list(range(len(fills))), labels), *_legend(ends), "</svg>"])
+
+
+def _points(across: Axis, up: Axis, fills: Sequence[str], order: Sequence[int], labels: Sequence[str]) -> list[str]:
+    """Return points with axes, those of the front larger; each says on being pointed at what it is."""
     x, y = np.asarray(across.values), np.asarray(up.values)
     ends = [_widened(values) for values in (x, y)]
     left = _LEFT + _SIDE * (x - ends[0][0]) / (ends[0][1] - ends[0][0])
     top = _SIDE * (1.0 - (y - ends[1][0]) / (ends[1][1] - ends[1][0]))
     lines = [_begin(_LEFT + _SIDE + _RIGHT, _SIDE + _BELOW)]
     lines.append(f'<path d="M{_LEFT} 0V{_SIDE}H{_LEFT + _SIDE}" style="fill:none;stroke:#888"/>')
-    # The front last, so that nothing covers it.
-    for number in np.argsort(is_best, kind="stable").tolist():
-        fill, radius = (_FRONT, 5) if is_best[number] else (_DOMINATED, 3)
+    for number in order:
+        radius = 5 if fills[number] == _FRONT else 3
         lines.append(
-            f'<circle cx="{left[number]:.1f}" cy="{top[number]:.1f}" r="{radius}" style="fill:{fill}">'
+            f'<circle cx="{left[number]:.1f}" cy="{top[number]:.1f}" r="{radius}" style="fill:{fills[number]}">'
             f"<title>{html.escape(labels[number])}</title></circle>"
         )
-    return "".join([*lines, *_axes(across.name, ends[0], up.name, ends[1]), "</svg>"])
+    return [*lines, *_axes(across.name, ends[0], up.name, ends[1])]
+
+
+def _legend(ends: tuple[float, float]) -> list[str]:
+    """Return the colours from the least to the greatest value, beside the chart."""
+    lines, steps = [], 20
+    for step in range(steps):
+        value = ends[0] + (ends[1] - ends[0]) * (step + 0.5) / steps
+        top = _SIDE * (1.0 - (step + 1) / steps)
+        lines.append(
+            f'<rect x="{_LEFT + _SIDE + 20}" y="{top:.1f}" width="16" height="{_SIDE / steps + 0.3:.1f}" '
+            f'style="fill:{colour(value, ends)}"/>'
+        )
+    for value, top in ((ends[0], _SIDE), (ends[1], 12)):
+        lines.append(f'<text x="{_LEFT + _SIDE + 42}" y="{top}">{value:.5g}</text>')
+    return lines
 
 
 def _widened(values: Floats) -> tuple[float, float]:

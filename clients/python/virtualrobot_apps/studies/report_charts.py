@@ -10,8 +10,8 @@ import numpy as np
 import pyarrow
 from numpy.typing import NDArray
 
-from virtualrobot_apps.studies.charts import Axis, front, heat_map, is_on_front
-from virtualrobot_apps.studies.parameters import Floats, Values
+from virtualrobot_apps.studies.charts import Axis, front, heat_map, is_on_front, scatter
+from virtualrobot_apps.studies.parameters import Floats, Law, Values
 from virtualrobot_apps.studies.study_file import Goal, Study
 from virtualrobot_apps.studies.work import OK
 
@@ -27,8 +27,12 @@ def maps(study: Study, table: pyarrow.Table, values: Floats) -> Iterator[tuple[s
 
     Across is the last parameter of the file that has several numbers, up the one before it; of all others each
     combination has a map of its own, the first dozen of them. Yields nothing where a map would have too many fields.
+    Of a search the cells are points, by its last two ranges.
     """
     cells = study.cells
+    if study.search is not None:
+        yield from _searched(study, table, values)
+        return
     wide = [one for one in cells.fixed if len(one.values) > 1 and not one.is_text]
     if len(wide) < 2 or np.isnan(values).all():
         return
@@ -43,6 +47,23 @@ def maps(study: Study, table: pyarrow.Table, values: Floats) -> Iterator[tuple[s
         field = means[tuple(at.get(one.name, slice(None)) for one in cells.fixed)]
         head = ", ".join(f"{one.name} {_said(one.values[at[one.name]])}" for one in others if len(one.values) > 1)
         yield head, heat_map(_axis(across, field.shape[1]), _axis(up, field.shape[0]), field, ends)
+
+
+def _searched(study: Study, table: pyarrow.Table, values: Floats) -> Iterator[tuple[str, str]]:
+    laws = [one for one in study.cells.laws if isinstance(one, Law)][-2:]
+    there = np.flatnonzero(~np.isnan(values))
+    there = there[:: max(1, math.ceil(len(there) / _MOST_SHOWN))]
+    if len(laws) < 2 or not len(there):
+        return
+    up, across = (Axis(one.name, table.column(one.name).to_numpy()[there].tolist()) for one in laws)
+    labels = [
+        f"cell {cell}, {across.name} {x:.5g}, {up.name} {y:.5g}: {value:.5g}"
+        for cell, x, y, value in zip(
+            table.column("cell").to_numpy()[there].tolist(), across.values, up.values, values[there], strict=True
+        )
+    ]
+    ends = float(values[there].min()), float(values[there].max())
+    yield "", scatter(across, up, values[there], ends, labels)
 
 
 def goals(study: Study, table: pyarrow.Table) -> tuple[list[str], list[list[str]], str] | None:
