@@ -30,7 +30,7 @@ def test_every_part_leaves_when_the_recursion_says(rng: np.random.Generator) -> 
     C(i, n) = max(D(i-1, n), D(i, n-1)) + S(i, n), D(i, n) = max(C(i, n), D(i+1, n - b(i+1) - 1)); Yves Dallery, Stanley
     Gershwin, "Manufacturing flow line systems: a review of models and analytical results", 1992.
     """
-    for _ in range(5):
+    for _ in range(3):
         count, parts = int(rng.integers(2, 6)), 100
         law = Law("", "gamma", (("a", 2.0), ("scale", 20.0)))
         buffers = [0, *rng.integers(0, 4, count - 1).tolist()]
@@ -80,6 +80,7 @@ def test_queues_are_as_long_as_theory_says(rng: np.random.Generator, machines: i
 
 
 @pytest.mark.parametrize("buffer", [0, 3])
+@pytest.mark.long
 def test_two_stations_with_a_buffer_do_what_hunt_says(rng: np.random.Generator, buffer: int) -> None:
     """Exponential times, always parts before: a queue M/M/1/K of K = buffer + 2 seen from the second station.
 
@@ -95,6 +96,7 @@ def test_two_stations_with_a_buffer_do_what_hunt_says(rng: np.random.Generator, 
     assert abs(np.mean(runs) - expected) < 4.0 * error < 0.05 * expected
 
 
+@pytest.mark.long
 def test_breakdowns_cost_their_share(rng: np.random.Generator) -> None:
     """It works for 1 / (1 + repair / between) of the time, and waits for no one: 3600 / 50 / (1 + 300 / 3000) an hour.
 

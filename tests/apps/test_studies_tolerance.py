@@ -16,7 +16,7 @@ from virtualrobot_apps.studies.work import Cell
 
 Floats = NDArray[np.float64]
 
-DRAWS = 800
+DRAWS = 400
 FAR = 0.8
 """Distance of the target from the robot's base along x (m)."""
 
@@ -100,6 +100,7 @@ def test_lengths_that_are_off_in_each_direction_follow_maxwell(parameters: dict[
     assert found["turned"].max() < 1e-9
 
 
+@pytest.mark.long
 def test_a_base_that_is_turned_misses_by_its_distance() -> None:
     """At a distance L from it, by sigma L in both directions across: Rayleigh's law, 1 - e^-2 within two of these."""
     world, sigma, length = Gantry(), 1e-4, math.sqrt(FAR**2 + 0.5)
