@@ -150,8 +150,8 @@ def check_solution(reached: Floats, target: Floats, options: InverseOptions) -> 
 def check_solutions(reached: Floats, targets: Floats, options: InverseOptions) -> None:
     """Raise ComponentFault as `check_solution` for tips `reached` (m, 4, 4), each with a target of its own, (m, 4, 4).
 
-    What the norm of the rotations' difference says is right isn't looked at again: it is sqrt(8) times the sine of half
-    the angle, and loses no digit where that is small.
+    All are looked at together, by the norm of the rotations' difference: it is sqrt(8) times the sine of half the angle
+    between them, and loses no digit where that is small. `check_solution` has the last word on what seems wrong.
     """
     apart = np.linalg.norm(reached[:, :3, 3] - targets[:, :3, 3], axis=1)
     turned = np.linalg.norm(reached[:, :3, :3] - targets[:, :3, :3], axis=(1, 2)) / _CHORD
