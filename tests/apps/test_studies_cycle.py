@@ -63,7 +63,7 @@ def test_it_takes_as_many_ticks_as_in_a_kernel_of_its_own(kernel: RunningKernel,
     assert answered(kernel, program="there.yaml") == found
     with KernelProcess(headless=True) as process, virtualrobot.connect(process.address) as client:
         client.clock.set_stepped()
-        client.load_scene(scene)
+        client.scene.load_scene(scene)
         motion, ticks = client.read_program(scene.parent / "there.yaml").start(wait=False), 0
         while not motion.state.phase.ended:
             client.clock.step()
@@ -83,7 +83,7 @@ def test_where_it_fails_is_told_with_the_step(kernel: RunningKernel, scene: Path
     for name, program in programs.items():
         (scene.parent / name).write_text(program.text)
     far = answered(kernel, program="far.yaml")
-    assert far["ticks"] is None and "step 2" in str(far["reason"])
+    assert far["ticks"] is None and "step 1: " in str(far["reason"])
     waits = answered(kernel, program="waits.yaml", most_seconds=1.0)
     assert (waits["stage"], waits["reason"]) == ("running", "it is not done after 1 s")
     # From behind the post it turns through it; from far away it doesn't.

@@ -65,6 +65,7 @@ class Imitation:
     def __init__(self, cores: float, ends: dict[int, list[BaseException]]) -> None:
         """Begin with so many cores."""
         self.cores, self.ends, self.began, self.most, self.under_way = cores, ends, dict[str, object](), 0, 0
+        self.work: Callable[..., object] = done
 
     def is_initialized(self) -> bool:
         return bool(self.began)

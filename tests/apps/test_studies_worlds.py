@@ -287,7 +287,9 @@ def test_robots_of_the_catalogue_reach_what_their_tables_say(scene: Path, tmp_pa
             assert row["status"] == "failed" and "ur55e" in row["error"]
             continue
         assert row["status"] == "ok", row["error"]
-        assert row["reached"] == np.mean([is_within(*place, model) for place in places - [row["x"], row["y"], 0.0]])
+        assert row["reached"] == np.mean(
+            [is_within(*place, model=model) for place in places - [row["x"], row["y"], 0.0]]
+        )
         shares[model] = shares.get(model, 0.0) + row["reached"]
     assert shares["ur3e"] < shares["ur5e"] < shares["ur10e"]
     with pytest.raises(KernelError, match="there is no model of the scene named 'arms'"):

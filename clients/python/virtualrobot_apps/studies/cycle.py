@@ -22,6 +22,8 @@ PLANNING, RUNNING, DONE = "planning", "running", "done"
 """Stages of a program besides those of its check, which are called as the kinds of violations."""
 _BEGIN = "begin of the study"
 _USUAL_SECONDS = 600.0
+_STEP_TICKS = 10_000
+"""Number of ticks that a kernel takes in one call at most."""
 
 
 @dataclass
@@ -52,7 +54,7 @@ def open_kernel(scene: Path | None) -> RunningKernel:
     try:
         client = virtualrobot.connect(process.address)
         tick = client.clock.set_stepped().tick_length
-        client.load_scene(scene)
+        client.scene.load_scene(scene)
         client.history.checkpoint(_BEGIN)
     except BaseException:
         process.close()
@@ -76,7 +78,7 @@ def run_program(cell: Cell) -> dict[str, float | str | None]:
     kernel.restore()
     parameters = cell.parameters
     if "robot" in parameters:
-        node = kernel.client.node(parameters["robot"])
+        node = kernel.client.scene.node(parameters["robot"])
         base = turned(parameters.get("yaw", 0.0)) @ node.parent_t_node
         for number, name in enumerate("xy"):
             base[number, 3] = parameters.get(name, node.parent_t_node[number, 3])
@@ -92,19 +94,25 @@ def timed(kernel: RunningKernel, program: Program, most_seconds: float) -> dict[
         raise ValueError(f"most_seconds is a tick of {kernel.tick:g} s or more, not {most_seconds:g}")
     try:
         if (violation := program.check().first_violation) is not None:
-            return _failed(violation.kind.name.lower(), f"step {violation.step_path}: {violation.message}")
+            reason = violation.message
+            if not reason.startswith("step "):
+                reason = f"step {violation.step_path}: {reason}"
+            return _failed(violation.kind.name.lower(), reason)
         motion = program.start(wait=False)
     except VirtualRobotError as error:
         return _failed(PLANNING, str(error))
-    observed = kernel.client.clock.step(most, until=[motion_ends(motion)])
-    if not observed.events:
+    ticks, is_ended = 0, False
+    while not is_ended and ticks < most:
+        observed = kernel.client.clock.step(min(most - ticks, _STEP_TICKS), until=[motion_ends(motion)])
+        ticks, is_ended = ticks + observed.ticks, bool(observed.events)
+    if not is_ended:
         motion.cancel("the study gives it up")
         return _failed(RUNNING, f"it is not done after {most_seconds:g} s")
     try:
         motion.state.raise_early_end()
     except VirtualRobotError as error:
         return _failed(RUNNING, str(error))
-    return {"ticks": observed.ticks, "seconds": observed.ticks * kernel.tick, "stage": DONE, "reason": None}
+    return {"ticks": ticks, "seconds": ticks * kernel.tick, "stage": DONE, "reason": None}
 
 
 def _failed(stage: str, reason: str) -> dict[str, float | str | None]:

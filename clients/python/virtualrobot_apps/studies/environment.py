@@ -113,7 +113,7 @@ class RobotEnvironment(gymnasium.Env[Observation, Action]):
         self._nodes, self._number = tuple(nodes), 0
         self.action_space = spaces.Box(-1.0, 1.0, (count,), np.float64)
         poses = {name: spaces.Box(-np.inf, np.inf, (_POSE,), np.float64) for name in ("tool", *self._nodes)}
-        self.observation_space = spaces.Dict(
+        self.observation_space: Any = spaces.Dict(
             {"joints": spaces.Box(self._limits[:, 0], self._limits[:, 1], (count,), np.float64), **poses}
         )
         self._observation()

@@ -166,7 +166,7 @@ class _Line:
         self._entry = len(self._stations) - len(stations)
         self._begin, self._end, self._kept = begin, end, kept
         self._flow = Flow(end - begin)
-        self._busy = {one.name: dict.fromkeys(STATES, 0.0) for one in self._stations}
+        self._busy: dict[str, dict[str, float]] = {one.name: dict.fromkeys(STATES, 0.0) for one in self._stations}
         self._draws = [
             _Draws(one, its) for one, its in zip(self._stations, generators(rng, len(self._stations)), strict=True)
         ]

@@ -108,8 +108,8 @@ class Search:
         )
         # A cell without a result is worse than any that has one.
         worst = np.where(np.isnan(costs), -np.inf, costs).max(axis=0)
-        without = np.isnan(costs).any(axis=1)
-        self._strategy.tell(np.where(without[:, None], np.where(np.isinf(worst), 0.0, worst) + 1.0, costs))
+        without = np.isnan(costs).any(axis=1, keepdims=True)
+        self._strategy.tell(np.where(without, np.where(np.isinf(worst), 0.0, worst) + 1.0, costs))
         self._first = self._last
         if self._first < self._study.cells.count:
             self._ask()

@@ -93,13 +93,16 @@ class Genetic:
                 mutation=kinds.PolynomialMutation(),
                 seed=int(rng.integers(2**31)),
             )
-        self._study = optuna.create_study(directions=["minimize"] * len(search.goals), sampler=sampler)
-        self._drawn = {
-            one.name: optuna.distributions.CategoricalDistribution(one.values)
-            if isinstance(one, Choice)
-            else optuna.distributions.FloatDistribution(*(float(end) for end in one.quantiles(np.array([0.0, 1.0]))))
-            for one in drawn
-        }
+        self._study = optuna.create_study(
+            directions=[optuna.study.StudyDirection.MINIMIZE] * len(search.goals), sampler=sampler
+        )
+        self._drawn: dict[str, optuna.distributions.BaseDistribution] = {}
+        for one in drawn:
+            if isinstance(one, Choice):
+                self._drawn[one.name] = optuna.distributions.CategoricalDistribution(one.values)
+            else:
+                low, high = (float(end) for end in one.quantiles(np.array([0.0, 1.0])))
+                self._drawn[one.name] = optuna.distributions.FloatDistribution(low, high)
         self._trials: list[optuna.Trial] = []
 
     def ask(self) -> Rows:
