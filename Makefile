@@ -1,6 +1,6 @@
 # make run    sets up and shows two arms palletizing in the browser     (ARGS=--headless: without)
 # make serve  the same with an empty cell to build in
-# make test   sets up and checks everything that a change can break: lint, types and tests (minutes; docs/testing.md)
+# make test   sets up and checks everything that a change can break: lint and tests (minutes; docs/testing.md)
 # make test-all  that, and what takes longer: all models, installations, whole demos
 # make hunt   runs the tests that draw random numbers again and again with fresh seeds   (MINUTES=10 ROOM=unit/motion SEED=1)
 # make durations  tells the 40 slowest tests and files of the last run
@@ -35,7 +35,7 @@ IMAGE := proto/image.binpb
 MAKEFLAGS += --no-print-directory
 # Whatever the shell says: without its bytecode each of some hundred processes compiles the kernel's modules anew.
 export PYTHONDONTWRITEBYTECODE :=
-.PHONY: run serve test test-all test-long pytest pytest-long hunt durations bench lint ruff pyright pyright-tests buf image stubs constraints picture profiles console wheel clean
+.PHONY: run serve test test-all test-long pytest pytest-long hunt durations bench lint ruff pyright buf image stubs constraints picture profiles console wheel clean
 .DELETE_ON_ERROR:
 
 # Without the page there is still the viewer.
@@ -57,17 +57,17 @@ $(PAGE): $(PAGE_SOURCES) tools/build_page.py | $(VENV)/bin/python
 wheel: $(PAGE)
 	@$(BIN)/python -m pip wheel -q --no-deps -w dist .
 
-# Side by side: what pip and npm set up; then pyright, a minute of one core, and the tests.
+# Side by side: what pip and npm set up.
 test:
 	@$(MAKE) -j2 ruff buf console
-	@$(MAKE) -j2 pyright pytest
+	@$(MAKE) pytest
 
 test-all: test
 	@$(MAKE) test-long
 
 test-long:
 	@if command -v apt-get > /dev/null; then tools/install_toolchains.sh; fi
-	@$(MAKE) -j2 pyright-tests pytest-long
+	@$(MAKE) -j2 pyright pytest-long
 
 # By file, in order: the long files come first. Three workers for two cores, since tests wait for motions in real time; long
 # ones start kernels, browsers and controllers of their own, and have two.
@@ -94,18 +94,16 @@ durations:
 bench: $(VENV)/installed-bench
 	@$(BIN)/python -m benchmarks.run $(ARGS)
 
-lint: ruff pyright pyright-tests buf
+lint: ruff pyright buf
 
 ruff: $(VENV)/installed-dev
 	@echo "ruff ..."
 	@$(BIN)/ruff check --quiet && $(BIN)/ruff format --check --quiet
 
-# What others import; the tests themselves tell sooner than their types when they are wrong.
-pyright: CHECKED = kernel plugins clients/python tools
-pyright-tests: CHECKED = tests benchmarks
-pyright pyright-tests: $(VENV)/installed-dev node_modules/.package-lock.json
-	@echo "pyright of $(CHECKED) ..."
-	@$(NODE_BIN)/pyright --pythonpath $(BIN)/python $(CHECKED) > $(VENV)/$@.log || { cat $(VENV)/$@.log; exit 1; }
+# Of everything at once, three minutes of a core: tests and benchmarks need the types of all the others.
+pyright: $(VENV)/installed-dev node_modules/.package-lock.json
+	@echo "pyright ..."
+	@$(NODE_BIN)/pyright --pythonpath $(BIN)/python > $(VENV)/pyright.log || { cat $(VENV)/pyright.log; exit 1; }
 
 buf: node_modules/.package-lock.json
 	@echo "buf lint ..."

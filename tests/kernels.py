@@ -28,6 +28,8 @@ from virtualrobot.v1 import (
     motion_pb2_grpc,
     path_pb2_grpc,
     physics_pb2_grpc,
+    proposal_pb2,
+    proposal_pb2_grpc,
     ray_pb2_grpc,
     robot_pb2_grpc,
     scene_pb2,
@@ -65,6 +67,7 @@ class Stubs:
         self.ray = ray_pb2_grpc.RayServiceStub(channel)
         self.history = history_pb2_grpc.HistoryServiceStub(channel)
         self.token = token_pb2_grpc.TokenServiceStub(channel)
+        self.proposal = proposal_pb2_grpc.ProposalServiceStub(channel)
         self.path = path_pb2_grpc.PathServiceStub(channel)
 
 
@@ -200,6 +203,9 @@ def emptied(process: KernelProcess) -> Iterator[Stubs]:
     # Nodes, signals, motions, speed factor, collision settings and the view.
     stubs.scene.LoadScene(scene_pb2.LoadSceneRequest(text=EMPTY_SCENE))
     stubs.driver.ReleaseCell(driver_pb2.ReleaseCellRequest())
+    for proposal in stubs.proposal.ListProposals(proposal_pb2.ListProposalsRequest()).proposals:
+        if proposal.state == proposal_pb2.PROPOSAL_STATE_PROPOSED:
+            stubs.proposal.RejectProposal(proposal_pb2.RejectProposalRequest(id=proposal.id))
     for checkpoint in stubs.history.ListCheckpoints(history_pb2.ListCheckpointsRequest()).checkpoints:
         stubs.history.RemoveCheckpoint(history_pb2.RemoveCheckpointRequest(name=checkpoint.name))
     yield stubs

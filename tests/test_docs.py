@@ -25,6 +25,7 @@ from virtualrobot.v1 import (
     nodes_pb2,
     path_pb2,
     plugin_pb2,
+    proposal_pb2,
     ray_pb2,
     robot_pb2,
     scene_pb2,
@@ -54,6 +55,7 @@ MODULES = (
     nodes_pb2,
     path_pb2,
     plugin_pb2,
+    proposal_pb2,
     ray_pb2,
     robot_pb2,
     scene_pb2,
@@ -237,7 +239,7 @@ def test_command_line_tells_each_option(name: str) -> None:
         options -= {"-h", "--help"}
     elif name == "grade":
         options = long_options(grade)
-    elif name in ("new", "repair", "study"):
+    elif name in ("marker", "new", "repair", "study"):
         options = long_options(command)
     else:
         assert long_options(command) >= TARGET

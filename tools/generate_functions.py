@@ -91,7 +91,7 @@ GROUPS = (
     ),
     Group(
         "Robots",
-        services=("RobotService", "MotionService", "PathService", "CalibrationService"),
+        services=("RobotService", "MotionService", "ProposalService", "PathService", "CalibrationService"),
         batch=(
             *("PickPart", "PlacePart", "SetJointPositions", "SelectTool", "SetToolState", "SetSpeedFactor"),
             *("KinematicsChoice", "MountTool", "UnmountTool", "SetTcpSpeedLimit", "SetCraft"),
@@ -107,6 +107,7 @@ GROUPS = (
             "plan": "motions.plans:MotionPlan",
             "program": "motions.program:Program",
             "stream": "motions.setpoints:SetpointStream",
+            "client.proposals": "motions.proposals:Proposals",
             "client.paths": "motions.paths:Paths",
             "tool_path": "motions.tool_paths:ToolPath",
         },
@@ -121,6 +122,7 @@ GROUPS = (
                 "plan",
                 "check",
                 "start",
+                "proposal",
                 "path",
                 "process",
                 "jog",
@@ -147,7 +149,7 @@ GROUPS = (
         "View",
         services=("ViewService",),
         python={"client.view": "view.view:View"},
-        commands=("view", "capture", "pixel", "measure"),
+        commands=("view", "capture", "pixel", "measure", "walls"),
     ),
     Group(
         "Distance and collision",
@@ -179,7 +181,7 @@ GROUPS = (
             *("beams", "camera", "contact_sensor", "encoders", "fan", "force_torque_sensor", "imu", "light"),
             *("looking_at", "noise", "pose_sensor", "range_sensor", "raster", "ring", "spinning"),
         ),
-        commands=("sensor", "map", "navigate"),
+        commands=("sensor", "map", "navigate", "marker", "register"),
     ),
     Group(
         "Time, signals, history and recordings",

@@ -17,8 +17,10 @@ from virtualrobot_kernel.api.kernel_services import KernelServices
 from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import LeaseTable
 from virtualrobot_kernel.api.limits import Limits
+from virtualrobot_kernel.api.proposals import Proposals
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.server import Address, Server
+from virtualrobot_kernel.api.shown_plans import ShownPlans
 from virtualrobot_kernel.api.token_table import TokenTable
 from virtualrobot_kernel.collision.clearances import measured
 from virtualrobot_kernel.collision.geometry import CollisionShapes
@@ -287,6 +289,8 @@ class Kernel:
             leases=self._leases,
             links=self._links,
             tokens=self._tokens,
+            plans=(plans := ShownPlans()),
+            proposals=Proposals(plans),
             limits=self._settings.limits,
             viewer_url=lambda: self._viewer.url if self._viewer else "",
             viewer_count=lambda: self._viewer.viewer_count if self._viewer else 0,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import queue
+import socket
 import threading
 from collections.abc import Iterator
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -63,6 +65,105 @@ def test_it_runs_while_it_is_held(client: Client) -> None:
         pass
 
 
+def test_a_loop_that_hangs_holds_nothing(client: Client) -> None:
+    """The loop that looks at the key sends the beats: the block is open, and its thread is well, but nobody beats."""
+    arm = client.load_robot(IIWA, name="arm")
+    motion = arm.move_joints([1.5] * 7, speed_factor=0.1, hold=True)
+
+    def goes_on() -> bool:
+        beat()
+        client.clock.step(10)
+        return motion.progress > 0.1
+
+    def stands() -> bool:
+        client.clock.step(10)
+        return motion.phase is Phase.PAUSED
+
+    with motion.beats() as beat:
+        until(goes_on)
+        until(stands)
+        here = arm.positions
+        client.clock.step(50)
+        np.testing.assert_array_equal(arm.positions, here)
+        until(lambda: beat() or motion.phase is Phase.RUNNING)
+    until(stands)
+
+    def has_ended() -> bool:
+        beat()
+        client.clock.step(20)
+        return motion.phase.ended
+
+    with motion.beats() as beat:
+        until(has_ended)
+    assert motion.phase is Phase.SUCCEEDED
+
+
+class Network:
+    """A network between clients and a kernel that can be cut: what is sent arrives no more, and nobody knows."""
+
+    def __init__(self, address: str) -> None:
+        """Lead to a kernel."""
+        host, _, port = address.rpartition(":")
+        self._to = host, int(port)
+        self._whole = threading.Event()
+        self._whole.set()
+        self._server = socket.create_server(("127.0.0.1", 0))
+        self._ends = [self._server]
+        self.address = f"127.0.0.1:{self._server.getsockname()[1]}"
+        threading.Thread(target=self._serve, daemon=True).start()
+
+    def cut(self) -> None:
+        self._whole.clear()
+
+    def close(self) -> None:
+        self._whole.set()
+        for end in self._ends:
+            with suppress(OSError):
+                end.shutdown(socket.SHUT_RDWR)  # wakes who waits for something from it
+            end.close()
+
+    def _serve(self) -> None:
+        with suppress(OSError):
+            while True:
+                near, _ = self._server.accept()
+                far = socket.create_connection(self._to)
+                self._ends += [near, far]
+                for ends in ((near, far), (far, near)):
+                    threading.Thread(target=self._carry, args=ends, daemon=True).start()
+
+    def _carry(self, source: socket.socket, target: socket.socket) -> None:
+        with suppress(OSError):
+            while data := source.recv(65536):
+                self._whole.wait()
+                target.sendall(data)
+
+
+def test_a_network_that_is_cut_holds_nothing(stepped_kernel: KernelProcess, stepped: Stubs) -> None:
+    """Beats are sent on, and don't arrive; neither end knows that the other one is gone."""
+    load(stepped, IIWA, "arm")
+    network = Network(stepped_kernel.address)
+    try:
+        with virtualrobot.connect(network.address) as far:
+            arm = far.robot("arm")
+            motion = arm.move_joints([1.5] * 7, speed_factor=0.1, hold=True, on_disconnect="continue")
+            now = motion_pb2.GetMotionRequest(id=motion.id)
+
+            def is_at(*phases: int) -> bool:
+                step(stepped, 5)
+                return stepped.motion.GetMotion(now).motion.phase in phases
+
+            with suppress(virtualrobot.VirtualRobotError), motion.held():
+                until(lambda: is_at(RUNNING))
+                network.cut()
+                until(lambda: is_at(PAUSED))
+                here = stepped.motion.GetMotion(now).motion.progress
+                step(stepped, 200)
+                assert stepped.motion.GetMotion(now).motion.progress == here < 1.0
+                network.close()
+    finally:
+        network.close()
+
+
 class Beats:
     """Beats that a test sends when it likes, in a call of its own."""
 
@@ -89,6 +190,11 @@ def test_silence_counts_as_a_key_that_is_let_go(stepped: Stubs) -> None:
     step(stepped, 30)
     assert beats.phase() in (PAUSING, PAUSED)
     beats.ready.put(motion_pb2.HoldMotionRequest())
+    assert beats.phase() == RUNNING
+    assert beats.phase() in (PAUSING, PAUSED)
+    beats.ready.put(motion_pb2.HoldMotionRequest(sent_seconds=float("nan")))
+    assert refusal(beats.phase).metadata["field"] == "sent_seconds"
+    beats = Beats(stepped, id)
     assert beats.phase() == RUNNING
     assert beats.phase() in (PAUSING, PAUSED)
     beats.ready.put(motion_pb2.HoldMotionRequest(id="motion-999"))

@@ -59,8 +59,10 @@ def test_a_plan_is_started_as_it_was_shown_and_as_often_as_it_fits(cell: Stubs) 
     motion = begin(cell, shown.plan)
     assert motion.planned_duration_seconds == shown.duration_seconds
     (told,) = shown.robots
-    for row in values(told.positions):
-        np.testing.assert_allclose(state(cell, "arm").positions, row, atol=1e-12)
+    for positions, velocities in zip(values(told.positions), values(told.velocities), strict=True):
+        here = state(cell, "arm")  # bit for bit
+        np.testing.assert_array_equal(here.positions, positions)
+        np.testing.assert_array_equal(here.velocities, velocities)
         step(cell, 1)
     refused = outdated(cell, again.plan)
     assert (refused.metadata["node"], refused.metadata["aspect"]) == ("arm", "START")
@@ -72,61 +74,136 @@ def test_a_plan_is_started_as_it_was_shown_and_as_often_as_it_fits(cell: Stubs) 
     assert cell.motion.GetMotion(motion_pb2.GetMotionRequest(id=held.id)).motion.phase == motion_pb2.MOTION_PHASE_PAUSED
 
 
-def moved(name: str) -> scene_pb2.Command:
-    pose = geometry_pb2.Pose(position=geometry_pb2.Vector3(x=3.0, z=0.5))
+def moved(name: str, x: float = 3.0, y: float = 0.0, z: float = 0.5) -> scene_pb2.Command:
+    pose = geometry_pb2.Pose(position=geometry_pb2.Vector3(x=x, y=y, z=z))
     return scene_pb2.Command(attach_node=scene_pb2.AttachNode(name=name, parent_t_node=pose))
 
 
-def turned(robot: str) -> scene_pb2.Command:
-    put = scene_pb2.SetJointPositions(robot=robot, joint_positions={"lbr_iiwa_joint_2": 0.1})
+def turned(robot: str, **positions: float) -> scene_pb2.Command:
+    put = scene_pb2.SetJointPositions(robot=robot, joint_positions=positions or {"lbr_iiwa_joint_2": 0.1})
     return scene_pb2.Command(set_joint_positions=put)
 
 
-def allowed(*names: str) -> scene_pb2.Command:
-    pair = nodes_pb2.NodePair(first=names[0], second=names[1])
-    return scene_pb2.Command(set_allowed_pairs=collision_pb2.SetAllowedPairs(allow=[pair]))
+def may_touch(*pairs: tuple[str, str], never: bool = False) -> scene_pb2.Command:
+    named = [nodes_pb2.NodePair(first=first, second=second) for first, second in pairs]
+    said = collision_pb2.SetAllowedPairs(forbid=named if never else (), allow=() if never else named)
+    return scene_pb2.Command(set_allowed_pairs=said)
 
 
-CHANGES: dict[str, tuple[scene_pb2.Command, str]] = {
-    "PLACE": (moved("box"), "where it is fixed on its parent has changed of 'box'"),
-    "POSITION": (turned("other"), "where its joint stands has changed of 'other.lbr_iiwa_link_2'"),
-    "NODE": (create(box("new", x=5.0)), "'new' is new"),
-    "REMOVED": (scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name="box")), "'box' was removed"),
+def padded(name: str, meters: float) -> scene_pb2.Command:
+    padding = collision_pb2.NodePadding(node=name, padding_meters=meters)
+    return scene_pb2.Command(set_collision_settings=collision_pb2.SetCollisionSettings(paddings=[padding]))
+
+
+def other_size(name: str, meters: float) -> scene_pb2.Command:
+    node = box(name)
+    node.figures[0].box.size.CopyFrom(geometry_pb2.Vector3(x=meters, y=meters, z=meters))
+    command = scene_pb2.UpdateNode(name=name, node=node)
+    command.update_mask.paths.append("figures")
+    return scene_pb2.Command(update_node=command)
+
+
+def heavy(name: str, kilograms: float) -> scene_pb2.Command:
+    command = scene_pb2.UpdateNode(name=name, node=nodes_pb2.Node(part=nodes_pb2.Part(mass_kilograms=kilograms)))
+    command.update_mask.paths.append("part")
+    return scene_pb2.Command(update_node=command)
+
+
+def on(name: str, parent: str) -> scene_pb2.Command:
+    return scene_pb2.Command(attach_node=scene_pb2.AttachNode(name=name, parent=parent))
+
+
+FAR: dict[str, scene_pb2.Command] = {
+    "PLACE": moved("box"),
+    "POSITION": turned("other"),
+    "NODE": create(box("new", x=5.0)),
+    "REMOVED": scene_pb2.Command(remove_node=scene_pb2.RemoveNode(name="box")),
+    "PADDING": padded("box", 0.01),
+    "ALLOWED": may_touch(("box", "lid")),
+    "PARENT": on("lid", "box"),
+    "SHAPE": other_size("box", 0.2),
+    "LOAD": heavy("box", 7.0),
+}
+"""Changes, each of another input, by which the check would come to the same."""
+
+
+@pytest.mark.parametrize("aspect", FAR)
+def test_what_a_check_used_may_change_where_it_would_come_to_the_same(cell: Stubs, aspect: str) -> None:
+    alone, checked = plan(cell).plan, check(cell).plan
+    assert alone.digest != checked.digest
+    apply(cell, FAR[aspect])
+    assert begin(cell, checked).robots == ["arm"]
+
+
+LINKS = [f"arm.lbr_iiwa_link_{number}" for number in range(8)]
+WAY = (0.35, 0.25, 0.6)
+"""Place (m) that the arm goes through."""
+
+# Of each input: what makes the cell, the change that makes the arm touch or fail, and what is told of it. The arm's
+# greatest reach at READY is 0.72 m from its axis, and its first joint turns by 0.2 rad.
+INPUTS: dict[str, tuple[list[scene_pb2.Command], scene_pb2.Command, str]] = {
+    "PLACE": ([], moved("box", *WAY), "where it is fixed on its parent has changed of 'box'"),
+    "NODE": ([], create(box("new", *WAY)), "'new' is new"),
+    "SHAPE": ([], other_size("box", 6.0), "its shape has changed of 'box'"),
     "PADDING": (
-        scene_pb2.Command(
-            set_collision_settings=collision_pb2.SetCollisionSettings(
-                paddings=[collision_pb2.NodePadding(node="box", padding_meters=0.01)]
-            )
-        ),
-        "by how much it counts as thicker has changed of 'box'",
+        [create(box("near", x=1.3, y=0.3, z=0.5))],
+        padded("near", 0.8),
+        "by how much it counts as thicker has changed of 'near'",
     ),
-    "ALLOWED": (allowed("box", "lid"), "what it may touch has changed of 'box'"),
+    "ALLOWED": (
+        [create(box("post", *WAY)), may_touch(*(("post", link) for link in LINKS))],
+        may_touch(*(("post", link) for link in LINKS), never=True),
+        "what it may touch has changed of 'arm.lbr_iiwa_link_0'",
+    ),
+    # The box is turned with the arm to where the post stands: by 0.2 rad on a circle of 3 m.
     "PARENT": (
-        scene_pb2.Command(attach_node=scene_pb2.AttachNode(name="lid", parent="box")),
-        "what it hangs on has changed of 'lid'",
+        [create(box("post", x=3.0 * np.cos(0.2), y=3.0 * np.sin(0.2)))],
+        on("box", "arm.lbr_iiwa_link_1"),
+        "what it hangs on has changed of 'box'",
+    ),
+    # Another arm, which stands upright 1 m beside it, lies down across it.
+    "POSITION": (
+        [moved("other", x=0.0, y=1.0, z=0.0)],
+        turned("other", lbr_iiwa_joint_1=-np.pi / 2, lbr_iiwa_joint_2=1.5),
+        "where its joint stands has changed of 'other.lbr_iiwa_link_1'",
+    ),
+    "LOAD": (
+        [create(box("load", x=1.5, parent="arm.lbr_iiwa_link_3"))],
+        heavy("load", 1000.0),
+        "its mass, or where that is has changed of 'load'",
     ),
 }
 
 
-@pytest.mark.parametrize("aspect", CHANGES)
-def test_what_a_check_used_is_another_one(cell: Stubs, aspect: str) -> None:
-    command, words = CHANGES[aspect]
-    alone, checked = plan(cell).plan, check(cell).plan
-    assert alone.digest != checked.digest
-    apply(cell, command)
-    refused = outdated(cell, checked)
-    assert words in refused.message and words in refused.metadata["changes"].splitlines()
-    assert refused.metadata["aspect"] == aspect.replace("REMOVED", "NODE")
+@pytest.mark.parametrize("aspect", INPUTS)
+def test_what_a_check_used_is_another_one_and_it_comes_to_another_verdict(cell: Stubs, aspect: str) -> None:
+    made, changed, words = INPUTS[aspect]
+    apply(cell, *made)
+    alone, checked = plan(cell).plan, check(cell)
+    assert not checked.HasField("first_violation"), checked.first_violation
+    apply(cell, changed)
+    refused = outdated(cell, checked.plan)
+    assert words in refused.metadata["changes"].splitlines()
+    found = check(cell).first_violation
+    assert found.message and f", and {found.message}; plan again" in refused.message
+    assert [refused.metadata.get(name, "") for name in ("first", "second")] == [found.first, found.second]
     # Nobody has looked at what the plan alone would touch.
     assert begin(cell, alone).robots == ["arm"]
 
 
+def test_things_that_move_meanwhile_are_the_guards(cell: Stubs) -> None:
+    checked = check(cell).plan
+    start(cell, joints("other", 0.1, lbr_iiwa_joint_1=1.0))
+    step(cell, 10)
+    assert begin(cell, checked).robots == ["arm"]
+
+
 def test_all_that_has_changed_is_told(cell: Stubs) -> None:
     checked = check(cell).plan
-    apply(cell, moved("box"), moved("lid"), create(box("new", x=5.0)), create(box("newer", x=6.0)))
+    apply(cell, moved("box"), moved("lid"), create(box("new", x=5.0)), create(box("newer", *WAY)))
     refused = outdated(cell, checked)
     assert len(refused.metadata["changes"].splitlines()) == 4
-    assert ", and 1 more; plan again" in refused.message
+    assert ", and 1 more, and " in refused.message
 
 
 def test_what_nobody_can_run_into_may_change(cell: Stubs) -> None:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from virtualrobot.motions.plans import Violation as Violation
     from virtualrobot.motions.plans import ViolationKind as ViolationKind
     from virtualrobot.motions.program import Program as Program
+    from virtualrobot.motions.proposals import Proposal as Proposal
     from virtualrobot.motions.setpoints import SetpointStream as SetpointStream
     from virtualrobot.motions.setpoints import StreamState as StreamState
     from virtualrobot.motions.state import MotionState as MotionState
@@ -126,6 +127,7 @@ _MODULES = {
     "motions.tool_paths": ("ToolPath", "path_frames"),
     "motions.plans": ("MotionCheck", "MotionPlan", "Violation", "ViolationKind"),
     "motions.program": ("Program",),
+    "motions.proposals": ("Proposal",),
     "sensors.range_sensors": ("RangeReading", "beams", "fan", "range_sensor", "raster", "ring", "spinning"),
     "sensors.readings": ("Reading", "SensorStatus"),
     "progress": ("Progress",),

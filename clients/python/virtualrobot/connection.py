@@ -30,6 +30,7 @@ from virtualrobot.motions.motion import Motion, Tracking
 from virtualrobot.motions.moves import Move
 from virtualrobot.motions.paths import Paths
 from virtualrobot.motions.program import Program, parsed, read
+from virtualrobot.motions.proposals import Proposals
 from virtualrobot.motions.steps import Named, name_of
 from virtualrobot.physics import Physics
 from virtualrobot.plugins import Plugins
@@ -128,6 +129,7 @@ class Client:
         rays: ray casts: `client.rays.cast(...)`.
         collisions: collisions and distances: `client.collisions.check()`.
         tokens: who is let in, and with which role: `client.tokens.create("panel", "operator")`.
+        proposals: motions that people approve: `client.proposals.create([arm.linear(goal)])`.
         paths: free ways around what stands in between: `client.paths.find("arm", goal)`.
         sensors: sensors by name: `client.sensors["lidar"].read()`.
         streams: all that the world tells, by name: `client.streams.watch("/robots/arm/tcp")`.
@@ -156,6 +158,7 @@ class Client:
         self.sensors = Sensors(self._services)
         self.streams = Streams(self._services)
         self.paths = Paths(self._services)
+        self.proposals = Proposals(self._services)
         self.history = History(self._services)
         self.tokens = Tokens(self._services)
         self.drivers = Drivers(self._services)
@@ -297,7 +300,7 @@ class Client:
         Nothing is planned again. What is started by the answer's reference is what was checked, or it is refused.
 
         Raises:
-            PlanOutdatedError: when the world is not the one any more that it was made for.
+            PlanOutdatedError: when its path would be another one now.
             UnknownNameError: when the kernel doesn't remember it any more: it keeps the last 100 plans, until it ends.
         """
         return plans.check_plan(self._services, planned, **options)
@@ -306,8 +309,9 @@ class Client:
         """Start a plan as `plan` has shown it, or as it was checked, without planning again.
 
         Raises:
-            PlanOutdatedError: when anything that the plan, or its check, used of the world is another one now;
-                `changes` in its metadata tells what, one a line. Nothing moves.
+            PlanOutdatedError: when anything that the plan used of the world is another one now, or anything that its
+                check used, and it violates something by that; `changes` in its metadata tells what, one a line. Nothing
+                moves.
             UnknownNameError: when the kernel doesn't remember it any more: it keeps the last 100 plans, until it ends.
 
         Example:

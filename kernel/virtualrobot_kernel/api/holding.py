@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import AsyncGenerator, AsyncIterator
 from concurrent.futures import Future
 from contextlib import suppress
@@ -23,6 +24,9 @@ BEAT_SECONDS = 0.2
 LOOK_SECONDS = 0.02
 """Time (s) after which it is looked again whether beats come."""
 
+DRIFT = 1e-3
+"""Greatest part by which a client's clock goes slower than the kernel's."""
+
 OVER = (Reason.WRONG_STATE, Reason.UNKNOWN_NAME)
 """Reasons for refusing to pause a motion that stops or has ended."""
 
@@ -42,6 +46,27 @@ def held_at_start(command: StartMotion) -> StartMotion:
     first, *others = command.program.stages
     program = replace(command.program, stages=(replace(first, pauses=True), *others))
     return replace(command, program=program)
+
+
+class BeatClock:
+    """Clock of the beats of one call: when each was sent, however late it comes.
+
+    What a network has held up comes in a burst: those beats are of a time when the key was down, and say nothing of
+    now.
+    """
+
+    def __init__(self) -> None:
+        """Know nothing of the client's clock."""
+        self._offset, self._last = math.inf, 0.0
+
+    def sent(self, now: float, said: float) -> float:
+        """Return when a beat was sent that comes now, both by the kernel's clock; `said`: that by the client's (s).
+
+        The beat that was the least late so far counts as one that came at once.
+        """
+        self._offset = min(self._offset + DRIFT * (now - self._last), now - said)
+        self._last = now
+        return said + self._offset
 
 
 class Holds:
@@ -68,23 +93,38 @@ class Holds:
             )
 
     async def hold(
-        self, id: str, beats: AsyncIterator[motion_pb2.HoldMotionRequest], context: object
+        self,
+        first: motion_pb2.HoldMotionRequest,
+        beats: AsyncIterator[motion_pb2.HoldMotionRequest],
+        context: object,
     ) -> AsyncGenerator[Snapshot, None]:
-        """Yield the world whenever a motion goes on or slows down, and at its end; it is let go when this ends."""
+        """Yield the world whenever a motion goes on or slows down, and at its end; it is let go when this ends.
+
+        `first` names it, and is the first beat.
+        """
+        id = first.id
         if id in self._held:
             raise KernelError(
                 f"another call holds {id!r} already; let it go there first", reason=Reason.WRONG_STATE, motion=id
             )
+        loop, clock = asyncio.get_running_loop(), BeatClock()
+
+        def sent(beat: motion_pb2.HoldMotionRequest) -> float:
+            now, said = loop.time(), beat.sent_seconds
+            if not math.isfinite(said):
+                raise KernelError(f"sent_seconds must be finite, not {said}", field="sent_seconds")
+            return clock.sent(now, said) if beat.HasField("sent_seconds") else now
+
+        newest = sent(first)
         self._held.add(id)
-        submit, loop = self._kernel.submitting(context), asyncio.get_running_loop()
-        newest = loop.time()
+        submit = self._kernel.submitting(context)
 
         async def read() -> None:
             nonlocal newest
             async for beat in beats:
                 if beat.id not in ("", id):
                     raise KernelError(f"this call holds {id!r}; hold {beat.id!r} by another one", field="id")
-                newest = loop.time()
+                newest = max(newest, sent(beat))
 
         reading, goes = asyncio.create_task(read()), False
         try:

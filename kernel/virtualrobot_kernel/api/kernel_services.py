@@ -15,7 +15,9 @@ from virtualrobot_kernel.api.author import author
 from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.lease_table import CARRIED, LeaseTable
 from virtualrobot_kernel.api.limits import Limits
+from virtualrobot_kernel.api.proposals import Proposals
 from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.shown_plans import ShownPlans
 from virtualrobot_kernel.api.token_table import CALLER, TokenTable
 from virtualrobot_kernel.collision.guard import CollisionGuard
 from virtualrobot_kernel.collision.monitor import Monitor
@@ -79,6 +81,8 @@ class KernelServices:
     leases: LeaseTable
     links: Links
     tokens: TokenTable
+    plans: ShownPlans
+    proposals: Proposals
     limits: Limits
     viewer_url: Callable[[], str]
     viewer_count: Callable[[], int]

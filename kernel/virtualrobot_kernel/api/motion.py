@@ -6,7 +6,7 @@ import asyncio
 from collections import Counter
 from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from concurrent.futures import Future
-from contextlib import aclosing, contextmanager
+from contextlib import aclosing, contextmanager, suppress
 from functools import partial
 
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
@@ -22,19 +22,24 @@ from virtualrobot_kernel.api.motion_calls import find_motion, make_way, requeste
 from virtualrobot_kernel.api.motion_plans import (
     check_for_real_robot,
     check_startable,
+    checked_again,
     checked_motion,
     found_plan,
     planned_motion,
 )
 from virtualrobot_kernel.api.open_programs import OpenPrograms
 from virtualrobot_kernel.api.program_decisions import Decisions
+from virtualrobot_kernel.api.proposals import Proposal
 from virtualrobot_kernel.api.publications import pause_seconds
 from virtualrobot_kernel.api.repeats import Repeats
 from virtualrobot_kernel.api.replacing import as_shown, check_can_replace, replacing
+from virtualrobot_kernel.api.roles import check_commands
 from virtualrobot_kernel.api.setpoints import stream_setpoints
-from virtualrobot_kernel.api.shown_plans import ShownPlan, ShownPlans
+from virtualrobot_kernel.api.shown_plans import ShownPlan
+from virtualrobot_kernel.api.token_table import CALLER
 from virtualrobot_kernel.collision.clearance import near_by
-from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.collision.swept import RESOLUTION
+from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.formats import program_file
 from virtualrobot_kernel.messages.values import check_enum, expected_revision, stamp
 from virtualrobot_kernel.planning.plan_motion import PlannedMotion, plan_motion
@@ -57,6 +62,12 @@ GRACE_SECONDS = 1.0
 LATE_SECONDS = 0.2
 """Time (s) by which the kernel itself may be late as it looks whether somebody watches."""
 
+MOST_CHECKS = 3
+"""Greatest number of times that a plan is checked again at its start, where the world changes meanwhile."""
+
+LONG_SECONDS = 3600.0
+"""Time (s of the wall clock) for which nobody looks whether a motion has ended, which is told."""
+
 
 class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     """Servicer of MotionService; remembers watchers, answers by request id, and the ends of open programs."""
@@ -70,7 +81,8 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self._decisions = Decisions(kernel, self._programs)
         self._bound: dict[str, asyncio.TimerHandle] = {}
         self._holds = Holds(kernel)
-        self._plans = ShownPlans()
+        self._plans = kernel.plans
+        self._followed: set[asyncio.Task[None]] = set()
 
     async def StartMotion(
         self, request: motion_pb2.StartMotionRequest, context: object
@@ -83,8 +95,10 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
     async def _start(self, request: motion_pb2.StartMotionRequest, context: object) -> motion_pb2.StartMotionResponse:
         world = self._kernel.world
         check_revision(world.snapshot.structure, expected_revision(request))
+        if request.HasField("proposal"):
+            return await self._start_proposed(request, context)
         if request.HasField("plan"):
-            return await self._start_shown(request, context)
+            return await self._start_shown(request, found_plan(self._plans, request), context)
         said = request.spec
         if request.hold:
             check_can_be_held(said)
@@ -115,11 +129,39 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             self._decisions.take_on(response.motion.id, text.rest, submit, open=request.open)
         return response
 
-    async def _start_shown(
+    async def _start_proposed(
         self, request: motion_pb2.StartMotionRequest, context: object
     ) -> motion_pb2.StartMotionResponse:
-        """Start a plan as it was shown."""
-        shown = found_plan(self._plans, request)
+        """Approve a proposal: start its plan, and note what becomes of it."""
+        for field in ("spec", "plan"):
+            if request.HasField(field):
+                raise KernelError(f"a proposal is started as it was seen; leave out `{field}`", field=field)
+        proposals, asked, by = self._kernel.proposals, request.proposal, person(context)
+        with proposals.approving(asked.id, asked.revision) as shown:
+            response = await self._start_shown(request, shown, context)
+            approved = proposals.approved(asked.id, response.motion.id, by)
+        following = asyncio.create_task(self._follow_proposal(approved))
+        self._followed.add(following)
+        following.add_done_callback(self._followed.discard)
+        return response
+
+    async def _follow_proposal(self, proposal: Proposal) -> None:
+        """Note the end of the motion that a proposal was approved with."""
+        world, id = self._kernel.world, proposal.motion
+        with suppress(KernelError):  # the kernel is ending
+            while any(motion.id == id for motion in world.snapshot.state.motions):
+                await self._kernel.publications.end_of_motion(id, LONG_SECONDS)
+            ended = next((motion for motion in world.snapshot.state.ended if motion.id == id), None)
+            self._kernel.proposals.ended(proposal, ended)
+
+    async def _start_shown(
+        self, request: motion_pb2.StartMotionRequest, shown: ShownPlan, context: object
+    ) -> motion_pb2.StartMotionResponse:
+        """Start a plan as it was shown, checked again where what its check used is another one now.
+
+        Whoever asked for it, its steps are those of who starts it.
+        """
+        check_commands(shown.said, CALLER.get())
         for field in ("open", "breakpoints"):
             if getattr(request, field):
                 raise KernelError(f"a plan is started as it was shown; leave out `{field}`", field=field)
@@ -132,7 +174,15 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         await make_way(self._kernel, lambda _: set(shown.joints), request.busy_policy, context)
         if shown.surroundings is None and self._kernel.links.is_executing({uid for uid, _ in shown.joints}):
             shown = await self._checked_for_real_robot(shown)
-        return await self._submitted(request, as_shown(shown.planned), self._kernel.submitting(context, shown.check))
+        for left in reversed(range(MOST_CHECKS)):
+            shown = await checked_again(self._kernel, shown)
+            try:
+                submit = self._kernel.submitting(context, shown.check)
+                return await self._submitted(request, as_shown(shown.planned), submit)
+            except KernelError as error:
+                if error.reason is not Reason.PLAN_OUTDATED or not left:
+                    raise
+        raise AssertionError("the last check is answered")
 
     async def _checked_for_real_robot(self, shown: ShownPlan) -> ShownPlan:
         """Return a plan as it is once it was checked as a whole; raise KernelError with its first violation."""
@@ -141,7 +191,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
             snapshot = self._kernel.world.snapshot
             check_startable(shown, snapshot)
             check_for_real_robot(self._kernel, snapshot, shown.spec, shown.planned, given_up)
-            return shown.checked_in(snapshot)
+            return shown.checked_in(snapshot, RESOLUTION)
 
         return await self._kernel.limiter.run_while_wanted({*shown.robots, TURN}, work)
 
@@ -243,11 +293,11 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self, request_iterator: AsyncIterator[motion_pb2.HoldMotionRequest], context: object
     ) -> AsyncIterator[motion_pb2.HoldMotionResponse]:
         """Let a motion run while beats come."""
-        first = await anext(aiter(request_iterator), None)
-        id = "" if first is None else first.id
+        first = await anext(aiter(request_iterator), motion_pb2.HoldMotionRequest())
+        id = first.id
         find_motion(self._kernel.world.snapshot, id)
         with self._watching(id):
-            async with aclosing(self._holds.hold(id, request_iterator, context)) as snapshots:
+            async with aclosing(self._holds.hold(first, request_iterator, context)) as snapshots:
                 async for snapshot in snapshots:
                     motion = motion_message(snapshot, find_motion(snapshot, id))
                     yield motion_pb2.HoldMotionResponse(stamp=stamp(snapshot), motion=motion)

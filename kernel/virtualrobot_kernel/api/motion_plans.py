@@ -44,11 +44,20 @@ async def planned_motion(
 ) -> motion_pb2.PlanMotionResponse:
     """Return a motion in samples, planned in a thread on the snapshot of that moment."""
     seconds = _sample_seconds(kernel.world.snapshot, request.sample_seconds)
-    spec, _, robots = await requested(kernel, request.spec)
+    shown, said = None, request.spec
+    if request.HasField("plan"):
+        shown = found_plan(plans, request)
+        spec, robots = shown.spec, shown.robots
+    else:
+        spec, _, asked = await requested(kernel, said)
+        robots = frozenset(asked)
 
     def work(given_up: GivenUp) -> motion_pb2.PlanMotionResponse:
         snapshot = _snapshot(kernel, request)
-        planned = plan_motion(snapshot, spec, kernel.solvers.of, given_up, near_by(kernel.collisions))
+        if shown is None:
+            planned = plan_motion(snapshot, spec, kernel.solvers.of, given_up, near_by(kernel.collisions))
+        else:
+            snapshot, planned = shown.seen, shown.planned
         program, joints = planned.command.program, planned.command.joints
         arms = moved_arms(snapshot, spec.every_move)
         bases = following(kernel, given_up)(snapshot, program, joints)
@@ -57,7 +66,7 @@ async def planned_motion(
         samples = sampled(snapshot, program, joints, sample_times(program.duration, seconds), given_up, arms, bases)
         message = plan_message(samples, planned.notes)
         message.stamp.CopyFrom(stamp(snapshot))
-        if kept := plans.keep(snapshot, spec, planned, frozenset(robots), checked=False):
+        if kept := shown or plans.keep(snapshot, said, spec, planned, robots, None):
             message.plan.CopyFrom(kept.message)
         return message
 
@@ -70,12 +79,12 @@ async def checked_motion(
     """Return the check of a motion, or of a plan that was shown, made in a thread on the snapshot of that moment."""
     margin = not_negative(request.min_singular_value, "min_singular_value")
     resolution = _resolution(request.resolution_meters)
-    shown = None
+    shown, said = None, request.spec
     if request.HasField("plan"):
         shown = found_plan(plans, request)
-        spec, robots = shown.spec, shown.robots
+        said, spec, robots = shown.said, shown.spec, shown.robots
     else:
-        spec, _, asked = await requested(kernel, request.spec)
+        spec, _, asked = await requested(kernel, said)
         robots = frozenset(asked)
     turns: set[int | str] = {*robots} if request.ignore_collisions else {*robots, TURN}
 
@@ -92,7 +101,8 @@ async def checked_motion(
         message = check_message(checked)
         message.stamp.CopyFrom(stamp(snapshot))
         if checked.first_violation is None and checked.planned is not None:
-            kept = plans.keep(snapshot, spec, checked.planned, robots, checked=not request.ignore_collisions)
+            exact = None if request.ignore_collisions else resolution
+            kept = plans.keep(snapshot, said, spec, checked.planned, robots, exact)
             if kept is not None:
                 message.plan.CopyFrom(kept.message)
         return message
@@ -100,7 +110,10 @@ async def checked_motion(
     return await kernel.limiter.run_while_wanted(turns, work)
 
 
-def found_plan(plans: ShownPlans, request: motion_pb2.StartMotionRequest | motion_pb2.CheckMotionRequest) -> ShownPlan:
+def found_plan(
+    plans: ShownPlans,
+    request: motion_pb2.StartMotionRequest | motion_pb2.PlanMotionRequest | motion_pb2.CheckMotionRequest,
+) -> ShownPlan:
     """Return the plan that a request names; raise KernelError where it says a motion, too."""
     if request.HasField("spec"):
         raise KernelError("say either a motion, `spec`, or a plan, `plan`, not both", field="plan")
@@ -108,9 +121,32 @@ def found_plan(plans: ShownPlans, request: motion_pb2.StartMotionRequest | motio
 
 
 def check_startable(shown: ShownPlan, snapshot: Snapshot) -> None:
-    """Raise the error that a start of a plan would be refused with in a world."""
-    shown.check(snapshot)
+    """Raise the error that a start of a plan would be refused with in a world, whatever else stands there."""
+    shown.check_path(snapshot)
     apply(snapshot.structure, snapshot.state, [shown.planned.command], world_poses)
+
+
+async def checked_again(kernel: KernelServices, shown: ShownPlan) -> ShownPlan:
+    """Return a plan as one that was checked in the world as it is.
+
+    Raise KernelError (PLAN_OUTDATED) where its path would be another one there, or where it violates something.
+    """
+    shown.check_path(kernel.world.snapshot)
+    if shown.is_surrounded_in(kernel.world.snapshot):
+        return shown
+
+    def work(given_up: GivenUp) -> ShownPlan:
+        snapshot = kernel.world.snapshot
+        check_startable(shown, snapshot)
+        differences = [] if shown.surroundings is None else shown.surroundings.differences(snapshot)
+        follow = following(kernel, given_up)
+        finder = contact_finder(kernel, shown.resolution, given_up, follow)
+        found = check_planned(snapshot, shown.spec, shown.planned, 0.0, given_up, finder, follow).first_violation
+        if found is not None and differences:
+            raise shown.outdated(differences, found)
+        return shown.checked_in(snapshot, shown.resolution)
+
+    return await kernel.limiter.run_while_wanted({*shown.robots, TURN}, work)
 
 
 def contact_finder(kernel: KernelServices, resolution: float, given_up: GivenUp, follow: Follow) -> FirstContact:

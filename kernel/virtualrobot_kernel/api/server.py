@@ -36,6 +36,8 @@ from virtualrobot.v1 import (
     physics_pb2_grpc,
     plugin_pb2,
     plugin_pb2_grpc,
+    proposal_pb2,
+    proposal_pb2_grpc,
     ray_pb2,
     ray_pb2_grpc,
     robot_pb2,
@@ -65,6 +67,7 @@ from virtualrobot_kernel.api.motion import MotionServicer
 from virtualrobot_kernel.api.path import PathServicer
 from virtualrobot_kernel.api.physics import PhysicsServicer
 from virtualrobot_kernel.api.plugin import PluginServicer
+from virtualrobot_kernel.api.proposal import ProposalServicer
 from virtualrobot_kernel.api.publications import Publications
 from virtualrobot_kernel.api.ray import RayServicer
 from virtualrobot_kernel.api.robot import RobotServicer
@@ -103,6 +106,7 @@ SERVICES = (
     (collision_pb2, collision_pb2_grpc.add_CollisionServiceServicer_to_server, CollisionServicer),
     (driver_pb2, driver_pb2_grpc.add_DriverServiceServicer_to_server, DriverServicer),
     (calibration_pb2, calibration_pb2_grpc.add_CalibrationServiceServicer_to_server, CalibrationServicer),
+    (proposal_pb2, proposal_pb2_grpc.add_ProposalServiceServicer_to_server, ProposalServicer),
 )
 """Messages, registration and servicer of each noun of the contract."""
 

@@ -1,4 +1,4 @@
-"""Surroundings of a motion: what a check for collisions uses of the world, and what of that has changed. Pure."""
+"""Surroundings of a motion: what a check of it uses of the world, and what of that has changed. Pure."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from virtualrobot_kernel.world.structure import LinkData
 
 
 class Aspect(Enum):
-    """Property of a node that a check for collisions uses; the value tells it to people."""
+    """Property of a node that a check uses; the value tells it to people."""
 
     SHAPE = "its shape"
     PARENT = "what it hangs on"
@@ -28,6 +28,7 @@ class Aspect(Enum):
     POSITION = "where its joint stands"
     PADDING = "by how much it counts as thicker"
     ALLOWED = "what it may touch"
+    LOAD = "its mass, or where that is"
 
 
 class Difference(NamedTuple):
@@ -45,7 +46,7 @@ class Surroundings:
     Attributes:
         seen: the world in which that was so.
         joints: what the motion moves, as (robot uid, joint name): where these are is its own matter.
-        facts: the values of the nodes (uids) that can collide, and of all that carries them.
+        facts: the values of the nodes (uids) that can collide, of all that carries them, and of loads.
     """
 
     seen: Snapshot
@@ -53,10 +54,13 @@ class Surroundings:
     facts: Mapping[tuple[int, Aspect], Any]
 
     def differences(self, now: Snapshot) -> list[Difference]:
-        """Return what is not as it was, in the order of the nodes: what is gone, what has changed, what is new."""
+        """Return what is not as it was, in the order of the nodes: what is gone, what has changed, what is new.
+
+        Where things are that move now doesn't count: a moment later that is another place, and the guard looks at it.
+        """
         if _unchanged(self.seen, now, _own_places(now, self.joints)):
             return []
-        facts, found = facts_of(now, self.joints), []
+        facts, found, moving = facts_of(now, self.joints), [], _moving(now)
         told: set[int] = set()
         for (uid, aspect), value in self.facts.items():
             if uid not in now.structure.nodes:
@@ -64,7 +68,7 @@ class Surroundings:
                     name = self.seen.structure.nodes[uid].name
                     found.append(Difference(name, "NODE", f"{name!r} was removed"))
                 told.add(uid)
-            elif not _alike(aspect, value, facts.get((uid, aspect))):
+            elif (uid, aspect) not in moving and not _alike(aspect, value, facts.get((uid, aspect))):
                 found.append(_changed(now, uid, aspect))
         told.update(uid for uid, _ in self.facts)
         for uid, aspect in facts:
@@ -87,7 +91,8 @@ def facts_of(snapshot: Snapshot, joints: Collection[tuple[int, str]]) -> dict[tu
     """Return what a check of a motion of some joints (robot uid, name) uses, by node (uid) and aspect.
 
     Of what can collide the figures, how thick it counts and what it may touch; of that and of all that carries it, on
-    what it hangs and where, its joint, and where that stands unless the motion moves it.
+    what it hangs and where, its joint, and where that stands unless the motion moves it. Of what the robots carry,
+    their own links included, the mass.
     """
     structure, state = snapshot.structure, snapshot.state
     own = _own_places(snapshot, joints)
@@ -116,7 +121,26 @@ def facts_of(snapshot: Snapshot, joints: Collection[tuple[int, str]]) -> dict[tu
             places = structure.coordinates_at(row)
             if own.isdisjoint(places):
                 facts[uid, Aspect.POSITION] = state.q[places.start : places.stop]
+    for robot in dict.fromkeys(uid for uid, _ in joints if uid in structure.nodes):
+        for node in structure.below(robot):
+            if (inertial := getattr(node.data, "inertial", None)) is not None:
+                facts[node.uid, Aspect.LOAD] = inertial
+            elif mass := getattr(node.data, "mass", 0.0):
+                facts[node.uid, Aspect.LOAD] = mass
     return facts
+
+
+def _moving(now: Snapshot) -> set[tuple[int, Aspect]]:
+    """Return where which nodes are is on the move: joints that have a velocity, and parts that forces move."""
+    structure, state = now.structure, now.state
+    places = {
+        one.q
+        for robot in structure.robots.values()
+        for one in robot.coordinates.values()
+        if one.v >= 0 and state.v[one.v]
+    }
+    joints = (uid for uid, row in structure.rows.items() if not places.isdisjoint(structure.coordinates_at(row)))
+    return {(uid, Aspect.POSITION) for uid in joints} | {(uid, Aspect.PLACE) for uid in state.twists}
 
 
 def _own_places(snapshot: Snapshot, joints: Collection[tuple[int, str]]) -> set[int]:

@@ -18,6 +18,8 @@ from virtualrobot_kernel.numeric.laws import greatest_rates
 
 #: Time between rows of a braking table (s), and the fewest and most rows.
 _TABLE_STEP, _TABLE_ROWS = 0.002, (512, 16384)
+#: Number of times at which a plan is sampled in one call.
+_TOGETHER = 4096
 #: Distance from a break at which its sides are evaluated, as a share of the whole law: far above rounding.
 _ASIDE = 1e-9
 
@@ -133,6 +135,31 @@ class Plan:
         if len(self.tracks) == 1:
             return self.tracks[0].derivatives(tau)
         return np.concatenate([track.derivatives(tau) for track in self.tracks], axis=2)
+
+    def at(self, taus: Array) -> tuple[Array, Array, Array]:
+        """Return joint positions, velocities and accelerations (m, n) at nominal times (m,) at full rate.
+
+        They are those that ticks have, bit for bit.
+        """
+        shapes, breaks, terms, _, goal = flat(self)
+        tracks, parts = len(self.tracks), []
+        for first in range(0, len(taus), _TOGETHER):
+            some = taus[first : first + _TOGETHER]
+            count, rates = len(some), np.tile([0.0, 1.0, 0.0, 0.0], (len(some), 1))
+            rates[:, 0] = some
+            found = samples.sample_plans(
+                np.tile(shapes, (count, 1, 1)),
+                breaks,
+                terms,
+                np.arange(count + 1, dtype=np.int64) * tracks,
+                np.tile(goal, count),
+                np.full(count, self.duration),
+                rates,
+                np.zeros((count * tracks, 3)),
+            )
+            parts.append(found.reshape(3, count, -1))
+        q, v, a = np.concatenate(parts, axis=1) if parts else np.zeros((3, 0, self.q_count))
+        return q, v, a
 
     def sample(self, tau: float, rate: float, rate_slope: float) -> tuple[Array, Array, Array]:
         """Return joint positions, velocities and accelerations (n,) at nominal time `tau` when dtau/dt = `rate`.

@@ -211,7 +211,11 @@ def _efforts(snapshot: Snapshot, robot: Node, names: Sequence[str], q: Floats, v
 
 
 def joint_states(program: Program, times: Floats) -> tuple[Floats, Floats, Floats]:
-    """Return positions, velocities and accelerations (n, k) of a program's joints at times (n,) at full rate."""
+    """Return positions, velocities and accelerations (n, k) of a program's joints at times (n,) at full rate.
+
+    Of a motion that has one stage they are those of its ticks, bit for bit, where the times are as far apart as these.
+    """
+    taus = _added_up(times)
     q = np.tile(program.start, (len(times), 1))
     v, a = np.zeros_like(q), np.zeros_like(q)
     last = len(program.stages) - 1
@@ -224,10 +228,18 @@ def joint_states(program: Program, times: Floats) -> tuple[Floats, Floats, Float
         q[np.ix_(later, columns)] = stage.plan.goal
         during = np.flatnonzero((times >= begin) & ~later)
         if len(during):
-            moving = stage.plan.derivatives(times[during] - begin)
-            for whole, part in zip((q, v, a), moving, strict=False):
+            moving = stage.plan.at(taus[during] - begin)
+            for whole, part in zip((q, v, a), moving, strict=True):
                 whole[np.ix_(during, columns)] = part
     return q, v, a
+
+
+def _added_up(times: Floats) -> Floats:
+    """Return times (n,) as a motion has them: it adds the time of a tick to that before, and so rounds otherwise."""
+    if len(times) < 2:
+        return times
+    sums = np.concatenate([[0.0], np.add.accumulate(np.full(len(times) - 1, times[1] - times[0]))])
+    return np.where(np.abs(sums - times) <= END_TOLERANCE, sums, times)
 
 
 def steps_at(program: Program, times: Floats) -> NDArray[np.int32]:

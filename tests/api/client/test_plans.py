@@ -92,11 +92,13 @@ def test_a_plan_is_checked_and_started_as_it_was_shown(client: Client, bent: Rob
     shown = bent.plan(bent.ptp({"lbr_iiwa_joint_1": 0.5}))
     checked = client.check_plan(shown)
     assert checked.ok and checked.reference != shown.reference
-    client.scene.set_pose("box", virtualrobot.pose(2.5))
-    with pytest.raises(virtualrobot.PlanOutdatedError, match="has changed of 'box'") as refused:
+    # Bent by 0.5 and 1.2 rad it reaches 0.2 + 0.4 m ahead, 0.68 m high, and turns by 0.5 rad.
+    client.scene.set_pose("box", virtualrobot.pose(0.5, 0.15, 0.68))
+    with pytest.raises(virtualrobot.PlanOutdatedError, match=r"has changed of 'box', and .* touches 'box'") as refused:
         client.start_plan(checked)
     assert refused.value.metadata["changes"] == "where it is fixed on its parent has changed of 'box'"
-    checked = client.check_plan(shown)
+    assert not client.check_plan(checked).ok
+    client.scene.set_pose("box", virtualrobot.pose(2.5))  # elsewhere than before, and not in its way
     motion = client.start_plan(checked)
     assert motion.planned_duration == shown.duration
     np.testing.assert_allclose(bent.positions[0], 0.5, atol=1e-12)

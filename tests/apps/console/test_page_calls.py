@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import signal
+from contextlib import suppress
+
 import pytest
 from virtualrobot.v1 import kernel_pb2, lease_pb2, motion_pb2
-from websockets.exceptions import InvalidStatus
+from websockets.exceptions import ConnectionClosed, InvalidStatus
 
 from tests.api.asking import IIWA, joints, load
 from tests.api.reading import state, step
@@ -19,7 +22,7 @@ from tests.apps.console.consoles import (
     PageRefused,
     consoles,
 )
-from tests.kernels import StartKernel, Stubs
+from tests.kernels import KernelProcess, StartKernel, Stubs
 from tests.waiting import until
 
 PAUSED, RUNNING = motion_pb2.MOTION_PHASE_PAUSED, motion_pb2.MOTION_PHASE_RUNNING
@@ -148,6 +151,46 @@ def test_a_page_that_is_gone_or_silent_lets_the_robot_slow_down(console: Console
         step(stepped, 200)
         assert state(stepped, "arm").positions == here.positions and not any(here.velocities)
     assert phase() == PAUSED
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("end", [signal.SIGSTOP, signal.SIGKILL])
+def test_a_console_that_hangs_or_is_killed_lets_the_robot_slow_down(
+    stepped_kernel: KernelProcess, stepped: Stubs, end: signal.Signals
+) -> None:
+    """The page goes on to send beats, which come to a console that does nothing with them, or to none."""
+    load(stepped, IIWA, name="arm")
+    motion = start(stepped, hold=True)
+
+    def phase() -> int:
+        return stepped.motion.GetMotion(request(motion)).motion.phase
+
+    def beat() -> None:
+        with suppress(ConnectionClosed, OSError):
+            page.put(call, MESSAGE, {})
+
+    def runs() -> bool:
+        beat()
+        step(stepped, 2)
+        return any(state(stepped, "arm").velocities)
+
+    def stands() -> bool:
+        beat()
+        step(stepped, 2)
+        return phase() == PAUSED
+
+    with consoles(stepped_kernel.address) as console, suppress(ConnectionClosed, OSError), console.page() as page:
+        try:
+            call = page.open("MotionService/HoldMotion", {"id": motion})
+            until(runs)
+            console.process.send_signal(end)
+            until(stands)
+            here = state(stepped, "arm").positions
+            step(stepped, 200)
+            assert state(stepped, "arm").positions == here
+        finally:
+            console.process.send_signal(signal.SIGCONT)
+    stepped.motion.CancelMotion(motion_pb2.CancelMotionRequest(id=motion))
 
 
 def test_a_lease_of_a_page_ends_with_the_page(console: Console, stepped: Stubs) -> None:

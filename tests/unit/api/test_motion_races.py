@@ -15,6 +15,7 @@ from virtualrobot.v1 import motion_pb2
 from virtualrobot_kernel.api import motion as api
 from virtualrobot_kernel.api.keyed_limiter import KeyedLimiter
 from virtualrobot_kernel.api.publications import Publications
+from virtualrobot_kernel.api.shown_plans import ShownPlans
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
@@ -68,6 +69,7 @@ def served(world: World) -> api.MotionServicer:
         solvers=solvers,
         collisions=None,
         links=SimpleNamespace(is_executing=lambda robots: False),
+        plans=ShownPlans(),
         monitor=SimpleNamespace(latest=SimpleNamespace(touching=())),
         in_worker=asyncio.to_thread,
     )

@@ -17,6 +17,7 @@ from virtualrobot.v1 import (
     path_pb2_grpc,
     physics_pb2_grpc,
     plugin_pb2_grpc,
+    proposal_pb2_grpc,
     ray_pb2_grpc,
     robot_pb2_grpc,
     scene_pb2,
@@ -43,6 +44,7 @@ class Services:
         self.scene = scene_pb2_grpc.SceneServiceStub(channel)
         self.robot = robot_pb2_grpc.RobotServiceStub(channel)
         self.motion = motion_pb2_grpc.MotionServiceStub(channel)
+        self.proposal = proposal_pb2_grpc.ProposalServiceStub(channel)
         self.signal = signal_pb2_grpc.SignalServiceStub(channel)
         self.view = view_pb2_grpc.ViewServiceStub(channel)
         self.plugin = plugin_pb2_grpc.PluginServiceStub(channel)

@@ -70,6 +70,8 @@ from virtualrobot.motions.plans import MotionCheck as MotionCheck
 from virtualrobot.motions.plans import MotionPlan as MotionPlan
 from virtualrobot.motions.plans import PlanOptions as PlanOptions
 from virtualrobot.motions.plans import ShownPlan as ShownPlan
+from virtualrobot.motions.proposals import Proposal as Proposal
+from virtualrobot.motions.proposals import ProposalChange as ProposalChange
 from virtualrobot.motions.setpoints import Setpoint as Setpoint
 from virtualrobot.motions.setpoints import StreamState as StreamState
 from virtualrobot.motions.state import MotionState as MotionState
@@ -229,6 +231,7 @@ class Client(Face):
     sensors: Sensors
     streams: Streams
     paths: Paths
+    proposals: Proposals
     history: History
     tokens: Tokens
     drivers: Drivers
@@ -532,6 +535,8 @@ class Motion(Face):
         """Let it go on after a pause."""
     def held(self) -> AbstractAsyncContextManager[Motion]:
         """Hold it for the length of a block: hold-to-run."""
+    def beats(self) -> AbstractAsyncContextManager[Callable[[], None]]:
+        """Hold it for as long as beats come, by the function that the block is given: hold-to-run by hand."""
     def run_step(self) -> Order[None]:
         """Let its program go on to the end of the present step and pause there; steps that zones join count as one."""
     def cancel(self, reason: str = ...) -> Order[None]:
@@ -620,6 +625,37 @@ class Program(Face):
         """The program as its file says it (JSON, which is YAML too); `Client.program` takes it."""
     def __len__(self) -> int:
         """Return the number of steps."""
+
+class Proposals(Face):
+    """The proposals of one kernel, which all of its clients share."""
+    def list(self) -> Order[list[Proposal]]:
+        """Return the proposals that the kernel remembers, oldest first: 50 at most, until it ends."""
+    def get(self, id: str) -> Order[Proposal]:
+        """Return a proposal as it is now."""
+    def create(self, what: Program | Iterable[Move], title: Text = ...) -> Order[Proposal]:
+        """Plan and check a program, or moves that go together, and propose it. Nothing moves."""
+    def update(self, seen: Proposal | str, what: Program | Iterable[Move] | None = ..., *, title: Text | None = ...) -> Order[Proposal]:
+        """Give a proposal another motion or title, plan and check it anew, and return it; it is `proposed` again."""
+    def undo(self, seen: Proposal | str) -> Order[Proposal]:
+        """Take back the last change of its motion, plan and check that of before, and return it."""
+    def reject(self, seen: Proposal | str, reason: Text = ...) -> Order[Proposal]:
+        """Turn a proposal down, for a reason of one line, and return it; errors as of `update`."""
+    def approve(self, seen: Proposal, **options: Unpack[StartOptions]) -> Order[Motion]:
+        """Start the very plan of a proposal that was seen, and return its motion."""
+    def plan(self, seen: Proposal, **options: Unpack[PlanOptions]) -> Order[MotionPlan]:
+        """Return the plan of a proposal in samples, as it would run; see `Client.plan`. Nothing is planned again."""
+    def program(self, seen: Proposal | str) -> Order[Program]:
+        """Return the motion of a proposal as it is now, to be looked at, or changed and given to `update`."""
+    def watch(self) -> Order[ProposalWatch]:
+        """Return a watch of all proposals, a context manager."""
+
+class ProposalWatch(Face):
+    """Changes of proposals as they come, until it is closed, which any thread may do."""
+    def close(self) -> Order[None]:
+        """End it; whoever waits for a change comes to the end."""
+    async def __aenter__(self) -> ProposalWatch: ...
+    def __aiter__(self) -> ProposalWatch: ...
+    async def __anext__(self) -> ProposalChange: ...
 
 class ToolPath(Face):
     """A way of an arm that leads its tool along n frames and touches nothing that it may not."""

@@ -25,6 +25,7 @@ CLASSES = (
     "files.assets:Assets",
     *("collisions.allowed_pairs:AllowedPairs", "collisions.collisions:Collisions", "history.history:History"),
     *("motions.motion:Motion", "motions.paths:FreePath", "motions.paths:Paths", "motions.program:Program"),
+    *("motions.proposals:Proposals", "motions.proposals:ProposalWatch"),
     "motions.tool_paths:ToolPath",
     *("motions.setpoints:SetpointStream", "recording.recording:Recording", "robots.calibration:Calibration"),
     *("robots.group:Group", "robots.odometry:Odometry", "robots.postures:Postures", "robots.robot:Robot"),

@@ -34,6 +34,7 @@ _COMMANDS = {
     "plan": ("virtualrobot.cli.plan", "Show what a move would do."),
     "check": ("virtualrobot.cli.plan", "Tell whether a move keeps all limits."),
     "start": ("virtualrobot.cli.start", "Start a plan as it was shown or checked."),
+    "proposal": ("virtualrobot.cli.proposal", "Show, make, change, approve or reject proposals of motions."),
     "path": ("virtualrobot.cli.path", "Find a way round what stands in between."),
     "drive": ("virtualrobot.cli.drive", "Drive a craft for some seconds."),
     "teleop": ("virtualrobot.cli.teleop", "Drive a craft by the keys of this terminal, or by a gamepad."),

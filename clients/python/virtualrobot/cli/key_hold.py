@@ -51,11 +51,14 @@ def hold_by_key(motion: Motion, source: Input | None = None, output: Output | No
 
     async def follow() -> None:
         with ExitStack() as holding:
-            holds = False
+            beat = None
             while not motion.phase.ended:
-                if bool(held.key) != holds:
-                    holds = not holds
-                    holding.enter_context(motion.held()) if holds else holding.close()
+                if not held.key:
+                    beat = holding.close()
+                elif beat is None:
+                    beat = holding.enter_context(motion.beats())
+                else:
+                    beat()
                 await asyncio.sleep(LOOK_SECONDS)
 
     def end() -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypedDict, Unpack
@@ -210,9 +210,10 @@ class Motion:
     def held(self) -> Iterator[Motion]:
         """Hold it for the length of a block: hold-to-run.
 
-        It runs while the block does, since this program sends beats meanwhile, and slows to standstill on its path when
-        the block ends, the program hangs or the connection is lost. Another block lets it go on. A motion that was
-        started with `hold` runs in no other way.
+        It runs while the block does, since a thread of this program sends beats meanwhile, and slows to standstill on
+        its path when the block ends, the process is stopped or ends, or the connection is lost. Another block lets it
+        go on. A motion that was started with `hold` runs in no other way. Where somebody holds a key, take `beats`:
+        a block that hangs would hold on.
 
         Raises:
             WrongStateError: when somebody else holds it.
@@ -226,24 +227,63 @@ class Motion:
             >>> jog.cancel()
         """
         released = threading.Event()
+        with self._held(lambda: not released.wait(BEAT_SECONDS), released.set):
+            yield self
+
+    @contextmanager
+    def beats(self) -> Iterator[Callable[[], None]]:
+        """Hold it for as long as beats come, by the function that the block is given: hold-to-run by hand.
+
+        Each beat is good for 0.2 s of the wall clock; call it from the loop that looks whether the key is down, never
+        from a timer: so a loop that hangs lets go, too. The beginning of the block is the first beat. Else it is as
+        `held`, which sends beats by itself.
+
+        Example:
+            >>> jog = robot.jog([0, 0, -0.05], hold=True)
+            >>> with jog.beats() as beat:
+            ...     while key.is_down():
+            ...         beat()
+            ...         time.sleep(0.02)
+            >>> jog.cancel()
+        """
+        beaten, released = threading.Event(), threading.Event()
+
+        def comes() -> bool:
+            beaten.wait()
+            beaten.clear()
+            return not released.wait(BEAT_SECONDS / 4)  # a loop may beat more often than the kernel needs it
+
+        def let_go() -> None:
+            released.set()
+            beaten.set()
+
+        with self._held(comes, let_go):
+            yield beaten.set
+
+    @contextmanager
+    def _held(self, comes: Callable[[], bool], let_go: Callable[[], None]) -> Iterator[None]:
+        """Hold it for the length of a block, with a beat at its begin, and one each time that `comes` returns True.
+
+        `let_go` has `comes` return False.
+        """
 
         def beats() -> Iterator[motion_pb2.HoldMotionRequest]:
-            while not released.is_set():
-                yield motion_pb2.HoldMotionRequest(id=self.id)
-                released.wait(BEAT_SECONDS)
+            yield motion_pb2.HoldMotionRequest(id=self.id, sent_seconds=time.monotonic())
+            while comes():
+                yield motion_pb2.HoldMotionRequest(id=self.id, sent_seconds=time.monotonic())
 
         call = self._services.motion.HoldMotion(beats())
         try:
             with call:
                 next(call, None)
                 try:
-                    yield self
+                    yield
                 finally:
-                    released.set()
+                    let_go()
                 for response in call:
                     self._told(response.motion)
         finally:
-            released.set()
+            let_go()
 
     def run_step(self) -> None:
         """Let its program go on to the end of the present step and pause there; steps that zones join count as one."""
@@ -395,7 +435,7 @@ def start_request(services: Services, asked: motion_pb2.StartMotionRequest, **op
     if revision is not None:
         asked.expected_structure_revision = revision
     if tracking is not None:
-        if asked.HasField("plan"):
+        if not asked.HasField("spec"):
             raise InvalidArgumentError("a plan is started as it was shown; leave out tracking")
         asked.spec.tracking.CopyFrom(tracking._message)
     if asked.hold and options.get("wait"):

@@ -273,6 +273,14 @@ def plan(services: Services, spec: motion_pb2.MotionSpec, **options: Unpack[Plan
     return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
 
 
+def plan_shown(services: Services, shown: ShownPlan, **options: Unpack[PlanOptions]) -> MotionPlan:
+    """Return a plan that the kernel remembers in samples."""
+    check_options(options, PlanOptions, "a plan")
+    sample_time = value_or_default(options.get("sample_time"), "sample_time")
+    request = motion_pb2.PlanMotionRequest(plan=reference_of(shown)._message, sample_seconds=sample_time)
+    return MotionPlan.of(services.motion.PlanMotion(request, timeout=LONG_TIMEOUT_SECONDS))
+
+
 def check(services: Services, spec: motion_pb2.MotionSpec, **options: Unpack[CheckOptions]) -> MotionCheck:
     """Return whether a motion keeps all limits and touches nothing; see `Client.check`."""
     check_not_empty(spec)

@@ -263,7 +263,7 @@ class SubProgram(_message.Message):
     def __init__(self, steps: _Optional[_Iterable[_Union[ProgramStep, _Mapping]]] = ...) -> None: ...
 
 class StartMotionRequest(_message.Message):
-    __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id", "open", "breakpoints", "hold", "plan")
+    __slots__ = ("spec", "busy_policy", "on_disconnect", "expected_structure_revision", "request_id", "open", "breakpoints", "hold", "plan", "proposal")
     SPEC_FIELD_NUMBER: _ClassVar[int]
     BUSY_POLICY_FIELD_NUMBER: _ClassVar[int]
     ON_DISCONNECT_FIELD_NUMBER: _ClassVar[int]
@@ -273,6 +273,7 @@ class StartMotionRequest(_message.Message):
     BREAKPOINTS_FIELD_NUMBER: _ClassVar[int]
     HOLD_FIELD_NUMBER: _ClassVar[int]
     PLAN_FIELD_NUMBER: _ClassVar[int]
+    PROPOSAL_FIELD_NUMBER: _ClassVar[int]
     spec: MotionSpec
     busy_policy: BusyPolicy
     on_disconnect: DisconnectPolicy
@@ -282,7 +283,16 @@ class StartMotionRequest(_message.Message):
     breakpoints: _containers.RepeatedScalarFieldContainer[str]
     hold: bool
     plan: PlanReference
-    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., open: bool = ..., breakpoints: _Optional[_Iterable[str]] = ..., hold: bool = ..., plan: _Optional[_Union[PlanReference, _Mapping]] = ...) -> None: ...
+    proposal: ProposalReference
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., busy_policy: _Optional[_Union[BusyPolicy, str]] = ..., on_disconnect: _Optional[_Union[DisconnectPolicy, str]] = ..., expected_structure_revision: _Optional[int] = ..., request_id: _Optional[str] = ..., open: bool = ..., breakpoints: _Optional[_Iterable[str]] = ..., hold: bool = ..., plan: _Optional[_Union[PlanReference, _Mapping]] = ..., proposal: _Optional[_Union[ProposalReference, _Mapping]] = ...) -> None: ...
+
+class ProposalReference(_message.Message):
+    __slots__ = ("id", "revision")
+    ID_FIELD_NUMBER: _ClassVar[int]
+    REVISION_FIELD_NUMBER: _ClassVar[int]
+    id: str
+    revision: int
+    def __init__(self, id: _Optional[str] = ..., revision: _Optional[int] = ...) -> None: ...
 
 class PlanReference(_message.Message):
     __slots__ = ("id", "digest")
@@ -887,14 +897,16 @@ class ReadProgramResponse(_message.Message):
     def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., step_paths: _Optional[_Iterable[str]] = ...) -> None: ...
 
 class PlanMotionRequest(_message.Message):
-    __slots__ = ("spec", "sample_seconds", "expected_structure_revision")
+    __slots__ = ("spec", "sample_seconds", "expected_structure_revision", "plan")
     SPEC_FIELD_NUMBER: _ClassVar[int]
     SAMPLE_SECONDS_FIELD_NUMBER: _ClassVar[int]
     EXPECTED_STRUCTURE_REVISION_FIELD_NUMBER: _ClassVar[int]
+    PLAN_FIELD_NUMBER: _ClassVar[int]
     spec: MotionSpec
     sample_seconds: float
     expected_structure_revision: int
-    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., sample_seconds: _Optional[float] = ..., expected_structure_revision: _Optional[int] = ...) -> None: ...
+    plan: PlanReference
+    def __init__(self, spec: _Optional[_Union[MotionSpec, _Mapping]] = ..., sample_seconds: _Optional[float] = ..., expected_structure_revision: _Optional[int] = ..., plan: _Optional[_Union[PlanReference, _Mapping]] = ...) -> None: ...
 
 class PlanMotionResponse(_message.Message):
     __slots__ = ("stamp", "duration_seconds", "times", "steps", "robots", "notes", "plan")
@@ -1091,10 +1103,12 @@ class ListMotionsResponse(_message.Message):
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motions: _Optional[_Iterable[_Union[Motion, _Mapping]]] = ..., speed_factor: _Optional[float] = ...) -> None: ...
 
 class HoldMotionRequest(_message.Message):
-    __slots__ = ("id",)
+    __slots__ = ("id", "sent_seconds")
     ID_FIELD_NUMBER: _ClassVar[int]
+    SENT_SECONDS_FIELD_NUMBER: _ClassVar[int]
     id: str
-    def __init__(self, id: _Optional[str] = ...) -> None: ...
+    sent_seconds: float
+    def __init__(self, id: _Optional[str] = ..., sent_seconds: _Optional[float] = ...) -> None: ...
 
 class HoldMotionResponse(_message.Message):
     __slots__ = ("stamp", "motion")

@@ -29,6 +29,8 @@ from virtualrobot_apps.bridges.ros.mapping.robots import commanded_twist
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.messages.types import make
 from virtualrobot_apps.bridges.ros.planning_scene import COLLISION_OBJECT, OBJECTS, PlanningScene
+from virtualrobot_apps.bridges.ros.proposals import TOLD, ProposalServices
+from virtualrobot_apps.bridges.ros.proposals import TYPE as PROPOSALS
 from virtualrobot_apps.bridges.ros.signals import TYPES, SignalTopics, kind_of, topics_of
 
 DESCRIPTION = "std_msgs/msg/String"
@@ -75,6 +77,7 @@ class World:
         self._trajectories: dict[str, str] = {}
         # What is said comes from threads; the hub's loop says it.
         self._signals = SignalTopics(client, hub, self._tell, self._soon) if choice.auto else None
+        self._proposals = ProposalServices(client, hub, self._soon, bare=bare) if choice.auto else None
         if choice.auto:
             take = PlanningScene(client, self._tell, bare=bare).take
             self._declare(Topic(OBJECTS, COLLISION_OBJECT, take=take))
@@ -93,6 +96,8 @@ class World:
             self._revision = revision
         if self._signals:
             self._signals.open()
+        if self._proposals:
+            self._proposals.open()
 
     async def lines(self, more: Iterable[tuple[str, str, str]] = ()) -> list[str]:
         """Return what there is now, a line for each topic; `more` are others: name, type, and what it is of."""
@@ -105,6 +110,7 @@ class World:
         found += [(name, type, f"action of {robot}") for name, (type, robot, _) in self._wanted_actions(plan).items()]
         found += [(topic_name(one, "joint_trajectory"), TRAJECTORY, f"to {one}") for one in plan.robots.values()]
         found += [(OBJECTS, COLLISION_OBJECT, "to the scene")] if self._choice.auto else []
+        found += [(TOLD, PROPOSALS, "proposals")] if self._choice.auto else []
         for one in await asyncio.to_thread(self._client.signals.read) if self._choice.auto else ():
             for name, way in zip(topics_of(one.name), ("from", "to"), strict=True):
                 found.append((name, TYPES[kind_of(one.value)], f"{way} the signal {one.name}"))
@@ -115,6 +121,8 @@ class World:
         """Tell and hear no more; crafts that follow twists stop."""
         if self._signals:
             self._signals.close()
+        if self._proposals:
+            self._proposals.close()
         self._apply(Plan({}, {}, {}))
         self._revision = None
 
