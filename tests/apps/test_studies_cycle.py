@@ -86,8 +86,8 @@ def test_where_it_fails_is_told_with_the_step(kernel: RunningKernel, scene: Path
     assert far["ticks"] is None and "step 1: " in str(far["reason"])
     waits = answered(kernel, program="waits.yaml", most_seconds=1.0)
     assert (waits["stage"], waits["reason"]) == ("running", "it is not done after 1 s")
-    # From behind the post it turns through it; from far away it doesn't.
-    touches = [answered(kernel, program="home.yaml", robot="arm", x=x, y=0.0) for x in (0.1, -3.0)]
+    # Stretched to -x along the table it begins beside the post, and lifts the forearm through it; far away it doesn't.
+    touches = [answered(kernel, program="home.yaml", robot="arm", x=x, y=0.0) for x in (0.8, -3.0)]
     assert touches[0]["stage"] == "collision" and "post" in str(touches[0]["reason"])
     assert touches[1]["stage"] == "done"
 
