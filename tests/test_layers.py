@@ -98,6 +98,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Navigation fits, measures distances and plans by libraries, where they are installed, and writes maps as ROS does.
+    f"{APPS}/seeing": ("virtualrobot_apps", "virtualrobot", "numpy", "scipy"),
     f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
     # Processes look for ways on meshes, and on splines.
     f"{APPS}/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "trimesh"),
