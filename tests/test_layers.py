@@ -106,11 +106,15 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     **{
         f"{APPS}/studies/{name}.py": ("virtualrobot_apps", "virtualrobot", "numpy", *libraries)
         for name, libraries in {
+            "best": ("pyarrow", "yaml"),
             "engines": ("loky",),
+            "environment": ("gymnasium",),
             "parameters": ("scipy",),
             "parts": ("pyarrow",),
-            "plans": ("cma",),
+            "ray_engine": ("ray",),
             "report": ("pyarrow",),
+            "searching": ("cma", "optuna"),
+            "report_charts": ("pyarrow",),
             "summary": ("pyarrow", "scipy"),
         }.items()
     },
