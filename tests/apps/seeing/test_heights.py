@@ -24,9 +24,9 @@ def found(rng: np.random.Generator, *boxes: Placed, height: float = EDGE, **opti
         on_it = np.abs((places - (x, y)) @ np.array([[c, -s], [s, c]])).max(axis=1) < 0.5 * EDGE
         z = np.where(on_it, height, z)
     points = np.column_stack([places, FLOOR + z + rng.normal(0.0, SIGMA, len(z))])
-    wall, inside = (SIDE + 0.01, SIDE + 0.01), (SIDE, SIDE)
-    heights = Heights.of(points, np.negative(wall), wall)
-    return grasps_from_above(heights, JAW, FLOOR, np.negative(inside), inside, **options)
+    wall, inside = np.full(2, SIDE + 0.01), np.full(2, SIDE)
+    heights = Heights.of(points, -wall, wall)
+    return grasps_from_above(heights, JAW, FLOOR, -inside, inside, **options)
 
 
 def closing(grasp: FromAbove) -> Floats:

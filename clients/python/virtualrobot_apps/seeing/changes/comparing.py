@@ -18,7 +18,7 @@ BEFORE = 0.02
 LOOKS = 9
 """Number of the other scan's rays about a point, all of which must have looked past it."""
 AMONG = 0.1
-"""How far these rays lie on each side of the point's direction, in the angle between rays, where it is among them."""
+"""Distance of these rays to each side of the point's direction, in the angle between rays, where it is among them."""
 SIDES = 8
 """Number of sides of a direction that are looked at for that."""
 AROUND = 48
@@ -115,7 +115,7 @@ def _unseen(seen: Floats, points: Floats, deviation: float) -> np.ndarray:
     """Return which of points (n, 3), in the frame of another scan, lie clearly before all that it has seen (m, 3)."""
     ranges, lengths = np.linalg.norm(seen, axis=1), np.linalg.norm(points, axis=1)
     along, to = seen / ranges[:, None], points / lengths[:, None]
-    _, rays = KDTree(along).query(to, k=min(LOOKS, len(seen)))
+    rays = np.asarray(KDTree(along).query(to, k=min(LOOKS, len(seen)))[1])
     clear = BEFORE + 5.0 * deviation
     found = lengths < ranges[rays].min(axis=1) - clear
     # Beside the other scan's field of view all of its rays are to one side, and nobody knows.

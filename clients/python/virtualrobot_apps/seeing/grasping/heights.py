@@ -79,7 +79,7 @@ class FromAbove:
 
 
 def grasps_from_above(
-    heights: Heights, jaw: Jaw, floor: float, low: ArrayLike, high: ArrayLike, clear: float = KEPT
+    heights: Heights, jaw: Jaw, floor: float, low: Floats, high: Floats, clear: float = KEPT
 ) -> list[FromAbove]:
     """Return grasps of what lies between corners (2,) x, y, higher than a floor (m).
 
@@ -124,7 +124,8 @@ def _along(
     low, high = first.min(axis=1), last.max(axis=1)
     slant = np.maximum(np.ptp(first, axis=1), np.ptp(last, axis=1))
     off = np.abs(low + high) * 0.5
-    good = body.any(axis=1).all(axis=1) & (slant <= UNEVEN) & (off <= UNEVEN) & (high - low >= THINNEST)
+    known = np.asarray(body.any(axis=1), bool)
+    good = known.all(axis=1) & (slant <= UNEVEN) & (off <= UNEVEN) & (high - low >= THINNEST)
     ratings = top + (top - tips) - 2.0 * slant - off
     return [
         (
