@@ -49,6 +49,7 @@ LONG = {
     "command-line.md",
     "crafts.md",
     "curves.md",
+    "exercises.md",
     "external-axes.md",
     "history.md",
     "kinematics.md",
