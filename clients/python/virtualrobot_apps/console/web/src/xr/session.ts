@@ -42,15 +42,14 @@ export async function enter(view: Viewport, mode: Mode): Promise<void> {
   try {
     // Nothing is awaited before: browsers want to see the press of the button.
     session = await navigator.xr!.requestSession(mode, FEATURES);
-    const room = new Immersion(view, mode);
+    const room = new Immersion(view, mode, session);
     try {
       await view.stage.renderer.xr.setSession(session);
     } catch (error) {
       room.dispose();
       throw error;
     }
-    room.begin(session);
-    entered.value = room;
+    if (view.room === room) entered.value = room;
   } catch (error) {
     say(`no ${NAMES[mode]}: ${reasonOf(error)}`, "error");
     await session?.end().catch(() => {}); // it has ended already
@@ -67,7 +66,6 @@ export class Immersion implements Room {
   #pointers = new Pointers();
   #handle = new Handle();
   #way: ShownWay;
-  #session?: XRSession;
   #isPlaced = false;
   /** What was pressed in the frame before, of each source. */
   #before = new Map<XRInputSource, Buttons>();
@@ -75,8 +73,8 @@ export class Immersion implements Room {
   #holder?: XRInputSource;
   #time = 0;
 
-  constructor(private readonly view: Viewport, readonly mode: Mode) {
-    const { scene } = view.stage;
+  constructor(private readonly view: Viewport, readonly mode: Mode, private readonly session: XRSession) {
+    const { scene, renderer } = view.stage;
     this.#way = new ShownWay(view);
     this.#rig.matrixAutoUpdate = false;
     this.#rig.add(this.#camera, this.#panel.mesh);
@@ -85,16 +83,13 @@ export class Immersion implements Room {
     view.room = this;
     view.ghost.group.visible = false;
     tool.value = "select";
-  }
-
-  begin(session: XRSession): void {
-    this.#session = session;
-    this.view.stage.renderer.xr.addEventListener("sessionend", this.#ended);
+    // After the renderer's own end of it, which gives the picture its size again.
+    renderer.xr.addEventListener("sessionend", this.#ended);
     session.addEventListener("visibilitychange", () => session.visibilityState !== "visible" && this.#letGo());
   }
 
   leave(): void {
-    void this.#session?.end();
+    void this.session.end();
   }
 
   rebuild(): void {
@@ -119,8 +114,11 @@ export class Immersion implements Room {
     renderer.render(scene, this.#camera);
   }
 
+  /** Takes all of it out of the scene, and shows the page again. */
   dispose(): void {
+    if (this.view.room !== this) return;
     const { stage, ghost } = this.view;
+    stage.renderer.xr.removeEventListener("sessionend", this.#ended);
     stage.scene.remove(this.#rig, this.#handle.group, this.#pointers.group, this.#way.group);
     for (const one of [this.#panel, this.#pointers, this.#handle, this.#way]) one.dispose();
     ghost.group.visible = true;
@@ -129,7 +127,6 @@ export class Immersion implements Room {
   }
 
   readonly #ended = () => {
-    this.view.stage.renderer.xr.removeEventListener("sessionend", this.#ended);
     this.#letGo();
     proposal.reject("the person has left the room");
     entered.value = undefined;
