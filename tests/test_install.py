@@ -39,7 +39,7 @@ for name in names:
     except ModuleNotFoundError as error:  # what extras bring
         extras = "asyncua cbor2 cma cyclonedds fmpy foxglove foxglove_schemas_protobuf loky mcap msgspec paho PIL"
         extras = f"{extras} pyarrow pyastar2d pymodbus pytest pythonfmu3 rosbags scipy trimesh uvicorn"
-        extras = f"{extras} websockets zenoh".split()
+        extras = f"{extras} websockets zenoh cryptography".split()
         assert error.name.split(".")[0] in extras, error
 assert "virtualrobot.v1.robot_pb2_grpc" in names and "virtualrobot.cli" in names, names
 """
