@@ -1,6 +1,7 @@
 // A robot at several moments of its way at once, in one drawing however many figures and moments there are.
-import { BatchedMesh, BufferGeometry, Float32BufferAttribute, Group, Matrix4, MeshStandardMaterial, type BufferAttribute, type InterleavedBufferAttribute } from "three";
+import { BatchedMesh, Group, Matrix4, MeshStandardMaterial } from "three";
 import type { Piece } from "../view/figures";
+import { bared, sizeOf } from "./bare";
 
 type Places = ReadonlyMap<string, Matrix4>;
 
@@ -24,14 +25,13 @@ export class Ghosts {
   /** Makes copies of what these nodes look like. */
   rebuild(nodes: readonly string[], pieces: ReadonlyMap<string, readonly Piece[]>): void {
     const all = nodes.flatMap((node) => (pieces.get(node) ?? []).map(({ geometry, local }) => ({ node, local, geometry })));
-    const bare = new Map([...new Set(all.map(({ geometry }) => geometry))].map((one) => [one, bared(one)]));
-    const sum = (count: (one: BufferGeometry) => number) => [...bare.values()].reduce((before, one) => before + count(one), 0);
+    const bare = new Map([...new Set(all.map(({ geometry }) => geometry))].map((one) => [one, bared(one, ["position", "normal"])]));
     this.#mesh?.dispose();
     this.group.clear();
     this.#copies = [];
     this.#mesh = undefined;
     if (all.length === 0) return;
-    const mesh = new BatchedMesh(this.most * all.length, sum((one) => one.getAttribute("position").count), sum((one) => one.index!.count), this.#material);
+    const mesh = new BatchedMesh(this.most * all.length, ...sizeOf(bare.values()), this.#material);
     mesh.frustumCulled = mesh.perObjectFrustumCulled = mesh.sortObjects = false;
     mesh.renderOrder = 800;
     const shapes = new Map([...bare].map(([geometry, one]) => [geometry, mesh.addGeometry(one)]));
@@ -63,20 +63,4 @@ export class Ghosts {
   tint(color: number): void {
     this.#material.color.set(color);
   }
-}
-
-/** Returns triangles with their normals alone, so that all of them go into one drawing. */
-function bared(geometry: BufferGeometry): BufferGeometry {
-  const { index } = geometry, position = geometry.getAttribute("position");
-  const bare = new BufferGeometry().setAttribute("position", numbersOf(position));
-  bare.setIndex(index ? [...index.array] : [...Array(position.count).keys()]);
-  const normal = geometry.getAttribute("normal");
-  if (normal) bare.setAttribute("normal", numbersOf(normal));
-  else bare.computeVertexNormals();
-  return bare;
-}
-
-function numbersOf(attribute: BufferAttribute | InterleavedBufferAttribute): Float32BufferAttribute {
-  const numbers = Array.from({ length: 3 * attribute.count }, (_, at) => attribute.getComponent(Math.floor(at / 3), at % 3));
-  return new Float32BufferAttribute(numbers, 3);
 }

@@ -8,7 +8,7 @@ import { HeldMotion } from "../kernel/held_motion";
 import { attempt } from "../kernel/messages";
 import * as orders from "../kernel/orders";
 import { start } from "../kernel/own_motions";
-import { reasonOf } from "../kernel/page_calls";
+import { metadataOf, reasonOf } from "../kernel/page_calls";
 import { motions } from "../kernel/services";
 import { forPeople, wordsOf } from "../kernel/words";
 import { clock } from "../kernel/world";
@@ -34,6 +34,7 @@ interface Wanted {
 const SPEED = 0.3;
 const SAMPLE_SECONDS = 0.02, NANO = 1e-9;
 const RATE_HERTZ = 20;
+const REACHED = { meters: 5e-4, radians: 1e-3 };
 const REJECTED = "rejected by who proposed it";
 const ENDED = new Set<MotionPhase>([MotionPhase.SUCCEEDED, MotionPhase.CANCELLED, MotionPhase.ABORTED]);
 
@@ -166,7 +167,7 @@ class Proposals {
       if (number !== this.#number) return;
       this.#refuse(wordsOf(error));
       if (reasonOf(error) !== "PLAN_OUTDATED") return;
-      this.#note = `shown anew: ${wordsOf(error)}`;
+      this.#note = `shown anew: ${forPeople(metadataOf(error, "changes")).replaceAll("\n", ", ")}`;
       await this.#propose();
     }
   }
@@ -214,7 +215,9 @@ export const proposal = new Proposals();
 /** Says how far the tool is off what is out of reach: a pinch turns it more than it moves it. */
 function away(): string {
   const { meters, radians } = goal.off.value;
-  return [`${fixed(1000 * meters, 0)} mm and ${fixed(DEGREES * radians, 1)}° off`, goal.explanation.value].filter(Boolean).join(": ");
+  // Joints beyond their limits reach it all the same.
+  const far = meters > REACHED.meters || radians > REACHED.radians;
+  return [far && `${fixed(1000 * meters, 0)} mm and ${fixed(DEGREES * radians, 1)}° off`, goal.explanation.value].filter(Boolean).join(": ");
 }
 
 function wayOf({ times, robots }: PlanMotionResponse, robot: string): Way {

@@ -1,12 +1,13 @@
 // The cell in a room: an immersive session of this page, its frames, and what hands do in it.
 import { signal } from "@preact/signals";
-import { Group, Matrix4, PerspectiveCamera, Vector3 } from "three";
+import { Group, Matrix4, PerspectiveCamera, Vector3, type Object3D } from "three";
 import { say } from "../kernel/messages";
 import { teach } from "../kernel/orders";
 import { stop } from "../kernel/stop";
 import { chosen } from "../kernel/world";
 import { tool } from "../view/gizmo";
 import type { Room, Viewport } from "../view/viewport";
+import { DrawnCell } from "./drawn_cell";
 import { Handle, rayOf } from "./handle";
 import { isMomentary, readHands, type Hand } from "./hands";
 import { Panel, type Press } from "./panel";
@@ -66,6 +67,7 @@ export class Immersion implements Room {
   #pointers = new Pointers();
   #handle = new Handle();
   #way: ShownWay;
+  #cell: DrawnCell;
   #isPlaced = false;
   /** What was pressed in the frame before, of each source. */
   #before = new Map<XRInputSource, Buttons>();
@@ -76,12 +78,14 @@ export class Immersion implements Room {
   constructor(private readonly view: Viewport, readonly mode: Mode, private readonly session: XRSession) {
     const { scene, renderer } = view.stage;
     this.#way = new ShownWay(view);
+    this.#cell = new DrawnCell(view.solids);
     this.#rig.matrixAutoUpdate = false;
     this.#rig.add(this.#camera, this.#panel.mesh);
-    scene.add(this.#rig, this.#handle.group, this.#pointers.group, this.#way.group);
+    scene.add(...this.#objects);
     view.stage.enter(mode === "immersive-ar");
     view.room = this;
     view.ghost.group.visible = false;
+    view.solids.setDrawn(false);
     tool.value = "select";
     // After the renderer's own end of it, which gives the picture its size again.
     renderer.xr.addEventListener("sessionend", this.#ended);
@@ -94,6 +98,7 @@ export class Immersion implements Room {
 
   rebuild(): void {
     this.#way.rebuild();
+    this.#cell.rebuild();
   }
 
   draw(frame: XRFrame): void {
@@ -108,6 +113,7 @@ export class Immersion implements Room {
     this.#act(hands, now, seconds);
     this.#handle.follow();
     this.#way.advance();
+    this.#cell.advance();
     this.#pointers.show(hands);
     this.#panel.draw(new Set(hands.flatMap(({ pointed }) => pointed ?? [])), this.#holder !== undefined);
     renderer.autoClear = true;
@@ -117,13 +123,18 @@ export class Immersion implements Room {
   /** Takes all of it out of the scene, and shows the page again. */
   dispose(): void {
     if (this.view.room !== this) return;
-    const { stage, ghost } = this.view;
+    const { stage, ghost, solids } = this.view;
     stage.renderer.xr.removeEventListener("sessionend", this.#ended);
-    stage.scene.remove(this.#rig, this.#handle.group, this.#pointers.group, this.#way.group);
-    for (const one of [this.#panel, this.#pointers, this.#handle, this.#way]) one.dispose();
+    stage.scene.remove(...this.#objects);
+    for (const one of [this.#panel, this.#pointers, this.#handle, this.#way, this.#cell]) one.dispose();
     ghost.group.visible = true;
+    solids.setDrawn(true);
     stage.leave();
     this.view.leaveRoom();
+  }
+
+  get #objects(): Object3D[] {
+    return [this.#rig, this.#handle.group, this.#pointers.group, this.#way.group, this.#cell.group];
   }
 
   readonly #ended = () => {
