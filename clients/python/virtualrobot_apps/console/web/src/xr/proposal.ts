@@ -11,7 +11,7 @@ import { start } from "../kernel/own_motions";
 import { metadataOf, reasonOf } from "../kernel/page_calls";
 import { motions } from "../kernel/services";
 import { forPeople, wordsOf } from "../kernel/words";
-import { clock } from "../kernel/world";
+import { chosen, clock } from "../kernel/world";
 import { DEGREES, fixed, type AnyPose } from "../parts/numbers";
 
 export type Phase = "idle" | "asking" | "planning" | "free" | "refused" | "running" | "paused" | "done";
@@ -57,6 +57,11 @@ class Proposals {
   #note = "";
 
   constructor() {
+    // It is of one robot, as its goal is.
+    effect(() => {
+      void chosen.value;
+      if (!this.isBegun) this.#end("idle", "");
+    });
     effect(() => {
       if (this.phase.value === "asking") this.words.value = goal.reach.value === "unreachable" ? away() : "";
     });
