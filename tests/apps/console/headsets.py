@@ -68,7 +68,7 @@ class Person:
 
     @property
     def told(self) -> Locator:
-        """What the page tells of what goes on in the room."""
+        """Words of the page on what goes on in the room."""
         return self.page.locator("#room")
 
     def frames(self, count: int = 4) -> None:

@@ -47,7 +47,7 @@ _BEFORE = datetime.timedelta(days=1)
 
 @dataclass(frozen=True, slots=True)
 class Own:
-    """What the authority has made.
+    """Certificates that are made, and where they lead.
 
     Attributes:
         file: a certificate for this machine with its key, PEM.
