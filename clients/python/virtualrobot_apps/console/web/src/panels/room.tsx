@@ -1,7 +1,7 @@
 // Buttons that show the cell in a room, why there are none, and what goes on there for those who stand beside.
 import { able, why, type Mode } from "../xr/support";
 import { enter, entered } from "../xr/session";
-import { TITLES } from "../xr/looks";
+import { cssOf, look } from "../xr/looks";
 import { proposal } from "../xr/proposal";
 import { Icon } from "../parts/icons";
 import { viewport } from "./view";
@@ -45,8 +45,8 @@ export function InRoom() {
   if (!room) return null;
   return (
     <div class="float alone" role="status" id="room">
-      <Icon name={ABOUT[room.mode][1]} size={16} color="var(--accent)" />
-      <span class="cut"><b>{TITLES[proposal.phase.value]}</b> {proposal.words.value}</span>
+      <Icon name={ABOUT[room.mode][1]} size={16} color={cssOf(look.value.color)} />
+      <span class="cut"><b>{look.value.title}</b> {proposal.words.value}</span>
       <button type="button" class="button small" title={`Leave ${ABOUT[room.mode][0].toLowerCase()}`} onClick={() => room.leave()}>Leave</button>
     </div>
   );

@@ -5,6 +5,7 @@ import { chosen, states } from "../kernel/world";
 import { matrixOf, poseOf } from "../view/poses";
 import { proposal } from "./proposal";
 
+const YELLOW = 0xffd65c, RED = 0xe5393f;
 const BALL_METERS = 0.03, AXES_METERS = 0.14;
 /** How near (m) a grip takes hold, and by how much a ray may miss the middle. */
 const REACH_METERS = 0.12, AIM_METERS = 0.05;
@@ -23,7 +24,7 @@ interface Taken {
 
 export class Handle {
   readonly group = new Group();
-  #ball = new Mesh(new SphereGeometry(BALL_METERS, 24, 16), new MeshStandardMaterial({ color: 0xffd65c, emissive: 0x665010 }));
+  #ball = new Mesh(new SphereGeometry(BALL_METERS, 24, 16), new MeshStandardMaterial({ color: YELLOW }));
   #axes = new AxesHelper(AXES_METERS);
   #taken?: Taken;
   #asked = new Matrix4();
@@ -72,6 +73,7 @@ export class Handle {
 
   /** Stands at the goal, or at the tool where there is none. */
   follow(): void {
+    this.#ball.material.color.set(goal.reach.peek() === "unreachable" ? RED : YELLOW);
     if (this.#taken) return;
     const pose = goal.pose.peek() ?? states.peek().get(chosen.peek())?.worldTTcp;
     this.group.visible = pose !== undefined;

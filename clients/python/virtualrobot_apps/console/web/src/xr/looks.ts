@@ -1,16 +1,33 @@
 // How a proposal's states look, and what they are called, in the room.
-import type { Phase } from "./proposal";
+import { computed } from "@preact/signals";
+import { goal } from "../kernel/goal";
+import { connection } from "../kernel/world";
+import { proposal, type Phase } from "./proposal";
 
 const BLUE = 0x3b9eff, GREEN = 0x35c27b, RED = 0xe5393f, AMBER = 0xf0a92c, GREY = 0x8a96a5;
 
-export const COLORS: Record<Phase, number> = {
-  idle: GREY, asking: BLUE, planning: BLUE, free: GREEN, refused: RED, running: BLUE, paused: AMBER, done: GREEN,
+interface Look {
+  title: string;
+  color: number;
+}
+
+const LOOKS: Record<Phase, Look> = {
+  idle: { title: "Take the ball at the tool", color: GREY },
+  asking: { title: "Where to?", color: BLUE },
+  planning: { title: "Planning", color: BLUE },
+  free: { title: "Hold to run", color: GREEN },
+  refused: { title: "Not so", color: RED },
+  running: { title: "Running", color: BLUE },
+  paused: { title: "Paused: hold to go on", color: AMBER },
+  done: { title: "There", color: GREEN },
 };
 
-export const TITLES: Record<Phase, string> = {
-  idle: "Take the ball at the tool", asking: "Where to?", planning: "Planning", free: "Hold to run", refused: "Not so",
-  running: "Running", paused: "Paused: hold to go on", done: "There",
-};
+/** How what is proposed looks now, and what that is called. */
+export const look = computed<Look>(() => {
+  if (connection.value !== "connected") return { title: "No connection", color: RED };
+  if (proposal.phase.value === "asking" && goal.reach.value === "unreachable") return { title: "Out of reach", color: RED };
+  return LOOKS[proposal.phase.value];
+});
 
 /** Returns a color as canvases take it. */
 export function cssOf(color: number): string {

@@ -5,8 +5,8 @@ import { stopping } from "../kernel/stop";
 import { chosen, connection, states, trouble } from "../kernel/world";
 import { fixed, positionOf } from "../parts/numbers";
 import { beforeHead } from "./rig";
-import { COLORS, cssOf, TITLES } from "./looks";
-import { proposal } from "./proposal";
+import { cssOf, look } from "./looks";
+import { proposal, type Phase } from "./proposal";
 
 export type Press = "hold" | "stop" | "reject" | "undo" | "teach" | "leave";
 
@@ -18,15 +18,17 @@ const SIZE = { meters: [0.48, 0.3], pixels: [768, 480] } as const;
 
 /** Left, top, width, height in pixels. */
 type Area = readonly [number, number, number, number];
+const GREY = "#2b333d", GREEN = "#1f7d4e", BLUE = "#2f7fd6";
 const BUTTONS: readonly (readonly [press: Press, area: Area, color: string])[] = [
-  ["hold", [24, 252, 452, 96], "#1f7d4e"],
+  ["hold", [24, 252, 452, 96], GREY],
   ["stop", [492, 252, 252, 96], "#c9262c"],
-  ["reject", [24, 364, 168, 92], "#2b333d"],
-  ["undo", [208, 364, 168, 92], "#2b333d"],
-  ["teach", [392, 364, 168, 92], "#2b333d"],
-  ["leave", [576, 364, 168, 92], "#2b333d"],
+  ["reject", [24, 364, 168, 92], GREY],
+  ["undo", [208, 364, 168, 92], GREY],
+  ["teach", [392, 364, 168, 92], GREY],
+  ["leave", [576, 364, 168, 92], GREY],
 ];
 const NAMES: Record<Press, string> = { hold: "Hold to run", stop: "STOP", reject: "Reject", undo: "Undo", teach: "Teach", leave: "Leave" };
+const CAN_RUN = new Set<Phase>(["free", "running", "paused"]);
 const MOST_LINES = 3;
 const FONT = "Inter Variable, sans-serif";
 
@@ -68,7 +70,7 @@ export class Panel {
 
   /** Draws it anew where it says something else; `pointed` are buttons that rays meet, `held` whether the motion is held. */
   draw(pointed: ReadonlySet<Press>, held: boolean): void {
-    const phase = proposal.phase.peek(), title = connection.peek() === "connected" ? TITLES[phase] : "No connection";
+    const { title, color: ink } = look.peek();
     const words = connection.peek() === "connected" ? proposal.words.peek() : trouble.peek();
     const pose = goal.pose.peek() ?? states.peek().get(chosen.peek())?.worldTTcp;
     const where = positionOf(pose).map((value, place) => `${"XYZ"[place]} ${fixed(1000 * value, 0)}`).join("  ");
@@ -79,13 +81,13 @@ export class Panel {
     const pen = this.#canvas.getContext("2d")!, [width, height] = SIZE.pixels;
     pen.clearRect(0, 0, width, height);
     rounded(pen, [0, 0, width, height], "#15191ff2", 24);
-    rounded(pen, [0, 24, 12, 200], cssOf(COLORS[phase]), 6);
-    write(pen, title, 36, 64, `600 46px ${FONT}`, cssOf(COLORS[phase]));
+    rounded(pen, [0, 24, 12, 200], cssOf(ink), 6);
+    write(pen, title, 36, 64, `600 46px ${FONT}`, cssOf(ink));
     lines(pen, words, width - 60, 28).forEach((line, row) => write(pen, line, 36, 112 + 36 * row, `28px ${FONT}`, "#e4e9ef"));
     write(pen, robot, 36, 230, `26px ${FONT}`, "#9aa6b4");
     for (const [press, area, color] of BUTTONS) {
       const [left, top, wide, high] = area;
-      rounded(pen, area, press === "hold" && held ? cssOf(COLORS.running) : color, 16);
+      rounded(pen, area, press !== "hold" ? color : held ? BLUE : CAN_RUN.has(proposal.phase.peek()) ? GREEN : GREY, 16);
       if (pointed.has(press)) {
         pen.strokeStyle = "#ffffff";
         pen.lineWidth = 4;

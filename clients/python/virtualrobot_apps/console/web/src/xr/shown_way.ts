@@ -7,7 +7,7 @@ import { below, chosen } from "../kernel/world";
 import { placesAt } from "../view/forward";
 import type { Viewport } from "../view/viewport";
 import { Ghosts } from "./ghosts";
-import { COLORS } from "./looks";
+import { look } from "./looks";
 import { proposal, type Way } from "./proposal";
 
 /** Moments of a way that are shown at once. */
@@ -29,7 +29,7 @@ export class ShownWay {
         void chosen.value;
         this.rebuild();
       }),
-      effect(() => this.#ghosts.tint(COLORS[proposal.phase.value])),
+      effect(() => this.#ghosts.tint(look.value.color)),
       effect(() => void this.#show(proposal.way.value, proposal.moment.value)),
       effect(() => this.#draw(proposal.way.value)),
     ];
