@@ -25,10 +25,11 @@ PANEL, PANEL_SIZE, PANEL_PIXELS = (0.35, EYES - 0.25, -0.8), (0.48, 0.3), (768, 
 BUTTONS = {
     "hold": (250, 300),
     "stop": (618, 300),
-    "reject": (108, 410),
-    "undo": (292, 410),
-    "teach": (476, 410),
-    "leave": (660, 410),
+    "reject": (92, 410),
+    "undo": (238, 410),
+    "teach": (384, 410),
+    "register": (530, 410),
+    "leave": (676, 410),
 }
 """The middles of the panel's buttons, pixels from the left and from above."""
 
@@ -87,6 +88,13 @@ class Person:
         else:
             self._put(self.room(point))
         self.frames()
+
+    def touch(self, room: Sequence[float]) -> None:
+        """Put the tip of the controller at a point of the room and pull the trigger."""
+        self._put(list(room))
+        self.frames()
+        self.pull(1)
+        self.pull(0)
 
     def take(self, point: Sequence[float] | np.ndarray, way: Sequence[float], steps: int = 8) -> np.ndarray:
         """Take the ball at a point along a way and let it go there; return where that is."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -17,7 +18,7 @@ from virtualrobot.v1 import motion_pb2
 
 from tests.api.asking import IIWA
 from tests.api.reading import state, step
-from tests.apps.console.browsing import PLAIN, browsers, needs_page, opened
+from tests.apps.console.browsing import PLAIN, browsers, needs_page, opened, row
 from tests.apps.console.consoles import Console
 from tests.apps.console.headsets import IWER, Person, in_room
 from tests.kernels import KernelProcess, Stubs
@@ -33,6 +34,8 @@ WAY = (-0.1, -0.08, 0.06)
 """A way of the tool in the world, m."""
 FLOAT32 = 1e-4
 """Poses of headsets have single precision; and the kernel's inverse is iterative for seven joints. Meters."""
+
+REGISTRATION = "virtualrobot_apps.registration"
 
 PAUSED, SUCCEEDED = motion_pb2.MOTION_PHASE_PAUSED, motion_pb2.MOTION_PHASE_SUCCEEDED
 CANCELLED = motion_pb2.MOTION_PHASE_CANCELLED
@@ -162,13 +165,19 @@ def test_a_way_that_touches_something_does_not_run(
 
 
 def test_what_was_shown_is_what_runs(browser: Browser, console: Console, stepped: Stubs, client: Client) -> None:
-    client.scene.add_object("box", virtualrobot.box(0.1, 0.1, 0.1), pose=virtualrobot.pose(x=1.5))
+    client.scene.add_object("box", virtualrobot.box(0.08, 0.08, 0.08), pose=virtualrobot.pose(x=1.5))
     with in_room(browser, console, "arm") as person:
         goal, count = propose(person, client), len(motions(stepped))
-        client.scene.set_pose("box", virtualrobot.pose(x=1.6))
+        # Somebody puts something there after it was looked at.
+        client.scene.set_pose("box", virtualrobot.pose(*goal))
         person.point("hold")
         person.pull()
-        expect(person.told).to_contain_text(re.compile("free.*shown anew.*box"))
+        expect(person.told).to_contain_text(re.compile("Not so.*box"))
+        check_rests(stepped)
+        person.pull(0)
+        client.scene.set_pose("box", virtualrobot.pose(x=1.5))
+        person.pull()
+        expect(person.told).to_contain_text(re.compile(r"Hold to run.*free, \d"))
         check_rests(stepped)
         assert len(motions(stepped)) == count  # though the trigger is held: it is to be looked at first
         person.pull(0)
@@ -212,6 +221,27 @@ def test_goals_and_edits_are_taken_back(browser: Browser, console: Console, step
         np.testing.assert_allclose(client.scene.pose("P1"), client.robot("arm").tcp, atol=FLOAT32)
         person.press("undo")
         until(lambda: "P1" not in client.scene)
+
+
+@pytest.mark.skipif(find_spec(REGISTRATION) is None, reason="this console registers nothing")
+def test_the_room_is_found_by_touching(browser: Browser, console: Console, stepped: Stubs, client: Client) -> None:
+    """Three frames of the cell are touched where they are in the real room, which has y up."""
+    places = {"touch-1": (0.5, 0.4, 0.2), "touch-2": (0.5, -0.5, 0.0), "touch-3": (-0.4, 0.3, 0.6)}
+    y_up = np.array([[1.0, 0.0, 0.0, 0.0], [0.0, 0.0, -1.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, 1.0]])
+    world_t_room = virtualrobot.pose(0.3, -1.2, 0.1, yaw=0.4) @ y_up
+    with in_room(browser, console, "arm") as person:
+        person.press("register")
+        expect(person.told).to_contain_text("three frames are needed")
+        for name, place in places.items():
+            client.scene.add_frame(name, pose=virtualrobot.pose(*place))
+        expect(row(person.page, "touch-3")).to_have_count(1)
+        person.press("register")
+        for name, place in places.items():
+            expect(person.told).to_contain_text(f"Touch {name}")
+            person.touch((np.linalg.inv(world_t_room) @ [*place, 1.0])[:3].tolist())
+        expect(person.told).to_contain_text("registered, points off by 0.0 mm at most")
+        until(lambda: "headset" in client.scene)
+        np.testing.assert_allclose(client.scene.pose("headset"), world_t_room, atol=FLOAT32)
 
 
 def test_whoever_leaves_has_let_go(browser: Browser, console: Console, stepped: Stubs, client: Client) -> None:

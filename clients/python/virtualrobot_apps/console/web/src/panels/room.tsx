@@ -2,7 +2,6 @@
 import { able, why, type Mode } from "../xr/support";
 import { enter, entered } from "../xr/session";
 import { cssOf, look } from "../xr/looks";
-import { proposal } from "../xr/proposal";
 import { Icon } from "../parts/icons";
 import { viewport } from "./view";
 
@@ -46,7 +45,7 @@ export function InRoom() {
   return (
     <div class="float alone" role="status" id="room">
       <Icon name={ABOUT[room.mode][1]} size={16} color={cssOf(look.value.color)} />
-      <span class="cut"><b>{look.value.title}</b> {proposal.words.value}</span>
+      <span class="cut"><b>{look.value.title}</b> {look.value.words}</span>
       <button type="button" class="button small" title={`Leave ${ABOUT[room.mode][0].toLowerCase()}`} onClick={() => room.leave()}>Leave</button>
     </div>
   );

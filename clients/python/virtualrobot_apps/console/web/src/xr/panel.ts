@@ -2,13 +2,13 @@
 import { CanvasTexture, DoubleSide, Mesh, MeshBasicMaterial, PlaneGeometry, Raycaster, SRGBColorSpace, Vector3, type Matrix4, type Ray } from "three";
 import { goal } from "../kernel/goal";
 import { stopping } from "../kernel/stop";
-import { chosen, connection, states, trouble } from "../kernel/world";
+import { chosen, states } from "../kernel/world";
 import { fixed, positionOf } from "../parts/numbers";
 import { beforeHead } from "./rig";
 import { cssOf, look } from "./looks";
 import { proposal, type Phase } from "./proposal";
 
-export type Press = "hold" | "stop" | "reject" | "undo" | "teach" | "leave";
+export type Press = "hold" | "stop" | "reject" | "undo" | "teach" | "register" | "leave";
 
 /** Right of, ahead of and above the head, m. */
 const PLACE = [0.35, 0.8, -0.25] as const;
@@ -22,12 +22,13 @@ const GREY = "#2b333d", GREEN = "#1f7d4e", BLUE = "#2f7fd6";
 const BUTTONS: readonly (readonly [press: Press, area: Area, color: string])[] = [
   ["hold", [24, 252, 452, 96], GREY],
   ["stop", [492, 252, 252, 96], "#c9262c"],
-  ["reject", [24, 364, 168, 92], GREY],
-  ["undo", [208, 364, 168, 92], GREY],
-  ["teach", [392, 364, 168, 92], GREY],
-  ["leave", [576, 364, 168, 92], GREY],
+  ["reject", [24, 364, 136, 92], GREY],
+  ["undo", [170, 364, 136, 92], GREY],
+  ["teach", [316, 364, 136, 92], GREY],
+  ["register", [462, 364, 136, 92], GREY],
+  ["leave", [608, 364, 136, 92], GREY],
 ];
-const NAMES: Record<Press, string> = { hold: "Hold to run", stop: "STOP", reject: "Reject", undo: "Undo", teach: "Teach", leave: "Leave" };
+const NAMES: Record<Press, string> = { hold: "Hold to run", stop: "STOP", reject: "Reject", undo: "Undo", teach: "Teach", register: "Register", leave: "Leave" };
 const CAN_RUN = new Set<Phase>(["free", "running", "paused"]);
 const MOST_LINES = 3;
 const FONT = "Inter Variable, sans-serif";
@@ -70,8 +71,7 @@ export class Panel {
 
   /** Draws it anew where it says something else; `pointed` are buttons that rays meet, `held` whether the motion is held. */
   draw(pointed: ReadonlySet<Press>, held: boolean): void {
-    const { title, color: ink } = look.peek();
-    const words = connection.peek() === "connected" ? proposal.words.peek() : trouble.peek();
+    const { title, words, color: ink } = look.peek();
     const pose = goal.pose.peek() ?? states.peek().get(chosen.peek())?.worldTTcp;
     const where = positionOf(pose).map((value, place) => `${"XYZ"[place]} ${fixed(1000 * value, 0)}`).join("  ");
     const robot = `${chosen.peek()}  ${where} mm`;
@@ -95,7 +95,7 @@ export class Panel {
       }
       pen.textAlign = "center";
       const name = press === "stop" && stopping.peek() === "stopped" ? "STOPPED" : NAMES[press];
-      write(pen, name, left + wide / 2, top + high / 2 + 12, `600 34px ${FONT}`, "#ffffff");
+      write(pen, name, left + wide / 2, top + high / 2 + 12, `600 30px ${FONT}`, "#ffffff");
       pen.textAlign = "left";
     }
     this.#texture.needsUpdate = true;

@@ -13,6 +13,7 @@ import { isMomentary, readHands, type Hand } from "./hands";
 import { Panel, type Press } from "./panel";
 import { Pointers } from "./pointers";
 import { proposal } from "./proposal";
+import { registration } from "./registration";
 import { roomInWorld } from "./rig";
 import { ShownWay } from "./shown_way";
 import { reasonOf, type Mode } from "./support";
@@ -28,7 +29,7 @@ const HANG_MS = 500;
 const SCRUB_SECONDS = 2;
 const DEAD_STICK = 0.2;
 
-/** A hand whose poses are in the world. */
+/** A hand whose grip and ray are in the world; its tip is in the room. */
 type Near = Hand & { pointed?: Press; distance?: number };
 type Buttons = Pick<Hand, "trigger" | "squeeze" | "back">;
 
@@ -139,6 +140,7 @@ export class Immersion implements Room {
 
   readonly #ended = () => {
     this.#letGo();
+    registration.stop();
     proposal.reject("the person has left the room");
     entered.value = undefined;
     this.dispose();
@@ -167,6 +169,7 @@ export class Immersion implements Room {
       const { source } = hand, before = this.#before.get(source) ?? (isMomentary(source) ? NOTHING : hand);
       const pulled = hand.trigger && !before.trigger, squeezed = hand.squeeze && !before.squeeze;
       if (pulled && hand.pointed) this.#press(hand.pointed, source);
+      else if (pulled && hand.tip && registration.next.peek()) void this.#touch(hand.tip);
       else if (pulled || squeezed) this.#handle.take(source, hand.grip, hand.ray);
       if (hand.back && !before.back) proposal.reject();
       if (Math.abs(hand.stick) > DEAD_STICK) proposal.scrub((hand.stick * seconds) / SCRUB_SECONDS);
@@ -186,7 +189,14 @@ export class Immersion implements Room {
     else if (press === "reject") proposal.reject();
     else if (press === "undo") void proposal.undo();
     else if (press === "teach") void teach(chosen.peek());
+    else if (press === "register") registration.begin();
     else this.leave();
+  }
+
+  /** Lays the room into the world as it was touched. */
+  async #touch(tip: Vector3): Promise<void> {
+    const world_t_room = await registration.touch(tip);
+    if (world_t_room) this.#rig.matrix.copy(world_t_room);
   }
 
   #unhold(): void {
