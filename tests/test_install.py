@@ -37,7 +37,7 @@ for name in names:
         if not name.endswith(".__main__"):
             importlib.import_module(name)
     except ModuleNotFoundError as error:  # what extras bring
-        extras = "abb_robot_client asyncua cbor2 cma cyclonedds fmpy foxglove foxglove_schemas_protobuf loky mcap"
+        extras = "abb_robot_client asyncua cbor2 cma cryptography cyclonedds fmpy foxglove foxglove_schemas_protobuf loky mcap"
         extras = f"{extras} msgspec paho PIL pyarrow pyastar2d pymodbus pytest pythonfmu3 rosbags scipy"
         extras = f"{extras} trimesh uvicorn websockets zenoh".split()
         assert error.name.split(".")[0] in extras, error

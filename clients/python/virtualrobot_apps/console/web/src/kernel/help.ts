@@ -36,7 +36,7 @@ export const ABOUT: Record<string, About> = {
   library: { name: "Library", says: ["Robots and grippers by name. Choose one, then click where it shall stand; a gripper goes to the chosen robot's flange."] },
   pendant: { name: "Pendant", says: ["Hold + or − to jog a joint or the tool; the robot stops when you let go.", "A slider, a number or the dragged tool asks for a ghost: Go moves the robot there. Of several postures that reach a pose, choose one.", "Teach makes a target where the tool is."] },
   parts: { name: "Parts", says: ["The parts that are nearest to the tool, with their distances. Pick takes the chosen one where it is near enough; Place lets it go."] },
-  views: { name: "Views", says: ["Look from a side, follow a node, keep views by name, and look through cameras of the cell."] },
+  views: { name: "Views", says: ["Look from a side, follow a node, keep views by name, and look through cameras of the cell.", "With a headset, or a phone that can: stand in the cell, take the tool's ball, and hold to run what was shown."] },
   properties: { name: "Properties", says: ["Name, parent, pose, figures and settings of the selected node. Numbers are taken by Enter or Tab."] },
   plot: { name: "Joints over time", says: ["Positions, speeds or torques of the chosen robot's joints, as they go by."] },
   program: { name: "Program", says: ["Steps that are played in order: taught targets, tools, signals, waits, picks and places. Play, single step, and back to before Play.", "Save it as a file that programs and the command line run, too."] },
