@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from importlib.util import find_spec
 
 import numpy as np
 import pytest
@@ -35,7 +34,7 @@ WAY = (-0.1, -0.08, 0.06)
 FLOAT32 = 1e-4
 """Poses of headsets have single precision; and the kernel's inverse is iterative for seven joints. Meters."""
 
-REGISTRATION = "virtualrobot_apps.registration"
+FREE = re.compile(r"Hold to run.*free, \d")
 
 PAUSED, SUCCEEDED = motion_pb2.MOTION_PHASE_PAUSED, motion_pb2.MOTION_PHASE_SUCCEEDED
 CANCELLED = motion_pb2.MOTION_PHASE_CANCELLED
@@ -82,7 +81,7 @@ def check_rests(stubs: Stubs) -> None:
 def propose(person: Person, client: Client) -> np.ndarray:
     """Propose a way of the tool, which is free, and return where its end is."""
     goal = person.take(client.robot("arm").tcp[:3, 3], WAY)
-    expect(person.told).to_contain_text(re.compile(r"Hold to run.*free, \d"))
+    expect(person.told).to_contain_text(FREE)
     return goal
 
 
@@ -96,6 +95,8 @@ def test_a_proposed_motion_runs_while_it_is_held(
         goal = propose(person, client)
         check_rests(stepped)
         assert len(motions(stepped)) == before  # it is only shown
+        seen = client.proposals.list()[-1]  # by whoever looks
+        assert (seen.state, seen.robots, seen.check.ok) == ("proposed", ("arm",), True)
         person.point("hold")
         person.pull()
         until(lambda: runs(stepped))
@@ -114,9 +115,12 @@ def test_a_proposed_motion_runs_while_it_is_held(
         np.testing.assert_allclose(end[:3, 3], goal, atol=FLOAT32)
         np.testing.assert_allclose(end[:3, :3], begin[:3, :3], atol=1e-3)
         expect(person.told).to_contain_text("There")
+        until(lambda: client.proposals.get(seen.id).state == "executed")
 
 
-def test_what_is_rejected_ends_where_it_is(browser: Browser, console: Console, stepped: Stubs, client: Client) -> None:
+def test_what_is_rejected_ends_and_what_is_undone_is_as_before(
+    browser: Browser, console: Console, stepped: Stubs, client: Client
+) -> None:
     with in_room(browser, console, "arm") as person:
         propose(person, client)
         person.point("hold")
@@ -127,7 +131,7 @@ def test_what_is_rejected_ends_where_it_is(browser: Browser, console: Console, s
         here = state(stepped, "arm").positions
         person.back()
         until(lambda: is_in(stepped, CANCELLED))
-        assert motions(stepped)[-1].end_reason == "rejected by who proposed it"
+        assert motions(stepped)[-1].end_reason == "rejected in the room"
         check_rests(stepped)
         assert state(stepped, "arm").positions == here
 
@@ -135,79 +139,21 @@ def test_what_is_rejected_ends_where_it_is(browser: Browser, console: Console, s
         count = len(motions(stepped))
         propose(person, client)
         person.press("reject")
+        until(lambda: client.proposals.list()[-1].reason == "rejected in the room")
         person.point("hold")
         person.pull()
         check_rests(stepped)
         person.pull(0)
         assert len(motions(stepped)) == count
 
-
-def test_a_way_that_touches_something_does_not_run(
-    browser: Browser, console: Console, stepped: Stubs, client: Client
-) -> None:
-    tool = client.robot("arm").tcp[:3, 3]
-    box = virtualrobot.box(0.08, 0.08, 0.08)
-    client.scene.add_object("box", box, pose=virtualrobot.pose(*(tool + WAY)))
-    with in_room(browser, console, "arm") as person:
-        person.take(tool, WAY)
-        expect(person.told).to_contain_text(re.compile("Not so.*box"))
-        count = len(motions(stepped))
-        person.point("hold")
-        person.pull()
-        person.frames(20)
-        check_rests(stepped)
-        person.pull(0)
-        assert len(motions(stepped)) == count
-
-        # Out of reach it says by how much, in lengths and angles.
-        person.take(tool + WAY, (0.0, 3.0, 0.0))
-        expect(person.told).to_contain_text(re.compile(r"Not so.*\d mm and [\d.]+° off"))
-
-
-def test_what_was_shown_is_what_runs(browser: Browser, console: Console, stepped: Stubs, client: Client) -> None:
-    client.scene.add_object("box", virtualrobot.box(0.08, 0.08, 0.08), pose=virtualrobot.pose(x=1.5))
-    with in_room(browser, console, "arm") as person:
-        goal, count = propose(person, client), len(motions(stepped))
-        # Somebody puts something there after it was looked at.
-        client.scene.set_pose("box", virtualrobot.pose(*goal))
-        person.point("hold")
-        person.pull()
-        expect(person.told).to_contain_text(re.compile("Not so.*box"))
-        check_rests(stepped)
-        person.pull(0)
-        client.scene.set_pose("box", virtualrobot.pose(x=1.5))
-        person.pull()
-        expect(person.told).to_contain_text(re.compile(r"Hold to run.*free, \d"))
-        check_rests(stepped)
-        assert len(motions(stepped)) == count  # though the trigger is held: it is to be looked at first
-        person.pull(0)
-        person.pull()
-        until(lambda: is_in(stepped, SUCCEEDED))
-        np.testing.assert_allclose(client.robot("arm").tcp[:3, 3], goal, atol=FLOAT32)
-
-
-def test_a_page_that_hangs_lets_go_and_does_not_go_on_by_itself(
-    browser: Browser, console: Console, stepped: Stubs, client: Client
-) -> None:
-    with in_room(browser, console, "arm") as person:
-        propose(person, client)
-        person.point("hold")
-        person.pull()
-        until(lambda: runs(stepped))
-        person.page.evaluate(HANG, 1400)
-        until(lambda: is_in(stepped, PAUSED))
-        person.frames(20)  # the page is there again, and the trigger still held
-        check_rests(stepped)
-        assert motions(stepped)[-1].phase == PAUSED
-
-
-def test_goals_and_edits_are_taken_back(browser: Browser, console: Console, stepped: Stubs, client: Client) -> None:
-    with in_room(browser, console, "arm") as person:
+        # Goals are taken back.
         first = propose(person, client)
         person.take(first, (0.0, 0.0, -0.2))
-        expect(person.told).to_contain_text(re.compile(r"Hold to run.*free, \d"))
+        expect(person.told).to_contain_text(FREE)
+        until(lambda: client.proposals.list()[-1].undo_count == 1)
         person.press("undo")
-        expect(person.told).to_contain_text(re.compile(r"Hold to run.*free, \d"))
+        until(lambda: client.proposals.list()[-1].undo_count == 0)
+        expect(person.told).to_contain_text(FREE)
         person.point("hold")
         person.pull()
         until(lambda: is_in(stepped, SUCCEEDED))
@@ -223,7 +169,91 @@ def test_goals_and_edits_are_taken_back(browser: Browser, console: Console, step
         until(lambda: "P1" not in client.scene)
 
 
-@pytest.mark.skipif(find_spec(REGISTRATION) is None, reason="this console registers nothing")
+def test_what_others_propose_is_seen_changed_and_approved(
+    browser: Browser, console: Console, stepped: Stubs, client: Client
+) -> None:
+    arm = client.robot("arm")
+    with in_room(browser, console, "arm") as person:
+        made = client.proposals.create([arm.ptp({"lbr_iiwa_joint_1": 0.4})], title="to the press")
+        expect(person.told).to_contain_text(re.compile("Hold to run.*to the press.*free"))
+        client.proposals.reject(made, "too near to the door")
+        expect(person.told).to_contain_text(re.compile("Not so.*rejected by .*too near to the door"))
+        seen = client.proposals.update(made.id, [arm.ptp({"lbr_iiwa_joint_1": 0.2})])
+        expect(person.told).to_contain_text(re.compile("Hold to run.*to the press.*free"))
+        # Taken by hand it is the same one, with another goal; what the other one does with it then is seen, too.
+        propose(person, client)
+        changed = client.proposals.get(made.id)
+        assert (changed.revision, changed.title) == (seen.revision + 1, "to the press")
+        back = client.proposals.undo(changed)
+        expect(person.told).to_contain_text(re.compile("Hold to run.*to the press.*free"))
+        person.point("hold")
+        person.pull()
+        until(lambda: is_in(stepped, SUCCEEDED))
+        person.pull(0)
+        until(lambda: client.proposals.get(back.id).state == "executed")
+        assert arm.positions[0] == 0.2
+
+
+def test_what_was_shown_is_what_runs(browser: Browser, console: Console, stepped: Stubs, client: Client) -> None:
+    tool = client.robot("arm").tcp[:3, 3]
+    away, there = virtualrobot.pose(x=1.5), virtualrobot.pose(*(tool + WAY))
+    client.scene.add_object("box", virtualrobot.box(0.08, 0.08, 0.08), pose=there)
+    with in_room(browser, console, "arm") as person:
+        # What touches something does not run.
+        person.take(tool, WAY)
+        expect(person.told).to_contain_text(re.compile("Not so.*box"))
+        count = len(motions(stepped))
+        client.scene.set_pose("box", away)
+        person.point("hold")
+        person.pull()
+        expect(person.told).to_contain_text(FREE)
+        check_rests(stepped)
+        person.pull(0)
+        # Somebody puts something there after it was looked at.
+        client.scene.set_pose("box", there)
+        person.pull()
+        expect(person.told).to_contain_text(re.compile("Not so.*box"))
+        check_rests(stepped)
+        person.pull(0)
+        client.scene.set_pose("box", away)
+        person.pull()
+        expect(person.told).to_contain_text(FREE)
+        check_rests(stepped)
+        assert len(motions(stepped)) == count  # though the trigger is held: it is to be looked at first
+        person.pull(0)
+        person.pull()
+        until(lambda: is_in(stepped, SUCCEEDED))
+        person.pull(0)
+        np.testing.assert_allclose(client.robot("arm").tcp[:3, 3], tool + WAY, atol=FLOAT32)
+
+        # Out of reach it says by how much, in lengths and angles.
+        person.take(tool + WAY, (0.0, 3.0, 0.0))
+        expect(person.told).to_contain_text(re.compile(r"Not so.*\d mm and [\d.]+° off"))
+
+
+def test_a_page_that_hangs_or_is_left_lets_go(
+    browser: Browser, console: Console, stepped: Stubs, client: Client
+) -> None:
+    with in_room(browser, console, "arm") as person:
+        propose(person, client)
+        person.point("hold")
+        person.pull()
+        until(lambda: runs(stepped))
+        person.page.evaluate(HANG, 1400)
+        until(lambda: is_in(stepped, PAUSED))
+        person.frames(20)  # the page is there again, and the trigger still held
+        check_rests(stepped)
+        assert motions(stepped)[-1].phase == PAUSED
+
+        person.pull(0)
+        person.pull()
+        until(lambda: runs(stepped))
+        person.page.evaluate("() => headset.activeSession.end()")
+        until(lambda: is_in(stepped, CANCELLED))
+        expect(person.told).to_have_count(0)
+        check_rests(stepped)
+
+
 def test_the_room_is_found_by_touching(browser: Browser, console: Console, stepped: Stubs, client: Client) -> None:
     """Three frames of the cell are touched where they are in the real room, which has y up."""
     places = {"touch-1": (0.5, 0.4, 0.2), "touch-2": (0.5, -0.5, 0.0), "touch-3": (-0.4, 0.3, 0.6)}
@@ -242,18 +272,6 @@ def test_the_room_is_found_by_touching(browser: Browser, console: Console, stepp
         expect(person.told).to_contain_text("registered, points off by 0.0 mm at most")
         until(lambda: "headset" in client.scene)
         np.testing.assert_allclose(client.scene.pose("headset"), world_t_room, atol=FLOAT32)
-
-
-def test_whoever_leaves_has_let_go(browser: Browser, console: Console, stepped: Stubs, client: Client) -> None:
-    with in_room(browser, console, "arm") as person:
-        propose(person, client)
-        person.point("hold")
-        person.pull()
-        until(lambda: runs(stepped))
-        person.page.evaluate("() => headset.activeSession.end()")
-        until(lambda: is_in(stepped, CANCELLED))
-        expect(person.told).to_have_count(0)
-        check_rests(stepped)
 
 
 def test_a_browser_without_a_headset_says_so(browser: Browser, console: Console, client: Client) -> None:

@@ -26,7 +26,7 @@ class Press {
     while (!this.#isOver) {
       if (this.#isDue) {
         this.#isDue = false;
-        yield { id };
+        yield { id, sentSeconds: performance.now() / 1000 };
       } else await new Promise<void>((resolve) => (this.#wake = resolve));
     }
   }

@@ -1,7 +1,9 @@
-// A motion that a person in the room proposes by hand: asked for, planned and checked by the kernel, shown, and run only while
-// it is held, as it was shown.
+// A motion that a person in the room proposes by hand, or that somebody else has proposed: planned and checked by the kernel,
+// which keeps it for all of its clients, shown, and run only while it is held, as it was shown.
 import { effect, signal } from "@preact/signals";
-import { BusyPolicy, DisconnectPolicy, MotionPhase, type PlanMotionResponse, type PlanReference } from "../generated/virtualrobot/v1/motion_pb";
+import type { MessageInitShape } from "@bufbuild/protobuf";
+import { BusyPolicy, DisconnectPolicy, MotionPhase, type MotionSpecSchema, type PlanMotionResponse } from "../generated/virtualrobot/v1/motion_pb";
+import { ProposalState, type Proposal } from "../generated/virtualrobot/v1/proposal_pb";
 import { ofArray, rowsOf } from "../kernel/arrays";
 import { goal } from "../kernel/goal";
 import { HeldMotion } from "../kernel/held_motion";
@@ -9,9 +11,9 @@ import { attempt } from "../kernel/messages";
 import * as orders from "../kernel/orders";
 import { start } from "../kernel/own_motions";
 import { metadataOf, reasonOf } from "../kernel/page_calls";
-import { motions } from "../kernel/services";
-import { forPeople, wordsOf } from "../kernel/words";
-import { chosen, clock } from "../kernel/world";
+import * as service from "../kernel/services";
+import { forPeople, personOf, wordsOf } from "../kernel/words";
+import { chosen, clock, proposals } from "../kernel/world";
 import { DEGREES, fixed, type AnyPose } from "../parts/numbers";
 
 export type Phase = "idle" | "asking" | "planning" | "free" | "refused" | "running" | "paused" | "done";
@@ -35,7 +37,7 @@ const SPEED = 0.3;
 const SAMPLE_SECONDS = 0.02, NANO = 1e-9;
 const RATE_HERTZ = 20;
 const REACHED = { meters: 5e-4, radians: 1e-3 };
-const REJECTED = "rejected by who proposed it";
+const TITLE = "by hand, in the room", REJECTED = "rejected in the room";
 const ENDED = new Set<MotionPhase>([MotionPhase.SUCCEEDED, MotionPhase.CANCELLED, MotionPhase.ABORTED]);
 
 class Proposals {
@@ -45,13 +47,19 @@ class Proposals {
   readonly way = signal<Way | undefined>(undefined);
   /** The time (s) of the way that is looked at; undefined for the whole of it. */
   readonly moment = signal<number | undefined>(undefined);
+  /** Whether somebody is in the room, who sees what others propose. */
+  readonly isSeen = signal(false);
   /** Grows with all that makes answers to earlier questions worthless. */
   #number = 0;
   #asked: Promise<void> = Promise.resolve();
   #wanted?: Wanted;
-  /** Goals that were let go, the newest last. */
+  /** Goals of this person that the kernel has kept, the newest last. */
   #before: Wanted[] = [];
-  #plan?: PlanReference;
+  /** What the kernel keeps, as it was seen last; one call after the other changes it. */
+  #kept?: Proposal;
+  #keeping: Promise<unknown> = Promise.resolve();
+  /** Up to which revision proposals were seen to their end here. */
+  #over = new Map<string, bigint>();
   #motion?: HeldMotion;
   #isPressed = false;
   #note = "";
@@ -60,10 +68,13 @@ class Proposals {
     // It is of one robot, as its goal is.
     effect(() => {
       void chosen.value;
-      if (!this.isBegun) this.#end("idle", "");
+      if (!this.isBegun) this.#end("idle", "", this.#before.length > 0 ? "another robot was chosen" : undefined);
     });
     effect(() => {
       if (this.phase.value === "asking") this.words.value = goal.reach.value === "unreachable" ? away() : "";
+    });
+    effect(() => {
+      if (this.isSeen.value) this.#hear(proposals.value);
     });
   }
 
@@ -84,9 +95,7 @@ class Proposals {
 
   /** Has the kernel plan and check the way to what is wanted, which nobody moves any more; nothing moves. */
   async letGoal(): Promise<void> {
-    if (this.isBegun || !this.#wanted) return;
-    this.#before.push(this.#wanted);
-    await this.#propose();
+    if (!this.isBegun && this.#wanted) await this.#propose();
   }
 
   /** Holds what was shown, once in each frame: starts it, and lets it go on. */
@@ -95,7 +104,7 @@ class Proposals {
     if (this.#isPressed) return;
     this.#isPressed = true;
     if (this.phase.peek() === "free") void this.#start();
-    else if (this.phase.peek() === "refused" && goal.shown.peek()) void this.#propose();
+    else if (this.phase.peek() === "refused" && (goal.shown.peek() || this.#kept)) void this.#propose();
   }
 
   /** Has it brake on its path. */
@@ -104,21 +113,32 @@ class Proposals {
     this.#motion?.letGo();
   }
 
-  /** Drops it; where it runs it ends on its path. */
+  /** Drops it, for all who see it; where it runs it ends on its path. */
   reject(words = REJECTED): void {
-    const id = this.#motion?.id;
-    if (id) void attempt(motions.cancelMotion({ id, reason: words }));
-    this.#end("idle", this.phase.peek() === "idle" ? "" : words);
+    this.#cancel(words);
+    this.#end("idle", this.phase.peek() === "idle" ? "" : words, words);
   }
 
-  /** Takes the goal back to the one before, or, where none is wanted, the last edit of the cell. */
+  /** Drops what the person has proposed, or runs; what others have proposed waits on. */
+  leave(words: string): void {
+    this.isSeen.value = false;
+    this.#cancel(words);
+    this.#end("idle", "", this.#before.length > 0 ? words : undefined);
+  }
+
+  /** Takes the goal back to the one before, or, where nothing is proposed, the last edit of the cell. */
   async undo(): Promise<void> {
     if (this.isBegun) return;
-    if (!this.#before.pop()) return orders.undo();
-    const wanted = this.#before.at(-1);
-    if (!wanted) return this.reject("taken back");
-    this.ask(wanted.robot, wanted.pose);
-    await this.#propose();
+    const kept = this.#kept, isKept = this.#wanted === this.#before.at(-1);
+    if (!kept) return this.#wanted ? this.reject("taken back") : orders.undo();
+    if (isKept && kept.undoCount === 0) return this.#before.length > 0 ? this.reject("taken back") : orders.undo();
+    if (isKept) this.#before.pop();
+    this.#wanted = this.#before.at(-1);
+    await this.#ask(async () => {
+      if (this.#wanted) await goal.ask(this.#wanted.robot, this.#wanted.pose);
+      else goal.clear();
+      return isKept ? (await service.proposals.undoProposal({ id: kept.id, expectedRevision: kept.revision })).proposal! : kept;
+    });
   }
 
   /** Looks at a time farther on by a share of the whole way. */
@@ -129,48 +149,111 @@ class Proposals {
     this.moment.value = Math.min(whole, Math.max(0, (this.moment.peek() ?? whole) + share * whole));
   }
 
+  /** Has what is wanted planned and checked, or where nothing is, what somebody else wants, on the cell as it is. */
   async #propose(): Promise<void> {
-    const number = ++this.#number, isOld = () => number !== this.#number;
+    const number = ++this.#number;
     this.#drop();
     await this.#asked;
-    if (isOld()) return;
-    const shown = goal.shown.peek();
-    if (!shown) return this.#refuse(away());
+    if (number !== this.#number) return;
+    const wanted = this.#wanted, shown = goal.shown.peek();
+    if (wanted && !shown) return this.#refuse(away());
+    const spec = wanted && goal.motion(shown!, SPEED);
+    await this.#ask(async () => {
+      const now = await this.#keep(spec);
+      if (wanted && wanted !== this.#before.at(-1)) this.#before.push(wanted);
+      return now;
+    });
+  }
+
+  /** Creates what the kernel keeps, or changes it; it is planned anew in any case. */
+  async #keep(spec?: MessageInitShape<typeof MotionSpecSchema>): Promise<Proposal> {
+    const { id, revision: expectedRevision } = this.#kept ?? {};
+    const { proposal } = id ? await service.proposals.updateProposal({ id, expectedRevision, spec }) : await service.proposals.createProposal({ spec, title: TITLE });
+    return proposal!;
+  }
+
+  /** Shows what the kernel keeps once it has answered. */
+  async #ask(answer: () => Promise<Proposal>): Promise<void> {
+    const number = ++this.#number;
+    this.#drop();
     this.phase.value = "planning";
     this.words.value = this.#note;
-    const spec = goal.motion(shown, SPEED);
-    try {
-      const sampleSeconds = Math.max(SAMPLE_SECONDS, Number(clock.peek()?.tickNanoseconds ?? 0) * NANO);
-      const planned = await motions.planMotion({ spec, sampleSeconds });
-      if (isOld()) return;
-      this.way.value = wayOf(planned, shown.robot);
-      const { plan, firstViolation: found, durationSeconds } = await motions.checkMotion({ plan: planned.plan });
-      if (isOld()) return;
-      this.moment.value = found?.timeSeconds;
-      if (!plan) return this.#refuse(found ? forPeople(found.message) : "the kernel keeps no plan of this motion");
-      this.#plan = plan;
-      this.words.value = [`free, ${fixed(durationSeconds, 1)} s`, this.#note].filter(Boolean).join("; ");
-      this.phase.value = "free";
-      this.#note = "";
-    } catch (error) {
-      if (!isOld()) this.#refuse(wordsOf(error));
+    const asked = this.#keeping.then(async () => {
+      if (number !== this.#number) return;
+      try {
+        this.#kept = await answer();
+        if (number === this.#number) await this.#show(this.#kept);
+        else if (!this.#wanted) this.#forget(REJECTED); // it was rejected meanwhile
+      } catch (error) {
+        if (number !== this.#number) return;
+        if (reasonOf(error) === "UNKNOWN_NAME") this.#kept = undefined; // another kernel
+        this.#refuse(wordsOf(error));
+      }
+    });
+    await (this.#keeping = asked);
+    this.#hear(proposals.peek());
+  }
+
+  /** Shows what the kernel has found, and the way, which it tells as it planned it. */
+  async #show({ spec, check, changedBy, title }: Proposal): Promise<void> {
+    const number = this.#number, robot = chosen.peek();
+    const { plan, firstViolation: found, durationSeconds } = check!;
+    const sampleSeconds = Math.max(SAMPLE_SECONDS, Number(clock.peek()?.tickNanoseconds ?? 0) * NANO);
+    const planned = await service.motions.planMotion(plan ? { plan, sampleSeconds } : { spec, sampleSeconds }).catch((error: unknown) => {
+      if (!found) throw error;
+    });
+    if (number !== this.#number) return;
+    if (planned) this.way.value = wayOf(planned, robot);
+    this.moment.value = found?.timeSeconds;
+    const whose = this.#wanted ? "" : [personOf(changedBy), title].filter(Boolean).join(": ");
+    const told = found ? forPeople(found.message) : `free, ${fixed(durationSeconds, 1)} s`;
+    this.words.value = [whose, told, this.#note].filter(Boolean).join("; ");
+    this.phase.value = plan ? "free" : "refused";
+    this.#note = "";
+  }
+
+  /** Takes what others have done with it, or have proposed where there is nothing yet. */
+  #hear(all: ReadonlyMap<string, Proposal>): void {
+    const phase = this.phase.peek();
+    if (!this.isSeen.peek() || this.isBegun || phase === "planning") return;
+    if (this.#kept) {
+      const now = all.get(this.#kept.id);
+      if (!now || now.revision <= this.#kept.revision) return;
+      const by = personOf(now.changedBy);
+      if (now.state === ProposalState.PROPOSED && phase !== "asking") this.#take(now);
+      else if (now.state === ProposalState.REJECTED) this.#end("refused", [`rejected by ${by}`, now.reason].filter(Boolean).join(": "));
+      else if (now.state === ProposalState.APPROVED) this.#end("idle", `approved by ${by}`);
+    } else if (phase !== "asking" && !this.#wanted) {
+      const isNew = ({ id, revision, state, robots }: Proposal) =>
+        state === ProposalState.PROPOSED && robots.length === 1 && robots[0] === chosen.peek() && revision > (this.#over.get(id) ?? 0n);
+      const newest = [...all.values()].filter(isNew).at(-1);
+      if (newest) this.#take(newest);
     }
+  }
+
+  /** Shows what somebody else wants. */
+  #take(now: Proposal): void {
+    this.#wanted = undefined;
+    this.#before = [];
+    goal.clear();
+    void this.#ask(async () => now);
   }
 
   /** Starts what was shown, as it was; where the cell is another one since, it is planned and shown anew. */
   async #start(): Promise<void> {
-    const number = ++this.#number;
+    const number = ++this.#number, { id, revision } = this.#kept!;
     this.phase.value = "paused";
     this.words.value = "";
     try {
-      const { motion } = await start({ plan: this.#plan, hold: true, busyPolicy: BusyPolicy.REJECT, onDisconnect: DisconnectPolicy.STOP });
+      const { motion } = await start({ proposal: { id, revision }, hold: true, busyPolicy: BusyPolicy.REJECT, onDisconnect: DisconnectPolicy.STOP });
       const held = new HeldMotion(motion!.id, (error) => (this.words.value = wordsOf(error)));
-      if (number !== this.#number) return void attempt(motions.cancelMotion({ id: held.id, reason: REJECTED }));
+      if (number !== this.#number) return void attempt(service.motions.cancelMotion({ id: held.id, reason: REJECTED }));
       this.#motion = held;
       void this.#watch(held);
     } catch (error) {
-      if (number !== this.#number) return;
+      if (number !== this.#number) return this.#turnDown(id, REJECTED);
       this.#refuse(wordsOf(error));
+      if (reasonOf(error) === "STALE_REVISION") return this.#hear(proposals.peek());
       if (reasonOf(error) !== "PLAN_OUTDATED") return;
       this.#note = `shown anew: ${forPeople(metadataOf(error, "changes")).replaceAll("\n", ", ")}`;
       await this.#propose();
@@ -179,7 +262,7 @@ class Proposals {
 
   async #watch(held: HeldMotion): Promise<void> {
     try {
-      for await (const { motion } of motions.watchMotion({ id: held.id, maxRateHertz: RATE_HERTZ })) {
+      for await (const { motion } of service.motions.watchMotion({ id: held.id, maxRateHertz: RATE_HERTZ })) {
         if (this.#motion !== held || !motion) return;
         const { phase, progress, endReason } = motion;
         if (phase === MotionPhase.SUCCEEDED) return this.#end("done", "");
@@ -197,10 +280,12 @@ class Proposals {
     this.phase.value = "refused";
   }
 
-  #end(phase: Phase, words: string): void {
+  /** `rejected` says why others shall not run what has not run, if that is so. */
+  #end(phase: Phase, words: string, rejected?: string): void {
     this.#number++;
     this.#drop();
     this.#motion?.letGo();
+    this.#forget(rejected);
     this.#motion = this.#wanted = undefined;
     this.#before = [];
     this.#note = "";
@@ -209,8 +294,25 @@ class Proposals {
     this.phase.value = phase;
   }
 
+  /** Looks no more at what the kernel keeps, and turns it down for a reason if there is one, unless it is over or runs. */
+  #forget(rejected?: string): void {
+    if (!this.#kept) return;
+    const { id, revision } = this.#kept, now = proposals.peek().get(id);
+    this.#kept = undefined;
+    this.#over.set(id, now && now.revision > revision ? now.revision : revision);
+    if (rejected && !this.isBegun) this.#turnDown(id, rejected);
+  }
+
+  #turnDown(id: string, reason: string): void {
+    service.proposals.rejectProposal({ id, reason }).catch(() => {}); // it is over already
+  }
+
+  #cancel(reason: string): void {
+    const id = this.#motion?.id;
+    if (id) void attempt(service.motions.cancelMotion({ id, reason }));
+  }
+
   #drop(): void {
-    this.#plan = undefined;
     this.way.value = this.moment.value = undefined;
   }
 }

@@ -88,6 +88,7 @@ export class Immersion implements Room {
     view.ghost.group.visible = false;
     view.solids.setDrawn(false);
     tool.value = "select";
+    proposal.isSeen.value = true;
     // After the renderer's own end of it, which gives the picture its size again.
     renderer.xr.addEventListener("sessionend", this.#ended);
     session.addEventListener("visibilitychange", () => session.visibilityState !== "visible" && this.#letGo());
@@ -141,7 +142,7 @@ export class Immersion implements Room {
   readonly #ended = () => {
     this.#letGo();
     registration.stop();
-    proposal.reject("the person has left the room");
+    proposal.leave("the person has left the room");
     entered.value = undefined;
     this.dispose();
   };
