@@ -22,7 +22,7 @@ from pathlib import Path
 import numpy as np
 import virtualrobot
 from virtualrobot_apps.lockstep.exchange import Lockstep
-from virtualrobot_apps.lockstep.wire import SocketWire, listen
+from virtualrobot_apps.lockstep.wire import ProgramWire, SocketWire, Wire, listen
 from websockets.sync.client import connect
 
 from benchmarks.processes import kernel, process
@@ -149,22 +149,42 @@ def joints(address: str) -> list[Row]:
 
 
 def step_milliseconds(client: virtualrobot.Client, period: float, start: Callable[[int], list[str]]) -> float:
-    """Return how long a step of lockstep takes with a controller that starts by this command."""
-    times: list[float] = []
+    """Return how long a step of lockstep takes with a controller that connects, and starts by this command."""
     with closing(listen(0)) as server:
         controller = subprocess.Popen(start(server.getsockname()[1]), stderr=subprocess.DEVNULL)
         try:
-            wire = SocketWire(server, 60.0)
-            Lockstep(client, "ugv", period).run(wire, 60.0, STEPS * period, lambda _: times.append(time.perf_counter()))
-            wire.close()
+            with closing(SocketWire(server, 60.0)) as wire:
+                return exchanged(client, period, wire)
         finally:
             controller.kill()
             controller.wait()
+
+
+def exchanged(client: virtualrobot.Client, period: float, wire: Wire) -> float:
+    """Return how long a step of lockstep takes (ms)."""
+    times: list[float] = []
+    Lockstep(client, "ugv", period).run(wire, 60.0, STEPS * period, lambda _: times.append(time.perf_counter()))
     return 1e3 * float(np.mean(np.diff(times)[WARM:]))
 
 
+def worked(client: virtualrobot.Client, folder: Path) -> list[Row]:
+    """Measure the controllers of docs/lockstep.md, which drive a square, by pipes, at their period."""
+    text = (Path(__file__).resolve().parents[1] / "docs" / "lockstep.md").read_text("utf-8")
+    took: list[float] = []
+    for language, *start in (("octave", "octave-cli", "--norc", "--quiet"), ("python", sys.executable)):
+        program = folder / f"square_of_{language}"
+        program.write_text(text.partition(f"```{language}\n")[2].partition("```")[0])
+        with closing(ProgramWire([*start, str(program)])) as wire:
+            took.append(exchanged(client, 0.05, wire))
+    name = "a step of lockstep of 50 ms, a controller that drives a square, Octave"
+    return [
+        row(name, took[0], took[1], "Python, the same controller", "ms", None),
+        row(name, took[0], 1e3 / STEPS_A_SECOND, f"{STEPS_A_SECOND:g} steps a second", "ms", 1.0),
+    ]
+
+
 def lockstep(address: str) -> list[Row]:
-    """Measure controllers that only answer, at three periods."""
+    """Measure controllers that only answer, at three periods, and one that does something."""
     functions = Path(__file__).resolve().parents[1] / "clients" / "matlab"
     rows = []
     with virtualrobot.connect(address) as client, tempfile.TemporaryDirectory() as folder:
@@ -183,6 +203,7 @@ def lockstep(address: str) -> list[Row]:
             name = f"a step of lockstep of {1e3 * period:g} ms, Octave"
             rows.append(row(name, ours, peer, "Python, the same exchange", "ms", None))
             rows.append(row(name, ours, 1e3 / STEPS_A_SECOND, f"{STEPS_A_SECOND:g} steps a second", "ms", 1.0))
+        rows += worked(client, Path(folder))
     return rows
 
 

@@ -239,7 +239,7 @@ def test_command_line_tells_each_option(name: str) -> None:
         options -= {"-h", "--help"}
     elif name == "grade":
         options = long_options(grade)
-    elif name in ("new", "repair", "study"):
+    elif name in ("marker", "new", "repair", "study"):
         options = long_options(command)
     else:
         assert long_options(command) >= TARGET

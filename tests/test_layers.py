@@ -128,9 +128,9 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
             "bag.py": ("rosbags", "click"),
             "messages/types.py": ("rosbags", "yaml"),
             "messages/ros1.py": ("rosbags",),
-            "messages/message.py": ("cbor2",),
             "mapping/sensors.py": ("PIL",),
             "dds": ("cyclonedds",),
+            "rclpy_node.py": ("rclpy",),
             "zenoh_node.py": ("zenoh",),
             "foxglove_server.py": ("foxglove",),
             # A robot of ROS is driven from here, so that no plugin needs to know of ROS.
@@ -150,6 +150,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),
     # For its pages it runs what another command runs, too.
     f"{APPS}/console/wiring.py": ("virtualrobot_apps", "virtualrobot"),
+    f"{APPS}/console/registering.py": ("virtualrobot_apps", "virtualrobot", "numpy"),
     f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot_apps.asgi", "virtualrobot", "uvicorn"),
     f"{APPS}/console/authority.py": ("virtualrobot", "cryptography", "platformdirs"),
     f"{APPS}/asgi.py": ("uvicorn",),
@@ -170,6 +171,8 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The Boe-Bot's worlds are written as YAML, and its pictures looked at by OpenCV, where that is installed.
     f"{APPS}/vehicles/boebot/worlds.py": ("virtualrobot_apps", "numpy", "yaml"),
     f"{APPS}/vehicles/boebot/line_follower.py": ("virtualrobot", "numpy", "cv2"),
+    # So are printed markers.
+    f"{APPS}/registration/marker_pose.py": ("virtualrobot_apps", "virtualrobot", "numpy", "cv2"),
     # Films are written by FFmpeg, where its package is installed.
     f"{CLIENT}/view/film.py": ("virtualrobot", "numpy", "av"),
     # Fixtures, which pytest finds.

@@ -149,7 +149,7 @@ GROUPS = (
         "View",
         services=("ViewService",),
         python={"client.view": "view.view:View"},
-        commands=("view", "capture", "pixel", "measure"),
+        commands=("view", "capture", "pixel", "measure", "walls"),
     ),
     Group(
         "Distance and collision",
@@ -181,7 +181,7 @@ GROUPS = (
             *("beams", "camera", "contact_sensor", "encoders", "fan", "force_torque_sensor", "imu", "light"),
             *("looking_at", "noise", "pose_sensor", "range_sensor", "raster", "ring", "spinning"),
         ),
-        commands=("sensor", "map", "navigate"),
+        commands=("sensor", "map", "navigate", "marker", "register"),
     ),
     Group(
         "Time, signals, history and recordings",

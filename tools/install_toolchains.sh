@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Installs the compilers and libraries of the clients in C++, Go and Java, and what of ROS 1 the bridge is tested with, from
-# Debian's packages, where they are missing.
+# Installs the compilers and libraries of the clients in C++, Go and Java, and what the bridge to ROS is tested with, parts of
+# ROS 1 and Mono, from Debian's packages, where they are missing.
 set -euo pipefail
 
 packages=(
@@ -10,6 +10,7 @@ packages=(
     libperfmark-java libgeronimo-annotation-1.3-spec-java
     python3-rospy python3-rosmaster python3-rostopic python3-rosservice python3-rosparam python3-rosbag
     python3-actionlib python3-tf2-ros python3-sensor-msgs python3-nav-msgs python3-std-srvs
+    mono-mcs
 )
 missing=()
 for package in "${packages[@]}"; do

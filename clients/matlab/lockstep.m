@@ -37,18 +37,19 @@ classdef lockstep < handle
     function send(self, command)
       % Send a command (struct); numbers go with all of their digits.
       names = fieldnames(command);
-      parts = cell(1, numel(names));
+      text = '';
       for place = 1:numel(names)
         value = command.(names{place});
         if isnumeric(value)
-          text = sprintf('%.17g,', value);
-          text = ['[' text(1:end - 1) ']'];
+          part = sprintf('%.17g,', value);
+          part = ['[' part(1:end - 1) ']'];
         else
-          text = jsonencode(value);
+          part = jsonencode(value);
         end
-        parts{place} = ['"' names{place} '":' text];
+        text = [text ',"' names{place} '":' part];
       end
-      self.Stream.write(virtualrobot.bytes_of(sprintf('{%s}\n', strjoin(parts, ','))));
+      text(1) = '{';  % in place of a comma
+      self.Stream.write(virtualrobot.bytes_of([text '}' 10]));
     end
 
     function close(self)

@@ -61,6 +61,7 @@ LONG = {
     "programs.md",
     "rays.md",
     "recording.md",
+    "registration.md",
     "sensor-models.md",
     "streaming.md",
     "studies.md",
@@ -80,6 +81,7 @@ LONG = {
     "tutorial-teacher.md",
     "tutorial-urscript.md",
     "walkers.md",
+    "walls.md",
     "writers.md",
 }
 COMMAND_SECONDS = 300

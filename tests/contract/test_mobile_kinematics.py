@@ -64,6 +64,12 @@ class TestBundledMecanum(MobileKinematicsContract):
 
 
 @pytest.mark.long
+class TestBundledSwerve(MobileKinematicsContract):
+    component = f"{BUNDLED}/swerve"
+    settings: ClassVar[dict[str, Any]] = {"wheelbase_meters": 0.6, "track_meters": 0.5, "wheel_radius_meters": 0.1}
+
+
+@pytest.mark.long
 class TestBundledThreeWheels(MobileKinematicsContract):
     component = f"{BUNDLED}/omnidirectional"
     settings: ClassVar[dict[str, Any]] = {"radius_meters": 0.2, "wheel_radius_meters": 0.05}

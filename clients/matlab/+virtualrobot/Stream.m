@@ -112,29 +112,34 @@ classdef Stream < handle
 
     function came = wait(self, deadline)
       % Read what has come, or wait for some; false where nothing has come until then.
-      came = false;
-      while ~came
+      misses = 0;
+      while true
         if isempty(self.Socket)
           bytes = fread(self.Out, 65536, 'uint8=>uint8')';
           fclear(self.Out);
-          if isempty(bytes) && self.has_ended()
-            bytes = fread(self.Out, 65536, 'uint8=>uint8')';
-            if isempty(bytes)
-              error('virtualrobot:connection', 'the connection to %s has ended', self.Place);
-            end
-          end
         else
           bytes = self.read_socket();
         end
         came = ~isempty(bytes);
+        % Calls take long in Octave, so whether the time or the process is over is asked at every eighth look.
+        if ~came && mod(misses, 8) == 0
+          if isempty(self.Socket) && self.has_ended()
+            bytes = fread(self.Out, 65536, 'uint8=>uint8')';
+            if isempty(bytes)
+              error('virtualrobot:connection', 'the connection to %s has ended', self.Place);
+            end
+            came = true;
+          elseif virtualrobot.now() >= deadline
+            return
+          end
+        end
         if came
           self.Rest = [self.Rest(self.At + 1:end), bytes];
           self.At = 0;
-        elseif virtualrobot.now() >= deadline
           return
-        else
-          pause(0.0002);
         end
+        misses = misses + 1;
+        pause(0.0002);
       end
     end
 

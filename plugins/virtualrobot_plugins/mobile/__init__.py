@@ -9,6 +9,7 @@ from virtualrobot_plugins.mobile.differential import Differential, DifferentialS
 from virtualrobot_plugins.mobile.mecanum import Mecanum, MecanumSettings
 from virtualrobot_plugins.mobile.omnidirectional import Omnidirectional, OmnidirectionalSettings
 from virtualrobot_plugins.mobile.skid_steer import SkidSteer, SkidSteerSettings
+from virtualrobot_plugins.mobile.swerve import Swerve, SwerveSettings
 from virtualrobot_plugins.mobile.tricycle import Tricycle, TricycleSettings
 
 api_version = "1.0"
@@ -23,4 +24,5 @@ def virtualrobot_register_mobile_kinematics(register: Register) -> None:
     register("mecanum", Mecanum, MecanumSettings, isolation=Isolation.IN_PROCESS)
     register("omnidirectional", Omnidirectional, OmnidirectionalSettings, isolation=Isolation.IN_PROCESS)
     register("skid_steer", SkidSteer, SkidSteerSettings, isolation=Isolation.IN_PROCESS)
+    register("swerve", Swerve, SwerveSettings, isolation=Isolation.IN_PROCESS)
     register("tricycle", Tricycle, TricycleSettings, isolation=Isolation.IN_PROCESS)

@@ -47,18 +47,21 @@ def _aligned(rows: int) -> Array:
 
 @inlined
 def _load(packet: Array, integers: Array, valid: Array, origins: Array, directions: Array, start: int) -> int:
-    """Write the rays from row `start` on to the lanes of a packet and return how many there are, up to 16."""
-    count = min(LANES, len(directions) - start)
-    if len(origins) > 1 or start == 0:
-        for j in range(count):
-            i = start + j if len(origins) > 1 else 0
-            packet[_ORIGIN, j] = origins[i, 0]
-            packet[_ORIGIN + 1, j] = origins[i, 1]
-            packet[_ORIGIN + 2, j] = origins[i, 2]
-    for j in range(count):
-        packet[_DIRECTION, j] = directions[start + j, 0]
-        packet[_DIRECTION + 1, j] = directions[start + j, 1]
-        packet[_DIRECTION + 2, j] = directions[start + j, 2]
+    """Write the rays from row `start` on to the lanes of a packet and return how many there are, up to 16.
+
+    Lanes beyond the last ray repeat it and are not valid.
+    """
+    count, last = min(LANES, len(directions) - start), len(directions) - 1
+    step = 1 if len(origins) > 1 else 0
+    # Loops over all lanes here and below: the compiler takes them at once.
+    for j in range(LANES):
+        i = min(start + j, last)
+        packet[_ORIGIN, j] = origins[step * i, 0]
+        packet[_ORIGIN + 1, j] = origins[step * i, 1]
+        packet[_ORIGIN + 2, j] = origins[step * i, 2]
+        packet[_DIRECTION, j] = directions[i, 0]
+        packet[_DIRECTION + 1, j] = directions[i, 1]
+        packet[_DIRECTION + 2, j] = directions[i, 2]
     if start == 0 or count < LANES:
         for j in range(LANES):
             valid[0, j] = -1 if j < count else 0
@@ -71,22 +74,18 @@ def _load(packet: Array, integers: Array, valid: Array, origins: Array, directio
 
 
 @inlined
-def _is_bundle(origins: Array, directions: Array, start: int, count: int) -> bool:
+def _is_bundle(packet: Array) -> bool:
     """Tell whether a packet's rays go along with each other: then tracing them together is faster than each alone."""
-    x, y, z = directions[start, 0], directions[start, 1], directions[start, 2]
-    least = np.float32(1.0)
-    for i in range(start, start + count):
-        least = min(least, x * directions[i, 0] + y * directions[i, 1] + z * directions[i, 2])
-    if not least > _BUNDLE:
-        return False
-    if len(origins) > 1:
-        x, y, z = origins[start, 0], origins[start, 1], origins[start, 2]
-        greatest = np.float32(0.0)
-        for i in range(start, start + count):
-            a, b, c = origins[i, 0] - x, origins[i, 1] - y, origins[i, 2] - z
-            greatest = max(greatest, a * a + b * b + c * c)
-        return bool(greatest < _BUNDLE_ORIGINS)
-    return True
+    apart = 0
+    x, y, z = packet[_DIRECTION, 0], packet[_DIRECTION + 1, 0], packet[_DIRECTION + 2, 0]
+    for j in range(LANES):
+        cosine = x * packet[_DIRECTION, j] + y * packet[_DIRECTION + 1, j] + z * packet[_DIRECTION + 2, j]
+        apart += not cosine > _BUNDLE
+    x, y, z = packet[_ORIGIN, 0], packet[_ORIGIN + 1, 0], packet[_ORIGIN + 2, 0]
+    for j in range(LANES):
+        a, b, c = packet[_ORIGIN, j] - x, packet[_ORIGIN + 1, j] - y, packet[_ORIGIN + 2, j] - z
+        apart += not a * a + b * b + c * c < _BUNDLE_ORIGINS
+    return apart == 0
 
 
 @inlined
@@ -156,14 +155,25 @@ def _trace(
     valid = _aligned(1).view(np.int32)
     farthest = np.float32(max_range)
     has_uv = len(uv) > 0
+    lengths = np.empty(LANES, np.float32)
     for start in range(0, len(directions), LANES):
         count = _load(packet, integers, valid, origins, directions, start)
         for j in range(LANES):
             packet[_FARTHEST, j] = farthest
             integers[_GEOMETRY, j] = _NONE
             integers[_INSTANCE, j] = _NONE
-        how = arguments + _ARGUMENTS if _is_bundle(origins, directions, start, count) else arguments
+        how = arguments + _ARGUMENTS if _is_bundle(packet) else arguments
         call(intersect, np.uint64(valid.ctypes.data), scene, np.uint64(packet.ctypes.data), how)
+        # Of lanes that meet nothing, these are any numbers.
+        for j in range(LANES):
+            a = packet[_NORMAL, j]
+            b = packet[_NORMAL + 1, j]
+            c = packet[_NORMAL + 2, j]
+            length = np.float32(math.sqrt(a * a + b * b + c * c))
+            packet[_NORMAL, j] = a / length
+            packet[_NORMAL + 1, j] = b / length
+            packet[_NORMAL + 2, j] = c / length
+            lengths[j] = length
         for j in range(count):
             i = start + j
             # Of a packet in which a hit is found and given up again only the geometry is reset.
@@ -185,14 +195,10 @@ def _trace(
             if has_uv:
                 uv[i, 0] = packet[_U, j]
                 uv[i, 1] = packet[_V, j]
-            a = packet[_NORMAL, j]
-            b = packet[_NORMAL + 1, j]
-            c = packet[_NORMAL + 2, j]
-            length = np.float32(math.sqrt(a * a + b * b + c * c))
-            if length > 1e-30:
-                a /= length
-                b /= length
-                c /= length
+            if lengths[j] > 1e-30:
+                a = packet[_NORMAL, j]
+                b = packet[_NORMAL + 1, j]
+                c = packet[_NORMAL + 2, j]
                 normal[i, 0] = rotations[e, 0] * a + rotations[e, 1] * b + rotations[e, 2] * c
                 normal[i, 1] = rotations[e, 3] * a + rotations[e, 4] * b + rotations[e, 5] * c
                 normal[i, 2] = rotations[e, 6] * a + rotations[e, 7] * b + rotations[e, 8] * c
@@ -312,7 +318,7 @@ def trace_shadows(
         count = _load(packet, integers, valid, origins, directions, start)
         for j in range(count):
             packet[_FARTHEST, j] = distances[start + j]
-        how = arguments + _ARGUMENTS if _is_bundle(origins, directions, start, count) else arguments
+        how = arguments + _ARGUMENTS if _is_bundle(packet) else arguments
         call(occluded, np.uint64(valid.ctypes.data), scene, np.uint64(packet.ctypes.data), how)
         for j in range(count):
             is_occluded[start + j] = packet[_FARTHEST, j] == -np.inf

@@ -55,6 +55,7 @@ def driven(client: Client, robot: Robot, twist: tuple[float, float, float], tick
         pytest.param("r2d2", "base_link", (0.05, 0.0, 0.05), math.pi / 2.0, marks=pytest.mark.long),
         pytest.param("racecar", "base_link", (0.08, 0.0, -0.1), 0.0, marks=pytest.mark.long),
         pytest.param("ridgeback", "base_link", (0.2, 0.1, 0.1), 0.0, marks=pytest.mark.long),
+        pytest.param("seekur", "base", (0.1, 0.1, 0.1), 0.0, marks=pytest.mark.long),
         pytest.param("frankie", "panda_base_arm", (0.2, 0.0, 0.2), 0.0, marks=pytest.mark.long),
         pytest.param("frankie_omni", "panda_base_arm", (0.1, 0.1, 0.1), 0.0, marks=pytest.mark.long),
     ],

@@ -231,3 +231,33 @@ def test_a_part_is_exported_as_it_stands(client: Client, tmp_path: Path, iiwa: R
         with pytest.raises(virtualrobot.VirtualRobotError, match=message):
             client.scene.export(node, tmp_path / "none" / file)
     assert not (tmp_path / "none").exists()
+
+
+def test_two_arms_reach_as_far_as_their_maker_tells(client: Client) -> None:
+    """Motoman SDA10: 720 mm to the wrist of an arm, 1,970 mm from wrist to wrist."""
+    robot = client.load_robot("model://sda10")
+
+    def place(link: str) -> np.ndarray:
+        return np.asarray(client.scene[f"sda10.{link}"].pose)[:3, 3]
+
+    assert np.linalg.norm(place("left_b") - place("right_b")) == pytest.approx(1.97)
+    for side in ("left", "right"):
+        assert np.linalg.norm(place(f"{side}_b") - place(f"{side}_l")) == pytest.approx(0.72)
+        arm = robot.group(f"{side}_arm")
+        assert [name.rpartition("_")[2] for name in arm.joint_names] == [*"sleurbt"]
+    robot.set_positions(robot.postures["home"])
+    for side, sign in (("left", 1.0), ("right", -1.0)):  # the hands look ahead, side by side
+        flange = np.asarray(client.scene[f"sda10.{side}_flange"].pose)
+        np.testing.assert_allclose(flange[:3, 2], [1.0, 0.0, 0.0], atol=1e-8)
+        np.testing.assert_allclose(flange[:3, 3], [0.1925 + 0.72 * np.sqrt(0.5) + 0.175, sign * 0.265, 1.2], atol=1e-8)
+
+
+def test_the_hook_of_a_crane_hangs_plumb_wherever_its_boom_is(client: Client) -> None:
+    robot = client.load_robot("model://pedestal_crane")
+    for luffing in (0.0, 0.5, 1.3):
+        robot.set_positions({"slewing": 0.7, "luffing": luffing, "hoisting": 5.0})
+        hook = np.asarray(client.scene["pedestal_crane.hook"].pose)
+        np.testing.assert_allclose(hook[:3, 2], [0.0, 0.0, -1.0], atol=1e-12)
+        radius = 1.9 + 30.0 * np.cos(luffing)
+        height = 8.2 + 30.0 * np.sin(luffing) - 6.5
+        np.testing.assert_allclose(hook[:3, 3], [radius * np.cos(0.7), radius * np.sin(0.7), height], atol=1e-9)

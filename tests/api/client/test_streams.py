@@ -15,9 +15,11 @@ from virtualrobot.errors import InvalidArgumentError, UnknownNameError
 from virtualrobot.geometry import poses_from_rows
 from virtualrobot.streams.sample import Sample
 from virtualrobot.streams.statistics import bandwidth, rate
+from virtualrobot.streams.streams import told_streams
 from virtualrobot.streams.watch import StreamWatch
 
 from tests.api.client.conftest import IIWA, Run
+from tests.waiting import until
 
 TICK = 0.004
 LINK = "arm.lbr_iiwa_link_7"
@@ -279,3 +281,19 @@ def test_frames_are_told_with_their_parents(world: Client) -> None:
         return world_t_node[node]
 
     assert np.allclose(placed(LINK), world.scene[LINK].pose, rtol=0.0, atol=1e-12)
+
+
+def test_a_function_gets_samples_of_what_is_wanted_as_they_are_read(world: Client) -> None:
+    """Whoever takes them is called by the thread that reads; what ends the watch comes by the usual way."""
+    names, came = ("/clock", "/robots/ugv/joint_states"), []
+    wanted = {"/clock"}
+    streams = told_streams(world.services, names)
+    with StreamWatch(world.services, streams, take=came.append, wanted=lambda name: name in wanted) as watch:
+        world.clock.step(5)
+        until(lambda: len(came) >= 5)
+        assert {sample.stream for sample in came} == {"/clock"}
+        wanted.add("/robots/ugv/joint_states")
+        world.clock.step(5)
+        until(lambda: came[-1].tick == world.clock.read().stamp.tick and len(came) >= 15)
+        assert {sample.stream for sample in came} == set(names)
+        assert watch.next(0.0) is None

@@ -71,7 +71,9 @@ def test_the_programs_of_the_page_print_what_it_says(cell: Client, tmp_path: Pat
         program = program.replace("addpath('clients/matlab')\nrosinit\n", f"rosinit('{url}')\n")
         assert url in program
         said = octave(tmp_path, program)
-    compare(PAGE, 1, "".join(section(title, "text") for title in titles), said)
+    page = "".join(section(title, "text") for title in titles)
+    # How far beyond 0.3 m depends on how soon Octave looks, on a busy machine.
+    compare(PAGE, 1, page.replace("driven: 0.3 m", "driven: ... m"), said)
     ugv = cell.robot("ugv")
     until(lambda: not ugv.state.velocities.any())
     assert ugv.tcp[0, 3] > 0.3

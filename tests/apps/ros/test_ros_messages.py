@@ -9,6 +9,7 @@ import cbor2
 import numpy as np
 import pytest
 from virtualrobot_apps.bridges.ros.messages import types
+from virtualrobot_apps.bridges.ros.messages.cbor import to_cbor
 from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.messages.types import UnknownTypeError, known, of_kind
 from virtualrobot_apps.bridges.ros.messages.values import FieldError, default, from_plain, to_plain
@@ -97,6 +98,37 @@ def test_numbers_keep_all_bits(rng: np.random.Generator) -> None:
     typed = cbor2.loads(message.cbor)["position"]
     assert (typed.tag, typed.value) == (86, numbers.astype("<f8").tobytes())  # RFC 8746: 86 is float64, little-endian
     assert to_plain(Message.from_cdr(message.type, message.cdr).value)["position"] == numbers.tolist()
+
+
+def test_cbor_is_that_of_another_writer(rng: np.random.Generator) -> None:
+    # cbor2 writes the same bytes for plain values.
+    whole = [int(sign * 2**bits + step) for bits in range(63) for sign in (-1, 1) for step in (-1, 0, 1)]
+    plain = {
+        "whole": whole,
+        "most": 2**64 - 1,
+        "numbers": rng.standard_normal(20).tolist(),
+        "n": None,
+        "b": [True, False],
+    }
+    plain |= {
+        "texts": ["x" * count for count in (0, 23, 24, 255, 256, 65_536)],
+        "data": b"ab" * 40_000,
+        "nested": {"a": []},
+    }
+    assert to_cbor(plain) == cbor2.dumps(plain)
+    with pytest.raises(TypeError, match="an integer of more than 64 bits"):
+        to_cbor(2**64)
+    with pytest.raises(TypeError, match="set has no form in CBOR"):
+        to_cbor({1})
+
+
+@pytest.mark.parametrize(
+    "name", ["int8", "uint16", "int16", "uint32", "int32", "uint64", "int64", "float32", "float64"]
+)
+def test_typed_arrays_are_read_as_they_were(name: str, rng: np.random.Generator) -> None:
+    numbers = rng.integers(0, 100, 50).astype(name)
+    for array in (numbers, numbers[::2], numbers.astype(numbers.dtype.newbyteorder(">")), numbers[:0]):
+        np.testing.assert_array_equal(decoded(to_cbor({"data": array}))["data"], array)
 
 
 def test_what_json_has_no_number_for_is_null() -> None:

@@ -176,3 +176,35 @@ def test_what_moves_by_forces_falls(steps: Client, tmp_path: Path) -> None:
     fallen = start - steps.scene.pose("box")[2, 3]
     assert fallen == pytest.approx(1.62 * 0.5**2 / 2, rel=0.02)
     np.testing.assert_allclose(steps.scene.pose("box")[:2, 3], 0.0, atol=1e-9)
+
+
+@pytest.mark.long
+def test_robots_of_the_document_come_by_name(client: Client, tmp_path: Path) -> None:
+    """Those of its figures: the two-armed one, the vehicle, the crane, the arm and the one under water."""
+    names = {"sda10": 2.0, "seekur": 4.0, "pedestal_crane": 20.0, "puma560": -2.0, "bluerov2_heavy": -4.0}
+    robots = "".join(
+        f"""<robot name="{name}">
+          <urdf fileName="model://{name}"/>
+          <transform position="0 {y} 0"/>
+          <actuators>
+            <joint><topicName name="jointState"/></joint>
+            <pose><topicName name="pose"/></pose>
+          </actuators>
+        </robot>"""
+        for name, y in names.items()
+    )
+    file = tmp_path / "scene.xml"
+    file.write_text(f'<scene><robots prefix="SimUEP">{robots}</robots></scene>', "utf-8")
+    scene = load_simuep(client, file)
+    assert sorted(client.robots) == sorted(names)
+    with bridge(client, choice_of(scene, False), simuep=scene) as (url, _), roslibpy_client(url) as ros:
+        arms = roslibpy.Topic(ros, "/SimUEP/sda10/jointState", "sensor_msgs/JointState")
+        arms.publish({"name": ["left_l", "right_u"], "position": [0.5, -0.25]})
+        crane = roslibpy.Topic(ros, "/SimUEP/pedestal_crane/jointState", "sensor_msgs/JointState")
+        crane.publish({"name": ["luffing", "hoisting"], "position": [1.0, 5.0]})
+        vehicle = roslibpy.Topic(ros, "/SimUEP/seekur/pose", "geometry_msgs/PoseStamped")
+        vehicle.publish({"header": {"frame_id": "world"}, "pose": {"position": {"x": 3.0, "y": 1.0, "z": 0.0}}})
+        until(lambda: client.scene.pose("seekur")[:3, 3].tolist() == [3.0, 1.0, 0.0])
+        until(lambda: client.robot("pedestal_crane").state.positions.tolist() == [0.0, 1.0, 5.0])
+        told_now = dict(zip(client.robot("sda10").joint_names, client.robot("sda10").positions.tolist(), strict=True))
+        assert (told_now["left_l"], told_now["right_u"]) == (0.5, -0.25)

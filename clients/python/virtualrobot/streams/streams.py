@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.services import Services
@@ -49,12 +49,7 @@ class Streams(Mapping[str, Stream]):
         """
         if not names:
             raise InvalidArgumentError("say which streams, by names or patterns; '*' is all")
-        table = self.table()
-        for name in names:
-            if all(one.direction == IN for one in chosen(table, [name])):
-                raise InvalidArgumentError(f"{name} is only heard by the world; publish to it")
-        told = [one for one in chosen(table, names) if one.direction != IN]
-        return StreamWatch(self._services, told)
+        return StreamWatch(self._services, told_streams(self._services, names))
 
     def sample(self, name: str, timeout: float = 10.0) -> Sample:
         """Return the next sample of a stream; raises CallTimeoutError after `timeout` (s of the wall clock) without."""
@@ -112,6 +107,15 @@ class Streams(Mapping[str, Stream]):
     def __repr__(self) -> str:
         """Return a line for people."""
         return told("Streams", lambda: listed(list(self), "none"))
+
+
+def told_streams(services: Services, names: Sequence[str]) -> list[Stream]:
+    """Return the streams of some names or patterns that the world tells; raises as `Streams.watch` does."""
+    table = table_of(services)
+    for name in names:
+        if all(one.direction == IN for one in chosen(table, [name])):
+            raise InvalidArgumentError(f"{name} is only heard by the world; publish to it")
+    return [one for one in chosen(table, names) if one.direction != IN]
 
 
 def rate_words(stream: Stream) -> str:

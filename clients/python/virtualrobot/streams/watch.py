@@ -59,9 +59,25 @@ class StreamWatch:
     What is lost, since this program was too slow, each sample counts. Sensors read while they are watched.
     """
 
-    def __init__(self, services: Services, streams: Sequence[Stream]) -> None:
-        """Begin to watch; when this returns, nothing that happens later is left out."""
+    def __init__(
+        self,
+        services: Services,
+        streams: Sequence[Stream],
+        *,
+        take: Callable[[Sample], None] | None = None,
+        wanted: Callable[[str], bool] = lambda name: True,
+    ) -> None:
+        """Begin to watch; when this returns, nothing that happens later is left out.
+
+        Args:
+            services: of the kernel.
+            streams: what is watched.
+            take: gets each sample in the thread that reads it, in place of those who ask for the next one. So a
+                sample is not handed from thread to thread; what ends a watch is raised by `next` all the same.
+            wanted: tells of a stream whether samples of it are made now.
+        """
         self.streams = tuple(streams)
+        self._take, self._wanted = take, wanted
         self._services = services
         self._robots = Robots(services)
         self._waiting: queue.Queue[Sample | BaseException] = queue.Queue(MOST_WAITING)
@@ -140,6 +156,8 @@ class StreamWatch:
         begun.set()
 
     def _put(self, one: Sample | BaseException) -> None:
+        if self._take is not None and isinstance(one, Sample):
+            return self._take(one)
         while not self._closed.is_set():
             try:
                 return self._waiting.put(one, timeout=_WAIT_SECONDS)
@@ -185,7 +203,8 @@ class StreamWatch:
                     # Of a change between two ticks only what has changed is told again.
                     again, before = tick.stamp.tick == before, tick.stamp.tick
                     for one in streams:
-                        if (one.about in changed or not again) and (values := told(one, tick)) is not None:
+                        is_due = (one.about in changed or not again) and self._wanted(one.name)
+                        if is_due and (values := told(one, tick)) is not None:
                             state = states.get(one.about)
                             told_by = tick.stamp if state is None else state
                             self._put(sampled(one.name, tick.stamp, values, told_by, tick.lost_ticks, state))
@@ -230,14 +249,15 @@ class StreamWatch:
             if moved:
                 places.update(zip(tick.moved_uids, array_of(tick.world_t_node), strict=True))
             for uid, row in places.items():
-                if (uid in moved or not again) and (stream := stream_of.get(name_of[uid])) is not None:
+                stream = stream_of.get(name_of[uid]) if uid in moved or not again else None
+                if stream is not None and self._wanted(stream):
                     put(stream, tick, samples.of_row(row), row.nbytes)
 
         def transforms(tick: scene_pb2.WatchSceneResponse, again: bool) -> None:
             changed = frames.update(tick)
             for group in frames.groups.values():
                 each_tick = group.topic == topics.TRANSFORMS and not again and group.rows
-                if group.topic in told and (group in changed or each_tick):
+                if group.topic in told and (group in changed or each_tick) and self._wanted(group.topic):
                     rows = frames.poses(group)
                     put(group.topic, tick, samples.of_frames(group, rows), rows.nbytes)
 
@@ -286,7 +306,8 @@ class StreamWatch:
             for message in call:
                 for reading in message.readings if begun.is_set() else ():
                     for one in of_sensor[reading.sensor]:
-                        if (values := samples.of_reading(reading, one.content)) is not None:
+                        values = samples.of_reading(reading, one.content) if self._wanted(one.name) else None
+                        if values is not None:
                             self._put(sampled(one.name, reading.stamp, values, reading, reading.lost, reading))
                 begun.set()
 

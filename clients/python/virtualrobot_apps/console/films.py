@@ -6,7 +6,6 @@ ends.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from concurrent.futures import Future
 from pathlib import Path
@@ -17,6 +16,8 @@ from typing import Any
 from virtualrobot import Client
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError, VirtualRobotError, WrongStateError
 from virtualrobot.view.pictures import Picture
+
+from virtualrobot_apps.console.numbers import numbers
 
 Connect = Callable[[str], Client]
 """Gives a client of the kernel with a token."""
@@ -177,8 +178,8 @@ def camera_of(said: object) -> Camera:
     if said is None or isinstance(said, str):
         return said or None
     if isinstance(said, dict) and said.keys() == {"position", "target", "field"}:
-        position, target = (_numbers(said[name], 3, name) for name in ("position", "target"))
-        (field,) = _numbers([said["field"]], 1, "field")
+        position, target = (numbers(said[name], name, 3) for name in ("position", "target"))
+        (field,) = numbers([said["field"]], "field", 1)
         return position, target, field
     raise InvalidArgumentError(f"a camera is the name of a node, or position, target and field, not {said!r:.80}")
 
@@ -187,17 +188,7 @@ def size_of(said: object) -> tuple[int, int] | None:
     """Return the size in pixels that a page wants; None is that of the camera."""
     if said is None:
         return None
-    size = [int(one) for one in _numbers(said, 2, "size")]
+    size = [int(one) for one in numbers(said, "size", 2)]
     if not all(LEAST_PIXELS <= one <= MOST_PIXELS for one in size):
         raise InvalidArgumentError(f"a film is {LEAST_PIXELS} to {MOST_PIXELS} pixels wide and high, not {said}")
     return size[0], size[1]
-
-
-def _numbers(said: object, count: int, name: str) -> list[float]:
-    if isinstance(said, list) and len(said) == count and all(_is_finite(one) for one in said):
-        return [float(one) for one in said]
-    raise InvalidArgumentError(f"{name!r} is {count} finite numbers, not {said!r:.80}")
-
-
-def _is_finite(said: object) -> bool:
-    return isinstance(said, int | float) and not isinstance(said, bool) and math.isfinite(said)

@@ -1,4 +1,4 @@
-"""Tools of the page that are no calls of the contract: connections between signals, films, trajectories, mappings.
+"""Tools of the page that are no calls of the contract: connections, films, trajectories, mappings, registrations.
 
 Each is a path of the console's own port, with JSON both ways. Whoever asks needs what the kernel would want, a token
 and a role, and what is done is done with that token.
@@ -23,6 +23,7 @@ from virtualrobot.v1 import token_pb2
 from virtualrobot_apps.console.films import Films, camera_of, size_of
 from virtualrobot_apps.console.http_calls import Caller, Receive, Send, begin, refuse
 from virtualrobot_apps.console.refusal import Refusal
+from virtualrobot_apps.console.registering import by_pictures, by_touches
 from virtualrobot_apps.console.upstream import Upstream
 from virtualrobot_apps.console.wires import Limit
 from virtualrobot_apps.console.wiring import Wiring
@@ -66,6 +67,9 @@ class PageTools:
             ("POST", "/connections/pause"): (operator, lambda _: self._wiring.pause()),
             ("POST", "/trajectory"): (observer, self._trajectory),
             ("POST", "/mapping"): (observer, _mapping),
+            # Whoever may look may measure; what is kept in the world is the kernel's to refuse.
+            ("POST", "/registration/touched"): (observer, lambda one: self._registered(one, by_touches)),
+            ("POST", "/registration/pictures"): (observer, lambda one: self._registered(one, by_pictures)),
             # Whoever may look may film, as the kernel has it.
             ("GET", "/films"): (observer, lambda _: self._films.state()),
             ("POST", "/films/start"): (observer, self._start_film),
@@ -144,6 +148,10 @@ class PageTools:
     def _start_film(self, asked: _Asked) -> None:
         camera, size = camera_of(asked.said.get("camera")), size_of(asked.said.get("size"))
         self._films.start(asked.token, camera, size)
+
+    def _registered(self, asked: _Asked, by: Callable[[Client, Mapping[str, Any]], object]) -> object:
+        with self._connect(asked.token) as client:
+            return by(client, asked.said)
 
     def _trajectory(self, asked: _Asked) -> object:
         """Return what a file says for a robot, as the contract's JointTrajectory in JSON."""

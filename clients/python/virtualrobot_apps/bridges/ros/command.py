@@ -25,6 +25,7 @@ Examples:
   virtualrobot ros --dds --domain 7
   virtualrobot ros --dds --rmw cyclonedds
   virtualrobot ros --zenoh --domain 7
+  virtualrobot ros --rclpy
   virtualrobot ros --ros1
   virtualrobot ros --simuep scene.xml
   virtualrobot ros --host 0.0.0.0 --client-token-file rosbridge.token
@@ -64,6 +65,7 @@ Examples:
 @click.option(
     "--domain", default=0, show_default=True, type=click.IntRange(0, 232), help="The domain of DDS and of zenoh."
 )
+@click.option("--rclpy", is_flag=True, help="Be a node of this shell's ROS 2, by its own rclpy, on any middleware.")
 @click.option(
     "--ros1", is_flag=True, help="Be a node of ROS 1; where there is no master on this machine it brings one."
 )
@@ -140,6 +142,7 @@ def ros(
     zenoh: bool,
     zenoh_router: str,
     domain: int,
+    rclpy: bool,
     ros1: bool,
     master: str,
     ros1_host: str,
@@ -161,6 +164,7 @@ def ros(
     try:
         from virtualrobot_apps.bridges.ros.bridge import RosBridge
         from virtualrobot_apps.bridges.ros.bridge_file import Choice, read_choice
+        from virtualrobot_apps.bridges.ros.memory import keep_memory
         from virtualrobot_apps.bridges.ros.messages import types
         from virtualrobot_apps.bridges.ros.rosbridge.client import RosbridgeClient
         from virtualrobot_apps.bridges.ros.rosbridge.server import RosbridgeServer
@@ -186,6 +190,8 @@ def ros(
         transports.append(_dds_node(domain, services=rmw == "cyclonedds"))
     if zenoh:
         transports.append(_zenoh_node(zenoh_router, domain))
+    if rclpy:
+        transports.append(_rclpy_node())
     if ros1:
         from virtualrobot_apps.bridges.ros.ros1.node import Ros1Node
 
@@ -199,6 +205,7 @@ def ros(
         raise click.UsageError("--server-token-file is the token of a --server")
     if record is not None:
         transports.append(_recorder(record))
+    keep_memory()
     with target.connect("ros bridge") as client:
         scene = load_simuep(client, simuep, click.echo) if simuep else None
         if scene is not None:
@@ -229,6 +236,15 @@ def _zenoh_node(router: str, domain: int) -> Transport:
     except ModuleNotFoundError as error:
         raise click.UsageError(f"{error}; install it: pip install 'virtualrobot[zenoh]'") from error
     return ZenohNode(router, domain)
+
+
+def _rclpy_node() -> Transport:
+    try:
+        from virtualrobot_apps.bridges.ros.rclpy_node import RclpyNode
+    except ImportError as error:  # of a library of ROS, too, that is not found
+        words = "source the setup of your ROS 2 first, and install virtualrobot for the Python that it is of"
+        raise click.UsageError(f"{error}; {words}") from error
+    return RclpyNode(say=click.echo)
 
 
 def _foxglove_server(port: int) -> Transport:

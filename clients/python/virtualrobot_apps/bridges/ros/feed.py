@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 from virtualrobot import Client
 from virtualrobot.errors import VirtualRobotError
 from virtualrobot.streams.sample import Sample
+from virtualrobot.streams.streams import told_streams
+from virtualrobot.streams.watch import StreamWatch
 
 from virtualrobot_apps.bridges.ros.mapping.outputs import REST_NANOSECONDS, Output
 from virtualrobot_apps.bridges.ros.messages.message import Message
@@ -17,7 +19,7 @@ _AGAIN_SECONDS = 1.0
 
 
 class Feed:
-    """Topics that come of some streams; `publish` is called in its thread, with the name of a topic and a message."""
+    """Topics that come of streams of one watch; `publish` gets name and message, in the thread that reads the watch."""
 
     def __init__(
         self,
@@ -70,16 +72,29 @@ class Feed:
         of_stream = {name: [one for one in self._outputs if one.stream == name] for name in names}
         told: dict[str, Sample] = {}
         bad: set[str] = set()
-        with self._client.streams.watch(*names) as watch:
+
+        def is_wanted(output: Output) -> bool:
+            # What is latched is told to the hub for those who come later, while the watch goes on anyway.
+            return output.latched or output.topic in self._wanted
+
+        def take(sample: Sample) -> None:
+            if stop.is_set():
+                return  # another thread tells it already, where somebody wanted it again
+            for output in of_stream[sample.stream]:
+                if is_wanted(output) and _is_due(output, told.get(output.topic), sample):
+                    told[output.topic] = sample
+                    self._tell(output, sample, bad)
+
+        # Messages are made in the thread that reads, and of what nobody wants no samples are made.
+        services = self._client.services
+        with StreamWatch(
+            services,
+            told_streams(services, names),
+            take=take,
+            wanted=lambda name: any(map(is_wanted, of_stream[name])),
+        ) as watch:
             while not stop.is_set():
-                if (sample := watch.next(_WAIT_SECONDS)) is None:
-                    continue
-                for output in of_stream[sample.stream]:
-                    # What is latched is told to the hub for those who come later, while the watch goes on anyway.
-                    wanted = output.latched or output.topic in self._wanted
-                    if wanted and _is_due(output, told.get(output.topic), sample):
-                        told[output.topic] = sample
-                        self._tell(output, sample, bad)
+                watch.next(_WAIT_SECONDS)  # raises what ends the watch
 
     def _tell(self, output: Output, sample: Sample, bad: set[str]) -> None:
         """Make a message of a sample; one that can't be made is said once, and the next one is tried again."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from virtualrobot.streams.sample import Sample
@@ -35,21 +36,29 @@ def joint_state(sample: Sample) -> RosValue:
     A base that moves has more coordinates: it is in frames and odometry. `effort` (N m, N) is empty where the world
     tells none, as of all robots that no forces move.
     """
-    told: dict[str, list[float]] = {"position": [], "velocity": [], "effort": []}
-    names: list[str] = []
-    for key, value in sample.values.items():
-        name, _, what = key.rpartition("/")
-        if "/" in name or what not in told:
-            continue
-        told[what].append(value)
-        if what == "position":
-            names.append(name)
+    names, places = _columns(tuple(sample.values))
+    row = [*sample.values.values()]
     return make(
         "sensor_msgs/msg/JointState",
         header=header(sample.nanoseconds, ""),
-        name=names,
-        **{what: np.array(values) for what, values in told.items()},
+        name=list(names),
+        **{what: np.array([row[place] for place in of], float) for what, of in places.items()},
     )
+
+
+@lru_cache(maxsize=1024)
+def _columns(keys: tuple[str, ...]) -> tuple[list[str], dict[str, list[int]]]:
+    """Return the names of a state's joints, and where among its values each of their numbers is."""
+    places: dict[str, list[int]] = {"position": [], "velocity": [], "effort": []}
+    names: list[str] = []
+    for place, key in enumerate(keys):
+        name, _, what = key.rpartition("/")
+        if "/" in name or what not in places:
+            continue
+        places[what].append(place)
+        if what == "position":
+            names.append(name)
+    return names, places
 
 
 def pose_stamped(sample: Sample, frame: str) -> RosValue:

@@ -76,7 +76,9 @@ def single_range(reading: sensor_pb2.SensorReading, geometry: ScanGeometry, fram
 def points_of(reading: sensor_pb2.SensorReading, frame: str, time: int) -> RosValue:
     """Return where echoes come from as `sensor_msgs/PointCloud2`, in the sensor's frame; what has none is left out."""
     points = np.frombuffer(reading.range.points.data, "<f4").reshape(-1, 3)
-    return cloud(points[np.isfinite(points).all(axis=1)], ("x", "y", "z"), frame, time)
+    # By columns and places: NumPy takes five times as long by rows and a mask.
+    x, y, z = np.isfinite(points.T)
+    return cloud(points.take(np.flatnonzero(x & y & z), axis=0), ("x", "y", "z"), frame, time)
 
 
 def cloud(rows: NDArray[np.float32], names: tuple[str, ...], frame: str, time: int) -> RosValue:

@@ -6,17 +6,11 @@ import json
 from functools import cached_property
 from typing import Any
 
-import cbor2
 import numpy as np
 
+from virtualrobot_apps.bridges.ros.messages.cbor import to_cbor
 from virtualrobot_apps.bridges.ros.messages.types import STORE
 from virtualrobot_apps.bridges.ros.messages.values import to_plain
-
-_TAGS = {
-    **{"uint8": 64, "uint16": 69, "uint32": 70, "uint64": 71, "int8": 72, "int16": 77, "int32": 78, "int64": 79},
-    **{"float32": 85, "float64": 86},
-}
-"""Tags of typed arrays in little-endian order; source: RFC 8746, table 1."""
 
 
 class Message:
@@ -69,7 +63,7 @@ class Message:
     @cached_property
     def cbor(self) -> bytes:
         """Its bytes in CBOR, with typed arrays."""
-        return to_cbor(to_plain(self.value, arrays=True))
+        return to_cbor(self.value)
 
     @property
     def size(self) -> int:
@@ -80,15 +74,3 @@ class Message:
 def _listed(value: np.ndarray) -> object:
     """Return an array as JSON has it: bytes in base64, numbers as they are."""
     return to_plain(value) if value.dtype == np.uint8 else value.tolist()
-
-
-def to_cbor(value: object) -> bytes:
-    """Return plain values, arrays of numbers among them, in CBOR."""
-    return cbor2.dumps(value, default=_typed)
-
-
-def _typed(encoder: Any, value: object) -> None:  # noqa: ANN401 the class differs between cbor2's two encoders
-    if not isinstance(value, np.ndarray):
-        raise TypeError(f"{type(value).__name__} has no form in CBOR")
-    data = value.astype(value.dtype.newbyteorder("<"), copy=False).tobytes()
-    encoder.encode(data if value.dtype == np.uint8 else cbor2.CBORTag(_TAGS[value.dtype.name], data))

@@ -8,6 +8,7 @@ import json
 import time
 from collections import deque
 from collections.abc import AsyncIterator, Callable, Coroutine
+from contextlib import suppress
 from typing import Any, Protocol
 
 from virtualrobot_apps.bridges.ros.hub import Hub, HubError, Topic
@@ -221,11 +222,12 @@ class Session:
                 for data in min(at_once, key=lambda one: one.size).packed():
                     await self._socket.send(data)
                 continue
-            try:
-                async with asyncio.timeout(min((wait for wait, _ in due), default=None)):
+            if not due:
+                await self._ready.wait()
+                continue
+            with suppress(TimeoutError):
+                async with asyncio.timeout(min(wait for wait, _ in due)):
                     await self._ready.wait()
-            except TimeoutError:
-                pass
 
     def _close(self) -> None:
         for one in self._subscriptions.values():

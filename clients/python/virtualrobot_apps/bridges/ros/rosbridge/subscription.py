@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from virtualrobot_apps.bridges.ros.hub import HubError
-from virtualrobot_apps.bridges.ros.messages.message import Message, to_cbor
+from virtualrobot_apps.bridges.ros.messages.cbor import to_cbor
+from virtualrobot_apps.bridges.ros.messages.message import Message
 from virtualrobot_apps.bridges.ros.rosbridge.wire import MOST_BYTES, fragments, png
 
 PACKINGS = ("none", "png", "cbor", "cbor-raw")
@@ -39,6 +40,8 @@ class Subscription:
         self._next = 0.0
         self._count = 0
         self.size = 0
+        # A map in CBOR is its parts behind each other: three of them, of which the message comes last.
+        self._head = b"\xa3" + to_cbor({"op": "publish", "topic": topic})[1:] + to_cbor("msg")
         self.end: Callable[[], None] = lambda: None
 
     def take(self, message: Message) -> None:
@@ -67,9 +70,7 @@ class Subscription:
 
     def _pack(self, message: Message) -> str | bytes:
         if self._packing == "cbor":
-            # The message is packed once for all; a map in CBOR is its parts behind each other.
-            head = to_cbor({"op": "publish", "topic": self.topic})
-            return b"\xa3" + head[1:] + to_cbor("msg") + message.cbor
+            return self._head + message.cbor  # which is packed once for all
         if self._packing == "cbor-raw":
             seconds, nanos = divmod(message.time, 1_000_000_000)
             raw = {"secs": seconds, "nsecs": nanos, "bytes": message.cdr}

@@ -1,0 +1,119 @@
+"""Messages and plain values in CBOR (RFC 8949), arrays of numbers as typed ones (RFC 8746).
+
+What is large is copied once; cbor2's own writer takes several times as long for the bytes of a picture.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from functools import cache
+from typing import Any
+
+import numpy as np
+
+from virtualrobot_apps.bridges.ros.messages import types
+from virtualrobot_apps.bridges.ros.messages.types import NO_FIELD
+
+_UNSIGNED, _NEGATIVE, _BYTES, _TEXT, _LIST, _MAP, _TAG = range(7)
+"""Major types; source: RFC 8949, section 3.1."""
+
+_FALSE, _TRUE, _NULL = b"\xf4", b"\xf5", b"\xf6"
+_DOUBLE = struct.Struct(">Bd")
+_DOUBLE_HEAD = 0xFB
+_SHORT = 24
+"""Counts below this stand in the head itself."""
+
+_TAGS = {
+    **{"uint16": 69, "uint32": 70, "uint64": 71, "int8": 72, "int16": 77, "int32": 78, "int64": 79},
+    **{"float32": 85, "float64": 86},
+}
+"""Tags of typed arrays in little-endian order; source: RFC 8746, table 1. Of bytes there is a form without a tag."""
+
+_Add = Callable[[Any], None]
+
+
+def to_cbor(value: object) -> bytes:
+    """Return a message, or plain values with arrays of numbers and messages among them, in CBOR.
+
+    Raises:
+        TypeError: for what has no form there, an integer of more than 64 bits among it.
+    """
+    parts: list[Any] = []
+    _put(value, parts.append)
+    return b"".join(parts)
+
+
+@cache
+def _short_head(major: int, count: int) -> bytes:
+    return bytes((major << 5 | count,))
+
+
+def _head(major: int, count: int) -> bytes:
+    if count < _SHORT:
+        return _short_head(major, count)
+    for power in range(4):
+        if not count >> (8 << power):
+            return bytes((major << 5 | _SHORT + power,)) + count.to_bytes(1 << power, "big")
+    raise TypeError("an integer of more than 64 bits has no form in CBOR here")
+
+
+@cache
+def _text(value: str) -> bytes:
+    return _head(_TEXT, len(data := value.encode())) + data
+
+
+@cache
+def _fields(name: str) -> tuple[bytes, list[tuple[bytes, str]]]:
+    """Return the head of a message's map, and its keys in CBOR with their names."""
+    names = [one for one in types.fields(name) if one != NO_FIELD]
+    return _head(_MAP, len(names)), [(_text(one), one) for one in names]
+
+
+def _put(value: Any, add: _Add) -> None:  # noqa: ANN401 a message or any of its parts
+    kind = type(value)
+    if kind is float:
+        add(_DOUBLE.pack(_DOUBLE_HEAD, value))
+    elif kind is int:
+        add(_head(_UNSIGNED, value) if value >= 0 else _head(_NEGATIVE, -1 - value))
+    elif kind is str:
+        data = value.encode()
+        add(_head(_TEXT, len(data)) + data)
+    elif kind is np.ndarray:
+        _put_array(value, add)
+    elif kind is list or kind is tuple:
+        add(_head(_LIST, len(value)))
+        for one in value:
+            _put(one, add)
+    elif kind is bool:
+        add(_TRUE if value else _FALSE)
+    elif value is None:
+        add(_NULL)
+    elif kind is bytes:
+        add(_head(_BYTES, len(value)))
+        add(value)
+    elif kind is dict:
+        add(_head(_MAP, len(value)))
+        for key, one in value.items():
+            _put(key, add)
+            _put(one, add)
+    elif isinstance(value, np.generic):
+        _put(value.item(), add)
+    elif (name := getattr(value, "__msgtype__", None)) is not None:
+        head, names = _fields(name)
+        add(head)
+        for key, attribute in names:
+            add(key)
+            _put(getattr(value, attribute), add)
+    else:
+        raise TypeError(f"{kind.__name__} has no form in CBOR")
+
+
+def _put_array(value: np.ndarray, add: _Add) -> None:
+    if value.dtype == np.bool_:
+        return _put(value.tolist(), add)
+    if value.dtype != np.uint8:
+        add(_head(_TAG, _TAGS[value.dtype.name]))
+    add(_head(_BYTES, value.nbytes))
+    # Arrays are their own bytes; they are copied where all parts are joined.
+    add(np.ascontiguousarray(value, value.dtype.newbyteorder("<")))
