@@ -38,14 +38,21 @@ window.headset = new IWER.XRDevice(IWER.metaQuest3);
 headset.stereoEnabled = false;
 headset.installRuntime({ forceInstall: true });
 window.atHand = () => headset.primaryInputMode === "hand" ? headset.hands.right : headset.controllers.right;
+// A picture of few pixels, since there is no graphics card: the emulator's is as large as the window.
+for (const [side, pixels] of [["innerWidth", 240], ["innerHeight", 160]]) {
+  Object.defineProperty(window, side, { get: () => pixels });
+}
 window.frames = async (count) => {
   const { activeSession } = headset;
   for (let frame = 0; frame < count; frame++) await new Promise((go) => activeSession.requestAnimationFrame(go));
 };
+window.still = async (ms) => {
+  for (const begin = performance.now(); performance.now() < begin + ms; ) await frames(1);
+};
 // Moves a hand until the middle between its thumb and index finger is at a point of the floor's frame.
 window.reach = async (...point) => {
   const session = headset.activeSession, floor = await session.requestReferenceSpace("local-floor");
-  for (let round = 0; round < 4; round++) await new Promise((go) => session.requestAnimationFrame((_, frame) => {
+  for (let round = 0; round < 3; round++) await new Promise((go) => session.requestAnimationFrame((_, frame) => {
     const { hand } = [...session.inputSources].find((one) => one.hand && one.handedness === "right");
     const tips = ["thumb-tip", "index-finger-tip"].map((name) => frame.getJointPose(hand.get(name), floor));
     const [one, other] = tips.map(({ transform: { position: { x, y, z } } }) => [x, y, z]);
@@ -72,7 +79,7 @@ class Person:
         """Words of the page on what goes on in the room."""
         return self.page.locator("#room")
 
-    def frames(self, count: int = 4) -> None:
+    def frames(self, count: int = 2) -> None:
         """Wait for frames of the headset, in which the page sees what has changed."""
         self.page.evaluate("frames", count)
 
@@ -96,7 +103,7 @@ class Person:
         self.pull(1)
         self.pull(0)
 
-    def take(self, point: Sequence[float] | np.ndarray, way: Sequence[float], steps: int = 8) -> np.ndarray:
+    def take(self, point: Sequence[float] | np.ndarray, way: Sequence[float], steps: int = 3) -> np.ndarray:
         """Take the ball at a point along a way and let it go there; return where that is."""
         self.reach(point)
         self.squeeze(1)
@@ -105,7 +112,7 @@ class Person:
         for part in np.linspace(0.0, 1.0, steps + 1)[1:]:
             self._put(list(np.asarray(here) + part * np.array([dx, dz, -dy])))
             self.frames(1)
-        self.frames(20)  # still for longer than the page looks back when a hand lets go, 80 ms
+        self.page.evaluate("still", 120)  # longer than the page looks back when a hand lets go, 80 ms
         self.squeeze(0)
         return np.asarray(point, float) + way
 

@@ -29,6 +29,8 @@ needs_iwer = pytest.mark.skipif(
 pytestmark = [*needs_page, needs_iwer, pytest.mark.long]
 
 HERE = (0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0)
+SLOW = 0.25
+"""Part of its speed: it is to stand before it is there."""
 WAY = (-0.1, -0.08, 0.06)
 """A way of the tool in the world, m."""
 FLOAT32 = 1e-4
@@ -53,7 +55,9 @@ def browser() -> Iterator[Browser]:
 @pytest.fixture
 def client(stepped_kernel: KernelProcess, stepped: Stubs) -> Iterator[Client]:
     with virtualrobot.connect(stepped_kernel.address) as client:
-        client.load_robot(IIWA, name="arm").set_positions(HERE)
+        arm = client.load_robot(IIWA, name="arm")
+        arm.set_positions(HERE)
+        arm.speed_factor = SLOW
         yield client
 
 
@@ -61,13 +65,16 @@ def motions(stubs: Stubs) -> list[motion_pb2.Motion]:
     return list(stubs.motion.ListMotions(motion_pb2.ListMotionsRequest()).motions)
 
 
-def runs(stubs: Stubs) -> bool:
+def runs(stubs: Stubs, person: Person) -> bool:
+    person.frames(1)  # time goes by as the page sees it
     step(stubs, 2)
     return any(state(stubs, "arm").velocities)
 
 
-def is_in(stubs: Stubs, phase: int) -> bool:
-    step(stubs, 2)
+def is_in(stubs: Stubs, phase: int, person: Person) -> bool:
+    if person.page.locator("#room").count():
+        person.frames(1)
+    step(stubs, 25)
     return motions(stubs)[-1].phase == phase
 
 
@@ -99,16 +106,16 @@ def test_a_proposed_motion_runs_while_it_is_held(
         assert (seen.state, seen.robots, seen.check.ok) == ("proposed", ("arm",), True)
         person.point("hold")
         person.pull()
-        until(lambda: runs(stepped))
+        until(lambda: runs(stepped, person))
         person.pull(0)
-        until(lambda: is_in(stepped, PAUSED))
+        until(lambda: is_in(stepped, PAUSED, person))
         check_rests(stepped)
         assert 0.0 < motions(stepped)[-1].progress < 1.0
         expect(person.told).to_contain_text("Paused")
 
         person.point("hold")
         person.pull()
-        until(lambda: is_in(stepped, SUCCEEDED))
+        until(lambda: is_in(stepped, SUCCEEDED, person))
         person.pull(0)
         assert len(motions(stepped)) == before + 1
         end = client.robot("arm").tcp
@@ -125,12 +132,12 @@ def test_what_is_rejected_ends_and_what_is_undone_is_as_before(
         propose(person, client)
         person.point("hold")
         person.pull()
-        until(lambda: runs(stepped))
+        until(lambda: runs(stepped, person))
         person.pull(0)
-        until(lambda: is_in(stepped, PAUSED))
+        until(lambda: is_in(stepped, PAUSED, person))
         here = state(stepped, "arm").positions
         person.back()
-        until(lambda: is_in(stepped, CANCELLED))
+        until(lambda: is_in(stepped, CANCELLED, person))
         assert motions(stepped)[-1].end_reason == "rejected in the room"
         check_rests(stepped)
         assert state(stepped, "arm").positions == here
@@ -156,7 +163,7 @@ def test_what_is_rejected_ends_and_what_is_undone_is_as_before(
         expect(person.told).to_contain_text(FREE)
         person.point("hold")
         person.pull()
-        until(lambda: is_in(stepped, SUCCEEDED))
+        until(lambda: is_in(stepped, SUCCEEDED, person))
         person.pull(0)
         np.testing.assert_allclose(client.robot("arm").tcp[:3, 3], first, atol=FLOAT32)
         expect(person.told).to_contain_text("There")
@@ -188,7 +195,7 @@ def test_what_others_propose_is_seen_changed_and_approved(
         expect(person.told).to_contain_text(re.compile("Hold to run.*to the press.*free"))
         person.point("hold")
         person.pull()
-        until(lambda: is_in(stepped, SUCCEEDED))
+        until(lambda: is_in(stepped, SUCCEEDED, person))
         person.pull(0)
         until(lambda: client.proposals.get(back.id).state == "executed")
         assert arm.positions[0] == 0.2
@@ -222,7 +229,7 @@ def test_what_was_shown_is_what_runs(browser: Browser, console: Console, stepped
         assert len(motions(stepped)) == count  # though the trigger is held: it is to be looked at first
         person.pull(0)
         person.pull()
-        until(lambda: is_in(stepped, SUCCEEDED))
+        until(lambda: is_in(stepped, SUCCEEDED, person))
         person.pull(0)
         np.testing.assert_allclose(client.robot("arm").tcp[:3, 3], tool + WAY, atol=FLOAT32)
 
@@ -238,18 +245,18 @@ def test_a_page_that_hangs_or_is_left_lets_go(
         propose(person, client)
         person.point("hold")
         person.pull()
-        until(lambda: runs(stepped))
+        until(lambda: runs(stepped, person))
         person.page.evaluate(HANG, 1400)
-        until(lambda: is_in(stepped, PAUSED))
-        person.frames(20)  # the page is there again, and the trigger still held
+        until(lambda: is_in(stepped, PAUSED, person))
+        person.frames(10)  # the page is there again, and the trigger still held
         check_rests(stepped)
         assert motions(stepped)[-1].phase == PAUSED
 
         person.pull(0)
         person.pull()
-        until(lambda: runs(stepped))
+        until(lambda: runs(stepped, person))
         person.page.evaluate("() => headset.activeSession.end()")
-        until(lambda: is_in(stepped, CANCELLED))
+        until(lambda: is_in(stepped, CANCELLED, person))
         expect(person.told).to_have_count(0)
         check_rests(stepped)
 
