@@ -74,7 +74,7 @@ def runs(stubs: Stubs, person: Person) -> bool:
 def is_in(stubs: Stubs, phase: int, person: Person) -> bool:
     if person.page.locator("#room").count():
         person.frames(1)
-    step(stubs, 25)
+    step(stubs, 60)
     return motions(stubs)[-1].phase == phase
 
 
