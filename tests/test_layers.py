@@ -98,6 +98,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # The mapping application grows its octree by OctoMap; clients that don't map need not have it.
     f"{APPS}/demos/mapping/octree_map.py": ("virtualrobot", "numpy", "pyoctomap"),
     # Navigation fits, measures distances and plans by libraries, where they are installed, and writes maps as ROS does.
+    f"{APPS}/seeing": ("virtualrobot_apps", "virtualrobot", "numpy", "scipy"),
     f"{APPS}/seeing/navigation": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "pyastar2d", "yaml"),
     # Processes look for ways on meshes, and on splines.
     f"{APPS}/processes": ("virtualrobot_apps", "virtualrobot", "numpy", "click", "scipy", "trimesh"),
@@ -105,11 +106,15 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     **{
         f"{APPS}/studies/{name}.py": ("virtualrobot_apps", "virtualrobot", "numpy", *libraries)
         for name, libraries in {
+            "best": ("pyarrow", "yaml"),
             "engines": ("loky",),
+            "environment": ("gymnasium",),
             "parameters": ("scipy",),
             "parts": ("pyarrow",),
-            "plans": ("cma",),
+            "ray_engine": ("ray",),
             "report": ("pyarrow",),
+            "searching": ("cma", "optuna"),
+            "report_charts": ("pyarrow",),
             "summary": ("pyarrow", "scipy"),
         }.items()
     },
@@ -146,6 +151,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/fmi/export.py": ("virtualrobot_apps.fmi", "virtualrobot", "pythonfmu3"),
     f"{APPS}/fmi/slave.py": ("virtualrobot_apps.fmi", "virtualrobot", "pythonfmu3"),
     # The console passes calls of any method on, in bytes: it speaks gRPC and the contract itself, and serves HTTP.
+    f"{APPS}/console/plots.py": ("virtualrobot_apps.console", "virtualrobot_apps.topic", "virtualrobot"),
     f"{APPS}/console": ("virtualrobot_apps.console", "virtualrobot", "google", "grpc"),
     f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),
     # For its pages it runs what another command runs, too.
@@ -235,6 +241,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # Parsed meshes lie in the user's cache.
     f"{KERNEL}/formats/mesh_cache.py": room("formats", "msgspec", "platformdirs"),
+    f"{KERNEL}/formats/picture_cache.py": room("formats", "platformdirs", "virtualrobot_sdk"),
     # Most OBJ files are read in one compiled pass.
     f"{KERNEL}/formats/obj.py": room("formats", "trimesh", "virtualrobot_kernel.numeric.wavefront"),
     f"{KERNEL}/scenes": room("scenes", "virtualrobot.files.resolver", "virtualrobot.v1"),

@@ -20,7 +20,8 @@ from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.importing import Importers
-from virtualrobot_kernel.errors import KernelError, MissingFileError
+from virtualrobot_kernel.errors import KernelError, MissingFileError, UnknownNameError
+from virtualrobot_kernel.formats import scene_file
 from virtualrobot_kernel.formats.assets import AssetStore
 from virtualrobot_kernel.formats.mesh_cache import MeshCache
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
@@ -40,6 +41,7 @@ from virtualrobot_kernel.world.structure import Kind
 Floats = NDArray[np.float64]
 
 _TICK_SECONDS = 0.004
+NO_MODELS: Mapping[str, str] = {}
 
 
 class Postures(NamedTuple):
@@ -61,11 +63,12 @@ class Postures(NamedTuple):
 class EmbeddedWorld:
     """World of a scene file; used by one thread at a time."""
 
-    def __init__(self, scene: Path) -> None:
-        """Load a scene file.
+    def __init__(self, scene: Path, models: Mapping[str, str] = NO_MODELS) -> None:
+        """Load a scene file; robots that `models` has by name are made of other models, such as `model://ur10e`.
 
         Raises:
-            KernelError: when something in it, or in a file that it names, is wrong or missing.
+            KernelError: when something in it, or in a file that it names, is wrong or missing; for a name in `models`
+                that is none of the scene's models.
         """
         catalog = Catalog()
         self._solvers, self._importers = Solvers(catalog), Importers(catalog)
@@ -75,7 +78,7 @@ class EmbeddedWorld:
         self._now = Snapshot(structure, state, world_poses(structure, state), 0, 0.0, _TICK_SECONDS)
         self._scene = CollisionScene(shapes)
         self._arms: dict[str, _Standing] = {}
-        self._apply(scene_commands(scene, meshes, self._now, shapes)[0])
+        self._apply(scene_commands(scene, meshes, self._now, shapes, models)[0])
         self._begin = self._now
 
     def restore(self) -> None:
@@ -109,6 +112,11 @@ class EmbeddedWorld:
         """Return world_t_tcp (4, 4) of the chosen tool centre point, without a tool the flange."""
         return tcp_frame(self._now, self._now.structure.node(robot, Kind.ROBOT)).copy()
 
+    def joints(self, robot: str) -> dict[str, float]:
+        """Return where the joints are that lead the tool centre point, by name (rad or m)."""
+        arm = arm_of(self._now, self._now.structure.node(robot, Kind.ROBOT))
+        return dict(zip(arm.joint_names, self._now.state.q[arm.q_index].tolist(), strict=True))
+
     def joint_limits(self, robot: str) -> Floats:
         """Return the limits (k, 2) of the joints that lead the tool centre point (rad or m)."""
         chain = arm_of(self._now, self._now.structure.node(robot, Kind.ROBOT)).serial()
@@ -137,6 +145,20 @@ class EmbeddedWorld:
         """Return the names of what touches and may not wherever the arm is, such as a robot's base and a wall."""
         return [self._named(pair) for pair in self._standing(robot).contacts.standing()]
 
+    def touching(self, robot: str, joints: ArrayLike) -> tuple[str, str] | None:
+        """Return the names of two nodes that touch and may not with the arm's joints (k,) there (rad or m), or None.
+
+        Asked is what `postures` asks; nothing is moved.
+
+        Raises:
+            KernelError: when there is no such robot, or these are no such joints.
+        """
+        at, positions = self._standing(robot), np.array(joints, np.float64)
+        if positions.shape != at.arm.q_index.shape or not np.isfinite(positions).all():
+            said = f"the {len(at.arm.q_index)} joints of {robot!r} are finite numbers, not {positions.tolist()}"
+            raise KernelError(said, field="joints")
+        return self._names(at.contacts.contact(positions))
+
     def kinematic_errors(self, robot: str) -> KinematicErrors:
         """Return a robot's chain up to its tool centre point, with errors to plant and to find, in its base's frame."""
         arm = arm_of(self._now, self._now.structure.node(robot, Kind.ROBOT))
@@ -154,7 +176,7 @@ class EmbeddedWorld:
 
     def _standing(self, robot: str) -> _Standing:
         at = self._arms.get(robot)
-        if at is None or at.snapshot is not self._now:
+        if at is None or not at.still_holds(self._now):
             now = self._now
             arm = without_turns(arm_of(now, now.structure.node(robot, Kind.ROBOT)))
             at = self._arms[robot] = _Standing(now, arm, ArmContacts(self._scene, now, arm.q_index))
@@ -176,11 +198,30 @@ class _Standing:
     arm: Arm
     contacts: ArmContacts
 
+    def still_holds(self, now: Snapshot) -> bool:
+        """Return whether at most the arm's own joints are elsewhere by now."""
+        if now is self.snapshot:
+            return True
+        before, state = self.snapshot.state, now.state
+        if now.structure is not self.snapshot.structure or state.allowed_pairs is not before.allowed_pairs:
+            return False
+        others = np.ones(len(state.q), np.bool_)
+        others[self.arm.q_index] = False
+        return np.array_equal(state.q[others], before.q[others]) and np.array_equal(
+            state.parent_t_node, before.parent_t_node
+        )
+
 
 def scene_commands(
-    path: Path, meshes: MeshLibrary, begin: Snapshot, shapes: CollisionShapes
+    path: Path,
+    meshes: MeshLibrary,
+    begin: Snapshot,
+    shapes: CollisionShapes,
+    models: Mapping[str, str] = NO_MODELS,
 ) -> tuple[list[Command], list[FileWarning]]:
     """Return the commands that make the world of a scene file on the disk, and what is odd about it.
+
+    Robots that `models` has by name are made of these models.
 
     Raises:
         KernelError: for what is wrong in the file; MISSING_FILE when it, or one that it names, isn't there.
@@ -189,6 +230,20 @@ def scene_commands(
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise MissingFileError(f"cannot read the scene file {path}: {error}", file=path) from error
+    if models:
+        text = _with_models(text, str(path), models)
     commands, warnings, of_models = read_scene(text, str(path.resolve()), files_of(meshes, ()), meshes)
     pairs = built_pairs(begin, commands, shapes, of_models)
     return commands + ([SetAllowedPairs(built=pairs)] if pairs else []), warnings
+
+
+def _with_models(text: str, uri: str, models: Mapping[str, str]) -> str:
+    """Return the text of a scene file whose robots of these names are other models."""
+    scene = scene_file.parse(text, uri)
+    found = {model.name: model for model in scene.models}
+    for name, wanted in models.items():
+        if name not in found:
+            raise UnknownNameError("model of the scene", name, found)
+        found[name].ClearField("denavit_hartenberg")
+        found[name].uri = wanted
+    return scene_file.format(scene)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from numbers import Real
 
 import numpy as np
@@ -65,6 +66,25 @@ def checked_result(value: object, chain: SerialChain, options: InverseOptions) -
 
     Raises ComponentFault when a field has a wrong type, or status, solutions and configurations do not fit together.
     """
+    result = _fitting(value, chain, options)
+    _check_numbers(result.solutions, chain, options)
+    return result
+
+
+def checked_results(values: Sequence[object], chain: SerialChain, options: InverseOptions) -> list[InverseResult]:
+    """Return what `checked_result` does for each of many answers; their numbers are looked at together."""
+    results = [_fitting(value, chain, options) for value in values]
+    if results:
+        try:
+            _check_numbers(np.concatenate([result.solutions for result in results]), chain, options)
+        except ComponentFault:
+            for result in results:
+                _check_numbers(result.solutions, chain, options)  # whose place in its own answer is told
+    return results
+
+
+def _fitting(value: object, chain: SerialChain, options: InverseOptions) -> InverseResult:
+    """Return a copy of an answer whose fields fit together; its solutions' numbers are still to be looked at."""
     if not isinstance(value, InverseResult):
         raise nonsense(f"inverse returned {_kind(value)}; it must be an InverseResult")
     if not isinstance(value.status, InverseStatus):
@@ -96,10 +116,15 @@ def checked_result(value: object, chain: SerialChain, options: InverseOptions) -
     )
     if not math.isfinite(sum(result.arm_angles)):
         raise nonsense(f"inverse returned the arm angles {list(result.arm_angles)}; they must be finite")
-    _finite("inverse", solutions)
     wanted = options.configuration
     if wanted and (others := [name for name in result.configurations if not is_configuration(name, wanted)]):
         raise nonsense(f"inverse returned the configuration {others[0]!r} where {wanted!r} was asked for")
+    return result
+
+
+def _check_numbers(solutions: Floats, chain: SerialChain, options: InverseOptions) -> None:
+    """Raise ComponentFault unless solutions (m, k) are finite and, where that is asked for, within limits."""
+    _finite("inverse", solutions)
     if options.respect_limits:
         outside = (solutions < chain.lower - _SLACK) | (solutions > chain.upper + _SLACK)
         if outside.any():
@@ -108,7 +133,6 @@ def checked_result(value: object, chain: SerialChain, options: InverseOptions) -
                 f"inverse returned {chain.joint_names[column]!r} at {solutions[row, column]:.6g}, outside its limits "
                 f"{chain.lower[column]:.6g} to {chain.upper[column]:.6g}"
             )
-    return result
 
 
 def is_configuration(name: str, wanted: str) -> bool:
@@ -121,6 +145,22 @@ def check_solution(reached: Floats, target: Floats, options: InverseOptions) -> 
     distance, angle = pose_distance(reached, target)
     if distance > max(options.position_tolerance, CLOSURE) or angle > max(options.rotation_tolerance, CLOSURE):
         raise nonsense(f"inverse returned a solution that misses its target by {distance:.3g} m and {angle:.3g} rad")
+
+
+def check_solutions(reached: Floats, targets: Floats, options: InverseOptions) -> None:
+    """Raise ComponentFault as `check_solution` for tips `reached` (m, 4, 4), each with a target of its own, (m, 4, 4).
+
+    All are looked at together, by the norm of the rotations' difference: it is sqrt(8) times the sine of half the angle
+    between them, and loses no digit where that is small. `check_solution` has the last word on what seems wrong.
+    """
+    apart = np.linalg.norm(reached[:, :3, 3] - targets[:, :3, 3], axis=1)
+    turned = np.linalg.norm(reached[:, :3, :3] - targets[:, :3, :3], axis=(1, 2)) / _CHORD
+    # Written so that NaN counts as wrong.
+    is_right = (apart <= max(options.position_tolerance, CLOSURE)) & (
+        turned <= math.sin(min(max(options.rotation_tolerance, CLOSURE), math.pi) / 2.0)
+    )
+    for row in np.flatnonzero(~is_right).tolist():
+        check_solution(reached[row], targets[row], options)
 
 
 def pose_distance(a: Floats, b: Floats) -> tuple[float, float]:
@@ -184,6 +224,7 @@ def nonsense(reason: str) -> ComponentFault:
 
 
 _EYE = np.eye(3)
+_CHORD = math.sqrt(8.0)
 _SLACK = 1e-9
 """Room for the last digits where a solution lies on a limit (rad, m)."""
 

@@ -119,6 +119,11 @@ def test_a_study_file_is_read(tmp_path: Path) -> None:
         ("parameters: {x: {range: [0, 1]}}\nsearch: {minimize: y, generations: 9}", "one alone is a grid's"),
         (f"{TWO}\nsearch: {{minimize: z, generations: 9}}", "'z' is not known; it is one of y"),
         (f"{TWO}\nsearch: {{generations: 9}}", "'minimize' or 'maximize' belongs here"),
+        (f"{TWO}\nsearch: {{minimize: y, maximize: y, generations: 9}}", "'minimize' or 'maximize' belongs here"),
+        (
+            "parameters: {x: {law: norm}, z: {list: [1]}}\nsearch: {minimize: y, generations: 9}",
+            "no laws: what is left",
+        ),
         (f"{TWO}\nsearch: {{minimize: y}}", "the field 'generations' is missing"),
         (f"{TWO}\nsearch: {{minimize: y, generations: 9}}\ndraws: 3", "leave 'draws' and 'sampling' out"),
         ("parameters: {x: {list: [1, 2]}}\ndraws: 999999999", "of which a study has at most"),

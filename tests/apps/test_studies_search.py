@@ -77,6 +77,62 @@ def test_a_search_that_has_converged_begins_elsewhere(tmp_path: Path) -> None:
     assert len({row["x"] for row in parts.table().to_pylist()}) == 320
 
 
+GOALS = """
+schema_version: 1
+function: cells:f
+seed: 5
+block: 7
+parameters: {x: {range: [-10, 10]}, kind: {list: [dear, cheap, broken]}, y: {list: [0, 1]}}
+results: {near: number, far: number}
+goals: {near: minimize, far: maximize}
+search: {population: 20, generations: 20}
+"""
+SCHAFFER = """
+def f(cell):
+    x, kind, y = (cell.parameters[name] for name in ("x", "kind", "y"))
+    if kind == "broken":
+        raise ValueError("it is broken")
+    more = (5.0 if kind == "dear" else 0.0) + y
+    return {"near": x**2 + more, "far": -(x - 2.0) ** 2 - more}
+"""
+"""x^2 and (x - 2)^2, both to be little: 0 <= x <= 2; David Schaffer, "Multiple objective optimization", 1985."""
+
+
+def test_a_search_for_several_goals_finds_their_front(tmp_path: Path) -> None:
+    """Among choices, of which one is better in all goals, and another one always fails."""
+    study = written(tmp_path / "in", GOALS, SCHAFFER)
+    progress, parts = done(study, tmp_path / "out")
+    assert progress.done == 400 and progress.failed > 0
+    rows = [row for row in parts.table().to_pylist() if row["status"] == "ok"]
+    front = [row for row in rows if not any(one["near"] < row["near"] and one["far"] > row["far"] for one in rows)]
+    assert {(row["kind"], row["y"]) for row in front} == {("cheap", 0.0)}
+    places = sorted(row["x"] for row in front)
+    assert -0.1 < places[0] < 0.3 and 1.7 < places[-1] < 2.1
+    assert len(set(places)) >= 15 and max(np.diff(places)) < 0.5
+    text = report(study, parts)
+    assert f"<p>{len(front)} that no other one is better than" in text and "Best cells" not in text
+
+
+def test_a_search_for_several_goals_that_is_resumed_comes_to_the_same(tmp_path: Path) -> None:
+    study = written(tmp_path / "in", GOALS.replace("generations: 20", "generations: 5"), SCHAFFER)
+    _, whole = done(study, tmp_path / "whole")
+    folder = tmp_path / "cancelled"
+    run(open_job(study, folder, False), Here(), lambda told: (folder / "cancel").touch() if told.done >= 48 else None)
+    assert 0 < Parts(folder, study).counts().done < 100
+    assert done(study, folder, resume=True)[1].digest() == whole.digest()
+
+
+def test_a_search_chooses_among_values_for_one_goal(tmp_path: Path) -> None:
+    text = STUDY.replace("y: {range: [0, 10]}", "y: {list: [1, 2, 3, 4, 9.5]}").replace(
+        "population: 8", "population: 16"
+    )
+    study = written(tmp_path / "in", text, VALLEY.replace("SIGN", "1.0"))
+    _, parts = done(study, tmp_path / "out")
+    rows = [row for row in parts.table().to_pylist() if row["status"] == "ok"]
+    best = min(rows, key=lambda row: row["cost"])
+    assert best["y"] == 3.0 and best["x"] == pytest.approx(0.7, abs=0.1)
+
+
 def test_shares_of_a_known_function_are_found(tmp_path: Path) -> None:
     """Ishigami and Homma, "An importance quantification technique in uncertainty analysis for computer models", 1990.
 

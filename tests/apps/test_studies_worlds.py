@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import warnings
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,11 @@ from typing import Any
 import numpy as np
 import pytest
 from eaik.IK_DH import DhRobot
+from gymnasium.utils.env_checker import check_env
 from numpy.typing import NDArray
 from virtualrobot.errors import InvalidArgumentError
-from virtualrobot_apps.studies import placement
+from virtualrobot_apps.studies import placement, worlds
+from virtualrobot_apps.studies.environment import RobotEnvironment, Step
 from virtualrobot_apps.studies.reach import orientations
 from virtualrobot_apps.studies.study_file import read_study
 from virtualrobot_apps.studies.worlds import open_world
@@ -63,18 +66,45 @@ def world(scene: Path) -> Iterator[EmbeddedWorld]:
     made.close()
 
 
-def is_within(x: float, y: float, z: float) -> bool:
-    """Return whether a UR5e reaches (x, y, z) of its base's frame (m) with its tool down.
+OTHERS = {
+    "ur3e": (0.15185, -0.24355, -0.2132, 0.13105, 0.08535, 0.0921),
+    "ur5e": (D1, A2, A3, D4, D5, D6),
+    "ur10e": (0.1807, -0.6127, -0.57155, 0.17415, 0.11985, 0.11655),
+}
+"""The same of its relatives, from the same table."""
+
+
+def is_within(x: float, y: float, z: float, model: str = "ur5e") -> bool:
+    """Return whether a robot of Universal Robots reaches (x, y, z) of its base's frame (m) with its tool down.
 
     The wrist's first joint is then D6 above the flange, D4 beside the plane of the arm and D5 before or behind, so that
     its centre is at u = sqrt(r^2 - D4^2) +- D5 and height z + D6 - D1; the elbow lets it be | |A2| - |A3| | to
     |A2| + |A3| from the shoulder.
     """
-    across = x * x + y * y - D4**2
+    d1, a2, a3, d4, d5, d6 = OTHERS[model]
+    across = x * x + y * y - d4**2
     if across < 0.0:
         return False
-    distances = [math.hypot(math.sqrt(across) + side * D5, z + D6 - D1) for side in (1.0, -1.0)]
-    return any(abs(abs(A2) - abs(A3)) <= one <= abs(A2) + abs(A3) for one in distances)
+    distances = [math.hypot(math.sqrt(across) + side * d5, z + d6 - d1) for side in (1.0, -1.0)]
+    return any(abs(abs(a2) - abs(a3)) <= one <= abs(a2) + abs(a3) for one in distances)
+
+
+STUDY = """
+schema_version: 1
+scene: {scene}
+setup: virtualrobot_apps.studies.worlds:open_world
+function: virtualrobot_apps.studies.{function}
+block: 20
+parameters: {parameters}
+results: {results}
+"""
+
+
+def rows_of(text: str, folder: Path) -> list[dict[str, Any]]:
+    """Run a study of this text in a folder, and return the rows of its cells."""
+    (folder / "study.yaml").write_text(text)
+    _, parts = done(read_study(folder / "study.yaml"), folder / "out")
+    return parts.table().to_pylist()
 
 
 def test_branches_and_contacts_are_those_of_bare_libraries(
@@ -121,6 +151,62 @@ def test_a_tool_that_points_down_reaches_an_annulus(world: EmbeddedWorld, rng: n
     assert 50 < len(reached) < 250
 
 
+def test_it_says_where_joints_are_and_what_they_would_touch(world: EmbeddedWorld, rng: np.random.Generator) -> None:
+    """Contacts are those of `postures`, wherever the arm itself stands meanwhile."""
+    world.restore()
+    poses = np.tile(np.diag([1.0, -1.0, -1.0, 1.0]), (60, 1, 1))
+    poses[:, :3, 3] = rng.uniform([-0.7, -0.7, 0.0], [0.7, 0.7, 0.5], (60, 3))
+    found = world.postures("arm", poses)
+    names, limits = list(world.joints("arm")), world.joint_limits("arm")
+    assert len(names) == 6 and len(found.positions) > 50
+    for q, touching in zip(found.positions, found.touching, strict=True):
+        world.set_joints("arm", dict(zip(names, rng.uniform(limits[:, 0], limits[:, 1]).tolist(), strict=True)))
+        assert world.touching("arm", q) == touching
+        world.set_joints("arm", dict(zip(names, q.tolist(), strict=True)))
+        np.testing.assert_allclose(list(world.joints("arm").values()), q)
+    with pytest.raises(KernelError, match="the 6 joints of 'arm' are finite numbers, not"):
+        world.touching("arm", np.zeros(5))
+    # What stands elsewhere touches elsewhere.
+    q = next(q for q, touching in zip(found.positions, found.touching, strict=True) if touching is None)
+    tool = found.target[[row.tolist() for row in found.positions].index(q.tolist())]
+    pose = world.parent_pose("post")
+    pose[:2, 3] = poses[tool, :2, 3]
+    world.place("post", pose)
+    assert world.touching("arm", q) is not None
+
+
+def test_gymnasium_finds_nothing_wrong_with_it(scene: Path) -> None:
+    """Its checker, on an arm that goes down to where it touches the table."""
+
+    def down(step: Step) -> float:
+        return -float(step.observation["tool"][2])
+
+    env = RobotEnvironment(scene, "arm", down, nodes=["first"])
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message=r".*(minimum value is -infinity|maximum value is infinity).*")
+        check_env(env, skip_render_check=True)
+    env.reset(seed=1)
+    touched = [env.step(np.array([0.0, 1.0, 0.0, 0.0, 0.0, 0.0]))[4] for _ in range(100)]
+    assert {} in touched and touched[-1]["touching"]
+    env.close()
+
+
+def test_a_tolerance_study_follows_the_law_of_what_is_off(scene: Path, tmp_path: Path) -> None:
+    """Of a part that is off alone, erf(sqrt 2) - 2 sqrt(2 / pi) e^-2 = 0.7385 within two deviations (Maxwell)."""
+    text = STUDY.format(
+        scene=scene,
+        function="tolerance:hit\ndraws: 200",
+        parameters="{robot: {list: [arm]}, target: {list: [second]}, part: {list: [0.001]}, "
+        "tolerance: {list: [0.002]}}",
+        results="{off: number, turned: number, hit: number, free: number}",
+    )
+    rows = rows_of(text, tmp_path)
+    assert {row["status"] for row in rows} == {"ok"}, rows[0]["error"]
+    share = np.mean([row["hit"] for row in rows])
+    assert abs(share - 0.7385) < 4.0 * math.sqrt(0.7385 * 0.2615 / len(rows))
+    assert all(row["free"] == 1.0 and row["turned"] < 1e-8 for row in rows)
+
+
 def test_it_goes_back_and_says_what_its_base_touches(world: EmbeddedWorld) -> None:
     world.restore()
     before = world.tool_pose("arm")
@@ -133,24 +219,6 @@ def test_it_goes_back_and_says_what_its_base_touches(world: EmbeddedWorld) -> No
     world.restore()
     assert np.array_equal(world.tool_pose("arm"), before)
     assert world.contacts("arm") == []
-
-
-STUDY = """
-schema_version: 1
-scene: {scene}
-setup: virtualrobot_apps.studies.worlds:open_world
-function: virtualrobot_apps.studies.{function}
-block: 20
-parameters: {parameters}
-results: {results}
-"""
-
-
-def rows_of(text: str, folder: Path) -> list[dict[str, Any]]:
-    """Run a study of this text in a folder, and return the rows of its cells."""
-    (folder / "study.yaml").write_text(text)
-    _, parts = done(read_study(folder / "study.yaml"), folder / "out")
-    return parts.table().to_pylist()
 
 
 def test_a_reach_map_is_told_place_by_place(world: EmbeddedWorld, scene: Path, tmp_path: Path) -> None:
@@ -200,6 +268,60 @@ def test_placements_are_those_from_which_the_targets_are_in_the_annulus(scene: P
             assert row["reason"] == f"{name}: out of reach"
     reasons = [row["reason"] for row in rows]
     assert None in reasons and any(one and "touches" in one for one in reasons)
+
+
+def test_robots_of_the_catalogue_reach_what_their_tables_say(scene: Path, tmp_path: Path) -> None:
+    """Three of one family in the place of one, each at the places of a grid; and a model that there is not."""
+    text = STUDY.format(
+        scene=scene,
+        function="robots:choose",
+        parameters="{model: {list: ['model://ur3e', 'model://ur5e', 'model://ur10e', 'model://ur55e']}, "
+        "robot: {list: [arm]}, targets: {list: ['first, second']}, "
+        "x: {grid: {from: -0.9, to: 0.3, count: 5}}, y: {grid: {from: -0.4, to: 0.4, count: 3}}}",
+        results="{reached: number, free: number, margin: number, reason: text}",
+    ).replace(":open_world", ":open_worlds")
+    places, shares = np.array([[0.3, 0.1, 0.2], [0.2, -0.5, 0.1]]), dict[str, float]()
+    for row in rows_of(text, tmp_path):
+        model = row["model"].removeprefix("model://")
+        if model == "ur55e":
+            assert row["status"] == "failed" and "ur55e" in row["error"]
+            continue
+        assert row["status"] == "ok", row["error"]
+        assert row["reached"] == np.mean(
+            [is_within(*place, model=model) for place in places - [row["x"], row["y"], 0.0]]
+        )
+        shares[model] = shares.get(model, 0.0) + row["reached"]
+    assert shares["ur3e"] < shares["ur5e"] < shares["ur10e"]
+    with pytest.raises(KernelError, match="there is no model of the scene named 'arms'"):
+        EmbeddedWorld(scene, {"arms": "model://ur3e"})
+
+
+def test_the_worlds_that_were_asked_for_last_are_kept(monkeypatch: pytest.MonkeyPatch, scene: Path) -> None:
+    class Opened:
+        def __init__(self, model: str) -> None:
+            self.model, self.is_closed, self.restored = model, False, 0
+
+        def restore(self) -> None:
+            self.restored += 1
+
+        def close(self) -> None:
+            self.is_closed = True
+
+    opened: list[Opened] = []
+
+    def opening(_: Path, models: dict[str, str]) -> Opened:
+        opened.append(Opened(models["arm"]))
+        return opened[-1]
+
+    monkeypatch.setattr(worlds, "open_world", opening)
+    found = worlds.Worlds(scene, most=2)
+    for model in ("a", "b", "a", "c", "a", "b"):
+        found.of("arm", model)
+    assert [(one.model, one.is_closed, one.restored) for one in opened] == [
+        *(("a", False, 3), ("b", True, 1), ("c", True, 1), ("b", False, 1)),
+    ]
+    with pytest.raises(InvalidArgumentError, match="this study needs a scene"):
+        worlds.open_worlds(None)
 
 
 def test_calibrations_become_as_good_as_the_noise_lets_them(scene: Path, tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,8 @@ from virtualrobot_sdk.kinematics import REVOLUTE, InverseOptions, SerialChain
 from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.planning.actuators import actuator_limits
-from virtualrobot_kernel.planning.robots import Arm, SolverOf, tip_t_tcp
+from virtualrobot_kernel.planning.robots import Arm, tip_t_tcp
+from virtualrobot_kernel.planning.solvers import Solver
 from virtualrobot_kernel.world.actuators import LIMIT_TOLERANCE
 from virtualrobot_kernel.world.state import Snapshot
 
@@ -46,7 +48,9 @@ def without_turns(arm: Arm) -> Arm:
     return replace(arm, chain=chain._replace(lower=lower, upper=upper))
 
 
-def branches(snapshot: Snapshot, arm: Arm, world_t_tcp: Floats, solver_of: SolverOf) -> Branches:
+def branches(
+    snapshot: Snapshot, arm: Arm, world_t_tcp: Floats, solver_of: Callable[[Snapshot, Arm], Solver]
+) -> Branches:
     """Return all branches that the component of an arm, one of `without_turns`, knows at poses (n, 4, 4).
 
     A component that searches, as for seven joints, knows few of them. Raises as `solver_of` and the component do.
@@ -54,7 +58,7 @@ def branches(snapshot: Snapshot, arm: Arm, world_t_tcp: Floats, solver_of: Solve
     chain, solver = arm.serial(), solver_of(snapshot, arm)
     base_t_tip = inverse(snapshot.world_t(arm.base)) @ world_t_tcp @ inverse(tip_t_tcp(snapshot, arm))
     options = InverseOptions(seed=None)
-    found = [solver.inverse(pose, options).solutions for pose in base_t_tip]
+    found = [result.solutions for result in solver.inverse_each(base_t_tip, options)]
     counts = [len(rows) for rows in found]
     target = np.repeat(np.arange(len(found)), counts)
     positions = np.concatenate(found) if sum(counts) else np.empty((0, len(chain.joint_names)))

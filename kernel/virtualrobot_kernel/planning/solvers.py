@@ -13,7 +13,14 @@ from dataclasses import dataclass, replace
 from typing import Any, TypeGuard, TypeVar
 
 import numpy as np
-from virtualrobot_sdk.answers import check_solution, checked_frames, checked_jacobian, checked_result
+from virtualrobot_sdk.answers import (
+    check_solution,
+    check_solutions,
+    checked_frames,
+    checked_jacobian,
+    checked_result,
+    checked_results,
+)
 from virtualrobot_sdk.errors import ComponentFault
 from virtualrobot_sdk.kinematics import Floats, InverseOptions, InverseResult, SerialChain
 from virtualrobot_sdk.registration import ComponentKind
@@ -23,6 +30,7 @@ from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.components.running import ComponentHandle, start
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.planning.robots import Arm, tip_of
+from virtualrobot_kernel.planning.tips import Tips, tips_of
 from virtualrobot_kernel.world.commands import Command, CreateNodes, SetGroups, SetKinematics, UpdateNode
 from virtualrobot_kernel.world.groups import WHOLE, Group, named_group
 from virtualrobot_kernel.world.state import Snapshot
@@ -59,14 +67,16 @@ class Solver:
     It gets copies: one that runs in this process could write into what it is given.
     """
 
-    def __init__(self, running: ComponentHandle, chain: SerialChain, tip: Tip | None) -> None:
+    def __init__(self, running: ComponentHandle, chain: SerialChain, tip: Tip | None, tips: Tips | None = None) -> None:
         """Take a component that was made for `chain`; the robot's own tree has the chain's tip at `tip(q)`.
 
-        Without `tip` solutions are not compared with the tree: while it is tried, by how much it misses is to be told.
+        `tips` says the same of many postures. Without them solutions are not compared with the tree: while it is tried,
+        by how much it misses is to be told.
         """
         self.running = running
         self.chain = chain
         self._tip = tip
+        self._tips = tips
 
     def forward(self, q: Floats, /) -> Floats:
         """Return the poses (m, 4, 4) of the component's frames at q (k,), the last one the tip's."""
@@ -88,6 +98,26 @@ class Solver:
 
         seed = None if options.seed is None else options.seed.copy()
         return self._asked(checked, "inverse", base_t_tip.copy(), replace(options, seed=seed))
+
+    def inverse_each(self, base_t_tip: Floats, options: InverseOptions = _DEFAULTS, /) -> list[InverseResult]:
+        """Return what `inverse` does for each of many poses (n, 4, 4), whose answers are checked together.
+
+        A fault in one of them is told when all were asked for.
+        """
+        seed = options.seed
+        answers = [
+            self.running.call("inverse", pose.copy(), options if seed is None else replace(options, seed=seed.copy()))
+            for pose in base_t_tip
+        ]
+        try:
+            results = checked_results(answers, self.chain, options)
+            if self._tips is not None and results:
+                target = np.repeat(base_t_tip, [len(result.solutions) for result in results], axis=0)
+                postures = np.concatenate([result.solutions for result in results])
+                check_solutions(self._tips(postures), target, options)
+        except ComponentFault as fault:
+            raise self.running.failed(fault) from fault
+        return results
 
     def _asked(self, checked: Callable[[object], Answer], method: str, *arguments: object) -> Answer:
         """Return a method's answer, once it is checked; nonsense is a fault of the component."""
@@ -323,7 +353,7 @@ class Solvers:
         except BaseException:
             running.close()
             raise
-        solver = Solver(running, chain, tip)
+        solver = Solver(running, chain, tip, tips_of(snapshot, arm))
         weakref.finalize(solver, self._unused.put, running).atexit = False
         return Tried(chain, asked, kinematics, settings, solver, check)
 

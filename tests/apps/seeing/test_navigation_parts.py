@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import numpy as np
@@ -18,11 +19,13 @@ from virtualrobot_apps.seeing.navigation.matching import Cloud, normals_of
 from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator, Observation
 from virtualrobot_apps.seeing.navigation.planning import Costmap, NoWayError, Planner, length
 from virtualrobot_apps.seeing.navigation.pose_graph import Relation, optimised
-from virtualrobot_apps.seeing.navigation.poses import Floats, arc, between, compose, distance, moved
+from virtualrobot_apps.seeing.navigation.poses import Floats, arc, between, compose, distance, moved, wrapped
+from virtualrobot_apps.seeing.navigation.regions import Distances, apart
 from virtualrobot_apps.seeing.navigation.scans import OdometryTrack, ScanMaker
 from virtualrobot_apps.seeing.navigation.unforeseen import Unforeseen
 
 from tests.apps.seeing.flat_lidar import scan_at
+from tests.apps.seeing.flat_vehicles import room
 
 FOOTPRINT = Footprint(-0.2, 0.1, -0.134, 0.134)
 
@@ -145,6 +148,26 @@ def test_a_map_of_noisy_scans_is_true(rng: np.random.Generator, seed: int) -> No
 
 
 @pytest.mark.long
+def test_half_of_a_room_that_looks_like_the_other_is_no_loop(rng: np.random.Generator) -> None:
+    """Around a partition to its far side, and around there: most draws slid by 2 m once, and tore the map."""
+    furniture = [(2.0, 0.6, 0.1, 1.2), (3.6, 2.75, 0.8, 0.5), (0.3, 2.4, 0.6, 0.4)]
+    boxes = [*room(4.0, 3.0), *(floors.Box(*one, 0.5, "#a52") for one in furniture)]
+    corners = np.array([(0.7, 0.7), (1.7, 1.58), (2.46, 1.97), (3.6, 2.15), (3.65, 1.5), (2.85, 0.65), (2.44, 0.37)])
+    way, heading = list[Floats](), 0.0
+    for first, second in itertools.pairwise(corners):
+        turn = float(wrapped(np.arctan2(*(second - first)[::-1]) - heading))
+        turns = heading + turn * np.linspace(0.0, 1.0, max(2, int(abs(turn) / 0.2)))
+        heading += turn
+        steps = np.linspace(first, second, int(distance(first, second) / 0.1))
+        way += [*(np.array([*first, one]) for one in turns), *(np.array([*one, heading]) for one in steps)]
+    way += [np.array([*corners[-1], heading + one]) for one in np.arange(0.0, 2.0 * np.pi, 0.2)]
+    for _ in range(3):
+        mapper = Mapper(way[0])
+        off = [distance(mapper.update(scan_at(boxes, pose, pose, rng)), pose) for pose in way]
+        assert mapper.loops > 3 and max(off) < 0.1
+
+
+@pytest.mark.long
 def test_a_lost_vehicle_is_found_in_its_own_map_alone(rng: np.random.Generator, seed: int) -> None:
     """It drives in a room until one place alone fits; in a map of another floor it stays lost."""
     boxes = floors.floor(seed)
@@ -181,7 +204,7 @@ def test_maps_are_files_as_ros_has_them(tmp_path: Path, rng: np.random.Generator
             load(tmp_path / "bad.yaml")
 
 
-def room() -> Grid:
+def two_rooms() -> Grid:
     """Return a map of 4 m x 4 m with a wall along x = 2 that has a door 0.8 m wide at y = 3."""
     log_odds = np.full((80, 80), -MOST)
     log_odds[:, 40] = MOST
@@ -190,7 +213,7 @@ def room() -> Grid:
 
 
 def test_a_way_leads_through_the_door_and_refusals_have_numbers() -> None:
-    planner = Planner(Costmap.of(room(), FOOTPRINT, np.zeros((0, 2))))
+    planner = Planner(Costmap.of(two_rooms(), FOOTPRINT, np.zeros((0, 2))))
     way = planner.way(np.array([1.0, 1.0]), np.array([3.0, 1.0]))
     straight = 2.0 * np.hypot(1.0, 2.0)
     assert straight - 0.6 < length(way) < 1.15 * straight
@@ -203,9 +226,21 @@ def test_a_way_leads_through_the_door_and_refusals_have_numbers() -> None:
     ):
         with pytest.raises(NoWayError, match=words):
             planner.way(np.array([1.0, 1.0]), np.array(goal))
-    shut = Planner(Costmap.of(room(), Footprint(-0.6, 0.6, -0.5, 0.5), np.zeros((0, 2))))
+    shut = Planner(Costmap.of(two_rooms(), Footprint(-0.6, 0.6, -0.5, 0.5), np.zeros((0, 2))))
     with pytest.raises(NoWayError, match=r"widest passage to the goal \(3\.00, 1\.00\) is 0\.\d+ m, .* needs 1\.06 m"):
         shut.way(np.array([1.0, 1.0]), np.array([3.0, 1.0]))
+
+
+def test_distances_that_are_kept_are_those_measured_anew(rng: np.random.Generator) -> None:
+    """Bit by bit, with what is seen near and far from walls that change now and then, and with no walls at all."""
+    distances, walls = Distances(), np.zeros((40, 60), bool)
+    for number in range(30):
+        if number % 10 == 5:
+            walls = rng.random(walls.shape) < 0.01
+        rows, columns = rng.integers(0, 40, number % 4), rng.integers(0, 60, number % 4)
+        both = walls.copy()
+        both[rows, columns] = True
+        np.testing.assert_array_equal(distances.of(walls, rows, columns), apart(both))
 
 
 def test_what_is_chosen_touches_nothing_and_nothing_where_all_is_near() -> None:

@@ -1,107 +1,22 @@
-"""Vehicles that meet what their map has not: boxes that are put in the way, another vehicle, wheels that slip.
-
-In the plane, with rays by formula, and the noise of the LDS-01; vehicles do what they are told at once.
-"""
+"""Vehicles that meet what their map has not: boxes that are put in the way, another vehicle, wheels that slip."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
-
 import numpy as np
 import pytest
+from virtualrobot_apps.seeing.navigation import navigator
 from virtualrobot_apps.seeing.navigation.floors import Box
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
-from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.localising import Localiser
-from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator, Observation
-from virtualrobot_apps.seeing.navigation.poses import Floats, arc, compose, distance, moved
-from virtualrobot_apps.seeing.navigation.vehicle import PERIOD
+from virtualrobot_apps.seeing.navigation.navigator import Goal, Navigator
+from virtualrobot_apps.seeing.navigation.poses import distance
+from virtualrobot_apps.seeing.navigation.sonars import Sonar
 
-from tests.apps.seeing.flat_lidar import scan_at
+from tests.apps.seeing.flat_vehicles import UGV, Driven, drive, known, room, vehicle
 
 pytestmark = pytest.mark.long
-LONGEST = 120.0
-"""Time (s) after which nobody is on the way any more."""
-SCANNED = 4
-"""Periods from one scan to the next."""
-UGV = Footprint(-0.14, 0.14, -0.15, 0.15)
 HUSKY = Footprint(-0.495, 0.495, -0.335, 0.335)
 """That of Clearpath's data sheet: 990 x 670 mm."""
-
-
-@dataclass
-class Driven:
-    """Vehicle at a pose (3,) with its navigator; `slips` is by what part more its wheels turn than it moves."""
-
-    navigator: Navigator
-    pose: Floats
-    odometry: Floats
-    slips: Callable[[float], float] = lambda time: 0.0
-    told: list[str] = field(default_factory=list)
-
-    def corners(self) -> Floats:
-        """Return its outline (n, 2)."""
-        return moved(self.pose, self.navigator.footprint.outline())
-
-    def body(self) -> Box:
-        """Return the box about it, parallel to the walls, as others' rays meet it."""
-        low, high = self.corners().min(axis=0), self.corners().max(axis=0)
-        (x, y), (wide, deep) = 0.5 * (low + high), high - low
-        return Box(float(x), float(y), float(wide), float(deep), 1.0, "#888")
-
-    def step(self, boxes: Sequence[Box], time: float, period: int, rng: np.random.Generator) -> None:
-        """Go on by a period."""
-        seen = scan_at(boxes, self.pose, self.odometry, rng, time) if period % SCANNED == 0 else None
-        v, w = self.navigator.step(Observation(time, self.odometry, seen))
-        self.pose = compose(self.pose, arc(np.array([v, w]), np.array(PERIOD)))
-        turned = 1.0 + self.slips(time)
-        self.odometry = compose(self.odometry, arc(np.array([v * turned, w]), np.array(PERIOD)))
-
-
-def vehicle(grid: Grid, start: Sequence[float], goal: Goal, footprint: Footprint = UGV) -> Driven:
-    """Return a vehicle on its way to a goal."""
-    told: list[str] = []
-    pose = np.array(start, np.float64)
-    navigator = Navigator(Localiser(grid, pose), footprint, say=told.append)
-    navigator.go(goal)
-    return Driven(navigator, pose, pose.copy(), told=told)
-
-
-def drive(vehicles: Sequence[Driven], boxes: Callable[[float], Sequence[Box]], rng: np.random.Generator) -> float:
-    """Drive vehicles until all are at an end; return how near their outlines have come to anything (m)."""
-    period, nearest = 0, np.inf
-    while any(one.navigator.end is None for one in vehicles) and (time := period * PERIOD) < LONGEST:
-        for one in vehicles:
-            around = [*boxes(time), *(other.body() for other in vehicles if other is not one)]
-            one.step(around, time, period, rng)
-            nearest = min(nearest, *(float(box.apart(one.corners()).min()) for box in around))
-        period += 1
-    return nearest
-
-
-def room(wide: float, deep: float) -> list[Box]:
-    """Return the walls of an empty room whose corner is at 0."""
-    wall = 0.1
-    return [
-        Box(0.5 * wide, -0.5 * wall, wide, wall, 1.0, "#fff"),
-        Box(0.5 * wide, deep + 0.5 * wall, wide, wall, 1.0, "#fff"),
-        Box(-0.5 * wall, 0.5 * deep, wall, deep, 1.0, "#fff"),
-        Box(wide + 0.5 * wall, 0.5 * deep, wall, deep, 1.0, "#fff"),
-    ]
-
-
-def known(boxes: Sequence[Box], wide: float, deep: float) -> Grid:
-    """Return the map of a room."""
-    resolution, margin = 0.05, 0.2
-    shape = (round((deep + 2.0 * margin) / resolution), round((wide + 2.0 * margin) / resolution))
-    grid = Grid(resolution, np.full(2, -margin), np.zeros(shape))
-    places = grid.middles(*np.indices(shape))
-    inside = (places > 0.0).all(axis=2) & (places < [wide, deep]).all(axis=2)
-    grid.log_odds[inside] = -4.0
-    for box in boxes:
-        grid.log_odds[box.apart(places) <= 0.0] = 4.0
-    return grid
 
 
 def test_husky_crosses_a_room_in_which_boxes_are_put_in_its_way(rng: np.random.Generator) -> None:
@@ -151,3 +66,67 @@ def test_wheels_that_slip_are_told_and_the_lidar_goes_on(rng: np.random.Generato
     assert distance(slips.pose, (3.4, 1.8)) < 0.25, slips.told
     assert distance(slips.odometry, slips.pose) > 1.0
     assert any(one.startswith("its wheels slip: odometry says") for one in slips.told), slips.told
+
+
+def test_odometry_that_stands_is_told_and_the_lidar_goes_on(rng: np.random.Generator) -> None:
+    """Encoders that tell the same for ever: scans alone say where it is, at half the speed."""
+    boxes = [*room(4.0, 3.0), Box(2.2, 0.4, 0.5, 0.5, 1.0, "#a52"), Box(1.2, 2.7, 0.6, 0.3, 1.0, "#a52")]
+    frozen = vehicle(known(boxes, 4.0, 3.0), (0.6, 1.5, 0.0), Goal(3.2, 1.8))
+    frozen.slips = lambda time: -1.0
+    nearest = drive([frozen], lambda time: boxes, rng)
+    assert frozen.navigator.reached and nearest > 0.0, frozen.told
+    assert distance(frozen.pose, (3.2, 1.8)) < 0.25, frozen.told
+    assert any(one.startswith("its odometry stands: the lidar says") for one in frozen.told), frozen.told
+
+
+def test_a_map_of_another_building_is_told(rng: np.random.Generator, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody tells it where it is: it drives about without touching anything, and says what is wrong."""
+    monkeypatch.setattr(navigator, "LOST_SECONDS", 8.0)
+    boxes = [*room(4.0, 3.0), Box(2.2, 0.4, 0.5, 0.5, 1.0, "#a52"), Box(1.2, 2.7, 0.6, 0.3, 1.0, "#a52")]
+    others = [*room(3.0, 2.2), Box(1.5, 1.1, 0.7, 0.5, 1.0, "#a52")]
+    told: list[str] = []
+    pose = np.array([0.6, 1.5, 0.0])
+    lost = Driven(Navigator(Localiser(known(others, 3.0, 2.2)), UGV, say=told.append), pose, pose.copy(), told=told)
+    lost.navigator.go(Goal(2.5, 1.8))
+    assert drive([lost], lambda time: boxes, rng) > 0.0
+    assert told[0] == "is lost: looks for its place in the map"
+    assert told[-1].startswith("gives up: no place of this map fits what the lidar sees (the best one to "), told
+    assert told[-1].endswith("is it the map of this building?")
+
+
+def test_a_vehicle_that_is_carried_elsewhere_finds_its_place_again(rng: np.random.Generator) -> None:
+    """Its wheels tell nothing of it: what the lidar sees fits no more, it says so, and goes on from where it is."""
+    boxes = [*room(4.0, 3.0), Box(2.2, 0.4, 0.5, 0.5, 1.0, "#a52"), Box(1.2, 2.7, 0.6, 0.3, 1.0, "#a52")]
+    boxes.append(Box(3.7, 2.2, 0.4, 0.9, 1.0, "#a52"))
+    carried = vehicle(known(boxes, 4.0, 3.0), (0.6, 1.5, 0.0), Goal(3.2, 1.0))
+    for _ in range(40):
+        carried.step(boxes, rng)
+    carried.pose = np.array([3.2, 0.6, 2.0])
+    carried.navigator.go(Goal(0.6, 2.2))
+    assert drive([carried], lambda time: boxes, rng) > 0.0
+    assert carried.navigator.reached and distance(carried.pose, (0.6, 2.2)) < 0.2, carried.told
+    assert "is lost: looks for its place in the map" in carried.told
+    assert any(one.startswith("knows its place again: (3.") for one in carried.told), carried.told
+
+
+@pytest.mark.parametrize("sonars", [0, 3])
+def test_what_lies_below_the_lidar_is_heard(sonars: int, rng: np.random.Generator) -> None:
+    """A flat box in the way, which the lidar's rays pass above: only with sonars, as of the UGV, it is gone around."""
+    walls = room(4.0, 2.4)
+    ugv = vehicle(known(walls, 4.0, 2.4), (0.6, 1.2, 0.0), Goal(3.4, 1.2))
+    ugv.low = (Box(2.0, 1.15, 0.3, 0.5, 0.05, "#a52"),)
+    mounts = np.array([(0.14, 0.0, 0.0), (0.12, 0.08, 0.6), (0.12, -0.08, -0.6)])
+    ugv.sonars = tuple(Sonar(mount, np.radians(15.0), 3.0) for mount in mounts[:sonars])
+    nearest = drive([ugv], lambda time: walls, rng)
+    assert (nearest > 0.0) == (sonars > 0)
+    assert ugv.navigator.reached and distance(ugv.pose, (3.4, 1.2)) < 0.2, ugv.told
+
+
+def test_an_echo_that_the_lidar_explains_is_no_obstacle() -> None:
+    """A wall 1 m ahead is heard at 1 m; a thing at 0.5 m before it, which the lidar doesn't see, is across the cone."""
+    sonar = Sonar(np.array([0.1, 0.0, 0.0]), np.radians(15.0), 3.0)
+    wall = np.column_stack([np.full(50, 1.0), np.linspace(-1.0, 1.0, 50)])
+    assert not len(sonar.unseen(0.9, wall)) and not len(sonar.unseen(np.inf, wall)) and not len(sonar.unseen(3.5, wall))
+    found = sonar.unseen(0.4, wall)
+    np.testing.assert_allclose(np.hypot(found[:, 0] - 0.1, found[:, 1]), 0.4)
+    assert np.ptp(np.arctan2(found[:, 1], found[:, 0] - 0.1)) == pytest.approx(np.radians(30.0))

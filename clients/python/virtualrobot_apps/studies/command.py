@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib.util
 import json
+import re
 import sys
 import time
 from collections.abc import Callable
@@ -16,11 +17,12 @@ from virtualrobot.errors import WrongStateError
 from virtualrobot_apps.new.writing import Folder, write
 
 if TYPE_CHECKING:
+    from virtualrobot_apps.studies.engines import Engine
     from virtualrobot_apps.studies.running import Progress
     from virtualrobot_apps.studies.study_file import Study
 
 EXAMPLES = Path(__file__).parent / "examples"
-_PACKAGES = ("cma", "loky", "pyarrow", "scipy")
+_PACKAGES = ("cma", "loky", "optuna", "pyarrow", "scipy")
 _TOLD_SECONDS = 0.5
 _BEGIN = "\r\x1b[K"
 _EXAMPLES = """
@@ -36,6 +38,15 @@ FOLDER = click.option(
 )
 WORKERS = click.option(
     "--workers", type=click.IntRange(0, 1024), help="Worker processes [one for each core]; 0 is this process."
+)
+
+ON = click.option(
+    "--on",
+    metavar="PLACE",
+    default="local",
+    show_default=True,
+    help="Where cells are done: 'local', worker processes of this machine; 'ray', a Ray cluster of its own here; "
+    "'ray://HOST:PORT', a Ray cluster, from anywhere; 'HOST:PORT', from one of its nodes.",
 )
 
 
@@ -62,24 +73,26 @@ def new(folder: Path | None) -> None:
 @FILE
 @FOLDER
 @WORKERS
-def run(file: Path, folder: Path | None, workers: int | None) -> None:
+@ON
+def run(file: Path, folder: Path | None, workers: int | None, on: str) -> None:
     """Begin a study and do all its cells; Ctrl-C ends it at once, 'study cancel' after the running blocks.
 
     The exit code is 1 when it is cancelled. Cells that fail are results.
     """
-    _do(file, folder, workers, resume=False)
+    _do(file, folder, workers, on, resume=False)
 
 
 @study.command()
 @FILE
 @FOLDER
 @WORKERS
-def resume(file: Path, folder: Path | None, workers: int | None) -> None:
+@ON
+def resume(file: Path, folder: Path | None, workers: int | None, on: str) -> None:
     """Do the cells that are missing, with the same results as if nothing had happened.
 
     Refused when function, scene, parameters or versions have changed since.
     """
-    _do(file, folder, workers, resume=True)
+    _do(file, folder, workers, on, resume=True)
 
 
 @study.command()
@@ -126,7 +139,7 @@ def cancel(file: Path, folder: Path | None) -> None:
     "--output", type=click.Path(path_type=Path, dir_okay=False), help="File to write [report.html in the folder]."
 )
 def report(file: Path, folder: Path | None, output: Path | None) -> None:
-    """Write tables, histograms and failures of the cells that are done as one HTML file."""
+    """Write tables, heat maps, histograms and failures of the cells that are done as one HTML file."""
     from virtualrobot_apps.studies import report as reports
     from virtualrobot_apps.studies.parts import Parts
 
@@ -137,6 +150,58 @@ def report(file: Path, folder: Path | None, output: Path | None) -> None:
     except OSError as error:
         raise WrongStateError(f"{output} cannot be written: {error.strerror or error}") from error
     click.echo(output)
+
+
+@study.command()
+@FILE
+@FOLDER
+@click.option("--by", "result", required=True, metavar="RESULT", help="Result that is greatest in the best cells.")
+@click.option("--least", "is_least", is_flag=True, help="The best cells are those in which it is least.")
+@click.option("--count", type=click.IntRange(1, 1000), default=5, show_default=True, help="Number of cells.")
+@click.option(
+    "--scenes",
+    "with_scenes",
+    is_flag=True,
+    help="Write a scene file for each, beside the study's, in which the robot stands as in the cell.",
+)
+def best(file: Path, folder: Path | None, result: str, is_least: bool, count: int, with_scenes: bool) -> None:
+    """Tell the best cells by one of the results, and write the scenes of them."""
+    from virtualrobot_apps.studies.best import best_cells, scene_of
+    from virtualrobot_apps.studies.parts import Parts
+
+    found, where = _found(file, folder)
+    parameters = [one.name for one in found.cells.parameters]
+    for row in best_cells(found, Parts(where, found).table(), result, is_least, count):
+        names = [result, *parameters, *(name for name, _ in found.results if name != result)]
+        click.echo(f"cell {row['cell']}: " + ", ".join(f"{name} {_said(row[name])}" for name in names))
+        if with_scenes:
+            if found.scene is None:
+                raise WrongStateError(f"{file} has no scene of which others could be made")
+            output = found.scene.with_name(f"{found.scene.stem}-{row['cell']}.yaml")
+            text = scene_of(found.scene, {name: row[name] for name in parameters})
+            try:
+                output.write_text(text, "utf-8")
+            except OSError as error:
+                raise WrongStateError(f"{output} cannot be written: {error.strerror or error}") from error
+            click.echo(output)
+
+
+@study.command()
+@click.argument("exercise", type=click.Path(path_type=Path, dir_okay=False), metavar="EXERCISE.yaml")
+@click.argument("handed_in", type=click.Path(path_type=Path, dir_okay=False), metavar="FILE")
+@click.option("--json", "as_json", is_flag=True, help="Write it as JSON.")
+def mark(exercise: Path, handed_in: Path, as_json: bool) -> None:
+    """Mark a scene or a line that a student hands in, by the goals of an exercise."""
+    from virtualrobot_apps.studies.marking import Exercise
+
+    marks = Exercise(exercise).marks(handed_in)
+    earned, points = sum(one.earned for one in marks), sum(one.points for one in marks)
+    if as_json:
+        click.echo(json.dumps({"earned": earned, "points": points, "goals": [vars(one) for one in marks]}))
+        return
+    for one in marks:
+        click.echo(f"{one.result}: {one.found} ({one.wanted}): {one.earned:.3g} of {one.points:g}")
+    click.echo(f"{earned:.3g} of {points:g} points")
 
 
 def check_packages() -> None:
@@ -159,15 +224,31 @@ def _found(file: Path, folder: Path | None) -> tuple[Study, Path]:
     return study, where
 
 
-def _do(file: Path, folder: Path | None, workers: int | None, resume: bool) -> None:
-    study, where = _read(file, folder)
+def _engine(workers: int | None, on: str) -> Engine:
+    """Return where cells are done; raise WrongStateError where there is no such place."""
     from virtualrobot_apps.studies.engines import Here, Local
+
+    if on == "local":
+        return Here() if workers == 0 else Local(workers)
+    if on != "ray" and not re.fullmatch(r"(ray://)?[^/:]+:\d+", on):
+        raise click.BadParameter(
+            f"local, ray, ray://HOST:PORT or HOST:PORT belongs here, not {on!r}", param_hint="'--on'"
+        )
+    if workers == 0:
+        raise click.BadParameter("0 workers are this process: leave '--on' out", param_hint="'--workers'")
+    from virtualrobot_apps.studies.ray_engine import OWN, Ray
+
+    return Ray(OWN if on == "ray" else on, workers)
+
+
+def _do(file: Path, folder: Path | None, workers: int | None, on: str, resume: bool) -> None:
+    study, where = _read(file, folder)
     from virtualrobot_apps.studies.running import open_job
     from virtualrobot_apps.studies.running import run as run_job
 
     job = open_job(study, where, resume)
     try:
-        progress = run_job(job, Here() if workers == 0 else Local(workers), _teller())
+        progress = run_job(job, _engine(workers, on), _teller())
     except KeyboardInterrupt:
         click.echo(f"ended: what is done stays; 'virtualrobot study resume {file}' goes on", err=True)
         raise
@@ -199,6 +280,10 @@ def _line(progress: Progress) -> str:
         return said
     low, high = map(_time, progress.left)
     return f"{said}, {low if low == high else f'{low} to {high}'} left"
+
+
+def _said(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, int | float) else str(value)
 
 
 def _time(seconds: float) -> str:

@@ -1,4 +1,7 @@
-"""Engines, which run the blocks of a study somewhere: in this process, or in worker processes of this machine."""
+"""Engines, which run the blocks of a study somewhere: in this process, or in worker processes of this machine.
+
+`ray_engine` has one more, for clusters.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,8 @@ from virtualrobot.errors import WrongStateError
 
 from virtualrobot_apps.studies.work import Block, Done, Job, work
 
-_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+"""Variables of a process's environment by which libraries take one thread each."""
 
 
 @dataclass(frozen=True)
@@ -110,7 +114,7 @@ class _Worker:
         for _ in range(2):
             if self._pool is None:
                 self._pool = ProcessPoolExecutor(
-                    1, initializer=_begin, initargs=(os.getpid(),), env=dict.fromkeys(_THREADS, "1")
+                    1, initializer=_begin, initargs=(os.getpid(),), env=dict.fromkeys(THREADS, "1")
                 )
             try:
                 return self._pool.submit(work, job, block, True)

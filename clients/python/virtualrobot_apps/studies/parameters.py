@@ -56,7 +56,24 @@ class Law:
         return [int(one) if is_discrete(law) else float(one) for one in drawn]
 
 
-Parameter = Values | Law
+@dataclass(frozen=True)
+class Choice:
+    """Parameter that a search chooses among some values."""
+
+    name: str
+    values: tuple[Value, ...]
+
+    @property
+    def is_text(self) -> bool:
+        """True for texts, false for numbers."""
+        return isinstance(self.values[0], str)
+
+    def quantiles(self, shares: Floats) -> list[Value]:
+        """Return the values at these shares (n,) of all of them, each in (0, 1)."""
+        return [self.values[min(int(share * len(self.values)), len(self.values) - 1)] for share in shares.tolist()]
+
+
+Parameter = Values | Law | Choice
 
 
 @dataclass(frozen=True)
@@ -83,9 +100,9 @@ class Cells:
         return [one for one in self.parameters if isinstance(one, Values)]
 
     @cached_property
-    def laws(self) -> list[Law]:
+    def laws(self) -> list[Law | Choice]:
         """Parameters that are drawn."""
-        return [one for one in self.parameters if isinstance(one, Law)]
+        return [one for one in self.parameters if not isinstance(one, Values)]
 
     @cached_property
     def count(self) -> int:

@@ -7,6 +7,8 @@ For a study file: `function: virtualrobot_apps.studies.placement:place`,
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
@@ -18,23 +20,27 @@ from virtualrobot_apps.studies.worlds import Postures, World
 def place(cell: Cell) -> dict[str, float | str | None]:
     """Return how well a robot reaches its targets from another place.
 
-    Its parameters: `robot`, a name; `x` and `y`, where its base is then on its parent (m), at the height that it has;
-    `yaw`, by how much it is turned about the parent's z axis besides (rad; without it, 0); `targets`, names of nodes
-    with commas between, at whose frames the tool centre point shall be.
+    Its parameters: `robot`, a name; `x` and `y`, where its base is then on its parent (m; without them it stays there),
+    at the height that it has; `yaw`, by how much it is turned about the parent's z axis besides (rad; without it, 0);
+    `targets`, names of nodes with commas between, at whose frames the tool centre point shall be.
 
     Its results: `reached`, the share of the targets that it reaches within limits; `free`, the share that it reaches
     and touches nothing; `margin`, how far the joints are from their limits in the best posture of the worst target, as
     a share of half their range, None where not all targets are free; `reason`, what is wrong with the first target
     that is not, or with the base.
     """
-    world: World = cell.shared
-    robot = cell.parameters["robot"]
-    targets = [name.strip() for name in cell.parameters["targets"].split(",")]
+    return placed(cell.shared, cell.parameters)
+
+
+def placed(world: World, parameters: Mapping[str, Any]) -> dict[str, float | str | None]:
+    """Return what `place` does, of a world; without `x` or `y` the base stays there in that direction."""
+    robot = parameters["robot"]
+    targets = [name.strip() for name in parameters["targets"].split(",")]
     world.restore()
     poses = np.array([world.pose(name) for name in targets])
-    yaw = cell.parameters.get("yaw", 0.0)
-    base = turned(yaw) @ world.parent_pose(robot)
-    base[:2, 3] = cell.parameters["x"], cell.parameters["y"]
+    base = turned(parameters.get("yaw", 0.0)) @ world.parent_pose(robot)
+    for number, name in enumerate("xy"):
+        base[number, 3] = parameters.get(name, world.parent_pose(robot)[number, 3])
     world.place(robot, base)
     found = world.postures(robot, poses)
     reached, free = set(found.target.tolist()), set(found.target[found.free].tolist())
@@ -52,11 +58,16 @@ def margin(found: Postures, limits: Floats, targets: int) -> float:
 
     Each of the targets, from 0, has a posture that is free. Joints without limits don't count.
     """
+    each = margins(found, limits)
+    return min(float(each[(found.target == one) & found.free].max()) for one in range(targets))
+
+
+def margins(found: Postures, limits: Floats) -> Floats:
+    """Return (m,) how far the joints of each posture are from limits (k, 2), as a share of half their range."""
     middle, half = limits.mean(axis=1), 0.5 * (limits[:, 1] - limits[:, 0])
     limited = np.isfinite(half)
     off = np.abs(found.positions - middle)[:, limited] / half[limited]
-    each = 1.0 - off.max(axis=1, initial=0.0)
-    return min(float(each[(found.target == one) & found.free].max()) for one in range(targets))
+    return 1.0 - off.max(axis=1, initial=0.0)
 
 
 def turned(yaw: float) -> Floats:

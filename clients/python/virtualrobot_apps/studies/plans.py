@@ -8,8 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
-from virtualrobot_apps.studies.parameters import Floats, Law, Value, generator
+from virtualrobot_apps.studies.parameters import generator
 from virtualrobot_apps.studies.parts import Parts
+from virtualrobot_apps.studies.searching import strategy_of
 from virtualrobot_apps.studies.study_file import Study
 from virtualrobot_apps.studies.work import Block
 
@@ -62,21 +63,18 @@ class Known:
 
 
 class Search:
-    """Blocks of a search by CMA-ES, a generation after the other; each follows from the results of those before.
+    """Blocks of a search, a generation after the other; each follows from the results of those before.
 
-    So a study that is resumed asks and tells all anew, and comes to the same. What it draws is a point of the unit
-    cube, whose sides are the parameters' ranges. A search that has converged begins again at a place that is drawn.
-    Nikolaus Hansen, "The CMA evolution strategy: a tutorial", 2016.
+    So a study that is resumed asks and tells all anew, and comes to the same.
     """
 
     def __init__(self, study: Study, parts: Parts) -> None:
         """Ask for the first generation."""
         assert study.search is not None
         self._study, self._parts, self._search = study, parts, study.search
-        self._rng = generator(study.cells.seed, _SEARCH)
-        self._strategy = self._begun(np.full(len(study.cells.laws), 0.5))
+        self._strategy = strategy_of(study.search, study.cells.laws, generator(study.cells.seed, _SEARCH))
         self._blocks: deque[Block] = deque()
-        self._first, self._open, self._points = 0, 0, list[Floats]()
+        self._first, self._last, self._open = 0, 0, 0
         self._ask()
 
     def following(self) -> Block | None:
@@ -93,41 +91,28 @@ class Search:
         """Note that cells are done: when those of a generation are, the next one is asked for."""
         self._open -= block.last - block.first
 
-    def _begun(self, start: Floats):  # noqa: ANN202 (cma has no types)
-        import cma
-
-        options = {"bounds": [0.0, 1.0], "popsize": self._search.population, "verbose": -9, "seed": np.nan}
-        # Its own random numbers, so that those of NumPy stay as functions find them.
-        options["randn"] = lambda *shape: self._rng.standard_normal(shape)
-        return cma.CMAEvolutionStrategy(start, 0.25, options)
-
     def _ask(self) -> None:
-        """Draw a generation, and make blocks of its cells that are missing."""
-        self._points = [np.clip(point, 0.0, 1.0) for point in self._strategy.ask()]
-        rows = [_parameters(self._study.cells.laws, point) for point in self._points]
-        last = self._first + len(rows)
-        missing = [(max(one, self._first), min(end, last)) for one, end in self._parts.missing()]
+        """Ask for a generation, and make blocks of its cells that are missing."""
+        rows = self._strategy.ask()
+        self._last = self._first + len(rows)
+        missing = [(max(one, self._first), min(end, self._last)) for one, end in self._parts.missing()]
         for first, end in _cut([one for one in missing if one[0] < one[1]], self._study.block):
             self._blocks.append(Block(first, end, tuple(rows[first - self._first : end - self._first])))
             self._open += end - first
 
     def _tell(self) -> None:
         """Tell the results of a generation, and ask for the next one."""
-        last = self._first + len(self._points)
-        costs = self._search.sign * self._parts.numbers(self._search.result, self._first, last)
-        there = costs[~np.isnan(costs)]
+        goals = self._search.goals
+        costs = np.stack(
+            [goal.sign * self._parts.numbers(goal.result, self._first, self._last) for goal in goals], axis=1
+        )
         # A cell without a result is worse than any that has one.
-        costs = np.where(np.isnan(costs), (there.max() if len(there) else 0.0) + 1.0, costs)
-        self._strategy.tell(self._points, list(costs))
-        if self._strategy.stop():
-            self._strategy = self._begun(self._rng.uniform(size=len(self._study.cells.laws)))
-        self._first = last
+        worst = np.where(np.isnan(costs), -np.inf, costs).max(axis=0)
+        without = np.isnan(costs).any(axis=1, keepdims=True)
+        self._strategy.tell(np.where(without, np.where(np.isinf(worst), 0.0, worst) + 1.0, costs))
+        self._first = self._last
         if self._first < self._study.cells.count:
             self._ask()
-
-
-def _parameters(laws: list[Law], point: Floats) -> dict[str, Value]:
-    return {law.name: law.quantiles(point[one : one + 1])[0] for one, law in enumerate(laws)}
 
 
 def _cut(missing: list[tuple[int, int]], size: int) -> Iterator[tuple[int, int]]:

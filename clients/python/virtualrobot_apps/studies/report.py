@@ -1,4 +1,4 @@
-"""Report of a study as one HTML file: tables, histograms and what failed; it needs no other file and no script."""
+"""Report of a study as one HTML file: tables, charts and what failed; it needs no other file and no script."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from itertools import islice
 import numpy as np
 import pyarrow
 
-from virtualrobot_apps.studies import summary
+from virtualrobot_apps.studies import report_charts, summary
 from virtualrobot_apps.studies.parameters import SENSITIVITY, Floats
 from virtualrobot_apps.studies.parts import Counts, Parts
 from virtualrobot_apps.studies.study_file import TEXT, Study
@@ -21,14 +21,26 @@ _MOST_POINTS = 500
 _MOST_ERRORS = 20
 _BEST = 10
 _MOST_TEXTS = 50
+_MOST_FRONT = 100
 _WIDTH, _HEIGHT, _BARS = 640, 160, 40
 _STYLE = """
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #222 }
 table { border-collapse: collapse; margin: 1em 0 } th, td { padding: .2em .8em; border-bottom: 1px solid #ddd }
 td { text-align: right; font-variant-numeric: tabular-nums } td:first-child, th { text-align: left }
-pre { background: #f5f5f5; padding: .5em; overflow: auto } rect { fill: #4477aa } text { font-size: 12px }
+pre { background: #f5f5f5; padding: .5em; overflow: auto } rect { fill: #4477aa }
+figure { margin: 1em 0 } text { font-size: 12px }
 """
-_FIGURES = ("cells", "mean", "95% interval", "deviation", "least", "median", "most")
+_FIGURES = (
+    "cells",
+    "mean",
+    "95% interval",
+    "deviation",
+    "least",
+    "median",
+    "95% below",
+    "95% interval of that",
+    "most",
+)
 
 
 def report(study: Study, parts: Parts) -> str:
@@ -60,12 +72,14 @@ def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> I
     )
     found = summary.numbers(study, table)
     figures = summary.summaries(study, found)
-    if study.search is not None:
+    if study.search is not None and len(study.search.goals) == 1:
         yield "<h2>Best cells</h2>"
-        order = [(study.search.result, "ascending" if study.search.sign > 0 else "descending")]
+        goal = study.search.goals[0]
+        order = [(goal.result, "ascending" if goal.sign > 0 else "descending")]
         best = table.sort_by(order).slice(0, _BEST).to_pylist()
         names = ["cell", *(law.name for law in cells.laws), *(name for name, _ in study.results)]
         yield _table(names, [tuple(_value(row[name]) for name in names) for row in best if row["status"] == OK])
+    yield from _goals(study, table)
     for result, one in figures.items():
         yield f"<h2>{html.escape(result)}</h2>"
         yield _table(("", *_FIGURES), [("all cells", *_told(one))])
@@ -74,6 +88,8 @@ def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> I
             names = [fixed.name for fixed in cells.fixed]
             rows = [(*map(_value, at.values()), *_told(those[result])) for at, those in points if result in those]
             yield _table((*names, *_FIGURES), rows)
+        for head, chart in report_charts.maps(study, table, found[result]):
+            yield f"<figure><figcaption>{html.escape(head)}</figcaption>{chart}</figure>"
         yield from _sensitivities(study, table, found[result])
         values = found[result]
         yield _histogram(values[~np.isnan(values)])
@@ -83,6 +99,15 @@ def _lines(study: Study, table: pyarrow.Table, counts: Counts, digest: str) -> I
         yield _table(("", "cells"), [(text, str(count)) for text, count in counted.most_common(_MOST_TEXTS)])
     yield from _failures(table)
     yield "</html>"
+
+
+def _goals(study: Study, table: pyarrow.Table) -> Iterator[str]:
+    """Yield the front of the study's goals, as far as there is one."""
+    if (told := report_charts.goals(study, table)) is not None:
+        names, rows, chart = told
+        yield f"<h2>Goals</h2><p>{len(rows)} that no other one is better than in all of them:</p>"
+        yield _table(names, rows[:_MOST_FRONT])
+        yield chart
 
 
 def _sensitivities(study: Study, table: pyarrow.Table, values: Floats) -> Iterator[str]:
@@ -114,9 +139,19 @@ def _failures(table: pyarrow.Table) -> Iterator[str]:
 
 
 def _told(one: Summary) -> tuple[str, ...]:
-    interval = "" if one.interval is None else f"{one.interval[0]:.5g} to {one.interval[1]:.5g}"
-    others = (one.deviation, one.least, one.median, one.most)
-    return str(one.count), f"{one.mean:.5g}", interval, *(f"{value:.5g}" for value in others)
+    before, after = (one.deviation, one.least, one.median, one.nearly_most), (one.most,)
+    return (
+        str(one.count),
+        f"{one.mean:.5g}",
+        _interval(one.interval),
+        *(f"{value:.5g}" for value in before),
+        _interval(one.nearly_most_interval),
+        *(f"{value:.5g}" for value in after),
+    )
+
+
+def _interval(ends: tuple[float, float] | None) -> str:
+    return "" if ends is None else f"{ends[0]:.5g} to {ends[1]:.5g}"
 
 
 def _value(value: object) -> str:

@@ -16,6 +16,7 @@ from virtualrobot_apps.studies.parameters import (
     SENSITIVITY,
     SOBOL,
     Cells,
+    Choice,
     Law,
     Parameter,
     Values,
@@ -27,25 +28,36 @@ RESERVED = ("cell", "status", "error", "seconds", "worker")
 """Columns of every table of results."""
 _FIELDS = (
     *("schema_version", "function", "setup", "scene", "seed", "draws", "sampling", "block", "cell_seconds"),
-    *("parameters", "results", "search"),
+    *("parameters", "results", "search", "goals"),
 )
 _KINDS = ("list", "grid", "range", "law")
 _MOST_VALUES = 1_000_000
 
 
 @dataclass(frozen=True)
+class Goal:
+    """Result that shall be little, with the sign 1, or great, with -1."""
+
+    result: str
+    sign: int
+
+    @property
+    def said(self) -> str:
+        """Return its name, and which way is better."""
+        return f"{self.result} ({'less' if self.sign > 0 else 'more'} is better)"
+
+
+@dataclass(frozen=True)
 class SearchFor:
-    """Search for the parameters at which a result is least, or greatest.
+    """Search for the parameters at which a result is best, or for the front of several.
 
     Attributes:
-        result: its name.
-        sign: 1 for the least, -1 for the greatest.
+        goals: the results that are meant.
         population: cells of a generation, which are done at once.
         generations: their number.
     """
 
-    result: str
-    sign: int
+    goals: tuple[Goal, ...]
     population: int
     generations: int
 
@@ -64,6 +76,7 @@ class Study:
         cells: what is done.
         results: kind of each result, by name.
         search: the search that chooses the parameters; None where they are all known.
+        goals: two or more of which the report tells the front; empty for none.
     """
 
     file: Path
@@ -75,6 +88,7 @@ class Study:
     cells: Cells
     results: tuple[tuple[str, str], ...]
     search: SearchFor | None = None
+    goals: tuple[Goal, ...] = ()
 
 
 def read_study(file: Path) -> Study:
@@ -96,11 +110,13 @@ def read_study(file: Path) -> Study:
         if name in {one.name for one in parameters}:
             raise fields["results"].error(f"{name!r} is a parameter, too; give the result another name")
     sampling = fields["sampling"].one_of((RANDOM, SOBOL, SENSITIVITY)) if "sampling" in fields else RANDOM
-    search = _search(fields["search"], parameters, results) if "search" in fields else None
+    goals = _goals(fields["goals"], results) if "goals" in fields else ()
+    search = _search(fields["search"], parameters, results, goals) if "search" in fields else None
     if search is not None and ("draws" in fields or "sampling" in fields):
         raise fields["search"].error("a search draws by itself: leave 'draws' and 'sampling' out")
     draws = whole("draws", 1, 1, MOST_CELLS) if search is None else search.population * search.generations
-    cells = Cells(parameters, draws, sampling, whole("seed", 0, 0, 2**64 - 1))
+    chosen = parameters if search is None else _choices(parameters)
+    cells = Cells(chosen, draws, sampling, whole("seed", 0, 0, 2**64 - 1))
     if sampling != RANDOM:
         _check_sobol(cells, fields["sampling"])
     if cells.count > MOST_CELLS:
@@ -115,6 +131,7 @@ def read_study(file: Path) -> Study:
         cells=cells,
         results=tuple(results.items()),
         search=search,
+        goals=goals,
     )
 
 
@@ -181,17 +198,42 @@ def _listed(name: str, item: Item) -> Values:
     return Values(name, tuple(values))
 
 
-def _search(item: Item, parameters: tuple[Parameter, ...], results: dict[str, str]) -> SearchFor:
+def _search(
+    item: Item, parameters: tuple[Parameter, ...], results: dict[str, str], goals: tuple[Goal, ...]
+) -> SearchFor:
     fields = item.fields(("minimize", "maximize", "population", "generations"), needed=("generations",))
-    goals = [name for name in ("minimize", "maximize") if name in fields]
-    if len(goals) != 1:
-        raise item.error("'minimize' or 'maximize' belongs here, and the result that is meant")
-    result = fields[goals[0]].one_of([name for name, kind in results.items() if kind == NUMBER])
-    if len(parameters) < 2 or not all(isinstance(one, Law) and one.law == "uniform" for one in parameters):
-        raise item.error("a search has two parameters or more, each with a range; one alone is a grid's")
-    usual = 4 + int(3 * math.log(len(parameters)))
+    named = [name for name in ("minimize", "maximize") if name in fields]
+    if len(named) != (0 if goals else 1):
+        raise item.error("'minimize' or 'maximize' belongs here, and the result that is meant; or 'goals' in the study")
+    for name in named:
+        result = fields[name].one_of([result for result, kind in results.items() if kind == NUMBER])
+        goals = (Goal(result, 1 if name == "minimize" else -1),)
+    laws = [one for one in parameters if isinstance(one, Law)]
+    if any(one.law != "uniform" for one in laws):
+        raise item.error("a search has ranges and lists, no laws: what is left to chance, the function draws")
+    if len(parameters) == len(goals) == 1:
+        raise item.error("a search has two parameters or more; one alone is a grid's")
+    by_evolution = len(goals) == 1 and len(laws) == len(parameters)
+    usual = 4 + int(3 * math.log(len(parameters))) if by_evolution else 40
     population = fields["population"].whole(4, 100_000) if "population" in fields else usual
-    return SearchFor(result, 1 if goals[0] == "minimize" else -1, population, fields["generations"].whole(1, 1_000_000))
+    return SearchFor(goals, population, fields["generations"].whole(1, 1_000_000))
+
+
+def _choices(parameters: tuple[Parameter, ...]) -> tuple[Parameter, ...]:
+    """Return the parameters of a search, which chooses among the values of lists."""
+    return tuple(Choice(one.name, one.values) if isinstance(one, Values) else one for one in parameters)
+
+
+def _goals(item: Item, results: dict[str, str]) -> tuple[Goal, ...]:
+    found = []
+    for name, one in item.mapping("results").items():
+        if results.get(name) != NUMBER:
+            known = ", ".join(result for result, kind in results.items() if kind == NUMBER) or "none"
+            raise one.error(f"{name!r} is no result that is a number; these are {known}")
+        found.append(Goal(name, 1 if one.one_of(("minimize", "maximize")) == "minimize" else -1))
+    if len(found) < 2:
+        raise item.error("two goals or more belong here, such as {cost: minimize, throughput: maximize}")
+    return tuple(found)
 
 
 def _check_sobol(cells: Cells, item: Item) -> None:

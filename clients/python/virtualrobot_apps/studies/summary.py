@@ -13,6 +13,8 @@ from virtualrobot_apps.studies.parameters import RANDOM, SENSITIVITY, Floats, Va
 from virtualrobot_apps.studies.study_file import NUMBER, Study
 
 CONFIDENCE = 0.95
+MOST = 0.95
+"""Share of the values that a tolerance is to hold for."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,9 @@ class Summary:
         mean, deviation: of these; the deviation is that of a sample.
         interval: of the mean, with 95% confidence; None where there are fewer than two, or draws aren't independent.
         least, median, most: of these.
+        nearly_most: 95% of the values are not above it.
+        nearly_most_interval: of that, with 95% confidence; None where there are too few values, or draws aren't
+            independent.
     """
 
     count: int
@@ -33,6 +38,8 @@ class Summary:
     least: float
     median: float
     most: float
+    nearly_most: float
+    nearly_most_interval: tuple[float, float] | None
 
 
 def summarize(values: Floats, independent: bool = True) -> Summary:
@@ -52,7 +59,32 @@ def summarize(values: Floats, independent: bool = True) -> Summary:
         else:
             off = float(stats.t.ppf(0.5 + CONFIDENCE / 2.0, count - 1)) * deviation / math.sqrt(count)
             interval = mean - off, mean + off
-    return Summary(count, mean, deviation, interval, float(values.min()), float(np.median(values)), float(values.max()))
+    return Summary(
+        count,
+        mean,
+        deviation,
+        interval,
+        float(values.min()),
+        float(np.median(values)),
+        float(values.max()),
+        float(np.quantile(values, MOST)),
+        quantile_interval(values, MOST) if independent else None,
+    )
+
+
+def quantile_interval(values: Floats, share: float) -> tuple[float, float] | None:
+    """Return the 95% interval of what `share` of all values are below; None where these (n,) are too few to tell.
+
+    It lies between two of them, by the binomial law of how many are below it, whatever law they follow themselves
+    (William Conover, "Practical nonparametric statistics", 1999, section 3.2).
+    """
+    from scipy import stats
+
+    low, high = stats.binom.ppf([0.5 - CONFIDENCE / 2.0, 0.5 + CONFIDENCE / 2.0], len(values), share).astype(int)
+    if low < 1 or high >= len(values):
+        return None
+    ordered = np.sort(values)
+    return float(ordered[low - 1]), float(ordered[high])
 
 
 def wilson(successes: float, count: int) -> tuple[float, float]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import OrderedDict
 from collections.abc import Mapping
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -12,6 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from virtualrobot.errors import InvalidArgumentError, WrongStateError
 
 from virtualrobot_apps.studies.parameters import Floats
+
+_NO_SCENE = "this study needs a scene: `scene: FILE` in the study file"
 
 
 class Postures(Protocol):
@@ -110,6 +113,10 @@ class World(Protocol):
         """Return world_t_tcp (4, 4) of the chosen tool centre point, without a tool the flange."""
         ...
 
+    def joints(self, robot: str) -> dict[str, float]:
+        """Return where the joints are that lead the tool centre point, by name (rad or m)."""
+        ...
+
     def joint_limits(self, robot: str) -> Floats:
         """Return the limits (k, 2) of the joints that lead the tool centre point (rad or m)."""
         ...
@@ -122,6 +129,10 @@ class World(Protocol):
         """Return the names of what touches and may not wherever the arm is, such as a robot's base and a wall."""
         ...
 
+    def touching(self, robot: str, joints: ArrayLike) -> tuple[str, str] | None:
+        """Return the names of two nodes that touch and may not with the joints (k,) there (rad or m), or None."""
+        ...
+
     def kinematic_errors(self, robot: str) -> KinematicErrors:
         """Return a robot's chain up to its tool centre point, with errors to plant and to find, in its base's frame."""
         ...
@@ -131,8 +142,41 @@ class World(Protocol):
         ...
 
 
-def open_world(scene: Path | None) -> World:
+class Worlds:
+    """Worlds of a scene in which a robot is made of other models; those asked for last are kept."""
+
+    def __init__(self, scene: Path | None, most: int = 4) -> None:
+        """Take a scene, and how many worlds are kept."""
+        self._scene, self._most = scene, most
+        self._kept = OrderedDict[tuple[str, str], World]()
+
+    def of(self, robot: str, model: str) -> World:
+        """Return the world in which a robot is a model, such as `model://ur10e`, as it was loaded; raise as it does."""
+        key = robot, model
+        if key not in self._kept:
+            while len(self._kept) >= self._most:
+                self._kept.popitem(last=False)[1].close()
+            self._kept[key] = open_world(self._scene, {robot: model})
+        self._kept.move_to_end(key)
+        self._kept[key].restore()
+        return self._kept[key]
+
+
+def open_worlds(scene: Path | None) -> Worlds:
+    """Return the worlds of a scene file: for `setup` of a study file whose cells choose a robot's model.
+
+    Raises:
+        InvalidArgumentError: when the study names no scene.
+    """
+    if scene is None:
+        raise InvalidArgumentError(_NO_SCENE)
+    return Worlds(scene)
+
+
+def open_world(scene: Path | None, models: Mapping[str, str] | None = None) -> World:
     """Return the world of a scene file, which ends with the process: for `setup` of a study file.
+
+    Robots that `models` has by name are made of these models, such as `model://ur10e`.
 
     Raises:
         InvalidArgumentError: when the study names no scene.
@@ -140,8 +184,8 @@ def open_world(scene: Path | None) -> World:
         Exception: what is wrong in the scene, in words.
     """
     if scene is None:
-        raise InvalidArgumentError("this study needs a scene: `scene: FILE` in the study file")
+        raise InvalidArgumentError(_NO_SCENE)
     found = entry_points(group="virtualrobot.kernel", name="world")
     if not found:
         raise WrongStateError("the kernel is not installed here: pip install 'virtualrobot[kernel]'")
-    return next(iter(found)).load()(scene)
+    return next(iter(found)).load()(scene, models or {})

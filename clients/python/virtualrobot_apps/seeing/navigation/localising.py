@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from virtualrobot_apps.seeing.navigation.grid import Grid
-from virtualrobot_apps.seeing.navigation.matching import FEWEST, Cloud, odometry_deviations
+from virtualrobot_apps.seeing.navigation.matching import FEWEST, Cloud
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, compose, distance, moved
 from virtualrobot_apps.seeing.navigation.regions import apart
 from virtualrobot_apps.seeing.navigation.scans import Scan
@@ -63,7 +63,7 @@ class Localiser:
         if self.lost:
             self._look(scan, step)
             return self._pose
-        found = self._walls.match(scan.points, scan.normals, guess, odometry_deviations(step))
+        found = self._walls.match_after(scan.points, scan.normals, guess, step)
         self.share = found.share
         if found.share < LOST_SHARE:
             self._unfit += 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from virtualrobot_apps.seeing.navigation.grid import Grid
-from virtualrobot_apps.seeing.navigation.matching import FEWEST, Cloud, odometry_deviations
+from virtualrobot_apps.seeing.navigation.matching import CONTRADICTED, FEWEST, Cloud
 from virtualrobot_apps.seeing.navigation.pose_graph import Relation, optimised
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, compose, moved
 from virtualrobot_apps.seeing.navigation.scans import Scan
@@ -18,6 +18,10 @@ LOOP_AFTER, LOOP_METRES, LOOP_SHARE = 20, 2.5, 0.75
 """Kept scans after which a place counts as passed again, how near it is, and which part of a scan must fit there."""
 RELATED_METRES, RELATED_RADIANS = 0.01, 0.004
 """Deviations (m, rad) of what matches tell about kept scans."""
+DRIFT_METRES, DRIFT_RADIANS = 0.03, 0.01
+"""Deviations (m, rad) by which the way from one kept scan to the next is off at worst, for what may be a loop."""
+REPLACED = 5.0
+"""Deviation of a scan for which odometry stands, in those."""
 LOOP_OFF_METRES, LOOP_OFF_RADIANS = 0.01, 0.005
 """Offset (m, rad) of a loop from which on the way is bent."""
 TRUSTED_SHARE, TRUSTED_METRES = 0.5, 0.3
@@ -40,6 +44,7 @@ class Mapper:
         self._odometry: Floats | None = None
         self._kept: list[Scan] = []
         self._relations: list[Relation] = []
+        self._drift: list[float] = []
         self._near: Cloud | None = None
 
     lost = False
@@ -66,8 +71,8 @@ class Mapper:
         base = self.poses[-1]
         assert self._odometry is not None
         if self._near is not None and len(scan.points) >= FEWEST:
-            deviations = odometry_deviations(between(self._odometry, scan.odometry))
-            found = self._near.match(scan.points, scan.normals, between(base, guess), deviations)
+            step = between(self._odometry, scan.odometry)
+            found = self._near.match_after(scan.points, scan.normals, between(base, guess), step)
             off = between(between(base, guess), found.pose)
             if found.share > TRUSTED_SHARE and np.hypot(off[0], off[1]) < TRUSTED_METRES:
                 return compose(base, found.pose)
@@ -82,6 +87,8 @@ class Mapper:
             )
         self._kept.append(scan)
         self.poses.append(pose)
+        # Variance of the way up to here, in that from one kept scan to the next.
+        self._drift.append(number + REPLACED**2 * self.replaced)
         self._pose, self._odometry = pose, scan.odometry
         bent = self._close_loops(number) and self._bend()
         if not bent:
@@ -125,10 +132,14 @@ class Mapper:
         if cloud is None:
             return False
         guess = between(older[at], here)
-        found = cloud.match(scan.points, scan.normals, guess, reach=1.0)
-        if found.share < LOOP_SHARE or found.weak:
+        drift = float(np.sqrt(self._drift[number] - self._drift[at]))
+        metres, radians = DRIFT_METRES * drift, DRIFT_RADIANS * drift
+        found = cloud.match(scan.points, scan.normals, guess, (metres, radians), reach=1.0)
+        off = between(guess, found.pose)
+        # Half of a room may look like the other one: a loop is off by no more than the way can be.
+        far = np.hypot(off[0], off[1]) > CONTRADICTED * metres or abs(off[2]) > CONTRADICTED * radians
+        if found.share < LOOP_SHARE or found.weak or far:
             return False
         self._relations.append(Relation(at, number, found.pose, RELATED_METRES, RELATED_RADIANS))
         self.loops += 1
-        off = between(guess, found.pose)
         return bool(np.hypot(off[0], off[1]) > LOOP_OFF_METRES or abs(off[2]) > LOOP_OFF_RADIANS)

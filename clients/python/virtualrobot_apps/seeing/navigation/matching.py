@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial import KDTree
 
-from virtualrobot_apps.seeing.navigation.poses import Floats, moved, wrapped
+from virtualrobot_apps.seeing.navigation.poses import Floats, between, moved, wrapped
 
 FITS = 0.1
 """Distance (m) from the nearest point at which a point fits."""
@@ -28,6 +28,8 @@ LEAST_DEVIATION = 0.01
 """Least deviation (m) of points from patches: below it their unevenness isn't noise."""
 WEAK = 0.02
 """Information about a direction, as part of that about the other, below which a match is free along it."""
+CONTRADICTED = 3.0
+"""Deviations of odometry from which on it counts as wrong."""
 _STEPS, _STILL = 30, 1e-8
 _NEIGHBOURS = 16
 
@@ -109,6 +111,20 @@ class Cloud:
         pose[2] = wrapped(pose[2])
         values = np.linalg.eigvalsh(_about_places(information))
         return Match(pose, self.share(points, pose), bool(values[0] <= WEAK * values[1]))
+
+    def match_after(self, points: Floats, normals: Floats, guess: Floats, step: Floats) -> Match:
+        """Return the pose of points (n, 2) with normals (n, 2) from a guess (3,) that odometry has after a step (3,).
+
+        Odometry is one more measurement, unless the walls contradict it: wheels slip, and encoders fail.
+        """
+        metres, radians = odometry_deviations(step)
+        found = self.match(points, normals, guess, (metres, radians))
+        off = between(guess, found.pose)
+        if np.hypot(off[0], off[1]) > CONTRADICTED * metres or abs(off[2]) > CONTRADICTED * radians:
+            free = self.match(points, normals, found.pose)
+            if free.share >= found.share and not free.weak:
+                return free
+        return found
 
     def share(self, points: Floats, pose: Floats) -> float:
         """Return which part of points (n, 2) fits when their frame has this pose."""

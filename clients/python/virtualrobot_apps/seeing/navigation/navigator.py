@@ -14,7 +14,9 @@ from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.planning import Costmap, GoalTakenError, NoWayError, Planner
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, distance, moved, wrapped
+from virtualrobot_apps.seeing.navigation.regions import Distances
 from virtualrobot_apps.seeing.navigation.scans import Scan
+from virtualrobot_apps.seeing.navigation.sonars import Heard, Sonar
 from virtualrobot_apps.seeing.navigation.unforeseen import Unforeseen
 
 REACHED_METRES, REACHED_RADIANS = 0.08, 0.06
@@ -56,11 +58,15 @@ class Where(Protocol):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Observation:
-    """Sight of a vehicle at a time (s): its pose (3,) by odometry, and a scan where a new one has come."""
+    """Sight of a vehicle at a time (s): its pose (3,) by odometry, and a scan where a new one has come.
+
+    sonars: ultrasonic sensors, each with the distance that it hears now (m), inf: none.
+    """
 
     time: float
     odometry: Floats
     scan: Scan | None
+    sonars: tuple[tuple[Sonar, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,6 +101,8 @@ class Navigator:
         self._say = say
         self._said = ""
         self._unforeseen = Unforeseen()
+        self._heard = Heard()
+        self._distances = Distances()
         self._scan: Scan | None = None
         self._surroundings = Surroundings(np.zeros((0, 2)))
         self._last: Observation | None = None
@@ -122,6 +130,7 @@ class Navigator:
         self._manoeuvre: tuple[float, tuple[float, float]] | None = None
         self._lost_since: float | None = None
         self._checked: tuple[float, Floats, Floats] | None = None
+        self._doubted = (False, False)
 
     def step(self, seen: Observation) -> tuple[float, float]:
         """Return the twist to drive now, v (m/s) and omega (rad/s)."""
@@ -148,10 +157,17 @@ class Navigator:
         if self._scan is not None:
             now_t_scan = between(seen.odometry, self._scan.odometry)
             near = moved(now_t_scan, self._scan.points)
-            old = self._unforeseen.points()
+            if seen.sonars:
+                heard = [sonar.unseen(distance, near) for sonar, distance in seen.sonars]
+                self._heard.update(moved(self.pose, np.vstack(heard)), seen.time)
+            old = self._not_on_the_map()
             if len(old):
                 near = np.vstack([near, moved(between(self.pose, np.zeros(3)), old)])
             self._surroundings = Surroundings(near)
+
+    def _not_on_the_map(self) -> Floats:
+        """Return points (n, 2) of what stands where the map has nothing, seen or heard, in its frame."""
+        return np.vstack([self._unforeseen.points(), self._heard.points()])
 
     def _decide(self, now: float) -> tuple[float, float]:
         silent = now - self._scan.time if self._scan is not None else now - self._best_at
@@ -212,12 +228,12 @@ class Navigator:
         assert self.goal is not None
         self._planned = now
         try:
-            self.way = self._way(self._unforeseen.points())
+            self.way = self._way(self._not_on_the_map())
             self._without_way = None
         except NoWayError as error:
-            if not len(self._unforeseen.points()):
+            if (on_the_map := self._no_way_on_the_map()) is not None:
                 self.way = None
-                self._ends(f"gives up: {error}")
+                self._ends(f"gives up: {on_the_map}")
                 return
             left = distance(self.pose, (self.goal.x, self.goal.y))
             if isinstance(error, GoalTakenError) and left > NEAR_METRES and (way := self._way_near()) is not None:
@@ -236,13 +252,21 @@ class Navigator:
     def _way(self, seen: Floats) -> Floats:
         """Return the way (n, 2) to the goal, with points (n, 2) besides that were seen; raises NoWayError."""
         assert self.goal is not None
-        costmap = Costmap.of(self.where.grid, self.footprint, seen)
+        costmap = Costmap.of(self.where.grid, self.footprint, seen, self._distances)
         return Planner(costmap).way(self.pose, np.array([self.goal.x, self.goal.y]))
+
+    def _no_way_on_the_map(self) -> NoWayError | None:
+        """Return why the map alone has no way to the goal; None where it has one."""
+        try:
+            self._way(np.zeros((0, 2)))
+        except NoWayError as error:
+            return error
+        return None
 
     def _way_near(self) -> Floats | None:
         """Return the way to the goal without what was seen near it, which may be gone; None where there is none."""
         assert self.goal is not None
-        seen = self._unforeseen.points()
+        seen = self._not_on_the_map()
         away = np.hypot(seen[:, 0] - self.goal.x, seen[:, 1] - self.goal.y)
         try:
             return self._way(seen[away > NEAR_METRES])
@@ -300,6 +324,7 @@ class Navigator:
         if self._lost_since is None:
             self._lost_since = now
             self._unforeseen.clear()
+            self._heard.clear()
             self._tell("is lost: looks for its place in the map")
         if now - self._lost_since > LOST_SECONDS:
             best = getattr(self.where, "best", 0.0)
@@ -330,9 +355,12 @@ class Navigator:
             return None
         self._checked = now, self._last.odometry, self.pose
         by_wheels, by_scans = distance(odometry, self._last.odometry), distance(pose, self.pose)
-        if by_wheels > 0.25 and by_scans < SHARE_OF_ODOMETRY * by_wheels:
+        slips = by_wheels > 0.25 and by_scans < SHARE_OF_ODOMETRY * by_wheels
+        stands = by_wheels < 0.01 and by_scans > 0.15
+        before, self._doubted = self._doubted, (slips, stands)
+        if slips and not before[0]:
             return f"its wheels slip: odometry says {by_wheels:.2f} m in 2 s, the lidar {by_scans:.2f} m"
-        if by_wheels < 0.01 and by_scans > 0.15:
+        if stands and not before[1]:
             return f"its odometry stands: the lidar says {by_scans:.2f} m in 2 s; it goes on by the lidar"
         return None
 

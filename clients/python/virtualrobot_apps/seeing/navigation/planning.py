@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.grid import Grid
 from virtualrobot_apps.seeing.navigation.poses import Floats
-from virtualrobot_apps.seeing.navigation.regions import apart, parts
+from virtualrobot_apps.seeing.navigation.regions import Distances, parts
 
 SHY, STEEPNESS = 20.0, 0.12
 """Cost of a cell beside an obstacle above that of a free one, and the distance (m) over which it falls by e."""
@@ -41,35 +41,39 @@ class GoalTakenError(NoWayError):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Costmap:
-    """Map for a footprint: `grid` with obstacles besides, (rows, columns) `blocked`, and unknown cells as such."""
+    """Map for a footprint: `grid` with obstacles besides, `blocked` and `known` (rows, columns).
+
+    clearance: (rows, columns) distance of each cell's middle to the edge of what is blocked or unknown (m).
+    """
 
     grid: Grid
     footprint: Footprint
     blocked: NDArray[np.bool_]
     known: NDArray[np.bool_]
+    clearance: NDArray[np.float32]
 
     @classmethod
-    def of(cls, grid: Grid, footprint: Footprint, seen: Floats) -> Costmap:
-        """Return the costmap of a grid with points (n, 2) besides that were seen (m)."""
-        blocked = grid.occupied.copy()
-        inside = seen[grid.has(seen)] if len(seen) else np.zeros((0, 2))
-        if len(inside):
-            blocked[grid.cells(inside)] = True
-        return cls(grid, footprint, blocked, grid.free | blocked)
+    def of(cls, grid: Grid, footprint: Footprint, seen: Floats, distances: Distances | None = None) -> Costmap:
+        """Return the costmap of a grid with points (n, 2) besides that were seen (m).
 
-    def clearance(self) -> NDArray[np.float32]:
-        """Return the distance (rows, columns) of each cell's middle to the edge of what is blocked or unknown (m)."""
-        away = apart(self.blocked | ~self.known) * self.grid.resolution
-        return np.maximum(away - 0.5 * self.grid.resolution, 0.0).astype(np.float32)
+        `distances` keeps those to what the grid has from one costmap to the next.
+        """
+        blocked, free = grid.occupied, grid.free
+        rows, columns = grid.cells(seen[grid.has(seen)])
+        blocked[rows, columns] = True
+        away = (distances or Distances()).of(~free, rows, columns)
+        away *= grid.resolution
+        away -= 0.5 * grid.resolution
+        return cls(grid, footprint, blocked, free | blocked, np.maximum(away, 0.0).astype(np.float32))
 
 
 class Planner:
     """Plans on one costmap."""
 
     def __init__(self, costmap: Costmap) -> None:
-        """Measure distances once."""
+        """Plan ways over a costmap."""
         self.costmap = costmap
-        self.clearance = costmap.clearance()
+        self.clearance = costmap.clearance
         self._least = costmap.footprint.inner + MARGIN
 
     @cached_property
@@ -124,20 +128,20 @@ class Planner:
         grid, count = self.costmap.grid, len(points)
         best, before = np.full(count, np.inf), np.zeros(count, int)
         best[0] = 0.0
-        marks = np.linspace(0.0, 1.0, SAMPLES)
-        places, by_place, width = (points - grid.origin) / grid.resolution, self._costs.ravel(), self._costs.shape[1]
+        marks = np.linspace(0.0, 1.0, SAMPLES)[:, None]
+        x, y = np.ascontiguousarray(((points - grid.origin) / grid.resolution).T)  # in cells
+        by_place, width = self._costs.ravel(), np.int32(self._costs.shape[1])
         for first in range(count - 1):
-            ends = points[first + 1 : first + 1 + SPAN]
-            along = places[first + 1 : first + 1 + SPAN] - places[first]
-            lines = (places[first] + marks[:, None, None] * along).astype(np.intp)  # in cells
-            costs = by_place[lines[..., 1] * width + lines[..., 0]]
+            at = slice(first + 1, first + 1 + SPAN)
+            cells = (y[first] + marks * (y[at] - y[first])).astype(np.int32) * width
+            cells += (x[first] + marks * (x[at] - x[first])).astype(np.int32)
+            costs = by_place.take(cells)
             # What begins or ends nearer to something than ways go is as dear as can be, and no bar.
             costs[0] = np.minimum(costs[0], 1.0 + SHY)
-            lengths = np.hypot(*(ends - points[first]).T)
+            lengths = np.hypot(*(points[at] - points[first]).T)
             total = best[first] + lengths * costs.mean(axis=0)
             if not math.isfinite(total[0]):
                 total[0] = best[first] + lengths[0] * (1.0 + SHY)
-            at = slice(first + 1, first + 1 + len(ends))
             before[at] = np.where(total < best[at], first, before[at])
             best[at] = np.minimum(best[at], total)
         chosen = [count - 1]

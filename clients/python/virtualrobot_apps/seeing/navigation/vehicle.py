@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from virtualrobot import Client
@@ -14,6 +16,7 @@ from virtualrobot_apps.seeing.navigation.footprint import Footprint
 from virtualrobot_apps.seeing.navigation.navigator import Observation
 from virtualrobot_apps.seeing.navigation.poses import between, planar
 from virtualrobot_apps.seeing.navigation.scans import OdometryTrack, ScanMaker
+from virtualrobot_apps.seeing.navigation.sonars import Sonar
 
 PERIOD = 0.05
 """Time (s) from one command to the next."""
@@ -23,9 +26,17 @@ class Vehicle:
     """A craft with a lidar that looks around in a level plane, and encoders on its drives."""
 
     def __init__(
-        self, client: Client, name: str, lidar: str, encoders: str, thought: Mapping[str, object] | None = None
+        self,
+        client: Client,
+        name: str,
+        lidar: str,
+        encoders: str,
+        thought: Mapping[str, object] | None = None,
+        sonars: Mapping[str, float] = MappingProxyType({}),
     ) -> None:
         """Take a robot that is a craft; `thought` are settings of its component that odometry has wrong.
+
+        `sonars` are ultrasonic sensors that hear what the lidar doesn't see, each with half of its cone's angle (rad).
 
         Raises:
             UnknownNameError: for a robot or sensor that is not there.
@@ -34,7 +45,8 @@ class Vehicle:
         """
         self.name, self.lidar, self.encoders = name, lidar, encoders
         robot = client.robots[name]
-        for sensor, kind in ((lidar, "range_sensor"), (encoders, "motion_sensor")):
+        kinds = [(lidar, "range_sensor"), (encoders, "motion_sensor"), *((one, "range_sensor") for one in sonars)]
+        for sensor, kind in kinds:
             if client.sensors.status(sensor).kind != kind:
                 raise InvalidArgumentError(f"{sensor!r} is a {client.sensors.status(sensor).kind}, not a {kind}")
         first = client.sensors[lidar].read(points=True, frame="sensor")
@@ -45,21 +57,30 @@ class Vehicle:
         base = np.eye(4)
         base[:2, :2] = [[np.cos(start[2]), -np.sin(start[2])], [np.sin(start[2]), np.cos(start[2])]]
         base[:2, 3] = start[:2]
-        mount = between(planar(client.scene.pose(name) @ base), planar(first.world_t_sensor))
-        self.footprint = _footprint(client, name, planar(client.scene.pose(name) @ base))
+        world_t_base = planar(client.scene.pose(name) @ base)
+        mount = between(world_t_base, planar(first.world_t_sensor))
+        self.sonars = {
+            one: Sonar(between(world_t_base, planar(client.scene.pose(one))), half, _reach(client, one))
+            for one, half in sonars.items()
+        }
+        self.footprint = _footprint(client, name, world_t_base)
         self._track = OdometryTrack()
         self._maker = ScanMaker(mount, _reach(client, lidar))
         self._number = -1
 
-    def observe(self, now: float, lidar: object, encoders: object) -> Observation:
-        """Return what is seen at a time (s), from readings of lidar and encoders."""
-        pose = self._odometry.update(encoders.value).pose  # pyright: ignore[reportAttributeAccessIssue]
-        self._track.add(encoders.stamp.simulation_time, pose)  # pyright: ignore[reportAttributeAccessIssue]
+    def observe(self, now: float, readings: Mapping[str, Any]) -> Observation:
+        """Return what is seen at a time (s), from readings of the sensors by name."""
+        lidar, encoders = readings[self.lidar], readings[self.encoders]
+        pose = self._odometry.update(encoders.value).pose
+        self._track.add(encoders.stamp.simulation_time, pose)
         scan = None
-        if lidar.number != self._number and lidar.value is not None:  # pyright: ignore[reportAttributeAccessIssue]
-            self._number = lidar.number  # pyright: ignore[reportAttributeAccessIssue]
-            scan = self._maker.scan(lidar.stamp.simulation_time, lidar.value, self._track)  # pyright: ignore[reportAttributeAccessIssue]
-        return Observation(now, pose, scan)
+        if lidar.number != self._number and lidar.value is not None:
+            self._number = lidar.number
+            scan = self._maker.scan(lidar.stamp.simulation_time, lidar.value, self._track)
+        heard = [(sonar, readings[one].value) for one, sonar in self.sonars.items()]
+        return Observation(
+            now, pose, scan, tuple((sonar, _nearest(value)) for sonar, value in heard if value is not None)
+        )
 
 
 class Drive:
@@ -72,7 +93,7 @@ class Drive:
     def __init__(self, client: Client, vehicles: Sequence[Vehicle]) -> None:
         """Drive vehicles."""
         self.client, self.vehicles = client, list(vehicles)
-        self._sensors = [sensor for one in vehicles for sensor in (one.lidar, one.encoders)]
+        self._sensors = [sensor for one in vehicles for sensor in (one.lidar, one.encoders, *one.sonars)]
         self._open = ExitStack()
         self._periods = 0
 
@@ -99,9 +120,7 @@ class Drive:
         told = {name: (v, 0.0, w) for name, (v, w) in twists.items()}
         seen = self.client.clock.step(due - self._tick, twists=told, sensors=self._sensors, points=True, frame="sensor")
         self._tick, now = seen.stamp.tick, seen.stamp.simulation_time
-        return {
-            one.name: one.observe(now, seen.readings[one.lidar], seen.readings[one.encoders]) for one in self.vehicles
-        }
+        return {one.name: one.observe(now, seen.readings) for one in self.vehicles}
 
 
 def sensors_of(client: Client, name: str) -> tuple[str, str]:
@@ -115,6 +134,11 @@ def sensors_of(client: Client, name: str) -> tuple[str, str]:
             )
         found[word] = own[0]
     return found["lidar"], found["encoders"]
+
+
+def _nearest(reading: RangeReading) -> float:
+    """Return the least distance of a reading (m); inf: none."""
+    return float(reading.distances[reading.valid].min(initial=np.inf))
 
 
 def _footprint(client: Client, name: str, world_t_base: np.ndarray) -> Footprint:

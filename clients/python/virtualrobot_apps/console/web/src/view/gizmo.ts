@@ -5,12 +5,12 @@ import { TransformControls } from "three/examples/jsm/controls/TransformControls
 import { goal, type Goal } from "../kernel/goal";
 import { chosen, hearers, states } from "../kernel/world";
 import { orientationOf, positionOf } from "../parts/numbers";
-import { placesAt } from "./forward";
+import { placesIn } from "./postures";
 import type { Viewport } from "./viewport";
 
-export type Tool = "select" | "translate" | "rotate" | "move";
+export type Tool = "select" | "translate" | "rotate" | "move" | "turn";
 
-/** What the pointer does in the view, besides clicks: drag or turn the robot's tool, or move the selected node; and whether the tool's handle has its axes. */
+/** What the pointer does in the view, besides clicks: drag or turn the robot's tool, or move or turn the selected node; and whether the tool's handle has its axes. */
 export const tool = signal<Tool>("select");
 export const inToolAxes = signal(false);
 
@@ -75,7 +75,7 @@ export class Gizmo {
     this.view.ghost.isAwaited = true;
     this.#base.copy(this.view.solids.places.get(shown.robot) ?? this.#base);
     this.view.invalidate();
-    const there = await placesAt(shown, this.view.solids.places);
+    const there = await placesIn(this.view, shown);
     if (number !== this.#showing) return;
     this.view.ghost.isAwaited = false;
     if (!there) return;

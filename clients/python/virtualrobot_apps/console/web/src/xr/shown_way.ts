@@ -4,7 +4,7 @@ import { effect } from "@preact/signals";
 import { BufferGeometry, Float32BufferAttribute, Group, Line, LineBasicMaterial, type Matrix4 } from "three";
 import { rowAt } from "../kernel/trajectory";
 import { below, chosen } from "../kernel/world";
-import { placesAt } from "../view/forward";
+import { placesIn } from "../view/postures";
 import type { Viewport } from "../view/viewport";
 import { Ghosts } from "./ghosts";
 import { look } from "./looks";
@@ -64,7 +64,7 @@ export class ShownWay {
     const asked = times.map((time) => {
       const row = rowAt(way.times, way.positions, time);
       const jointPositions = Object.fromEntries(way.joints.map((name, place) => [name, row[place]]));
-      return placesAt({ robot: way.robot, jointPositions }, this.view.solids.places);
+      return placesIn(this.view, { robot: way.robot, jointPositions });
     });
     const moments = await Promise.all(asked);
     if (number === this.#asked) this.#ghosts.show(moments.filter((one) => one !== undefined));

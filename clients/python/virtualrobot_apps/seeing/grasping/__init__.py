@@ -1,0 +1,1 @@
+"""Grasps of parallel jaws on meshes and clouds."""
