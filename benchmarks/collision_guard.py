@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from virtualrobot_kernel.collision import readiness
 from virtualrobot_kernel.collision.guard import CollisionGuard, GuardCost
-from virtualrobot_kernel.collision.readiness import make_ready
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.plan import plan_ptp
 from virtualrobot_kernel.motion.program import of_plan
@@ -14,6 +14,7 @@ from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.commands import SetCollisionSettings, StartMotion
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.store import World
+from virtualrobot_sdk.compiled.cache import make_ready
 
 from benchmarks.collision_cell import collision_cell
 from benchmarks.rows import Row, row
@@ -36,7 +37,8 @@ def guarded(arms: int, meshes: int, ticks: int) -> tuple[GuardCost, int]:
     world.start()
     try:
         settings = [SetCollisionSettings(CollisionMode.GUARD)]
-        make_ready(cell.shapes, snapshot, settings)  # as a kernel does before
+        readiness.make_ready(cell.shapes, snapshot, settings)  # as a kernel does before
+        make_ready()
         world.submit(settings).result(WAIT)
         warm = GuardCost()
         for tick in range(ticks):
@@ -45,7 +47,7 @@ def guarded(arms: int, meshes: int, ticks: int) -> tuple[GuardCost, int]:
             if starts:
                 world.submit(starts).result(WAIT)
             world.step(1).result(WAIT)
-            if tick == 20:  # compiled code is loaded by then, and the geometry is made
+            if tick == 20:
                 warm, guard.cost = guard.cost, GuardCost()
         assert warm.ticks
         stops = sum(entry.author == guard.author for entry in entries_of(world))

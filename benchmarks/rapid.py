@@ -1,4 +1,4 @@
-"""RAPID: how fast a program is parsed, checked and translated, and how fast its statements are, without a robot."""
+"""RAPID: how fast programs are parsed, checked and translated, how fast statements are, and how soon a robot moves."""
 
 from __future__ import annotations
 
@@ -16,6 +16,7 @@ from virtualrobot_apps.languages.rapid.debugger import DebuggedTask
 from virtualrobot_apps.languages.rapid.parser import parse
 from virtualrobot_apps.languages.rapid.task import RapidTask, load, load_tasks
 
+from benchmarks import rapid_motion
 from benchmarks.rows import Row, row
 
 TRIES = 5
@@ -142,6 +143,7 @@ def run() -> list[Row]:
             None,
         ),
         row("the same loop", spent, by_hand, "Python by hand, with a check each", "s", None),
+        *rapid_motion.run(),
     ]
 
 

@@ -151,6 +151,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/fmi/export.py": ("virtualrobot_apps.fmi", "virtualrobot", "pythonfmu3"),
     f"{APPS}/fmi/slave.py": ("virtualrobot_apps.fmi", "virtualrobot", "pythonfmu3"),
     # The console passes calls of any method on, in bytes: it speaks gRPC and the contract itself, and serves HTTP.
+    f"{APPS}/console/plots.py": ("virtualrobot_apps.console", "virtualrobot_apps.topic", "virtualrobot"),
     f"{APPS}/console": ("virtualrobot_apps.console", "virtualrobot", "google", "grpc"),
     f"{APPS}/console/command.py": ("virtualrobot_apps.console", "virtualrobot", "click"),
     # For its pages it runs what another command runs, too.
@@ -239,6 +240,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     ),
     # Parsed meshes lie in the user's cache.
     f"{KERNEL}/formats/mesh_cache.py": room("formats", "msgspec", "platformdirs"),
+    f"{KERNEL}/formats/picture_cache.py": room("formats", "platformdirs", "virtualrobot_sdk"),
     # Most OBJ files are read in one compiled pass.
     f"{KERNEL}/formats/obj.py": room("formats", "trimesh", "virtualrobot_kernel.numeric.wavefront"),
     f"{KERNEL}/scenes": room("scenes", "virtualrobot.files.resolver", "virtualrobot.v1"),

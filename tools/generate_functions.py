@@ -66,7 +66,7 @@ GROUPS = (
             "kernel": "kernel_process:KernelProcess",
         },
         functions=("connect",),
-        client=("close", "lease", "leases", "report", "services", "shutdown"),
+        client=("close", "lease", "leases", "watch_leases", "report", "services", "shutdown"),
         commands=(
             "serve",
             "console",
@@ -87,7 +87,20 @@ GROUPS = (
         batch=("CreateNode", "UpdateNode", "RemoveNode", "AttachNode", "SetGroups", "SetPostures"),
         python={"client.scene": "scene.scene:Scene", "node": "scene.node:Node", "client.assets": "files.assets:Assets"},
         client=("load_denavit_hartenberg", "load_robot", "models"),
-        commands=("load", "models", "model", "save", "export", "ls", "add", "rename", "attach", "remove", "new"),
+        commands=(
+            "load",
+            "models",
+            "model",
+            "save",
+            "export",
+            "ls",
+            "add",
+            "rename",
+            "describe",
+            "attach",
+            "remove",
+            "new",
+        ),
     ),
     Group(
         "Robots",
@@ -114,7 +127,7 @@ GROUPS = (
         functions=("inertial", "path_frames"),
         client=(
             *("check", "check_plan", "motions", "move_together", "plan", "program", "read_program", "robot"),
-            *("speed_factor", "start_plan", "stop", "targets"),
+            *("speed_factor", "start_plan", "stop", "targets", "watch_motions"),
         ),
         commands=(
             *(
@@ -149,7 +162,7 @@ GROUPS = (
         "View",
         services=("ViewService",),
         python={"client.view": "view.view:View"},
-        commands=("view", "capture", "pixel", "measure", "walls"),
+        commands=("view", "trace", "capture", "pixel", "measure", "walls"),
     ),
     Group(
         "Distance and collision",

@@ -67,11 +67,13 @@ class Buffers:
         return self.add(np.round(65535.0 * light).astype(np.uint16), "VEC4", ARRAY_BUFFER, normalized=True)
 
 
-def material(color: Sequence[float], roughness: float, texture: int | None = None) -> dict[str, Any]:
+def material(
+    color: Sequence[float], roughness: float, texture: int | None = None, metalness: float = 0.0
+) -> dict[str, Any]:
     """Return a material, seen from both sides: sRGB and opacity (4,) from 0 to 1, a factor on a texture (its index)."""
     surface: dict[str, Any] = {
         "baseColorFactor": [*np.round(to_linear(color[:3]), 7).tolist(), float(color[3])],
-        "metallicFactor": 0.0,
+        "metallicFactor": metalness,
         "roughnessFactor": roughness,
     }
     if texture is not None:

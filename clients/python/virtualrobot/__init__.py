@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     from virtualrobot.scene.figures import table as table
     from virtualrobot.scene.node import NodeInfo as NodeInfo
     from virtualrobot.scene.target import Target as Target
+    from virtualrobot.scene.viewpoint import Viewpoint as Viewpoint
     from virtualrobot.sensors.cameras import CameraReading as CameraReading
     from virtualrobot.sensors.cameras import camera as camera
     from virtualrobot.sensors.cameras import light as light
@@ -109,6 +110,7 @@ _MODULES = {
     "scene.figures": ("Figure", "box", "capsule", "cone", "cylinder", "frame", "sphere", "table"),
     "scene.node": ("NodeInfo",),
     "scene.target": ("Target",),
+    "scene.viewpoint": ("Viewpoint",),
     "view.ghosts": ("Ghost",),
     "physics": ("JointMotor",),
     "robots.group": ("Group",),

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Unpack
 
 from virtualrobot._wire.arguments import PoseLike, Text, checked
-from virtualrobot._wire.messages import count_or_default
+from virtualrobot._wire.messages import count_or_default, value_or_default
 from virtualrobot._wire.options import check_options
 from virtualrobot._wire.services import LONG_TIMEOUT_SECONDS, Services
 from virtualrobot._wire.showing import shown
@@ -24,7 +24,7 @@ from virtualrobot.files.writing import write_file
 from virtualrobot.history.history import History
 from virtualrobot.history.values import Step
 from virtualrobot.kernel_process import KernelProcess
-from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases, program_name
+from virtualrobot.leases import Lease, LeaseInfo, acquire, list_leases, program_name, watch_leases
 from virtualrobot.motions import motion, plans
 from virtualrobot.motions.motion import Motion, Tracking
 from virtualrobot.motions.moves import Move
@@ -345,6 +345,21 @@ class Client:
         messages = self._services.motion.ListMotions(request).motions
         return [Motion(self._services, message) for message in messages]
 
+    def watch_motions(self, max_rate: float | None = None) -> Iterator[list[Motion]]:
+        """Yield the motions that run, whoever started them, and whenever that changes those and what has ended since.
+
+        At most `max_rate` (30) times a second; each end is told. It keeps no motion alive, as watching one does.
+
+        Example:
+            >>> for motions in client.watch_motions():
+            ...     print([(motion.id, motion.phase) for motion in motions])
+        """
+        rate = value_or_default(max_rate, "max_rate")
+        request = motion_pb2.WatchMotionsRequest(max_rate_hertz=rate)
+        with self._services.motion.WatchMotions(request) as stream:
+            for response in stream:
+                yield [Motion(self._services, message) for message in response.motions]
+
     def record(
         self,
         path: str | Path,
@@ -413,6 +428,10 @@ class Client:
     def leases(self) -> list[LeaseInfo]:
         """Return who has leased which robots, oldest lease first."""
         return list_leases(self._services)
+
+    def watch_leases(self) -> Iterator[list[LeaseInfo]]:
+        """Yield who has leased which robots, oldest lease first, now and after each change."""
+        return watch_leases(self._services)
 
     def undo(self, number: int | None = None, *, mine: bool = False) -> Step:
         """Take back the newest edit that stands, of anybody or only of this client; as `History.undo` does.

@@ -8,7 +8,7 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -167,6 +167,12 @@ def acquire(services: Services, robots: Sequence[str], owner: str | None = None,
 def list_leases(services: Services) -> list[LeaseInfo]:
     """Return who has leased what, oldest first."""
     return [_info(lease) for lease in services.lease.ListLeases(lease_pb2.ListLeasesRequest()).leases]
+
+
+def watch_leases(services: Services) -> Iterator[list[LeaseInfo]]:
+    """Yield who has leased what, oldest first, at once and after each change."""
+    with services.lease.WatchLeases(lease_pb2.WatchLeasesRequest()) as stream:
+        yield from ([_info(lease) for lease in response.leases] for response in stream)
 
 
 def _info(message: lease_pb2.Lease) -> LeaseInfo:

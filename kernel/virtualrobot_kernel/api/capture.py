@@ -12,8 +12,10 @@ from virtualrobot.v1 import view_pb2
 
 from virtualrobot_kernel.api.convert.shots import film_of, picture_size, shot_of
 from virtualrobot_kernel.api.kernel_services import KernelServices
+from virtualrobot_kernel.api.model_pictures import ModelPictures
 from virtualrobot_kernel.drawing.film import Film
 from virtualrobot_kernel.drawing.framing import Framing
+from virtualrobot_kernel.drawing.portrait import HEIGHT, WIDTH
 from virtualrobot_kernel.drawing.renderer import Renderer, Sight
 from virtualrobot_kernel.drawing.shots import Shot, packed
 from virtualrobot_kernel.drawing.twin_ghosts import as_view_ghosts, twin_ghosts
@@ -25,6 +27,7 @@ class CaptureCalls:
     """Calls of ViewService that take pictures."""
 
     _kernel: KernelServices
+    _models: ModelPictures
 
     async def CaptureImage(
         self, request: view_pb2.CaptureImageRequest, context: object
@@ -35,6 +38,13 @@ class CaptureCalls:
         image = await self._taken(self._sight(snapshot), shot, Framing())
         width, height = picture_size(shot, snapshot)
         return view_pb2.CaptureImageResponse(stamp=stamp(snapshot), image=image, width=width, height=height)
+
+    async def CaptureModel(
+        self, request: view_pb2.CaptureModelRequest, context: object
+    ) -> view_pb2.CaptureModelResponse:
+        """Return the picture of a known model, taken now where it wasn't before."""
+        image = await self._models.get(request.name)
+        return view_pb2.CaptureModelResponse(image=image, width=WIDTH, height=HEIGHT)
 
     async def RecordFilm(
         self, request: view_pb2.RecordFilmRequest, context: object

@@ -115,6 +115,19 @@ class LeaseServicer(lease_pb2_grpc.LeaseServiceServicer):
             stamp=stamp(snapshot), leases=[_message(snapshot, lease) for lease in self._kernel.leases.held]
         )
 
+    async def WatchLeases(
+        self, request: lease_pb2.WatchLeasesRequest, context: object
+    ) -> AsyncIterator[lease_pb2.WatchLeasesResponse]:
+        """Tell who has leased what, then again after each change; a slow reader gets the latest."""
+        leases, told = self._kernel.leases, None
+        async with aclosing(self._kernel.publications.each(leases.subscribe)) as changes:
+            async for _ in changes:
+                snapshot = self._kernel.world.snapshot
+                now = [_message(snapshot, lease) for lease in leases.held]
+                if now != told:
+                    told = now
+                    yield lease_pb2.WatchLeasesResponse(stamp=stamp(snapshot), leases=now)
+
     def _expire_later(self, token: str) -> None:
         """Give a lease the whole grace from now on."""
         if timer := self._timers.pop(token, None):

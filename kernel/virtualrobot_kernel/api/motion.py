@@ -8,6 +8,7 @@ from collections.abc import AsyncIterator, Callable, Iterator, Sequence
 from concurrent.futures import Future
 from contextlib import aclosing, contextmanager, suppress
 from functools import partial
+from operator import is_
 
 from virtualrobot.v1 import motion_pb2, motion_pb2_grpc
 
@@ -289,6 +290,25 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
                     return
                 snapshot = await self._progressed(snapshot, id, pause)
 
+    async def WatchMotions(
+        self, request: motion_pb2.WatchMotionsRequest, context: object
+    ) -> AsyncIterator[motion_pb2.WatchMotionsResponse]:
+        """Tell all motions that run, and each that has ended; while nothing of them changes, nothing."""
+        before: Snapshot | None = None
+        async for snapshot in self._kernel.publications.snapshots(request.max_rate_hertz):
+            state, ended = snapshot.state, ()
+            if before is not None:
+                known = {motion.id for motion in before.state.ended}
+                ended = tuple(motion for motion in state.ended if motion.id not in known)
+                if not ended and _same_motions(before, snapshot):
+                    continue
+            before = snapshot
+            yield motion_pb2.WatchMotionsResponse(
+                stamp=stamp(snapshot),
+                motions=[motion_message(snapshot, motion) for motion in (*ended, *state.motions)],
+                speed_factor=state.speed_factor,
+            )
+
     async def HoldMotion(
         self, request_iterator: AsyncIterator[motion_pb2.HoldMotionRequest], context: object
     ) -> AsyncIterator[motion_pb2.HoldMotionResponse]:
@@ -394,3 +414,11 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         if any(motion.id == id for motion in self._kernel.world.snapshot.state.motions):
             reason = f"nobody has watched it for {GRACE_SECONDS:g} s"
             self._kernel.world.submit([CancelMotion(id, Cancellation(EndCause.UNWATCHED, reason))], "kernel")
+
+
+def _same_motions(before: Snapshot, after: Snapshot) -> bool:
+    """Return whether the same motions run, as far as they did, under the same names."""
+    one, other = before.state, after.state
+    running = len(one.motions) == len(other.motions) and all(map(is_, one.motions, other.motions))
+    named = not other.motions or before.structure is after.structure
+    return running and named and one.speed_factor == other.speed_factor

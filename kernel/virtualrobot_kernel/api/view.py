@@ -11,6 +11,7 @@ from virtualrobot_kernel.api.capture import CaptureCalls
 from virtualrobot_kernel.api.convert.shots import pick_message, pixel_of
 from virtualrobot_kernel.api.convert.view import changed_settings, node_point, view_message
 from virtualrobot_kernel.api.kernel_services import KernelServices
+from virtualrobot_kernel.api.model_pictures import ModelPictures
 from virtualrobot_kernel.drawing.renderer import Picked, Renderer
 from virtualrobot_kernel.messages.values import stamp, vector_message
 from virtualrobot_kernel.sensing.measuring import NodePoint, ends, length
@@ -23,6 +24,7 @@ class ViewServicer(CaptureCalls, view_pb2_grpc.ViewServiceServicer):
     def __init__(self, kernel: KernelServices) -> None:
         """Serve from the kernel."""
         self._kernel = kernel
+        self._models = ModelPictures(kernel)
 
     async def GetView(self, request: view_pb2.GetViewRequest, context: object) -> view_pb2.GetViewResponse:
         """Tell the set-up."""

@@ -245,9 +245,9 @@ def _near(
     world_centre = (turn @ centre[:, :, None])[..., 0] + poses[:, :3, 3]
     world_half = (np.abs(turn) @ half[:, :, None])[..., 0]
     count = int(matrix.sum())
-    out = np.empty((count, 4), np.int64)
+    out, depths = np.empty((count, 4), np.int64), np.empty(count)
     block = np.arange(len(uids) + 1)
-    count = overlapping_boxes(own, matrix, world_centre, world_half, poses, block, centre, half, out)
+    count = overlapping_boxes(own, matrix, world_centre, world_half, poses, block, centre, half, out, depths)
     pairs = [(int(one), int(other)) for one, other, _, _ in out[:count]]
     places = sorted({place for pair in pairs for place in pair})
     at = {place: row for row, place in enumerate(places)}

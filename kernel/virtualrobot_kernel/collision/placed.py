@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any
 
 import fcl
@@ -79,7 +79,7 @@ class Placed:
         )
         self.figures = Figures(*(read_only(array) for array in figures))
         self._moved = np.empty(len(self.solids), np.int64)
-        self._overlaps = np.empty((256, 4), np.int64)
+        self._overlaps, self._depths = np.empty((256, 4), np.int64), np.empty(256)
         self._boxes: dict[int, tuple[Floats, Floats]] = {}
         self.world_t_element = world_t_element.copy()
         self.centre, self.half = np.empty((len(self.solids), 3)), np.empty((len(self.solids), 3))
@@ -106,7 +106,9 @@ class Placed:
             self._moved_since.update(self._moved[:count].tolist())
             self._boxes.clear()
 
-    def overlaps(self, own: NDArray[np.int64], asked: NDArray[np.bool_]) -> list[tuple[int, int, int, int]]:
+    def overlaps(
+        self, own: NDArray[np.int64], asked: NDArray[np.bool_], deepest_first: bool = False
+    ) -> Iterator[tuple[int, int, int, int]]:
         """Return the pairs of pieces whose boxes overlap: element, element, row, row.
 
         A solid counts as one piece, its first: its box is around all of it.
@@ -114,14 +116,17 @@ class Placed:
         Args:
             own: (k,) elements.
             asked: (k, e) which pairs of one of these and any element are asked.
+            deepest_first: whether those come first whose boxes are the deepest in each other: they mostly touch.
         """
         boxes = self.centre, self.half, self.world_t_element, *self.blocks
-        count = overlapping_boxes(own, asked, *boxes, self._overlaps)
+        count = overlapping_boxes(own, asked, *boxes, self._overlaps, self._depths)
         if count > len(self._overlaps):
-            self._overlaps = np.empty((2 * count, 4), np.int64)
-            overlapping_boxes(own, asked, *boxes, self._overlaps)
-        to_piece = self._piece_of_block
-        return [(i, j, a + to_piece[i], b + to_piece[j]) for i, j, a, b in self._overlaps[:count].tolist()]
+            self._overlaps, self._depths = np.empty((2 * count, 4), np.int64), np.empty(2 * count)
+            overlapping_boxes(own, asked, *boxes, self._overlaps, self._depths)
+        found, to_piece = self._overlaps[:count], self._piece_of_block
+        if deepest_first and count > 1:
+            found = found[np.argsort(-self._depths[:count], kind="stable")]
+        return ((i, j, a + to_piece[i], b + to_piece[j]) for i, j, a, b in found.tolist())
 
     def boxes(self, element: int) -> tuple[Floats, Floats]:
         """Return centre (k, 3) and half (k, 3) of the boxes round an element's pieces, with radius, without padding."""

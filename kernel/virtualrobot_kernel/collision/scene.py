@@ -195,7 +195,7 @@ class CollisionScene:
     ) -> set[Pair]:
         """Return the pairs of nodes that touch and may not; at most the first one that is found."""
         uids, placed, found = self._uids, self._placed, set()
-        for one, other, row, to in self._overlaps(robots, itself):
+        for one, other, row, to in self._overlaps(robots, itself, first):
             pair = ordered(uids[one], uids[other])
             if pair in found or (counts is not None and not counts(pair)):
                 continue
@@ -210,10 +210,13 @@ class CollisionScene:
         near = pair_within(self._placed, self._placed, one, other, 0.0)
         return Contacts(near.contacts, near.normal) if near is not None and near.normal is not None else None
 
-    def _overlaps(self, robots: Collection[int] | None, itself: bool = False) -> Iterator[tuple[int, int, int, int]]:
+    def _overlaps(
+        self, robots: Collection[int] | None, itself: bool = False, deepest_first: bool = False
+    ) -> Iterator[tuple[int, int, int, int]]:
         """Yield the pairs of pieces that are asked and whose boxes overlap: element, element, row, row.
 
-        Only pairs with these robots (None: all), or of these robots with themselves.
+        Only pairs with these robots (None: all), or of these robots with themselves; of each robot's, perhaps the
+        deepest first.
         """
         group, uids = self.bodies.allowed.groups, self._uids
         chosen = None if robots is None else np.isin(self.bodies.robots, list(robots))
@@ -222,7 +225,7 @@ class CollisionScene:
             if chosen is not None and not ours:
                 if itself or not (asked := asked & chosen).any():
                     continue
-            for overlap in self._placed.overlaps(own, asked):
+            for overlap in self._placed.overlaps(own, asked, deepest_first):
                 theirs = robots is None or group[uids[overlap[1]]] in robots
                 if (ours and theirs) if itself else (ours or theirs):
                     yield overlap

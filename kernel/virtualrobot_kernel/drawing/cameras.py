@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.drawing.framing import framed, outgrown
 from virtualrobot_kernel.drawing.view import Camera
+from virtualrobot_kernel.world.state import Snapshot
 
 UNTOUCHED = 1e-3
 """In meters: a camera this near to where it was put has not been moved by hand; browsers report 32-bit positions."""
@@ -26,13 +27,16 @@ class Cameras:
         self._server = server
         self._put: dict[int, tuple[NDArray[np.float64], float]] = {}
         self._asked: Camera | None = None
+        self._placed: Camera | None = None
         self._framed: NDArray[np.float64] | None = None
 
-    def follow(self, asked: Camera | None, bounds: NDArray[np.float64] | None) -> None:
+    def follow(self, asked: Camera | None, snapshot: Snapshot, bounds: NDArray[np.float64] | None) -> None:
         """Look from where the settings ask; without that, frame the scene whenever it outgrows the last frame.
 
         Args:
-            asked: the camera of the settings; each new object moves all viewers, be it equal to the last or not.
+            asked: the camera of the settings; each new object moves all viewers, be it equal to the last or not, and so
+                does its node where it goes along with one.
+            snapshot: where nodes are; a camera of one that is gone is none.
             bounds: (2, 3) box around the scene in meters in the world's frame, or None while it is empty.
         """
         clients = self._server.get_clients()
@@ -40,9 +44,12 @@ class Cameras:
             key: self._put[key] if key in self._put else (np.array(client.camera.position), time.monotonic())
             for key, client in clients.items()
         }
-        if asked is not None:
-            if asked is not self._asked:
-                self._move(asked, clients)
+        placed = asked.placed(snapshot) if asked is not None else None
+        if placed is None:
+            asked = None
+        if placed is not None:
+            if asked is not self._asked or placed != self._placed:
+                self._move(placed, clients)
             self._framed = None
         elif bounds is not None and (self._asked is not None or outgrown(self._framed, bounds)):
             untouched = {
@@ -52,7 +59,7 @@ class Cameras:
             }
             self._move(framed(bounds), untouched)
             self._framed = bounds
-        self._asked = asked
+        self._asked, self._placed = asked, placed
 
     def _untouched(self, key: int, client: viser.ClientHandle) -> bool:
         eye, moment = self._put[key]

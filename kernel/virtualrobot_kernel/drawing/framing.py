@@ -23,16 +23,21 @@ SMALLEST = 0.25
 """Half of the least edge of the box that is framed, in meters: the eye stays off a scene that is smaller."""
 
 
-def framed(bounds: NDArray[np.float64], field_of_view: float = DEFAULT_FIELD_OF_VIEW, aspect: float = ASPECT) -> Camera:
+def framed(
+    bounds: NDArray[np.float64],
+    field_of_view: float = DEFAULT_FIELD_OF_VIEW,
+    aspect: float = ASPECT,
+    smallest: float = SMALLEST,
+) -> Camera:
     """Return a camera that looks at the middle of a box (2, 3) and sees all of it; meters, in the world's frame.
 
-    `aspect` is the width of the picture over its height.
+    `aspect` is the width of the picture over its height, `smallest` half of the least edge of the box that is framed.
 
     A corner c, counted from the middle, has the depth d - c.forward when the eye is at distance d, so that it is in
     the picture when |c.up| and |c.right| are at most that depth times the tangents of half the opening angles.
     """
     center = bounds.mean(axis=0)
-    half = np.maximum(0.5 * (bounds[1] - bounds[0]), SMALLEST)
+    half = np.maximum(0.5 * (bounds[1] - bounds[0]), smallest)
     signs = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
     corners = signs * half
     right = np.cross([0.0, 0.0, 1.0], DIRECTION)
@@ -55,15 +60,16 @@ def outgrown(framed_bounds: NDArray[np.float64] | None, bounds: NDArray[np.float
 class Framing:
     """Frames a world in one picture after the other, and anew when it outgrows the frame."""
 
-    def __init__(self) -> None:
-        """Begin without a frame."""
+    def __init__(self, smallest: float = SMALLEST) -> None:
+        """Begin without a frame; `smallest` is as of `framed`."""
+        self._smallest = smallest
         self._bounds: NDArray[np.float64] | None = None
         self._camera = EMPTY_CAMERA
 
     def camera(self, bounds: NDArray[np.float64] | None, aspect: float) -> Camera:
         """Return where to look from; `bounds` (2, 3) is the box around the world, None while it is empty."""
         if bounds is not None and outgrown(self._bounds, bounds):
-            self._bounds, self._camera = bounds, framed(bounds, aspect=aspect)
+            self._bounds, self._camera = bounds, framed(bounds, aspect=aspect, smallest=self._smallest)
         return self._camera
 
 

@@ -205,7 +205,8 @@ class Renderer:
             sensor = _sized(_sensor(snapshot, shot.sensor), shot.width, shot.height)
             return Viewpoint(self._kept(sensor, lambda: lens_of(sensor)), snapshot.world_t(shot.sensor))
         width, height = shot.width or WIDTH, shot.height or HEIGHT
-        camera = shot.camera or settings.camera
+        asked = shot.camera or settings.camera
+        camera = asked.placed(snapshot) if asked else None
         if camera is None:
             camera = framing.camera(world_box(seen.sensed, snapshot.world_t_node), width / height)
         field = camera.field_of_view

@@ -9,6 +9,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from virtualrobot_kernel.collision.clearances import Clearance
 from virtualrobot_kernel.drawing.under_way import UnderWay
 from virtualrobot_kernel.errors import KernelError, Reason
@@ -16,6 +19,8 @@ from virtualrobot_kernel.sensing.measuring import Measurement
 from virtualrobot_kernel.sensing.overlays import SensorOverlay
 from virtualrobot_kernel.sensing.picture import BACKGROUND, Color
 from virtualrobot_kernel.world.listeners import Listeners
+from virtualrobot_kernel.world.state import Snapshot
+from virtualrobot_kernel.world.structure import GREATEST_FIELD, LEAST_DISTANCE, LEAST_FIELD, WORLD_UID
 
 Vector = tuple[float, float, float]
 
@@ -25,11 +30,33 @@ DEFAULT_FIELD_OF_VIEW = 0.9
 
 @dataclass(frozen=True, slots=True)
 class Camera:
-    """Viewpoint of people: eye and target in meters in the world's frame, vertical field of view in radians."""
+    """Viewpoint of people: eye and target in meters in the frame of a node, vertical field of view in radians.
+
+    `node` is the uid of what it goes along with. One that `keeps_direction` doesn't turn with it: eye and target are
+    from the node's origin then, along the world's axes.
+    """
 
     position: Vector = (0.0, 0.0, 0.0)
     target: Vector = (0.0, 0.0, 0.0)
     field_of_view: float = DEFAULT_FIELD_OF_VIEW
+    node: int = WORLD_UID
+    keeps_direction: bool = False
+
+    def placed(self, snapshot: Snapshot) -> Camera | None:
+        """Return the same in the world's frame, as it is in a snapshot; None where its node is gone."""
+        if self.node == WORLD_UID:
+            return self
+        if self.node not in snapshot.structure.nodes:
+            return None
+        pose = snapshot.world_t(self.node)
+        turn = np.eye(3) if self.keeps_direction else pose[:3, :3]
+        position, target = (turn @ np.array([self.position, self.target]).T).T + pose[:3, 3]
+        return Camera(_three(position), _three(target), self.field_of_view)
+
+
+def _three(point: NDArray[np.float64]) -> Vector:
+    x, y, z = point.tolist()
+    return x, y, z
 
 
 GHOST_COLOR: Color = (0.20, 0.50, 0.95)
@@ -68,8 +95,8 @@ class ViewSettings:
 
     `background` is red, green, blue from 0 to 1, as a screen shows them (sRGB). `joint_axes` holds the uids of robots
     whose joint axes are shown, `bounding_boxes` those of nodes whose boxes are shown; a uid that is gone is passed
-    over, and so are measurements, clearances and ghosts of one and what is shown of one. Without a `camera` each
-    viewer frames the scene. What the collision monitor finds to touch is red, and the background rose, unless
+    over, and so are a camera, measurements, clearances and ghosts of one and what is shown of one. Without a `camera`
+    each viewer frames the scene. What the collision monitor finds to touch is red, and the background rose, unless
     `collisions_hidden`.
     """
 
@@ -219,15 +246,15 @@ def check_camera(camera: Camera) -> None:
             field="camera",
             value=(camera.position, camera.target),
         )
-    if math.dist(camera.position, camera.target) < 1e-6:
+    if math.dist(camera.position, camera.target) < LEAST_DISTANCE:
         raise KernelError(
             f"the camera is at its own target {camera.target}; move one of them",
             field="camera.position",
             value=camera.position,
         )
-    if not 0.01 <= camera.field_of_view <= 3.0:
+    if not LEAST_FIELD <= camera.field_of_view <= GREATEST_FIELD:
         raise KernelError(
-            f"the field of view is {camera.field_of_view} rad; it goes from 0.01 to 3.0 rad",
+            f"the field of view is {camera.field_of_view} rad; it goes from {LEAST_FIELD} to {GREATEST_FIELD} rad",
             field="camera.field_of_view_radians",
             value=camera.field_of_view,
         )

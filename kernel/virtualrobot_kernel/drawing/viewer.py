@@ -218,7 +218,7 @@ class Picture:
             self._boxes.draw(snapshot.structure, self._inventory, world_t_node, settings.bounding_boxes)
         self._measurements.draw(snapshot, settings.measurements, clearances)
         self._sensors.draw(snapshot, settings.sensors, readings)
-        self._cameras.follow(settings.camera, self._bounds)
+        self._cameras.follow(settings.camera, snapshot, self._bounds)
         self._programs.show(snapshot)
         self._last = snapshot, settings
 

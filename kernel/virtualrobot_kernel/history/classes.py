@@ -26,11 +26,12 @@ from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.motion.tool_setpoints import ToolSetpointMotion
 from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
-from virtualrobot_kernel.world.commands import Command, SetDynamics, StartMotion, StartSetpointMotion
+from virtualrobot_kernel.world.commands import Command, SetDynamics, StartMotion, StartSetpointMotion, UpdateNode
 from virtualrobot_kernel.world.figures import Material
+from virtualrobot_kernel.world.records import Values
 from virtualrobot_kernel.world.sensing import CameraSensor
 from virtualrobot_kernel.world.state import Motion, State
-from virtualrobot_kernel.world.structure import Craft, Node, PartData, RobotData
+from virtualrobot_kernel.world.structure import Craft, Node, NodeSpec, PartData, RobotData
 from virtualrobot_kernel.world.tolerances import AwaitedJoints
 
 RUNNING = (PlanExecution, ProgramRun, SetpointMotion, ToolSetpointMotion, TrackingMotion)
@@ -45,7 +46,8 @@ TAGS: Mapping[type, str] = {limits.JointLimits: "limits.JointLimits"}
 """Name in documents of a class, where that isn't its own: two have the same name, or it was renamed."""
 
 VERSIONS: Mapping[type, int] = {
-    **{State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 2},
+    **{State: 7, RobotData: 3, Craft: 2, PartData: 2, SetDynamics: 2, Material: 3},
+    **{Node: 2, NodeSpec: 2, UpdateNode: 2, Values: 2},
     **{CameraSensor: 2, Motion: 2, StartMotion: 2, StartSetpointMotion: 2, Wait: 2, ToolSetpointMotion: 2},
 }
 """Version of each class whose fields aren't those of its first one."""
@@ -69,7 +71,12 @@ MIGRATIONS: Mapping[tuple[str, int], Migration] = {
     ("State", 6): lambda fields: [*fields, None],  # stop
     # restitution, rolling_friction, spinning_friction, stiffness, damping
     ("Material", 1): lambda fields: [*fields, 0.0, 0.0, 0.0, 0.0, 0.0],
+    ("Material", 2): lambda fields: [*fields, 0.62, 0.0],  # roughness, metalness
     ("PartData", 1): lambda fields: [*fields, False],  # dynamic
+    ("Node", 1): lambda fields: [*fields, None],  # about
+    ("NodeSpec", 1): lambda fields: [*fields, None],  # about
+    ("UpdateNode", 1): lambda fields: [*fields, None, None, None, None],  # description, tags, icon, locked
+    ("Values", 1): lambda fields: [*fields, {}],  # about
 }
 """Function that makes the written fields of a class (its tag, a version) those of the next version."""
 

@@ -93,6 +93,11 @@ def _updated(command: commands.UpdateNode, done: Done) -> Iterable[Phrase]:
         yield Phrase("hid" if command.hidden else "showed", name)
     if command.figures is not None:
         yield Phrase("changed the figures of", name)
+    if command.locked is not None:
+        yield Phrase("locked" if command.locked else "unlocked", name)
+    for said in ("description", "tags", "icon"):
+        if getattr(command, said) is not None:
+            yield Phrase(f"changed the {said} of", name)
     if command.data is not None:
         yield Phrase("changed the settings of", name)
     if command.running is not None:

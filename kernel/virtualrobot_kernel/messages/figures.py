@@ -70,6 +70,9 @@ def _check_label(label: Label, what: str) -> None:
 def _check_material(material: Material, what: str) -> None:
     if not 0.0 <= material.reflectance <= 1.0:
         raise KernelError(f"{what}.reflectance must be 0 to 1, not {material.reflectance:g}", field=what)
+    for name, value in (("roughness", material.roughness), ("metalness", material.metalness)):
+        if not 0.0 <= value <= 1.0:
+            raise KernelError(f"{what}.{name} must be 0 to 1, not {value:g}", field=f"{what}.{name}")
     if not 0.0 <= material.friction < math.inf:
         raise KernelError(f"{what}.friction must be 0 or more, not {material.friction:g}", field=what)
     if not 0.0 <= material.restitution <= 1.0:

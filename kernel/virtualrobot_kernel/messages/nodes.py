@@ -24,9 +24,13 @@ from virtualrobot_kernel.messages.figures import figure, figure_message
 from virtualrobot_kernel.messages.robots import ROBOT
 from virtualrobot_kernel.messages.sensing import SENSORS
 from virtualrobot_kernel.messages.table import Table
-from virtualrobot_kernel.messages.values import is_identity, pose, pose_message, vector, vector_message
+from virtualrobot_kernel.messages.values import GREATEST, is_identity, pose, pose_message, vector, vector_message
+from virtualrobot_kernel.world.about import About, or_none
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import (
+    GREATEST_FIELD,
+    LEAST_DISTANCE,
+    LEAST_FIELD,
     WORLD_NAME,
     Inertial,
     Joint,
@@ -42,6 +46,7 @@ from virtualrobot_kernel.world.structure import (
     TargetData,
     ToolData,
     ToolWidth,
+    ViewpointData,
 )
 from virtualrobot_kernel.world.widths import check_widths
 
@@ -66,6 +71,22 @@ def _check_limits(limits: JointLimits, what: str) -> None:
 def _check_joint(joint: Joint, what: str) -> None:
     if joint.type is not JointType.FIXED and not joint.name:
         raise KernelError(f"{what} has no name", field=what)
+
+
+def _check_viewpoint(viewpoint: ViewpointData, what: str) -> None:
+    if not LEAST_FIELD <= viewpoint.field_of_view <= GREATEST_FIELD:
+        raise KernelError(
+            f"{what}.field_of_view_radians is {viewpoint.field_of_view:g}; it goes from {LEAST_FIELD:g} to "
+            f"{GREATEST_FIELD:g} rad",
+            field=f"{what}.field_of_view_radians",
+            value=viewpoint.field_of_view,
+        )
+    if not LEAST_DISTANCE <= viewpoint.distance <= GREATEST:
+        raise KernelError(
+            f"{what}.distance_meters is {viewpoint.distance:g}; it goes from {LEAST_DISTANCE:g} to {GREATEST:g} m",
+            field=f"{what}.distance_meters",
+            value=viewpoint.distance,
+        )
 
 
 def _joint_message(joint: Joint) -> nodes_pb2.Joint:
@@ -125,12 +146,20 @@ TOOL = Table(
     check=lambda tool, what: check_widths(tool.widths, what),
 )
 TARGET = Table(TargetData, nodes_pb2.Target)
+VIEWPOINT = Table(
+    ViewpointData,
+    nodes_pb2.Viewpoint,
+    distance=OrDefault(NOT_NEGATIVE),
+    field_of_view=OrDefault(NOT_NEGATIVE),
+    check=_check_viewpoint,
+)
 DATA: dict[str, Codec] = {
     "part": Pair(_part, PART.write),
     "robot": ROBOT,
     "link": LINK,
     "tool": TOOL,
     "target": TARGET,
+    "viewpoint": VIEWPOINT,
     **SENSORS,
 }
 """Codec of what only one kind of node has, by its field in `Node`."""
@@ -156,6 +185,7 @@ def node_spec(message: nodes_pb2.Node) -> NodeSpec:
         figures=figures(message, what),
         data=node_data(message, what),
         running=runs(message),
+        about=or_none(About(message.description, tuple(message.tags), message.icon, message.locked)),
     )
 
 
@@ -189,6 +219,13 @@ def node_message(snapshot: Snapshot, node: Node, fields: Container[str] | None =
         message.parent = structure.nodes[node.parent].name
     if "hidden" in told:
         message.hidden = node.hidden
+    if node.about is not None:
+        about = node.about
+        for field in ("description", "icon", "locked"):
+            if field in told:
+                setattr(message, field, getattr(about, field))
+        if "tags" in told:
+            message.tags.extend(about.tags)
     if "figures" in told:
         message.figures.extend(figure_message(item) for item in node.figures)
     if "parent_t_node" in told:

@@ -83,41 +83,43 @@ def follow_nodes(
 
 
 @inlined
-def _apart(
-    poses: Floats,
-    one: int,
-    other: int,
-    centre: Floats,
-    half: Floats,
-    a: int,
-    b: int,
-    work: Floats,
-) -> bool:
-    """Tell whether boxes `a` of element `one` and `b` of `other` are apart: by their 15 separating axes.
+def _relate(poses: Floats, one: int, other: int, work: Floats) -> None:
+    """Write how element `other` stands, seen from `one`, to `work` (8, 3).
 
-    S. Gottschalk, M. Lin, D. Manocha, OBBTree, SIGGRAPH 1996. `work` (7, 3) holds the rotation between them, its
-    absolute values and the way from one centre to the other.
+    Its first rows hold the rotation between them, its absolute values with the slack and, last, the other's origin.
     """
     for i in range(3):
-        way = 0.0
+        work[7, i] = 0.0
         for k in range(3):
-            at = poses[other, k, 3] - poses[one, k, 3]
-            for j in range(3):
-                at += poses[other, k, j] * centre[b, j] - poses[one, k, j] * centre[a, j]
-            way += poses[one, k, i] * at
-        work[6, i] = way
+            work[7, i] += poses[one, k, i] * (poses[other, k, 3] - poses[one, k, 3])
         for j in range(3):
             turn = 0.0
             for k in range(3):
                 turn += poses[one, k, i] * poses[other, k, j]
             work[i, j] = turn
             work[3 + i, j] = abs(turn) + SLACK
+
+
+@inlined
+def _depth(work: Floats, centre: Floats, half: Floats, a: int, b: int) -> float:
+    """Return how deep boxes `a` of one element and `b` of another are in each other, -1 where they are apart.
+
+    Whether they are, their 15 separating axes tell (S. Gottschalk, M. Lin, D. Manocha, OBBTree, SIGGRAPH 1996); the
+    depth (m) is the least along the axes of their faces. `work` (8, 3) is of both elements, as `_relate` writes it; row
+    6 gets the way from one centre to the other.
+    """
+    depth = np.inf
+    for i in range(3):
+        work[6, i] = work[7, i] - centre[a, i]
+        for j in range(3):
+            work[6, i] += work[i, j] * centre[b, j]
     for i in range(3):
         reach = half[a, i] + SLACK
         for j in range(3):
             reach += half[b, j] * work[3 + i, j]
         if abs(work[6, i]) > reach:
-            return True
+            return -1.0
+        depth = min(depth, reach - abs(work[6, i]))
     for j in range(3):
         reach = half[b, j] + SLACK
         way = 0.0
@@ -125,7 +127,8 @@ def _apart(
             reach += half[a, i] * work[3 + i, j]
             way += work[6, i] * work[i, j]
         if abs(way) > reach:
-            return True
+            return -1.0
+        depth = min(depth, reach - abs(way))
     for i in range(3):
         after, last = (i + 1) % 3, (i + 2) % 3
         for j in range(3):
@@ -133,8 +136,8 @@ def _apart(
             reach = SLACK + half[a, after] * work[3 + last, j] + half[a, last] * work[3 + after, j]
             reach += half[b, next_j] * work[3 + i, last_j] + half[b, last_j] * work[3 + i, next_j]
             if abs(work[6, last] * work[after, j] - work[6, after] * work[last, j]) > reach:
-                return True
-    return False
+                return -1.0
+    return depth
 
 
 @inlined
@@ -175,6 +178,7 @@ def _near_any(
     array_of(float64, 2),
     array_of(float64, 2),
     output_of(int64, 2),
+    output_of(float64, 1),
 )
 def overlapping_boxes(
     own: Integers,
@@ -186,6 +190,7 @@ def overlapping_boxes(
     block_centre: Floats,
     block_half: Floats,
     found: Integers,
+    depths: Floats,
 ) -> int:
     """Write which blocks of elements overlap, and return how many do, more than `found` has room for perhaps.
 
@@ -199,8 +204,9 @@ def overlapping_boxes(
         block_centre: (b, 3) of each block's box, in its element's frame.
         block_half: (b, 3) half of its edges.
         found: (m, 4) element, element, block, block.
+        depths: (m,) how deep these boxes are in each other at the least (m).
     """
-    work = np.empty((7, 3))
+    work = np.empty((8, 3))
     among, nearby = np.empty(centre.shape[0], np.int64), np.empty(centre.shape[0], np.int64)
     for element in range(centre.shape[0]):
         among[element] = element
@@ -223,10 +229,13 @@ def overlapping_boxes(
                         near = False
                 if not near:
                     continue
+                _relate(world_t_element, one, other, work)
                 for a in range(first_block[one], first_block[one + 1]):
                     for b in range(first_block[other], first_block[other + 1]):
-                        if not _apart(world_t_element, one, other, block_centre, block_half, a, b, work):
+                        depth = _depth(work, block_centre, block_half, a, b)
+                        if depth >= 0.0:
                             if count < found.shape[0]:
+                                depths[count] = depth
                                 found[count, 0] = one
                                 found[count, 1] = other
                                 found[count, 2] = a

@@ -184,7 +184,7 @@ def _of_record(structure: Structure, state: State, table: str, key: Key, restore
 
 def owner_of(structure: Structure, kind: Kind, uid: int) -> Iterable[int]:
     """Yield the robot that a node of this kind belongs to when it is, or hangs on, the node `uid`."""
-    if kind is Kind.ANNOTATION:
+    if kind in (Kind.ANNOTATION, Kind.VIEWPOINT):
         return
     start = uid
     if kind is Kind.PART:

@@ -10,6 +10,7 @@ from virtualrobot_sdk.poses import inverse
 
 from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.world import index
+from virtualrobot_kernel.world.about import NOTHING_SAID, check_about, or_none, refuse_locked
 from virtualrobot_kernel.world.actuators import check_actuators
 from virtualrobot_kernel.world.apply_sensors import with_sensors_running
 from virtualrobot_kernel.world.change import Change, Forward, extended, rebuilt, refuse_while_moving, single_joint
@@ -39,6 +40,7 @@ from virtualrobot_kernel.world.structure import (
     Structure,
     TargetData,
     ToolData,
+    ViewpointData,
     robots_of_tool,
 )
 from virtualrobot_kernel.world.targets import check_target, without_gone
@@ -54,6 +56,7 @@ DATA = {
     Kind.MOTION_SENSOR: MotionSensor,
     Kind.LIGHT: Light,
     Kind.TARGET: TargetData,
+    Kind.VIEWPOINT: ViewpointData,
 }
 """Class of the data that a kind of node must have; other kinds have none."""
 
@@ -91,7 +94,8 @@ def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Chan
             )
             _check_data(spec.name, spec.kind, data)
             check_figures(spec.name, data, spec.figures)
-            nodes[uid] = Node(uid, spec.name, spec.kind, parent, spec.hidden, spec.figures, data)
+            check_about(spec.about or NOTHING_SAID, spec.name)
+            nodes[uid] = Node(uid, spec.name, spec.kind, parent, spec.hidden, spec.figures, data, spec.about)
             uids[spec.name] = uid
             poses[uid] = spec.parent_t_node
             uid += 1
@@ -108,7 +112,10 @@ def create_nodes(change: Change, command: CreateNodes, forward: Forward) -> Chan
 
 
 def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change:
-    """Change a node's name, pose, visibility, figures or data; renaming a robot renames its links' prefix."""
+    """Change a node's name, pose, visibility, figures, data or what is said of it.
+
+    Renaming a robot renames its links' prefix. What is locked changes only where it is unlocked as well.
+    """
     node = change.structure.node(command.name)
     if node.kind is Kind.WORLD:
         raise KernelError("the world's root cannot be changed", reason=Reason.WRONG_STATE, node=node.name)
@@ -119,6 +126,14 @@ def update_node(change: Change, command: UpdateNode, forward: Forward) -> Change
         "data": command.data,
     }
     changes = {field: value for field, value in given.items() if value is not None}
+    is_moved_or_made_anew = changes.keys() - {"hidden"} or command.parent_t_node is not None
+    if is_moved_or_made_anew and command.locked is not False:
+        refuse_locked([(node.name, node.about)])
+    said = {"description": command.description, "tags": command.tags, "icon": command.icon, "locked": command.locked}
+    if said := {field: value for field, value in said.items() if value is not None}:
+        about = replace(node.about or NOTHING_SAID, **said)
+        check_about(about, node.name)
+        changes["about"] = or_none(about)
     new = replace(node, **changes)
     _check_data(node.name, node.kind, new.data)
     check_figures(node.name, new.data, new.figures)
@@ -161,6 +176,7 @@ def remove_node(change: Change, command: RemoveNode, forward: Forward) -> Change
     if node.kind is Kind.WORLD:
         raise KernelError("the world's root cannot be removed", reason=Reason.WRONG_STATE, node=node.name)
     below = tuple(change.structure.below(node.uid))
+    refuse_locked((other.name, other.about) for other in below)
     gone = {other.uid for other in below}
     refuse_while_robot_moves(change, node)
     refuse_while_tools_move(change, below)
@@ -203,6 +219,7 @@ def attach_node(change: Change, command: AttachNode, forward: Forward) -> Change
 
 def attached(change: Change, node: Node, parent: Node, parent_t_node: Pose | None, forward: Forward) -> Change:
     """Return the world with a node under another parent, at a pose or where it is in the world."""
+    refuse_locked([(node.name, node.about)])
     structure = index.reparented(change.structure, node.uid, parent.uid)
     if parent_t_node is None:
         world = forward(change.structure, change.state)

@@ -44,6 +44,7 @@ SAID = {
     "hidden": "whether {} is hidden",
     "figures": "the figures of {}",
     "data": "the settings of {}",
+    "about": "what is said of {}",
     "poses": "the pose of {}",
     "signals": "the signal {}",
     "tool_states": "the state of {}",

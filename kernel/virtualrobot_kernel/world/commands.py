@@ -45,6 +45,10 @@ class UpdateNode:
     figures: tuple[Figure, ...] | None = None
     data: NodeData = None
     running: bool | None = None
+    description: str | None = None
+    tags: tuple[str, ...] | None = None
+    icon: str | None = None
+    locked: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,7 +16,10 @@ from virtualrobot_kernel.world.records import EVERYWHERE, Difference, Key, Prese
 from virtualrobot_kernel.world.state import Signal, State
 from virtualrobot_kernel.world.structure import JointType, LinkData, Node, Structure
 
-FIELDS = {"names": "name", "parents": "parent", "hidden": "hidden", "figures": "figures", "data": "data"}
+FIELDS = {
+    **{"names": "name", "parents": "parent", "hidden": "hidden", "figures": "figures", "data": "data"},
+    "about": "about",
+}
 """Fields of nodes by the table of their values."""
 
 MAPS = ("signals", "tool_states", "selections", "allowed_pairs")

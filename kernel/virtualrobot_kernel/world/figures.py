@@ -127,7 +127,8 @@ class Material:
 
     friction: of sliding. restitution: speed after a normal impact as a part of that before, 0 to 1. rolling_friction,
     spinning_friction: torque against rolling, and against spinning about the normal, per normal force (m). stiffness
-    (N/m) and damping (N s/m) of a contact; a stiffness of 0 means as stiff as the engine likes.
+    (N/m) and damping (N s/m) of a contact; a stiffness of 0 means as stiff as the engine likes. roughness, metalness:
+    of the surface as glTF has them, 0 to 1.
     """
 
     color: tuple[float, float, float, float] | None = None
@@ -138,6 +139,8 @@ class Material:
     spinning_friction: float = 0.0
     stiffness: float = 0.0
     damping: float = 0.0
+    roughness: float = 0.62
+    metalness: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot_kernel.world.about import About
 from virtualrobot_kernel.world.collisions import Allowance, CollisionMode
 from virtualrobot_kernel.world.figures import Figure, Pose
 from virtualrobot_kernel.world.state import Selection, Signal
@@ -42,8 +43,9 @@ class Presence:
 class Values:
     """Values of what undo covers, by what they are of: nodes by uid, signals by name. None: it is not there.
 
-    `nodes` has those that come or go; the tables after it have the fields of nodes that stay. The last three tables
-    have what is set for all robots at `EVERYWHERE`.
+    `nodes` has those that come or go; `names` to `data`, and `about`, have the fields of nodes that stay, where None of
+    `about` is nothing said. `speed_factors`, `modes` and `look_ahead_seconds` have what is set for all robots at
+    `EVERYWHERE`.
     """
 
     nodes: Mapping[int, Presence | None] = field(default_factory=dict)
@@ -61,6 +63,7 @@ class Values:
     speed_factors: Mapping[int, float | None] = field(default_factory=dict)
     modes: Mapping[int, CollisionMode | None] = field(default_factory=dict)
     look_ahead_seconds: Mapping[int, float] = field(default_factory=dict)
+    about: Mapping[int, About | None] = field(default_factory=dict)
 
     def items(self) -> Iterator[tuple[str, Key, object]]:
         """Yield each value with its table and what it is of."""

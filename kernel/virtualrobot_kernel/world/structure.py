@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import UnknownNameError
+from virtualrobot_kernel.world.about import About
 from virtualrobot_kernel.world.figures import Figure, Pose, identity
 from virtualrobot_kernel.world.motors import JointMotor
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light, MotionSensor, RangeSensor
@@ -43,9 +44,10 @@ class Kind(Enum):
     MOTION_SENSOR = "motion_sensor"
     LIGHT = "light"
     TARGET = "target"
+    VIEWPOINT = "viewpoint"
 
 
-FOR_PEOPLE = frozenset({Kind.ANNOTATION, Kind.TARGET})
+FOR_PEOPLE = frozenset({Kind.ANNOTATION, Kind.TARGET, Kind.VIEWPOINT})
 """Kinds of nodes whose figures people alone see: no sensor does, and nothing collides with them."""
 
 
@@ -286,6 +288,20 @@ class TargetData:
     joint_positions: Mapping[str, float] = field(default_factory=dict)
 
 
+LEAST_FIELD, GREATEST_FIELD = 0.01, 3.0
+"""Fields of view of people, in radians."""
+LEAST_DISTANCE = 1e-6
+"""Least distance of an eye from what it looks at, in meters."""
+
+
+@dataclass(frozen=True, slots=True)
+class ViewpointData:
+    """Data of a viewpoint: how far ahead (m) along z is what is looked at, and the vertical field of view (rad)."""
+
+    distance: float = 1.0
+    field_of_view: float = 0.9
+
+
 NodeData = (
     PartData
     | RobotData
@@ -297,6 +313,7 @@ NodeData = (
     | MotionSensor
     | Light
     | TargetData
+    | ViewpointData
     | None
 )
 
@@ -313,11 +330,12 @@ class NodeSpec:
     figures: tuple[Figure, ...] = ()
     data: NodeData = None
     running: bool = False
+    about: About | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Node:
-    """Element of the tree; its pose is state. `parent` is a uid; 0 for the root."""
+    """Element of the tree; its pose is state. `parent` is a uid; 0 for the root. `about` is None for nothing said."""
 
     uid: int
     name: str
@@ -326,6 +344,7 @@ class Node:
     hidden: bool = False
     figures: tuple[Figure, ...] = ()
     data: NodeData = None
+    about: About | None = None
 
     @property
     def is_moved(self) -> bool:

@@ -40,6 +40,14 @@ def frames_of(path: Path) -> list[np.ndarray]:
 
 
 @pytest.mark.long
+def test_a_model_has_a_picture(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "arm.png"
+    assert run("capture", str(file), "--model", "ur5e") == f"{file}: 208x156, the model ur5e\n"
+    with Image.open(file) as picture:
+        assert picture.size == (208, 156)
+    assert "--model is alone" in run("capture", str(tmp_path / "arm.jpg"), "--model", "ur5e", code=2)
+
+
 def test_a_capture_is_a_picture_with_its_pixels_or_a_file(client: Client, ball: str, tmp_path: Path) -> None:
     raw = client.view.capture(EYE, size=SIZE, format="raw")
     assert raw.pixels.shape == (120, 160, 3)

@@ -241,3 +241,62 @@ def test_mappings_are_files_and_no_robot_moves_by_surprise(
         page.evaluate("() => { pad.connected = false; }")
         until(lambda: rests(page, stepped))
         assert arm.positions[0] > before[0]
+
+
+def test_the_space_mouse_moves_the_view_and_the_keyboard_joints(
+    console: Console, stepped: Stubs, stepped_kernel: KernelProcess, browser: Browser
+) -> None:
+    with (
+        virtualrobot.connect(stepped_kernel.address) as client,
+        leading(browser, console, client) as (page, _, panel),
+    ):
+
+        def looks() -> tuple[np.ndarray, np.ndarray]:
+            """Return from where the page looks and at what, as it makes that the view of all."""
+            client.view.set_camera([0.0, 0.0, 99.0])
+            page.locator("#views").get_by_role("button", name="Set from here").click()
+            until(lambda: client.view.read().camera_position[2] < 99.0)
+            now = client.view.read()
+            return now.camera_position, now.camera_target
+
+        panel.get_by_role("region", name="Space mouse", exact=True).get_by_role("button", name="Connect").click()
+        expect(page.locator("#pendant")).to_contain_text("hold left")
+        page.get_by_role("tab", name="Views", exact=True).click()
+        client.view.set_camera([0.0, -3.0, 0.5], [0.0, 0.0, 0.5])
+        page.locator("#views").get_by_role("button", name="Look as they do").click()
+
+        # Towards the hand: nearer, and nothing of the arm moves; turned clockwise its left comes to the front.
+        report(page, translation(0, 350, 0))
+        until(lambda: np.linalg.norm(np.subtract(*looks())) < 2.0)
+        report(page, translation(0, 0, 0), rotation(0, 0, 350))
+        until(lambda: looks()[0][0] > 0.5)
+        report(page, rotation(0, 0, 0))
+        assert stays(page, stepped)
+        np.testing.assert_allclose(looks()[1], [0.0, 0.0, 0.5], atol=1e-6)
+
+        # Keys lead joints once they are to, while Shift is held.
+        page.get_by_role("tab", name="Pendant").click()
+        keyboard = page.keyboard
+        page.locator(".view .canvas canvas").focus()
+        keyboard.down("Shift")
+        keyboard.down("Digit2")
+        assert stays(page, stepped)
+        keyboard.up("Digit2")
+        keyboard.up("Shift")
+        panel.get_by_role("region", name="Keyboard").get_by_role("button", name="Use it").click()
+        expect(page.locator("#pendant")).to_contain_text("keyboard: hold shift")
+        page.locator(".view .canvas canvas").focus()
+        keyboard.down("Shift")
+        keyboard.down("Digit2")
+
+        def velocities() -> np.ndarray:
+            tick(page, stepped)
+            return np.array(state(stepped, "arm").velocities)
+
+        until(lambda: np.allclose(velocities(), [0, TURN, 0, 0, 0, 0, 0], atol=1e-6))
+        keyboard.up("Digit2")
+        keyboard.down("KeyQ")
+        until(lambda: np.allclose(velocities(), [-TURN, 0, 0, 0, 0, 0, 0], atol=1e-6))
+        keyboard.up("Shift")
+        until(lambda: rests(page, stepped))
+        keyboard.up("KeyQ")

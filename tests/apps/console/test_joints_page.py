@@ -95,6 +95,13 @@ def test_a_device_is_made_of_bodies(console: Console, stepped_kernel: KernelProc
             pick = panel.get_by_role("button", name="Pick an axis")
             picked = panel.locator("#picked-axis")
 
+            # By keys alone: an axis of a node's own frame.
+            node = panel.get_by_label("A node, through whose origin the axis goes")
+            node.fill("knob")
+            node.press("Enter")
+            panel.get_by_label("The axis z of the node").press("Enter")
+            expect(picked).to_have_text("frame axis of knob at 0.0 0.0 0.0 mm along 0.000 0.000 1.000")
+
             # A flat face has no axis.
             pick.click()
             look.click(placed[:3, :3] @ [0.25, 0.15, 0.1] + placed[:3, 3])

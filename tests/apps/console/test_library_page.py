@@ -38,6 +38,12 @@ def test_a_person_mounts_and_drags(console: Console, stepped: Stubs, stepped_ker
             row(page, "arm").click()
             page.get_by_role("tab", name="Library").click()
 
+            # Models that are seen have pictures, which the kernel takes; the icon of its kind stands there till then.
+            page.get_by_label("Filter models").fill("ur5e")
+            picture = page.locator('[data-model="ur5e"] img')
+            expect(picture).to_be_visible(timeout=60_000)
+            until(lambda: picture.evaluate("(one) => one.complete && one.naturalWidth") == 208)
+
             # Mounted on the flange it is the arm's tool; a second one there is refused; undo takes the first one off.
             page.get_by_label("Filter models").fill("parallel_gripper")
             gripper = page.locator('[data-model="parallel_gripper"]')

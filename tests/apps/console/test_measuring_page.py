@@ -88,6 +88,20 @@ def test_what_is_clicked_is_measured(console: Console, stepped_kernel: KernelPro
             click(page, 0.2, 0.025, 0.02)
             expect(said).to_contain_text("Edge to face10.00 mm")
 
+            # Who wants a click for something else ends it, and is ended by it: a click does one thing.
+            page.get_by_role("tab", name="Modeller").click()
+            page.get_by_role("radio", name="Joint", exact=True).click()
+            pick = page.get_by_role("button", name="Pick an axis")
+            pick.click()
+            expect(panel).to_have_count(0)
+            page.locator(".view .canvas canvas").hover()
+            page.keyboard.press("d")
+            expect(panel).to_be_visible()
+            expect(pick).to_be_visible()
+            page.keyboard.press("Escape")
+            expect(panel).to_have_count(0)
+            page.keyboard.press("d")
+
             # By keys alone: origins of nodes that are named.
             for label, name in (("From", "plate"), ("To", "ring")):
                 field = panel.get_by_label(f"{label}: a node's origin")

@@ -1,4 +1,4 @@
-"""A person moves a node by its handle in the view, which snaps."""
+"""A person moves and turns a node by its handle in the view, which snaps."""
 
 from __future__ import annotations
 
@@ -90,3 +90,58 @@ def test_a_node_is_moved_by_its_handle(console: Console, stepped_kernel: KernelP
             field.fill("250")
             field.press("Enter")
             until(lambda: np.allclose(client.scene.pose("core"), virtualrobot.pose(0.25, 0.2, 0.8, yaw=0.7), atol=1e-6))
+
+            # So it is in the frame of any node.
+            client.scene.set_pose("table", virtualrobot.pose(0.1, 0.2, 0.45, yaw=0.7))
+            properties.get_by_role("radio", name="Node", exact=True).click()
+            frame = properties.get_by_label("The node in whose frame the pose is")
+            frame.fill("table")
+            frame.press("Enter")
+            expect(properties).to_contain_text("Pose in table")
+            inside = np.linalg.inv(client.scene.pose("table")) @ client.scene.pose("core")
+            expect(field).to_have_value(f"{1000.0 * inside[0, 3]:.2f}")
+            field.fill("10")
+            field.press("Enter")
+            inside[0, 3] = 0.01
+            until(lambda: np.allclose(client.scene.pose("core"), client.scene.pose("table") @ inside, atol=1e-6))
+
+
+def test_a_node_is_turned_by_its_handle(console: Console, stepped_kernel: KernelProcess) -> None:
+    """Looked at from above, the ring about z lies flat around the node: where it is dragged to, the node turns to."""
+    with virtualrobot.connect(stepped_kernel.address) as client, browsers() as browser:
+        client.scene.add_object("plate", virtualrobot.box(0.4, 0.2, 0.02), pose=virtualrobot.pose(0.3, 0.1))
+        with opened(browser, console.url + PLAIN) as page:
+            row(page, "plate").click()
+            for key in ("f", "5", "t"):
+                page.keyboard.press(key)
+            expect(page.get_by_title("Turn the selected node (T)")).to_have_attribute("aria-pressed", "true")
+            page.locator('.view .canvas[aria-busy="false"]').wait_for()
+            canvas = page.locator(".view .canvas canvas").bounding_box()
+            assert canvas is not None
+            x, y = canvas["x"] + canvas["width"] / 2, canvas["y"] + canvas["height"] / 2
+            said = page.locator(".moved")
+
+            # The ring has some radius in pixels: it is looked for from outside, where the ring that faces the eye ends.
+            turned = False
+            for radius in range(140, 30, -3):
+                page.mouse.move(x + radius, y)
+                page.mouse.down()
+                for number in range(1, 13):
+                    angle = np.radians(5.0 * number)
+                    page.mouse.move(x + radius * np.cos(angle), y - radius * np.sin(angle))
+                if turned := said.count() == 1 and "turned by" in said.inner_text():
+                    break
+                page.mouse.up()
+            assert turned
+            words = said.inner_text()
+            np.testing.assert_allclose(client.scene.pose("plate"), virtualrobot.pose(0.3, 0.1), atol=1e-9)
+            page.mouse.up()
+            expect(said).to_have_count(0)
+            until(lambda: not np.allclose(client.scene.pose("plate")[:3, :3], np.eye(3), atol=1e-3))
+            pose = client.scene.pose("plate")
+            np.testing.assert_allclose(pose[:3, 3], [0.3, 0.1, 0.0], atol=1e-9)
+            degrees = np.degrees(np.arccos((np.trace(pose[:3, :3]) - 1.0) / 2.0))
+            assert f"turned by {degrees:.1f}" in words
+            assert degrees / 5.0 == pytest.approx(round(degrees / 5.0), abs=1e-3)
+            page.keyboard.press("Control+z")
+            until(lambda: np.allclose(client.scene.pose("plate"), virtualrobot.pose(0.3, 0.1), atol=1e-9))

@@ -10,6 +10,7 @@ import virtualrobot
 from playwright.sync_api import Locator, Page, expect
 from virtualrobot_apps.connections.file import read_connections
 
+from tests.api.asking import IIWA
 from tests.api.reading import step
 from tests.apps.console.browsing import PLAIN, browsers, needs_page, opened
 from tests.apps.console.consoles import consoles
@@ -157,3 +158,28 @@ def test_connections_outlive_their_page_and_end_with_the_console(stepped: Stubs,
         client.signals["eye"] = False
         step(stepped, 10)
         assert client.signals["run"] is False
+
+
+def test_the_pendant_has_the_signals_of_its_robot_first(stepped: Stubs, stepped_kernel: KernelProcess) -> None:
+    with (
+        virtualrobot.connect(stepped_kernel.address) as client,
+        consoles(stepped_kernel.address) as console,
+        browsers() as browser,
+    ):
+        client.load_robot(IIWA, name="arm")
+        for number in range(7):
+            client.signals.create(f"lamp {number}")
+        client.signals.create("pressure", 1.5, unit="bar", owner="arm")
+        with opened(browser, console.url + PLAIN, 1280, 720) as page:
+            panel = page.locator("#pendant").get_by_label("Signals of the cell")
+            rows = panel.get_by_role("group", name="I/O")
+            expect(rows).to_have_count(6)
+            expect(rows.first).to_contain_text("pressure")
+            panel.get_by_role("button", name="2 more").click()
+            expect(rows).to_have_count(8)
+            panel.get_by_role("switch", name="lamp 6").click()
+            until(lambda: client.signals["lamp 6"] is True)
+            field = panel.get_by_label("pressure", exact=True)
+            field.fill("2,5")
+            field.press("Enter")
+            until(lambda: client.signals["pressure"] == 2.5)

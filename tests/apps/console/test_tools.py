@@ -88,7 +88,12 @@ def test_it_begins_with_a_file(stepped: Stubs, stepped_kernel: KernelProcess, tm
         ("/connections/open", {"text": "- 1", "name": "x.yaml"}, "x.yaml:1: "),
         ("/connections/open", {"text": "#" * 1_000_001, "name": "x.yaml"}, "at most 1000000"),
         ("/connections/open", {"text": 5}, "'text' is a text, not 5"),
-        ("/mapping", {}, "a device is gamepad or space-mouse, not ''"),
+        ("/curves", {}, "'curves' is a list of 1 to 16 texts"),
+        ("/curves", {"curves": ["/clock:time"] * 17}, "'curves' is a list of 1 to 16 texts"),
+        ("/curves", {"curves": [5]}, "'curves' is a list of 1 to 16 texts"),
+        ("/curves", {"curves": ["/nobody:x"]}, "'/nobody'"),
+        ("/curves", {"curves": ["/robots/*/command/position"]}, "/robots/*/command/position"),
+        ("/mapping", {}, "a device is gamepad or space-mouse or keyboard, not ''"),
         ("/mapping", {"device": "gamepad", "text": "hold: x", "name": "a.yaml"}, "a.yaml: schema_version is None"),
         ("/mapping", {"device": "gamepad", "text": "a: &a [1]\nb: [*a, *a]"}, "aliases (*name) are not read"),
         ("/mapping", {"device": "space-mouse", "text": "[" * 9_999}, "mapping.yaml is not YAML"),
@@ -102,7 +107,10 @@ def test_what_is_wrong_is_told_in_words(console: Console, path: str, said: dict[
 
 
 def test_a_mapping_is_told_as_the_command_line_reads_it(console: Console) -> None:
+    keys = ask(console, "/mapping", {"device": "keyboard"}).json
+    assert (keys["hold"], keys["jog"]["1"]["buttons"]) == ("shift", ["1", "q"])
     usual = ask(console, "/mapping", {"device": "space-mouse"}).json
+    assert usual["camera"]["right"] == {"axis": "x", "sign": -1.0, "buttons": ["", ""]}
     assert (usual["hold"], usual["dead_zone"], usual["frame"], usual["jog"]) == ("left", 0.1, "base", {})
     assert usual["tool"]["vx"] == {"axis": "y", "sign": -1.0, "buttons": ["", ""]}
     mine = "{schema_version: 1, hold: a, jog: {2: [x, b]}}"

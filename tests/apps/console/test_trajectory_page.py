@@ -15,6 +15,7 @@ from tests.api.asking import IIWA
 from tests.api.reading import state, step
 from tests.apps.console.browsing import PLAIN, browsers, color_count, needs_page, opened
 from tests.apps.console.consoles import Console, consoles
+from tests.apps.console.test_views_page import shot
 from tests.kernels import KernelProcess, Stubs
 from tests.waiting import until
 
@@ -71,6 +72,15 @@ def test_a_person_plays_a_trajectory(console: Console, stepped: Stubs, stepped_k
             expect(legend).to_contain_text("34.4 °")  # 0.6 rad
             expect(page.locator("#go")).to_be_visible()
             np.testing.assert_array_equal(arm.positions, HERE)
+
+            # All of it at once: ghosts where the arm comes by; without them the picture is as before.
+            before = shot(page)
+            differs = lambda: np.count_nonzero(np.abs(shot(page) - before).max(axis=2) > 0.05)  # noqa: E731
+            whole = panel.get_by_role("button", name="Whole motion")
+            whole.click()
+            until(lambda: differs() > 500)
+            whole.click()
+            until(lambda: differs() < 20)
 
             # The speed of a cosine at a quarter of it: 0.2 rad · π/s.
             panel.get_by_role("radio", name="speeds").click()

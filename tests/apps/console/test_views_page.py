@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import io
-import json
 import re
 
 import numpy as np
@@ -27,8 +26,6 @@ FIELD = 0.5
 LEAST_PIXELS = 30
 CORNER_PIXELS = 140
 """Room of the axes in the lower right corner."""
-
-KEY = "virtualrobot-views"
 
 
 def shot(page: Page) -> np.ndarray:
@@ -114,16 +111,18 @@ def test_a_person_looks_from_elsewhere(console: Console, stepped: Stubs, stepped
             kept.get_by_role("button", name="in front", exact=True).click()
             until(lambda: np.allclose(apart(page), before, atol=0.01))
 
-            # Dropped it is gone; what is stored and no view is passed over.
+            # It is a node of the cell: programs look from there, and what they add is there to look from.
+            eye = client.scene.viewpoint("in front").pose[:3, 3]
+            np.testing.assert_allclose(eye, [0.3, -4.0, 0.1], atol=1e-4)
+            behind = virtualrobot.looking_at([0.3, 4.0, 0.1], [0.3, 0.0, 0.1])
+            client.scene.add_viewpoint("behind", pose=behind, distance=4.0, field_of_view=FIELD)
+            panel.get_by_role("button", name="behind", exact=True).click()
+            until(lambda: np.allclose(apart(page), -before, atol=0.01))
+
+            # Dropped it is gone, for everybody.
             kept.get_by_title("Drop the view in front").click()
             expect(kept).to_have_count(0)
-            odd = json.dumps({"odd": {"position": [1, 2]}, "nothing": None})
-            for stored in (odd, "no JSON"):
-                page.evaluate(f"localStorage.setItem('{KEY}', '{stored}')")
-                page.reload()
-                expect(page.locator("#connection")).to_have_text("connected")
-                page.get_by_role("tab", name="Views", exact=True).click()
-                expect(panel.get_by_role("list", name="Views").get_by_role("listitem")).to_have_count(0)
+            assert list(client.scene.viewpoints()) == ["behind"]
 
 
 def test_a_view_goes_along_and_is_shared(console: Console, stepped: Stubs, stepped_kernel: KernelProcess) -> None:

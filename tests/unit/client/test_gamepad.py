@@ -6,7 +6,15 @@ from pathlib import Path
 
 import pytest
 from virtualrobot.cli.gamepad import AXES, Gamepad, PadState
-from virtualrobot.cli.gamepad_mapping import DIRECTIONS, Control, GamepadMapping, read_mapping
+from virtualrobot.cli.gamepad_mapping import (
+    DIRECTIONS,
+    GAMEPAD,
+    KEYBOARD,
+    USUAL_KEYBOARD,
+    Control,
+    GamepadMapping,
+    read_mapping,
+)
 from virtualrobot.cli.held_pad import FRESH_SECONDS, HeldPad
 from virtualrobot.errors import MalformedFileError, MissingFileError, WrongStateError
 
@@ -196,3 +204,19 @@ def test_a_machine_without_a_gamepad_says_so(monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(library(), "SDL_NumJoysticks", lambda: 0)
     with pytest.raises(WrongStateError, match="no gamepad is connected"):
         Gamepad()
+
+
+def test_a_keyboard_has_keys_alone_and_a_mapping_may_move_a_view(tmp_path: Path) -> None:
+    usual = read_mapping(USUAL_KEYBOARD, KEYBOARD)
+    assert usual.hold == "shift" and usual.jog["6"] == Control(buttons=("6", "y"))
+    file = tmp_path / "mapping.yaml"
+    file.write_text("{schema_version: 1, hold: a, camera: {turn: left_x, up: [x, y]}}")
+    assert read_mapping(file).camera == {"turn": Control("left_x"), "up": Control(buttons=("x", "y"))}
+    for text, device, said in (
+        ("camera: {roll: left_x}", GAMEPAD, "no camera.roll; it has right, up, nearer, turn, tilt"),
+        ("jog: {1: q}", KEYBOARD, "jog.1 is 'q'; it must be two keys, such as"),
+        ("jog: {1: [1, f1]}", KEYBOARD, "jog.1 is 'f1'; it must be a button"),
+    ):
+        file.write_text(f"{{schema_version: 1, hold: a, {text}}}")
+        with pytest.raises(MalformedFileError, match=said):
+            read_mapping(file, device)

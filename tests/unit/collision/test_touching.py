@@ -137,6 +137,19 @@ def test_a_mesh_that_cannot_be_read_touches_nothing(caplog: pytest.LogCaptureFix
     assert caplog.text.count("torus.stl") == 1
 
 
+def test_those_that_are_the_deepest_in_each_other_come_first(rng: np.random.Generator) -> None:
+    """Boxes along the axes, which are as deep in each other as the least of their overlaps."""
+    box = Box((0.2, 0.2, 0.2))
+    off = rng.uniform(-0.19, 0.19, (20, 3))
+    together = placed((box, np.eye(4)), *((box, shifted(*each)) for each in off.tolist()))
+    asked = np.arange(21)[None] > 0
+    found, deepest_first = (
+        [other - 1 for _, other, _, _ in together.overlaps(np.array([0]), asked, first)] for first in (False, True)
+    )
+    assert found == list(range(20))
+    assert deepest_first == np.argsort(np.abs(off).max(axis=1)).tolist()
+
+
 def test_boxes_that_stand_on_boxes_have_contacts(rng: np.random.Generator) -> None:
     """Whether they touch is a matter of rounding, but it is the same with contacts and without."""
     count = 0

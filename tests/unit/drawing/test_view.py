@@ -9,6 +9,10 @@ import pytest
 from virtualrobot_kernel.drawing.framing import framed, outgrown
 from virtualrobot_kernel.drawing.view import Camera, ViewSettings, ViewStore
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.world.structure import WORLD_UID, Kind, NodeSpec
+
+from tests.unit.planning.dynamics_cases import snapshot_of
+from tests.unit.world.builders import random_pose
 
 
 def test_an_update_changes_the_named_fields_only() -> None:
@@ -87,3 +91,20 @@ def test_a_scene_outgrows_its_frame_by_a_tenth() -> None:
     assert not outgrown(framed_bounds, np.array([[0.0, 0.0, 0.0], [1.09, 0.0, 0.0]]))
     assert not outgrown(framed_bounds, np.array([[0.4, 0.0, 0.0], [0.6, 0.0, 0.0]]))
     assert outgrown(framed_bounds, np.array([[0.0, 0.0, -0.11], [1.0, 0.0, 0.0]]))
+
+
+@pytest.mark.parametrize("keeps", [False, True])
+def test_a_camera_goes_along_with_its_node(keeps: bool, rng: np.random.Generator) -> None:
+    """Turned with the node, a point is R p + t; one that keeps its direction is p + t."""
+    world_t_node = random_pose(rng)
+    snapshot = snapshot_of([NodeSpec("cart", Kind.OBJECT, parent_t_node=world_t_node)])
+    camera = Camera((1.0, 0.2, 0.5), (0.0, 0.0, 2.0), 0.6, snapshot.structure.uid_by_name["cart"], keeps)
+    placed = camera.placed(snapshot)
+    assert placed is not None and placed.node == WORLD_UID and placed.field_of_view == 0.6
+    turn, origin = np.eye(3) if keeps else world_t_node[:3, :3], world_t_node[:3, 3]
+    np.testing.assert_allclose(placed.position, turn @ camera.position + origin, atol=1e-12)
+    np.testing.assert_allclose(placed.target, turn @ camera.target + origin, atol=1e-12)
+    gone = Camera((1.0, 0.0, 0.0), node=999)
+    assert gone.placed(snapshot) is None
+    here = Camera((1.0, 0.0, 0.0))
+    assert here.placed(snapshot) is here

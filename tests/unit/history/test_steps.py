@@ -107,6 +107,7 @@ def test_every_command_has_a_label() -> None:
         ((commands.UpdateNode("table", parent_t_node=shifted(y=0.0032)),), "moved 'table' by 3.2 mm"),
         ((commands.UpdateNode("table", new_name="desk"),), "renamed 'table' to 'desk'"),
         ((commands.UpdateNode("table", hidden=True),), "hid 'table'"),
+        ((commands.UpdateNode("table", locked=True, tags=("a",)),), "locked 'table', changed the tags of 'table'"),
         ((commands.UpdateNode("table", figures=(Figure(Box((1, 1, 1))),)),), "changed the figures of 'table'"),
         ((commands.CreateNodes(tuple(part(f"box_{k}", shifted()) for k in range(5))),), "created 'box_0' and 4 others"),
         ((commands.CreateNodes((NodeSpec("a", Kind.OBJECT), NodeSpec("b", Kind.OBJECT, "a"))),), "created 'a'"),

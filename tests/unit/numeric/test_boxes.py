@@ -26,11 +26,11 @@ def test_boxes_overlap_where_coal_says_so(rng: np.random.Generator) -> None:
     first_block = np.arange(0, 2 * count + 1, 2)
     everywhere = np.zeros((count, 3)), np.full((count, 3), 10.0)
     boxes = poses, first_block, centre, half
-    found = np.empty((10, 4), np.int64)
-    needed = overlapping_boxes(np.arange(count), asked, *everywhere, *boxes, found)
+    found, depths = np.empty((10, 4), np.int64), np.empty(10)
+    needed = overlapping_boxes(np.arange(count), asked, *everywhere, *boxes, found, depths)
     assert needed > 10  # a result that has no room is told
-    found = np.empty((needed, 4), np.int64)
-    assert overlapping_boxes(np.arange(count), asked, *everywhere, *boxes, found) == needed
+    found, depths = np.empty((needed, 4), np.int64), np.empty(needed)
+    assert overlapping_boxes(np.arange(count), asked, *everywhere, *boxes, found, depths) == needed
     ours = {(a, b) for _, _, a, b in found.tolist()}
     assert len(ours) == needed and {(i, j) for i, j, _, _ in found.tolist()} <= set(
         zip(*np.nonzero(asked), strict=True)
@@ -53,7 +53,7 @@ def test_only_what_is_asked_and_near_is_looked_at() -> None:
     asked = np.array([[False, True, True]])
     centre = np.array([[0.0, 0, 0], [3.0, 0, 0], [1.0, 0, 0]])
     found = np.empty((4, 4), np.int64)
-    assert overlapping_boxes(np.array([0]), asked, centre, np.ones((3, 3)), poses, *blocks, found) == 1
+    assert overlapping_boxes(np.array([0]), asked, centre, np.ones((3, 3)), poses, *blocks, found, np.empty(4)) == 1
     assert found[0].tolist() == [0, 2, 0, 2]
 
 
@@ -66,11 +66,12 @@ def test_of_many_elements_those_are_found_whose_boxes_meet(rng: np.random.Genera
     poses[:, :3, 3] = centre
     own, asked = rng.permutation(300)[:count], rng.random((count, 300)) < 0.7
     blocks = np.arange(301), np.zeros((300, 3)), half
-    found = np.empty((20_000, 4), np.int64)
-    needed = overlapping_boxes(own, asked, centre, half, poses, *blocks, found)
+    found, depths = np.empty((20_000, 4), np.int64), np.empty(20_000)
+    needed = overlapping_boxes(own, asked, centre, half, poses, *blocks, found, depths)
     apart = np.abs(centre[own, None] - centre) - (half[own, None] + half)
     wanted = np.argwhere(asked & (apart <= 0.0).all(axis=2))
     assert found[:needed, :2].tolist() == [[own[i], other] for i, other in wanted]
+    assert depths[:needed] == pytest.approx([-apart[i, other].max() for i, other in wanted], abs=1e-8)
 
 
 def test_elements_follow_their_nodes(rng: np.random.Generator) -> None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import commands
+from virtualrobot_kernel.world.about import About
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.commands import Command
@@ -23,6 +24,7 @@ from virtualrobot_kernel.world.structure import (
     RobotData,
     TargetData,
     ToolData,
+    ViewpointData,
 )
 
 from tests.unit.world.builders import after, arm, empty, part, random_pose, shifted
@@ -33,9 +35,10 @@ Rng = np.random.Generator
 def cell() -> Change:
     """Return a cell with two arms, their grippers, parts on a table, a sensor, a target and a signal."""
     things = (
-        NodeSpec("table", Kind.OBJECT, figures=(Figure(Box((1.0, 1.0, 0.1))),)),
+        NodeSpec("table", Kind.OBJECT, figures=(Figure(Box((1.0, 1.0, 0.1))),), about=About("of oak", ("wood",))),
         *(part(f"part_{k}", shifted(x=0.1 * k), "table") for k in range(4)),
         NodeSpec("lidar", Kind.RANGE_SENSOR, data=RangeSensor(), running=True),
+        NodeSpec("front", Kind.VIEWPOINT, "table", data=ViewpointData(2.0, 0.5)),
         NodeSpec("place", Kind.TARGET, "table", data=TargetData("left", "left_gripper", "tip", {"a": 0.1, "b": 0.2})),
     )
     return after(

@@ -161,6 +161,7 @@ from virtualrobot.view.pictures import Picture as Picture
 from virtualrobot.view.pictures import Size as Size
 from virtualrobot.view.state import SensorOverlay as SensorOverlay
 from virtualrobot.view.state import ViewState as ViewState
+from virtualrobot.view.view import Vector as Vector
 
 class Cell(Face):
     """The cell of one kernel: all its robots, simulated and real ones."""
@@ -262,6 +263,8 @@ class Client(Face):
         """Return what a program file (YAML) says, to be started."""
     def motions(self, running_only: bool = ...) -> Order[list[Motion]]:
         """Return the motions that run, whoever started them; with False also the last ones that ended."""
+    def watch_motions(self, max_rate: float | None = ...) -> AsyncIterator[list[Motion]]:
+        """Yield the motions that run, whoever started them, and whenever that changes those and what has ended since."""
     def record(self, path: str | Path, *, duration: float, told: Callable[[Recording], None] | None = ..., **options: Unpack[RecordingOptions]) -> Order[Recorded]:
         """Record so much simulation time (s) to a file, and return what is in it."""
     def start_recording(self, path: str | Path, *, duration: float | None = ..., **options: Unpack[RecordingOptions]) -> Order[Recording]:
@@ -272,6 +275,8 @@ class Client(Face):
         """Lease robots, all or none, so that nobody but this client moves them; return the lease, a context manager."""
     def leases(self) -> Order[list[LeaseInfo]]:
         """Return who has leased which robots, oldest lease first."""
+    def watch_leases(self) -> AsyncIterator[list[LeaseInfo]]:
+        """Yield who has leased which robots, oldest lease first, now and after each change."""
     def undo(self, number: int | None = ..., *, mine: bool = ...) -> Order[Step]:
         """Take back the newest edit that stands, of anybody or only of this client; as `History.undo` does."""
     def redo(self, number: int | None = ..., *, mine: bool = ...) -> Order[Step]:
@@ -1166,10 +1171,18 @@ class Batch(Face):
         """Add a frame of reference, drawn as arrows of `size` meters (0.1 by default): x red, y green, z blue."""
     def add_target(self, name: str, *, pose: PoseLike | None = ..., parent: str = ..., robot: str = ..., joint_positions: Mapping[str, float] | None = ...) -> str:
         """Add a target, a place where tools work, at a pose (`parent_t_target`); `Robot.teach` saves one."""
+    def add_viewpoint(self, name: str, *, pose: PoseLike | None = ..., parent: str = ..., distance: float | None = ..., field_of_view: float | None = ...) -> str:
+        """Add a viewpoint, a view of people under a name, at a pose (`parent_t_eye`); `client.view.save` saves one."""
+    def set_viewpoint(self, name: str, distance: float | None = ..., field_of_view: float | None = ...) -> None:
+        """Change how far ahead of a viewpoint is what is looked at (m), and its field of view (rad), as it is added."""
     def rename(self, name: str, new_name: str) -> None:
         """Give a node another name."""
     def hide(self, name: str, hidden: bool = ...) -> None:
         """Hide a node and what hangs below, or show it again."""
+    def describe(self, name: str, description: Text | None = ..., *, tags: Iterable[str] | None = ..., icon: str | None = ...) -> None:
+        """Say what a node is for, by which words it is found, and which icon pages show for it; what is None stays."""
+    def lock(self, name: str, locked: bool = ...) -> None:
+        """Keep a node's name, parent, pose and figures as they are, and it in the world, or let go of it again."""
     def set_pose(self, name: str, parent_t_node: PoseLike) -> None:
         """Put a node somewhere else in its parent's frame, at once."""
     def set_figures(self, name: str, figures: Figures) -> None:
@@ -1252,6 +1265,21 @@ class Node(Face):
         """Give it another name."""
     def hide(self, hidden: bool = ...) -> Order[None]:
         """Hide it and what hangs below, or show it again."""
+    @property
+    def description(self) -> Order[str]:
+        """Description in words; set it, in at most 2000 characters, to say what it is or is for."""
+    def set_description(self, value: Text) -> Order[None]:
+        """Set `description`: Description in words; set it, in at most 2000 characters, to say what it is or is for."""
+    @property
+    def tags(self) -> Order[tuple[str, ...]]:
+        """Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    def set_tags(self, value: Iterable[str]) -> Order[None]:
+        """Set `tags`: Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    @property
+    def locked(self) -> Order[bool]:
+        """True where it can be neither changed nor removed."""
+    def lock(self, locked: bool = ...) -> Order[None]:
+        """Keep its name, parent, pose and figures as they are, and it in the world, or let go of it again."""
     def set_figures(self, figures: Figures) -> Order[None]:
         """Give it other shapes."""
     def remove(self) -> Order[None]:
@@ -1283,10 +1311,18 @@ class Scene(Face):
         """Add a frame of reference, drawn as arrows of `size` meters (0.1 by default): x red, y green, z blue."""
     def add_target(self, name: str, *, pose: PoseLike | None = ..., parent: str = ..., robot: str = ..., joint_positions: Mapping[str, float] | None = ...) -> Order[Node]:
         """Add a target, a place where tools work, at a pose (`parent_t_target`); `Robot.teach` saves one."""
+    def add_viewpoint(self, name: str, *, pose: PoseLike | None = ..., parent: str = ..., distance: float | None = ..., field_of_view: float | None = ...) -> Order[Node]:
+        """Add a viewpoint, a view of people under a name, at a pose (`parent_t_eye`); `client.view.save` saves one."""
+    def set_viewpoint(self, name: str, distance: float | None = ..., field_of_view: float | None = ...) -> Order[None]:
+        """Change how far ahead of a viewpoint is what is looked at (m), and its field of view (rad), as it is added."""
     def rename(self, name: str, new_name: str) -> Order[None]:
         """Give a node another name."""
     def hide(self, name: str, hidden: bool = ...) -> Order[None]:
         """Hide a node and what hangs below, or show it again."""
+    def describe(self, name: str, description: Text | None = ..., *, tags: Iterable[str] | None = ..., icon: str | None = ...) -> Order[None]:
+        """Say what a node is for, by which words it is found, and which icon pages show for it; what is None stays."""
+    def lock(self, name: str, locked: bool = ...) -> Order[None]:
+        """Keep a node's name, parent, pose and figures as they are, and it in the world, or let go of it again."""
     def set_pose(self, name: str, parent_t_node: PoseLike) -> Order[None]:
         """Put a node somewhere else in its parent's frame, at once."""
     def set_figures(self, name: str, figures: Figures) -> Order[None]:
@@ -1337,14 +1373,18 @@ class Scene(Face):
         """Let sensors read at their rates (none named: all)."""
     def stop_sensors(self, *names: str) -> Order[None]:
         """Let sensors read no more (none named: all)."""
-    def nodes(self, kind: str | None = ...) -> Order[list[Node]]:
-        """Return all nodes, parents before children, or those of a kind such as `part` or `robot`."""
+    def nodes(self, kind: str | None = ..., *, tag: str | None = ...) -> Order[list[Node]]:
+        """Return all nodes, parents before children, or those of a kind such as `part`, or with a tag, or both."""
     def node(self, name: str) -> Order[Node]:
         """Return the node of this name; raises UnknownNameError when there is none."""
     def targets(self) -> Order[dict[str, Target]]:
         """Return all targets by name: places that were taught, or added by `add_target`."""
     def target(self, name: str) -> Order[Target]:
         """Return the target of this name; raises UnknownNameError when there is none."""
+    def viewpoints(self) -> Order[dict[str, Viewpoint]]:
+        """Return all viewpoints by name: views that people have saved, or added by `add_viewpoint`."""
+    def viewpoint(self, name: str) -> Order[Viewpoint]:
+        """Return the viewpoint of this name; raises UnknownNameError when there is none."""
     def pose(self, name: str) -> Order[Matrix]:
         """Return `world_t_node`, 4x4: where a node is in the world now."""
     def poses(self, names: Sequence[str] = ...) -> Order[dict[str, Matrix]]:
@@ -1414,6 +1454,21 @@ class Target(Face):
         """Give it another name."""
     def hide(self, hidden: bool = ...) -> Order[None]:
         """Hide it and what hangs below, or show it again."""
+    @property
+    def description(self) -> Order[str]:
+        """Description in words; set it, in at most 2000 characters, to say what it is or is for."""
+    def set_description(self, value: Text) -> Order[None]:
+        """Set `description`: Description in words; set it, in at most 2000 characters, to say what it is or is for."""
+    @property
+    def tags(self) -> Order[tuple[str, ...]]:
+        """Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    def set_tags(self, value: Iterable[str]) -> Order[None]:
+        """Set `tags`: Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    @property
+    def locked(self) -> Order[bool]:
+        """True where it can be neither changed nor removed."""
+    def lock(self, locked: bool = ...) -> Order[None]:
+        """Keep its name, parent, pose and figures as they are, and it in the world, or let go of it again."""
     def set_figures(self, figures: Figures) -> Order[None]:
         """Give it other shapes."""
     def remove(self) -> Order[None]:
@@ -1430,6 +1485,63 @@ class Target(Face):
     @property
     def joint_positions(self) -> Order[dict[str, float]]:
         """The posture in which it was taught, radians and meters by joint name."""
+
+class Viewpoint(Face):
+    """Viewpoint of the scene by its name, a node like others: it is renamed, attached and removed as they are."""
+    name: object
+    uid: object
+    kind: object
+    @property
+    def info(self) -> Order[NodeInfo]:
+        """Description of the node now."""
+    @property
+    def parent(self) -> Order[str]:
+        """The name of the node that it is fixed to."""
+    @property
+    def hidden(self) -> Order[bool]:
+        """True where it is hidden by itself (its ancestors may be hidden too)."""
+    @property
+    def figures(self) -> Order[tuple[Figure, ...]]:
+        """Its shapes."""
+    @property
+    def pose(self) -> Order[Matrix]:
+        """`world_t_node`, 4x4: its pose in the world's frame."""
+    @property
+    def parent_t_node(self) -> Order[Matrix]:
+        """Pose in its parent's frame, 4x4; setting it moves the node at once."""
+    def set_parent_t_node(self, value: PoseLike) -> Order[None]:
+        """Set `parent_t_node`: Pose in its parent's frame, 4x4; setting it moves the node at once."""
+    def attach(self, parent: str = ..., pose: PoseLike | None = ...) -> Order[None]:
+        """Give it another parent; without `pose` (`parent_t_node`) it stays where it is in the world."""
+    def rename(self, new_name: str) -> Order[None]:
+        """Give it another name."""
+    def hide(self, hidden: bool = ...) -> Order[None]:
+        """Hide it and what hangs below, or show it again."""
+    @property
+    def description(self) -> Order[str]:
+        """Description in words; set it, in at most 2000 characters, to say what it is or is for."""
+    def set_description(self, value: Text) -> Order[None]:
+        """Set `description`: Description in words; set it, in at most 2000 characters, to say what it is or is for."""
+    @property
+    def tags(self) -> Order[tuple[str, ...]]:
+        """Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    def set_tags(self, value: Iterable[str]) -> Order[None]:
+        """Set `tags`: Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+    @property
+    def locked(self) -> Order[bool]:
+        """True where it can be neither changed nor removed."""
+    def lock(self, locked: bool = ...) -> Order[None]:
+        """Keep its name, parent, pose and figures as they are, and it in the world, or let go of it again."""
+    def set_figures(self, figures: Figures) -> Order[None]:
+        """Give it other shapes."""
+    def remove(self) -> Order[None]:
+        """Take it and all below it out of the world."""
+    @property
+    def distance(self) -> Order[float]:
+        """Distance from the eye to what is looked at, in meters."""
+    @property
+    def field_of_view(self) -> Order[float]:
+        """The vertical field of view in radians."""
 
 class Rays(Face):
     """Rays through the world of one kernel."""
@@ -1588,14 +1700,24 @@ class View(Face):
         """Show what a sensor says, in every open viewer; what was shown of it before is replaced."""
     def hide_sensor(self, *sensors: str) -> Order[None]:
         """Show nothing of these sensors; without a name, of none. One that is not shown is none to hide."""
-    def set_camera(self, position: ArrayLike, target: ArrayLike = ..., field_of_view: float | None = ...) -> Order[None]:
-        """Look from `position` at `target`, meters in the world's frame; `field_of_view` in radians, 0.9 by default."""
+    def set_camera(self, position: ArrayLike, target: ArrayLike = ..., field_of_view: float | None = ..., *, node: str = ..., keeps_direction: bool = ...) -> Order[None]:
+        """Look from `position` at `target`, meters in the world's frame, or in that of a node, and go along with it."""
+    def eye_and_target(self) -> Order[tuple[Vector, Vector] | None]:
+        """Return from where the view looks now and at what, (3,) each, meters in the world's frame."""
+    def follow(self, node: str, *, turns: bool = ...) -> Order[None]:
+        """Have the view go along with a node, in every open viewer, pictures and films; with "world" it stays."""
+    def save(self, name: str) -> Order[Viewpoint]:
+        """Save from where the view looks as a viewpoint of the scene; one of this name looks from there then."""
+    def look_from(self, viewpoint: str) -> Order[None]:
+        """Look from a viewpoint of the scene, in every open viewer, and go along with it where it moves."""
     def measure(self, first: Place, second: Place) -> Order[Measure]:
         """Return how far two points are apart now."""
     def watch_measure(self, first: Place, second: Place, max_rate: float | None = ...) -> AsyncIterator[Measure]:
         """Yield how far two points are apart now and whenever that changes, at most `max_rate` (30) times a second."""
     def capture(self, camera: Camera | None = ..., *, size: Size | None = ..., format: str = ..., plain: bool = ...) -> Order[Picture]:
         """Return a picture of the world as it is now; it needs no browser."""
+    def capture_model(self, name: str) -> Order[Picture]:
+        """Return a small picture of a known model that is installed, a PNG file; it is taken once and kept."""
     def record(self, camera: Camera | None = ..., *, size: Size | None = ..., format: str = ..., plain: bool = ..., rate: float = ..., duration: float | None = ...) -> Order[PictureRecording]:
         """Return pictures at equal steps of simulation time, none left out, however long each takes to be drawn."""
     def film(self, path: str | Path, camera: Camera | None = ..., *, duration: float | None = ..., size: Size | None = ..., plain: bool = ..., rate: float = ..., told: Callable[[Picture], None] | None = ...) -> Order[int]:

@@ -30,7 +30,8 @@ CLASSES = (
     *("motions.setpoints:SetpointStream", "recording.recording:Recording", "robots.calibration:Calibration"),
     *("robots.group:Group", "robots.odometry:Odometry", "robots.postures:Postures", "robots.robot:Robot"),
     *("robots.robots:Robots", "robots.tool:Tool", "robots.ways:Way", "scene.editor:Batch", "scene.node:Node"),
-    *("scene.scene:Scene", "scene.target:Target", "sensors.rays:Rays", "sensors.sensors:Sensor"),
+    *("scene.scene:Scene", "scene.target:Target", "scene.viewpoint:Viewpoint"),
+    *("sensors.rays:Rays", "sensors.sensors:Sensor"),
     *("sensors.sensors:Sensors", "streams.publishing:Publisher", "streams.streams:Streams"),
     *("streams.watch:StreamWatch", "view.film:FilmThread", "view.pictures:Recording", "view.view:View"),
 )

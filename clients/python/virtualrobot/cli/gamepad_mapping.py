@@ -1,4 +1,4 @@
-"""Mappings of gamepads and space mice from files: what drives a craft, moves a joint or a tool, and what is held.
+"""Mappings of devices from files: what drives a craft, moves a joint, a tool or a page's view, and what is held.
 
 schema_version: 1
 hold: right_shoulder
@@ -27,10 +27,16 @@ TOOL = ("vx", "vy", "vz", "wx", "wy", "wz")
 """Parts of a tool's twist, in its order."""
 FRAMES = ("base", "tool", "world")
 """Frames in which a tool's twist may be, beside those of nodes."""
+CAMERA = ("right", "up", "nearer", "turn", "tilt")
+"""Ways in which a page's view moves: along the picture, to what is looked at, around it to the right, and over it."""
 USUAL = Path(__file__).with_name("gamepad.yaml")
 """Mapping that is taken where none is named."""
 USUAL_SPACE_MOUSE = Path(__file__).with_name("space_mouse.yaml")
 """The same of a space mouse."""
+
+
+USUAL_KEYBOARD = Path(__file__).with_name("keyboard.yaml")
+"""The same of a page's keyboard."""
 
 
 class Device(NamedTuple):
@@ -42,6 +48,10 @@ class Device(NamedTuple):
 
 GAMEPAD = Device(AXES, BUTTONS)
 SPACE_MOUSE = Device(space_mouse.AXES, space_mouse.BUTTONS)
+KEYBOARD = Device(
+    (), (*"1234567890", *"qwertyuiopasdfghjklzxcvbnm", "shift", "arrow_up", "arrow_down", "arrow_left", "arrow_right")
+)
+"""Keys by what stands on them in the layout of the United States, wherever other layouts have it."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +79,8 @@ class GamepadMapping:
 
     hold: the dead man's button. dead_zone: part of a stick's way that is none. drive: by part of a twist. jog: by a
     joint's name, or its number from 1 on. tool: by part of a tool's twist, in the axes of `frame`, one of FRAMES or a
-    node's name. force: what is felt meanwhile, None for nothing. slower, faster: buttons that change the speed by a
+    node's name. force: what is felt meanwhile, None for nothing. camera: what moves the view of a page while nothing is
+    held. slower, faster: buttons that change the speed by a
     tenth.
     """
 
@@ -82,6 +93,7 @@ class GamepadMapping:
     force: ForceMapping | None = None
     slower: str = ""
     faster: str = ""
+    camera: Mapping[str, Control] = field(default_factory=dict)
 
 
 def read_mapping(file: Path = USUAL, device: Device = GAMEPAD) -> GamepadMapping:
@@ -113,7 +125,19 @@ def mapping_of(text: str, name: str, device: Device) -> GamepadMapping:
 
 def _mapping(document: Any, device: Device) -> GamepadMapping:  # noqa: ANN401  whatever a file may hold
     fields = _table(document, "a mapping")
-    known = ("schema_version", "hold", "dead_zone", "drive", "jog", "tool", "frame", "force", "slower", "faster")
+    known = (
+        "schema_version",
+        "hold",
+        "dead_zone",
+        "drive",
+        "jog",
+        "tool",
+        "frame",
+        "force",
+        "camera",
+        "slower",
+        "faster",
+    )
     if unknown := [name for name in fields if name not in known]:
         raise ValueError(f"there is no {unknown[0]!r}; a mapping has {', '.join(known)}")
     if fields.get("schema_version") != 1:
@@ -121,11 +145,11 @@ def _mapping(document: Any, device: Device) -> GamepadMapping:  # noqa: ANN401  
     dead_zone = fields.get("dead_zone", 0.15)
     if isinstance(dead_zone, bool) or not isinstance(dead_zone, int | float) or not 0.0 <= dead_zone <= 0.9:
         raise ValueError(f"dead_zone is {dead_zone!r}; it must be a number from 0 to 0.9")
-    drive, jog, tool = (
+    drive, jog, tool, camera = (
         {name: _control(said, f"{part}.{name}", device) for name, said in _table(fields.get(part, {}), part).items()}
-        for part in ("drive", "jog", "tool")
+        for part in ("drive", "jog", "tool", "camera")
     )
-    for part, controls, names in (("drive", drive, DIRECTIONS), ("tool", tool, TOOL)):
+    for part, controls, names in (("drive", drive, DIRECTIONS), ("tool", tool, TOOL), ("camera", camera, CAMERA)):
         if unknown := [name for name in controls if name not in names]:
             raise ValueError(f"there is no {part}.{unknown[0]}; it has {', '.join(names)}")
     if jog and tool:
@@ -137,6 +161,7 @@ def _mapping(document: Any, device: Device) -> GamepadMapping:  # noqa: ANN401  
         jog=jog,
         tool=tool,
         frame=str(fields.get("frame", "base")),
+        camera=camera,
         force=_force(_table(fields["force"], "force")) if "force" in fields else None,
         **{name: _button(fields[name], name, device) for name in ("slower", "faster") if name in fields},
     )
@@ -164,6 +189,8 @@ def _control(said: Any, place: str, device: Device) -> Control:  # noqa: ANN401 
         return Control(buttons=(_button(said[0], place, device), _button(said[1], place, device)))
     name = str(said)
     axis = name.removeprefix("-")
+    if axis not in device.axes and not device.axes:
+        raise ValueError(f"{place} is {said!r}; it must be two keys, such as [1, q]")
     if axis not in device.axes:
         raise ValueError(
             f"{place} is {said!r}; it must be an axis, such as -{device.axes[1]}, or two buttons; axes are "
@@ -173,6 +200,7 @@ def _control(said: Any, place: str, device: Device) -> Control:  # noqa: ANN401 
 
 
 def _button(said: Any, place: str, device: Device) -> str:  # noqa: ANN401  as above
-    if said not in device.buttons:
+    name = str(said) if type(said) is int else said  # a key with a digit
+    if name not in device.buttons:
         raise ValueError(f"{place} is {said!r}; it must be a button: {', '.join(device.buttons)}")
-    return str(said)
+    return str(name)

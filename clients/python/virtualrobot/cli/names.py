@@ -72,6 +72,7 @@ TARGET = Name(
     "posture or target",
     lambda client: (*client.targets, *(name for robot in client.robots() for name in robot.postures)),
 )
+VIEWPOINT = Name("viewpoint", lambda client: client.scene.viewpoints())
 TOOL = Name("tool", lambda client: (tool for robot in client.robots() for tool in robot.tools))
 GROUP = Name("group", lambda client: (group for robot in client.robots() for group in robot.groups))
 LINK = Name("link", lambda client: (link for robot in client.robots() for link in robot.links))

@@ -50,7 +50,7 @@ def camera_options(function: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--size", type=Size(), default=None, metavar="WxH", help="Pixels [1280x720, or the camera's]."),
         click.option("--at", "target_point", type=Numbers(3), metavar="X,Y,Z", help="What --from looks at [0,0,0]."),
         click.option("--from", "eye", type=Numbers(3), metavar="X,Y,Z", help="Where it is taken from, in meters."),
-        click.option("--camera", metavar="NAME", help="Through this camera of the scene."),
+        click.option("--camera", metavar="NAME", help="Through this camera, or from this viewpoint, of the scene."),
     ):
         function = option(function)
     return function
@@ -63,6 +63,7 @@ plain_option = click.option("--plain", is_flag=True, help="Without annotations, 
 @click.argument("output", type=click.Path(path_type=Path, dir_okay=False))
 @camera_options
 @plain_option
+@click.option("--model", metavar="NAME", help="A small picture of this known model instead, as a .png; see `models`.")
 @target_options
 def capture(
     target: Target,
@@ -72,11 +73,20 @@ def capture(
     target_point: tuple[float, ...] | None,
     size: tuple[int, int] | None,
     plain: bool,
+    model: str | None,
 ) -> None:
     """Write a picture of the world as it is now to OUTPUT, a .png or .jpg; it needs no browser."""
     from virtualrobot.view.pictures import format_of
 
     format = format_of(output)
+    if model is not None:
+        if format != "png" or camera or eye or size or plain:
+            raise click.UsageError("--model is alone, and its OUTPUT a .png")
+        with target.connect() as client:
+            picture = client.view.capture_model(model)
+        picture.save(output)
+        click.echo(f"{output}: {picture.width}x{picture.height}, the model {model}")
+        return
     with target.connect() as client:
         picture = client.view.capture(camera_of(camera, eye, target_point), size=size, format=format, plain=plain)
     picture.save(output)

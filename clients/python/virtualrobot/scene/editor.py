@@ -16,6 +16,7 @@ from virtualrobot._wire.messages import (
     joint_map,
     pose_message,
     settings_message,
+    several,
     value_or_default,
     vector_message,
 )
@@ -64,6 +65,13 @@ def pick_command(robot: str, part: str | None, max_distance: float | None) -> sc
     """Return the command that fixes a part to a robot's tool."""
     distance = value_or_default(max_distance, "max_distance")
     return scene_pb2.Command(pick_part=scene_pb2.PickPart(robot=robot, part=part, max_distance_meters=distance))
+
+
+def _viewpoint(distance: float | None, field_of_view: float | None) -> nodes_pb2.Viewpoint:
+    return nodes_pb2.Viewpoint(
+        distance_meters=value_or_default(distance, "distance"),
+        field_of_view_radians=value_or_default(field_of_view, "field_of_view"),
+    )
 
 
 def _unwrapped(value: Wrapped[M] | None) -> M | None:
@@ -273,9 +281,29 @@ class Editor(ABC, Generic[Created]):
         target = nodes_pb2.Target(robot=robot, joint_positions=joint_map(joint_positions or {}))
         return self._add(name, parent, pose, (), target=target)
 
-    def _update(self, name: str, node: nodes_pb2.Node, field: str) -> None:
-        """Change a field of a node to that of `node`."""
-        mask = FieldMask(paths=[field])
+    def add_viewpoint(
+        self,
+        name: str,
+        *,
+        pose: PoseLike | None = None,
+        parent: str = "world",
+        distance: float | None = None,
+        field_of_view: float | None = None,
+    ) -> Created:
+        """Add a viewpoint, a view of people under a name, at a pose (`parent_t_eye`); `client.view.save` saves one.
+
+        The eye looks along z, x to the right (`virtualrobot.looking_at` makes such poses). What is looked at is
+        `distance` ahead, 1 m by default; `field_of_view` is vertical, in radians, 0.9 by default.
+        """
+        return self._add(name, parent, pose, (), viewpoint=_viewpoint(distance, field_of_view))
+
+    def set_viewpoint(self, name: str, distance: float | None = None, field_of_view: float | None = None) -> None:
+        """Change how far ahead of a viewpoint is what is looked at (m), and its field of view (rad), as it is added."""
+        self._update(name, nodes_pb2.Node(viewpoint=_viewpoint(distance, field_of_view)), "viewpoint")
+
+    def _update(self, name: str, node: nodes_pb2.Node, *fields: str) -> None:
+        """Change fields of a node to those of `node`."""
+        mask = FieldMask(paths=fields)
         self._submit(scene_pb2.Command(update_node=scene_pb2.UpdateNode(name=name, node=node, update_mask=mask)))
 
     def rename(self, name: str, new_name: str) -> None:
@@ -285,6 +313,32 @@ class Editor(ABC, Generic[Created]):
     def hide(self, name: str, hidden: bool = True) -> None:
         """Hide a node and what hangs below, or show it again."""
         self._update(name, nodes_pb2.Node(hidden=hidden), "hidden")
+
+    def describe(
+        self,
+        name: str,
+        description: Text | None = None,
+        *,
+        tags: Iterable[str] | None = None,
+        icon: str | None = None,
+    ) -> None:
+        """Say what a node is for, by which words it is found, and which icon pages show for it; what is None stays.
+
+        Args:
+            name: the node.
+            description: in at most 2000 characters.
+            tags: at most 32, each once and of at most 64 characters.
+            icon: a name of the library Lucide, such as `shield`; empty for that of its kind.
+        """
+        fields = {"description": description, "tags": None if tags is None else several(tags), "icon": icon}
+        given = {field: value for field, value in fields.items() if value is not None}
+        if not given:
+            raise InvalidArgumentError("nothing is said of the node; give a description, tags or an icon")
+        self._update(name, nodes_pb2.Node(**given), *given)  # pyright: ignore[reportArgumentType] fields by name
+
+    def lock(self, name: str, locked: bool = True) -> None:
+        """Keep a node's name, parent, pose and figures as they are, and it in the world, or let go of it again."""
+        self._update(name, nodes_pb2.Node(locked=locked), "locked")
 
     def set_pose(self, name: str, parent_t_node: PoseLike) -> None:
         """Put a node somewhere else in its parent's frame, at once."""

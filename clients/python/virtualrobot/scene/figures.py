@@ -37,6 +37,8 @@ class Figure(Wrapped[nodes_pb2.Figure]):
         spinning_friction: float | None = None,
         stiffness: float | None = None,
         damping: float | None = None,
+        roughness: float | None = None,
+        metalness: float | None = None,
     ) -> Figure:
         """Return the same figure with another surface; what is not given stays. It counts under physics.
 
@@ -47,6 +49,9 @@ class Figure(Wrapped[nodes_pb2.Figure]):
             spinning_friction: torque against spinning about the normal, per normal force (m).
             stiffness: of a contact, N/m; 0 means as stiff as the engine likes.
             damping: of a contact, N s/m; counts with a stiffness alone.
+            roughness: 0 (a mirror) to 1 (matt), as the console's page and exports as glTF show it; 0.62 unless it is
+                said.
+            metalness: 0 to 1, for these, too.
 
         Example:
             >>> ball = virtualrobot.sphere(0.05).with_surface(friction=0.8, restitution=0.7)
@@ -60,6 +65,8 @@ class Figure(Wrapped[nodes_pb2.Figure]):
             "spinning_friction_meters": spinning_friction,
             "stiffness": stiffness,
             "damping": damping,
+            "roughness": roughness,
+            "metalness": metalness,
         }
         for field, value in given.items():
             if value is not None:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from virtualrobot._wire.arguments import PoseLike, checked
+from virtualrobot._wire.arguments import PoseLike, Text, checked
 from virtualrobot._wire.messages import pose_of
 from virtualrobot._wire.showing import shown
 from virtualrobot.geometry import Matrix
@@ -29,6 +30,10 @@ class NodeInfo:
         hidden: true where it is hidden by itself.
         parent_t_node: pose in its parent's frame, 4x4.
         figures: its shapes.
+        description: what it is or is for, in words.
+        tags: words by which it is found.
+        icon: the name of the icon that pages show for it; empty for that of its kind.
+        locked: true where it can be neither changed nor removed; see `Node.lock`.
     """
 
     name: str
@@ -38,6 +43,10 @@ class NodeInfo:
     hidden: bool
     parent_t_node: Matrix
     figures: tuple[Figure, ...]
+    description: str
+    tags: tuple[str, ...]
+    icon: str
+    locked: bool
 
     @staticmethod
     def of(message: nodes_pb2.Node) -> NodeInfo:
@@ -50,6 +59,10 @@ class NodeInfo:
             message.hidden,
             pose_of(message.parent_t_node),
             tuple(map(Figure, message.figures)),
+            message.description,
+            tuple(message.tags),
+            message.icon,
+            message.locked,
         )
 
 
@@ -114,6 +127,36 @@ class Node:
     def hide(self, hidden: bool = True) -> None:
         """Hide it and what hangs below, or show it again."""
         self._scene.hide(self.name, hidden)
+
+    @property
+    def description(self) -> str:
+        """Description in words; set it, in at most 2000 characters, to say what it is or is for."""
+        return self.info.description
+
+    @description.setter
+    def description(self, description: Text) -> None:
+        self._scene.describe(self.name, description=description)
+
+    @property
+    def tags(self) -> tuple[str, ...]:
+        """Words by which people and programs find it (`scene.nodes(tag="fixture")`); set it to others."""
+        return self.info.tags
+
+    @tags.setter
+    def tags(self, tags: Iterable[str]) -> None:
+        self._scene.describe(self.name, tags=tags)
+
+    @property
+    def locked(self) -> bool:
+        """True where it can be neither changed nor removed."""
+        return self.info.locked
+
+    def lock(self, locked: bool = True) -> None:
+        """Keep its name, parent, pose and figures as they are, and it in the world, or let go of it again.
+
+        Whoever may change scenes may unlock it. It moves along with its parent, and joints below it move.
+        """
+        self._scene.lock(self.name, locked)
 
     def set_figures(self, figures: Figures) -> None:
         """Give it other shapes."""

@@ -26,6 +26,7 @@ from virtualrobot.geometry import Matrix, poses_from_rows
 from virtualrobot.scene.editor import Batch, Editor
 from virtualrobot.scene.node import Node, NodeInfo
 from virtualrobot.scene.target import Target
+from virtualrobot.scene.viewpoint import Viewpoint
 from virtualrobot.tables import scene_tree
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
@@ -108,10 +109,14 @@ class Scene(Editor[Node]):
         response = self._services.scene.GetScene(scene_pb2.GetSceneRequest(names=names, read_mask=mask))
         return list(response.nodes), poses_from_rows(array_of(response.world_t_node))
 
-    def nodes(self, kind: str | None = None) -> list[Node]:
-        """Return all nodes, parents before children, or those of a kind such as `part` or `robot`."""
-        messages, _ = self._read(fields=("uid", "name", *_KINDS))
-        return [Node(self, message) for message in messages if kind is None or message.WhichOneof("kind") == kind]
+    def nodes(self, kind: str | None = None, *, tag: str | None = None) -> list[Node]:
+        """Return all nodes, parents before children, or those of a kind such as `part`, or with a tag, or both."""
+        messages, _ = self._read(fields=("uid", "name", "tags", *_KINDS))
+        return [
+            Node(self, message)
+            for message in messages
+            if (kind is None or message.WhichOneof("kind") == kind) and (tag is None or tag in message.tags)
+        ]
 
     def node(self, name: str) -> Node:
         """Return the node of this name; raises UnknownNameError when there is none."""
@@ -128,6 +133,18 @@ class Scene(Editor[Node]):
         if name not in targets:
             raise unknown_name("no target", name, targets)
         return targets[name]
+
+    def viewpoints(self) -> dict[str, Viewpoint]:
+        """Return all viewpoints by name: views that people have saved, or added by `add_viewpoint`."""
+        messages, _ = self._read(fields=("uid", "name", *_KINDS))
+        return {one.name: Viewpoint(self, one) for one in messages if one.WhichOneof("kind") == "viewpoint"}
+
+    def viewpoint(self, name: str) -> Viewpoint:
+        """Return the viewpoint of this name; raises UnknownNameError when there is none."""
+        viewpoints = self.viewpoints()
+        if name not in viewpoints:
+            raise unknown_name("no viewpoint", name, viewpoints)
+        return viewpoints[name]
 
     def pose(self, name: str) -> Matrix:
         """Return `world_t_node`, 4x4: where a node is in the world now."""

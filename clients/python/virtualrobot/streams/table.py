@@ -17,7 +17,7 @@ TOOL_STREAMS = {"tool_twist": "twist", "tool_pose": "pose"}
 """Modes of setpoints of a tool centre point, by what their streams tell."""
 
 MOTIONS_HERTZ = 20.0
-"""Rate at which motions are asked for."""
+"""Greatest rate at which motions are told."""
 
 _READINGS = {
     "imu": ("ImuReading", "rad/s, m/s^2, T"),

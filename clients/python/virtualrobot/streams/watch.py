@@ -43,14 +43,6 @@ _WAIT_SECONDS = 0.2
 _BEGIN_SECONDS = 30.0
 """Longest time (s) until all watches have begun."""
 
-_MOVING = (
-    motion_pb2.MOTION_PHASE_RUNNING,
-    motion_pb2.MOTION_PHASE_PAUSING,
-    motion_pb2.MOTION_PHASE_PAUSED,
-    motion_pb2.MOTION_PHASE_STOPPING,
-)
-"""Phases of motions that have not ended: what had ended before a watch began it doesn't tell."""
-
 
 @checked
 class StreamWatch:
@@ -314,12 +306,14 @@ class StreamWatch:
         return read
 
     def _of_motions(self, streams: list[Stream]) -> Callable[[threading.Event], None]:
+        request = motion_pb2.WatchMotionsRequest(max_rate_hertz=MOTIONS_HERTZ)
+        call = self._opened(self._services.motion.WatchMotions(request))
+
         def read(begun: threading.Event) -> None:
             told: dict[str, motion_pb2.Motion] = {}
-            while not self._closed.is_set():
-                answer = self._services.motion.ListMotions(motion_pb2.ListMotionsRequest())
+            for answer in call:
                 for motion in answer.motions:
-                    if told.get(motion.id) != motion and (begun.is_set() or motion.phase in _MOVING):
+                    if told.get(motion.id) != motion:
                         values = {
                             "id": motion.id,
                             "phase": motion_pb2.MotionPhase.Name(motion.phase).removeprefix("MOTION_PHASE_"),
@@ -329,7 +323,6 @@ class StreamWatch:
                             self._put(sampled(one.name, answer.stamp, values, motion))
                 told = {motion.id: motion for motion in answer.motions}
                 begun.set()
-                self._closed.wait(1.0 / MOTIONS_HERTZ)
 
         return read
 

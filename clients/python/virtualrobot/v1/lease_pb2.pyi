@@ -115,3 +115,15 @@ class ListLeasesResponse(_message.Message):
     stamp: _geometry_pb2.Stamp
     leases: _containers.RepeatedCompositeFieldContainer[Lease]
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., leases: _Optional[_Iterable[_Union[Lease, _Mapping]]] = ...) -> None: ...
+
+class WatchLeasesRequest(_message.Message):
+    __slots__ = ()
+    def __init__(self) -> None: ...
+
+class WatchLeasesResponse(_message.Message):
+    __slots__ = ("stamp", "leases")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    LEASES_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    leases: _containers.RepeatedCompositeFieldContainer[Lease]
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., leases: _Optional[_Iterable[_Union[Lease, _Mapping]]] = ...) -> None: ...

@@ -60,6 +60,11 @@ class LeaseServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_lease__pb2.ListLeasesRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_lease__pb2.ListLeasesResponse.FromString,
                 _registered_method=True)
+        self.WatchLeases = channel.unary_stream(
+                '/virtualrobot.v1.LeaseService/WatchLeases',
+                request_serializer=virtualrobot_dot_v1_dot_lease__pb2.WatchLeasesRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_lease__pb2.WatchLeasesResponse.FromString,
+                _registered_method=True)
 
 
 class LeaseServiceServicer(object):
@@ -105,6 +110,13 @@ class LeaseServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def WatchLeases(self, request, context):
+        """The same at once, and again whenever it has changed. It keeps no lease alive.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
 
 def add_LeaseServiceServicer_to_server(servicer, server):
     rpc_method_handlers = {
@@ -132,6 +144,11 @@ def add_LeaseServiceServicer_to_server(servicer, server):
                     servicer.ListLeases,
                     request_deserializer=virtualrobot_dot_v1_dot_lease__pb2.ListLeasesRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_lease__pb2.ListLeasesResponse.SerializeToString,
+            ),
+            'WatchLeases': grpc.unary_stream_rpc_method_handler(
+                    servicer.WatchLeases,
+                    request_deserializer=virtualrobot_dot_v1_dot_lease__pb2.WatchLeasesRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_lease__pb2.WatchLeasesResponse.SerializeToString,
             ),
     }
     generic_handler = grpc.method_handlers_generic_handler(
@@ -270,6 +287,33 @@ class LeaseService(object):
             '/virtualrobot.v1.LeaseService/ListLeases',
             virtualrobot_dot_v1_dot_lease__pb2.ListLeasesRequest.SerializeToString,
             virtualrobot_dot_v1_dot_lease__pb2.ListLeasesResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def WatchLeases(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_stream(
+            request,
+            target,
+            '/virtualrobot.v1.LeaseService/WatchLeases',
+            virtualrobot_dot_v1_dot_lease__pb2.WatchLeasesRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_lease__pb2.WatchLeasesResponse.FromString,
             options,
             channel_credentials,
             insecure,

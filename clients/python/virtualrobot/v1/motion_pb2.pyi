@@ -1134,6 +1134,22 @@ class WatchMotionResponse(_message.Message):
     motion: Motion
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motion: _Optional[_Union[Motion, _Mapping]] = ...) -> None: ...
 
+class WatchMotionsRequest(_message.Message):
+    __slots__ = ("max_rate_hertz",)
+    MAX_RATE_HERTZ_FIELD_NUMBER: _ClassVar[int]
+    max_rate_hertz: float
+    def __init__(self, max_rate_hertz: _Optional[float] = ...) -> None: ...
+
+class WatchMotionsResponse(_message.Message):
+    __slots__ = ("stamp", "motions", "speed_factor")
+    STAMP_FIELD_NUMBER: _ClassVar[int]
+    MOTIONS_FIELD_NUMBER: _ClassVar[int]
+    SPEED_FACTOR_FIELD_NUMBER: _ClassVar[int]
+    stamp: _geometry_pb2.Stamp
+    motions: _containers.RepeatedCompositeFieldContainer[Motion]
+    speed_factor: float
+    def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., motions: _Optional[_Iterable[_Union[Motion, _Mapping]]] = ..., speed_factor: _Optional[float] = ...) -> None: ...
+
 class PauseMotionRequest(_message.Message):
     __slots__ = ("id",)
     ID_FIELD_NUMBER: _ClassVar[int]

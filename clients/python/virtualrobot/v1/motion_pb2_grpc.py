@@ -80,6 +80,11 @@ class MotionServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionResponse.FromString,
                 _registered_method=True)
+        self.WatchMotions = channel.unary_stream(
+                '/virtualrobot.v1.MotionService/WatchMotions',
+                request_serializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsResponse.FromString,
+                _registered_method=True)
         self.PauseMotion = channel.unary_unary(
                 '/virtualrobot.v1.MotionService/PauseMotion',
                 request_serializer=virtualrobot_dot_v1_dot_motion__pb2.PauseMotionRequest.SerializeToString,
@@ -191,6 +196,13 @@ class MotionServiceServicer(object):
         context.set_details('Method not implemented!')
         raise NotImplementedError('Method not implemented!')
 
+    def WatchMotions(self, request, context):
+        """All motions as they run, whoever started them, and the end of each. It keeps no motion alive.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
     def PauseMotion(self, request, context):
         """Slows to standstill on the path; the motion can be resumed. Anyone may call it.
         """
@@ -284,6 +296,11 @@ def add_MotionServiceServicer_to_server(servicer, server):
                     servicer.WatchMotion,
                     request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionResponse.SerializeToString,
+            ),
+            'WatchMotions': grpc.unary_stream_rpc_method_handler(
+                    servicer.WatchMotions,
+                    request_deserializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsResponse.SerializeToString,
             ),
             'PauseMotion': grpc.unary_unary_rpc_method_handler(
                     servicer.PauseMotion,
@@ -560,6 +577,33 @@ class MotionService(object):
             '/virtualrobot.v1.MotionService/WatchMotion',
             virtualrobot_dot_v1_dot_motion__pb2.WatchMotionRequest.SerializeToString,
             virtualrobot_dot_v1_dot_motion__pb2.WatchMotionResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def WatchMotions(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_stream(
+            request,
+            target,
+            '/virtualrobot.v1.MotionService/WatchMotions',
+            virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_motion__pb2.WatchMotionsResponse.FromString,
             options,
             channel_credentials,
             insecure,

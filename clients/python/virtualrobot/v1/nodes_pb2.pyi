@@ -50,7 +50,7 @@ FIGURE_ROLE_VISUAL: FigureRole
 FIGURE_ROLE_COLLISION: FigureRole
 
 class Node(_message.Message):
-    __slots__ = ("uid", "name", "parent", "parent_t_node", "hidden", "figures", "world", "object", "part", "robot", "link", "adapter", "tool", "annotation", "range_sensor", "camera_sensor", "contact_sensor", "motion_sensor", "light", "target")
+    __slots__ = ("uid", "name", "parent", "parent_t_node", "hidden", "figures", "world", "object", "part", "robot", "link", "adapter", "tool", "annotation", "range_sensor", "camera_sensor", "contact_sensor", "motion_sensor", "light", "target", "viewpoint", "description", "tags", "icon", "locked")
     UID_FIELD_NUMBER: _ClassVar[int]
     NAME_FIELD_NUMBER: _ClassVar[int]
     PARENT_FIELD_NUMBER: _ClassVar[int]
@@ -71,6 +71,11 @@ class Node(_message.Message):
     MOTION_SENSOR_FIELD_NUMBER: _ClassVar[int]
     LIGHT_FIELD_NUMBER: _ClassVar[int]
     TARGET_FIELD_NUMBER: _ClassVar[int]
+    VIEWPOINT_FIELD_NUMBER: _ClassVar[int]
+    DESCRIPTION_FIELD_NUMBER: _ClassVar[int]
+    TAGS_FIELD_NUMBER: _ClassVar[int]
+    ICON_FIELD_NUMBER: _ClassVar[int]
+    LOCKED_FIELD_NUMBER: _ClassVar[int]
     uid: int
     name: str
     parent: str
@@ -91,7 +96,12 @@ class Node(_message.Message):
     motion_sensor: _sensing_pb2.MotionSensor
     light: _sensing_pb2.Light
     target: Target
-    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., hidden: bool = ..., figures: _Optional[_Iterable[_Union[Figure, _Mapping]]] = ..., world: _Optional[_Union[World, _Mapping]] = ..., object: _Optional[_Union[SceneObject, _Mapping]] = ..., part: _Optional[_Union[Part, _Mapping]] = ..., robot: _Optional[_Union[Robot, _Mapping]] = ..., link: _Optional[_Union[Link, _Mapping]] = ..., adapter: _Optional[_Union[Adapter, _Mapping]] = ..., tool: _Optional[_Union[Tool, _Mapping]] = ..., annotation: _Optional[_Union[Annotation, _Mapping]] = ..., range_sensor: _Optional[_Union[_sensing_pb2.RangeSensor, _Mapping]] = ..., camera_sensor: _Optional[_Union[_sensing_pb2.CameraSensor, _Mapping]] = ..., contact_sensor: _Optional[_Union[_sensing_pb2.ContactSensor, _Mapping]] = ..., motion_sensor: _Optional[_Union[_sensing_pb2.MotionSensor, _Mapping]] = ..., light: _Optional[_Union[_sensing_pb2.Light, _Mapping]] = ..., target: _Optional[_Union[Target, _Mapping]] = ...) -> None: ...
+    viewpoint: Viewpoint
+    description: str
+    tags: _containers.RepeatedScalarFieldContainer[str]
+    icon: str
+    locked: bool
+    def __init__(self, uid: _Optional[int] = ..., name: _Optional[str] = ..., parent: _Optional[str] = ..., parent_t_node: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., hidden: bool = ..., figures: _Optional[_Iterable[_Union[Figure, _Mapping]]] = ..., world: _Optional[_Union[World, _Mapping]] = ..., object: _Optional[_Union[SceneObject, _Mapping]] = ..., part: _Optional[_Union[Part, _Mapping]] = ..., robot: _Optional[_Union[Robot, _Mapping]] = ..., link: _Optional[_Union[Link, _Mapping]] = ..., adapter: _Optional[_Union[Adapter, _Mapping]] = ..., tool: _Optional[_Union[Tool, _Mapping]] = ..., annotation: _Optional[_Union[Annotation, _Mapping]] = ..., range_sensor: _Optional[_Union[_sensing_pb2.RangeSensor, _Mapping]] = ..., camera_sensor: _Optional[_Union[_sensing_pb2.CameraSensor, _Mapping]] = ..., contact_sensor: _Optional[_Union[_sensing_pb2.ContactSensor, _Mapping]] = ..., motion_sensor: _Optional[_Union[_sensing_pb2.MotionSensor, _Mapping]] = ..., light: _Optional[_Union[_sensing_pb2.Light, _Mapping]] = ..., target: _Optional[_Union[Target, _Mapping]] = ..., viewpoint: _Optional[_Union[Viewpoint, _Mapping]] = ..., description: _Optional[str] = ..., tags: _Optional[_Iterable[str]] = ..., icon: _Optional[str] = ..., locked: bool = ...) -> None: ...
 
 class World(_message.Message):
     __slots__ = ()
@@ -119,6 +129,14 @@ class Target(_message.Message):
     tool_center_point: str
     joint_positions: _containers.ScalarMap[str, float]
     def __init__(self, robot: _Optional[str] = ..., tool: _Optional[str] = ..., tool_center_point: _Optional[str] = ..., joint_positions: _Optional[_Mapping[str, float]] = ...) -> None: ...
+
+class Viewpoint(_message.Message):
+    __slots__ = ("distance_meters", "field_of_view_radians")
+    DISTANCE_METERS_FIELD_NUMBER: _ClassVar[int]
+    FIELD_OF_VIEW_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    distance_meters: float
+    field_of_view_radians: float
+    def __init__(self, distance_meters: _Optional[float] = ..., field_of_view_radians: _Optional[float] = ...) -> None: ...
 
 class Part(_message.Message):
     __slots__ = ("mass_kilograms", "inertial", "dynamic")
@@ -448,7 +466,7 @@ class Figure(_message.Message):
     def __init__(self, node_t_figure: _Optional[_Union[_geometry_pb2.Pose, _Mapping]] = ..., material: _Optional[_Union[Material, _Mapping]] = ..., roles: _Optional[_Iterable[_Union[FigureRole, str]]] = ..., tool_state: _Optional[str] = ..., box: _Optional[_Union[Box, _Mapping]] = ..., sphere: _Optional[_Union[Sphere, _Mapping]] = ..., cylinder: _Optional[_Union[Cylinder, _Mapping]] = ..., cone: _Optional[_Union[Cone, _Mapping]] = ..., capsule: _Optional[_Union[Capsule, _Mapping]] = ..., mesh: _Optional[_Union[Mesh, _Mapping]] = ..., points: _Optional[_Union[Points, _Mapping]] = ..., lines: _Optional[_Union[Lines, _Mapping]] = ..., frame: _Optional[_Union[Frame, _Mapping]] = ..., label: _Optional[_Union[Label, _Mapping]] = ...) -> None: ...
 
 class Material(_message.Message):
-    __slots__ = ("color", "reflectance", "friction", "restitution", "rolling_friction_meters", "spinning_friction_meters", "stiffness", "damping")
+    __slots__ = ("color", "reflectance", "friction", "restitution", "rolling_friction_meters", "spinning_friction_meters", "stiffness", "damping", "roughness", "metalness")
     COLOR_FIELD_NUMBER: _ClassVar[int]
     REFLECTANCE_FIELD_NUMBER: _ClassVar[int]
     FRICTION_FIELD_NUMBER: _ClassVar[int]
@@ -457,6 +475,8 @@ class Material(_message.Message):
     SPINNING_FRICTION_METERS_FIELD_NUMBER: _ClassVar[int]
     STIFFNESS_FIELD_NUMBER: _ClassVar[int]
     DAMPING_FIELD_NUMBER: _ClassVar[int]
+    ROUGHNESS_FIELD_NUMBER: _ClassVar[int]
+    METALNESS_FIELD_NUMBER: _ClassVar[int]
     color: _geometry_pb2.Color
     reflectance: float
     friction: float
@@ -465,7 +485,9 @@ class Material(_message.Message):
     spinning_friction_meters: float
     stiffness: float
     damping: float
-    def __init__(self, color: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., reflectance: _Optional[float] = ..., friction: _Optional[float] = ..., restitution: _Optional[float] = ..., rolling_friction_meters: _Optional[float] = ..., spinning_friction_meters: _Optional[float] = ..., stiffness: _Optional[float] = ..., damping: _Optional[float] = ...) -> None: ...
+    roughness: float
+    metalness: float
+    def __init__(self, color: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., reflectance: _Optional[float] = ..., friction: _Optional[float] = ..., restitution: _Optional[float] = ..., rolling_friction_meters: _Optional[float] = ..., spinning_friction_meters: _Optional[float] = ..., stiffness: _Optional[float] = ..., damping: _Optional[float] = ..., roughness: _Optional[float] = ..., metalness: _Optional[float] = ...) -> None: ...
 
 class Box(_message.Message):
     __slots__ = ("size",)

@@ -112,14 +112,18 @@ class Ghost(_message.Message):
     def __init__(self, name: _Optional[str] = ..., configurations: _Optional[_Union[_collision_pb2.RobotConfigurations, _Mapping]] = ..., color: _Optional[_Union[_geometry_pb2.Color, _Mapping]] = ..., opacity: _Optional[float] = ...) -> None: ...
 
 class Camera(_message.Message):
-    __slots__ = ("position", "target", "field_of_view_radians")
+    __slots__ = ("position", "target", "field_of_view_radians", "node", "keeps_direction")
     POSITION_FIELD_NUMBER: _ClassVar[int]
     TARGET_FIELD_NUMBER: _ClassVar[int]
     FIELD_OF_VIEW_RADIANS_FIELD_NUMBER: _ClassVar[int]
+    NODE_FIELD_NUMBER: _ClassVar[int]
+    KEEPS_DIRECTION_FIELD_NUMBER: _ClassVar[int]
     position: _geometry_pb2.Vector3
     target: _geometry_pb2.Vector3
     field_of_view_radians: float
-    def __init__(self, position: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., target: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., field_of_view_radians: _Optional[float] = ...) -> None: ...
+    node: str
+    keeps_direction: bool
+    def __init__(self, position: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., target: _Optional[_Union[_geometry_pb2.Vector3, _Mapping]] = ..., field_of_view_radians: _Optional[float] = ..., node: _Optional[str] = ..., keeps_direction: bool = ...) -> None: ...
 
 class GetViewRequest(_message.Message):
     __slots__ = ()
@@ -196,6 +200,22 @@ class CaptureImageResponse(_message.Message):
     width: int
     height: int
     def __init__(self, stamp: _Optional[_Union[_geometry_pb2.Stamp, _Mapping]] = ..., image: _Optional[bytes] = ..., width: _Optional[int] = ..., height: _Optional[int] = ...) -> None: ...
+
+class CaptureModelRequest(_message.Message):
+    __slots__ = ("name",)
+    NAME_FIELD_NUMBER: _ClassVar[int]
+    name: str
+    def __init__(self, name: _Optional[str] = ...) -> None: ...
+
+class CaptureModelResponse(_message.Message):
+    __slots__ = ("image", "width", "height")
+    IMAGE_FIELD_NUMBER: _ClassVar[int]
+    WIDTH_FIELD_NUMBER: _ClassVar[int]
+    HEIGHT_FIELD_NUMBER: _ClassVar[int]
+    image: bytes
+    width: int
+    height: int
+    def __init__(self, image: _Optional[bytes] = ..., width: _Optional[int] = ..., height: _Optional[int] = ...) -> None: ...
 
 class RecordFilmRequest(_message.Message):
     __slots__ = ("shot", "frames_per_second", "duration_seconds")

@@ -55,6 +55,11 @@ class ViewServiceStub(object):
                 request_serializer=virtualrobot_dot_v1_dot_view__pb2.CaptureImageRequest.SerializeToString,
                 response_deserializer=virtualrobot_dot_v1_dot_view__pb2.CaptureImageResponse.FromString,
                 _registered_method=True)
+        self.CaptureModel = channel.unary_unary(
+                '/virtualrobot.v1.ViewService/CaptureModel',
+                request_serializer=virtualrobot_dot_v1_dot_view__pb2.CaptureModelRequest.SerializeToString,
+                response_deserializer=virtualrobot_dot_v1_dot_view__pb2.CaptureModelResponse.FromString,
+                _registered_method=True)
         self.RecordFilm = channel.unary_stream(
                 '/virtualrobot.v1.ViewService/RecordFilm',
                 request_serializer=virtualrobot_dot_v1_dot_view__pb2.RecordFilmRequest.SerializeToString,
@@ -104,6 +109,14 @@ class ViewServiceServicer(object):
 
     def CaptureImage(self, request, context):
         """A picture of the world as it is now, annotations included; it needs no browser.
+        """
+        context.set_code(grpc.StatusCode.UNIMPLEMENTED)
+        context.set_details('Method not implemented!')
+        raise NotImplementedError('Method not implemented!')
+
+    def CaptureModel(self, request, context):
+        """A small picture of a known model that is installed, taken once and kept. It needs no browser, downloads nothing, and has
+        nothing to do with the world.
         """
         context.set_code(grpc.StatusCode.UNIMPLEMENTED)
         context.set_details('Method not implemented!')
@@ -159,6 +172,11 @@ def add_ViewServiceServicer_to_server(servicer, server):
                     servicer.CaptureImage,
                     request_deserializer=virtualrobot_dot_v1_dot_view__pb2.CaptureImageRequest.FromString,
                     response_serializer=virtualrobot_dot_v1_dot_view__pb2.CaptureImageResponse.SerializeToString,
+            ),
+            'CaptureModel': grpc.unary_unary_rpc_method_handler(
+                    servicer.CaptureModel,
+                    request_deserializer=virtualrobot_dot_v1_dot_view__pb2.CaptureModelRequest.FromString,
+                    response_serializer=virtualrobot_dot_v1_dot_view__pb2.CaptureModelResponse.SerializeToString,
             ),
             'RecordFilm': grpc.unary_stream_rpc_method_handler(
                     servicer.RecordFilm,
@@ -290,6 +308,33 @@ class ViewService(object):
             '/virtualrobot.v1.ViewService/CaptureImage',
             virtualrobot_dot_v1_dot_view__pb2.CaptureImageRequest.SerializeToString,
             virtualrobot_dot_v1_dot_view__pb2.CaptureImageResponse.FromString,
+            options,
+            channel_credentials,
+            insecure,
+            call_credentials,
+            compression,
+            wait_for_ready,
+            timeout,
+            metadata,
+            _registered_method=True)
+
+    @staticmethod
+    def CaptureModel(request,
+            target,
+            options=(),
+            channel_credentials=None,
+            call_credentials=None,
+            insecure=False,
+            compression=None,
+            wait_for_ready=None,
+            timeout=None,
+            metadata=None):
+        return grpc.experimental.unary_unary(
+            request,
+            target,
+            '/virtualrobot.v1.ViewService/CaptureModel',
+            virtualrobot_dot_v1_dot_view__pb2.CaptureModelRequest.SerializeToString,
+            virtualrobot_dot_v1_dot_view__pb2.CaptureModelResponse.FromString,
             options,
             channel_credentials,
             insecure,

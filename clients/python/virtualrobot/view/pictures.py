@@ -19,8 +19,8 @@ from virtualrobot.v1 import view_pb2
 from virtualrobot.view.state import camera_message
 
 Camera = str | tuple[ArrayLike, ArrayLike] | tuple[ArrayLike, ArrayLike, float]
-"""Camera of a picture: the name of a camera of the scene; or eye and target, meters in the world's frame, and where
-wanted the vertical field of view in radians."""
+"""Camera of a picture: the name of a camera or a viewpoint of the scene; or eye and target, meters in the world's
+frame, and where wanted the vertical field of view in radians."""
 
 Size = tuple[int, int]
 """Width and height in pixels."""
@@ -153,6 +153,13 @@ def capture(services: Services, camera: Camera | None, size: Size | None, format
     answer = services.view.CaptureImage(request, timeout=LONG_TIMEOUT_SECONDS)
     name = "jpeg" if format == "jpg" else format
     return Picture(answer.image, name, answer.width, answer.height, answer.stamp.simulation_time_seconds)
+
+
+def capture_model(services: Services, name: str) -> Picture:
+    """Return a small picture of a known model."""
+    request = view_pb2.CaptureModelRequest(name=name)
+    answer = services.view.CaptureModel(request, timeout=LONG_TIMEOUT_SECONDS)
+    return Picture(answer.image, "png", answer.width, answer.height, 0.0)
 
 
 def record(

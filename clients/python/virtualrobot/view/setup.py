@@ -194,10 +194,30 @@ class ViewSetup:
         self._update(view_pb2.View(sensors=shown), "sensors")
 
     def set_camera(
-        self, position: ArrayLike, target: ArrayLike = (0.0, 0.0, 0.0), field_of_view: float | None = None
+        self,
+        position: ArrayLike,
+        target: ArrayLike = (0.0, 0.0, 0.0),
+        field_of_view: float | None = None,
+        *,
+        node: str = "",
+        keeps_direction: bool = False,
     ) -> None:
-        """Look from `position` at `target`, meters in the world's frame; `field_of_view` in radians, 0.9 by default."""
-        self._update(view_pb2.View(camera=camera_message(position, target, field_of_view)), "camera")
+        """Look from `position` at `target`, meters in the world's frame, or in that of a node, and go along with it.
+
+        Args:
+            position: (3,) the eye.
+            target: (3,) what it looks at.
+            field_of_view: vertical, in radians, 0.9 by default.
+            node: what the view goes along with; the world's z stays upwards. By default nothing.
+            keeps_direction: doesn't turn with the node: `position` and `target` are from its origin, along the world's
+                axes.
+
+        Example:
+            >>> client.view.set_camera([1, -1, 0.5], node="arm.gripper", keeps_direction=True)
+        """
+        camera = camera_message(position, target, field_of_view)
+        camera.node, camera.keeps_direction = node, keeps_direction
+        self._update(view_pb2.View(camera=camera), "camera")
 
     def _update(self, view: view_pb2.View, field: str) -> None:
         self._services.view.UpdateView(view_pb2.UpdateViewRequest(view=view, update_mask=FieldMask(paths=[field])))

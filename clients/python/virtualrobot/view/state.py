@@ -45,9 +45,11 @@ class ViewState:
         clearances: the least distances that are shown, by name.
         ghosts: robots that are shown where they are not, by name.
         sensors: overlays of sensors, by the sensors' names.
-        camera_position: (3,) where people look from, meters in the world's frame.
+        camera_position: (3,) where people look from, meters in the frame of `camera_node`.
         camera_target: (3,) what they look at.
         field_of_view: vertical, in radians; None means the default.
+        camera_node: the node that the camera goes along with, in whose frame it is; empty means the world.
+        camera_keeps_direction: true where it doesn't turn with that node; see `View.set_camera`.
     """
 
     background: NDArray[np.float64]
@@ -62,6 +64,8 @@ class ViewState:
     camera_position: NDArray[np.float64]
     camera_target: NDArray[np.float64]
     field_of_view: float | None
+    camera_node: str
+    camera_keeps_direction: bool
 
     @staticmethod
     def of(message: view_pb2.View) -> ViewState:
@@ -80,6 +84,8 @@ class ViewState:
             vector_of(message.camera.position),
             vector_of(message.camera.target),
             message.camera.field_of_view_radians or None,
+            message.camera.node,
+            message.camera.keeps_direction,
         )
 
 

@@ -6,16 +6,24 @@ import uuid
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
+
 from virtualrobot._wire.arguments import ArrayLike, PoseLike, Text, checked
 from virtualrobot._wire.services import Services
+from virtualrobot.errors import WrongStateError
 from virtualrobot.scene import figures
 from virtualrobot.scene.node import Node
 from virtualrobot.scene.scene import Scene
+from virtualrobot.scene.viewpoint import Viewpoint
+from virtualrobot.sensors.cameras import looking_at
 from virtualrobot.v1 import kernel_pb2
 from virtualrobot.view import film, measuring, pictures
 from virtualrobot.view.measuring import Measure, Place
 from virtualrobot.view.pictures import Camera, Picked, Picture, Recording, Size
 from virtualrobot.view.setup import ViewSetup
+
+Vector = NDArray[np.float64]
 
 
 @checked
@@ -32,6 +40,73 @@ class View(ViewSetup):
         """Handle the picture of one kernel."""
         super().__init__(services)
         self._scene = scene
+
+    def eye_and_target(self) -> tuple[Vector, Vector] | None:
+        """Return from where the view looks now and at what, (3,) each, meters in the world's frame.
+
+        None means that nobody has set it: it frames the world.
+        """
+        now = self.read()
+        if not (now.camera_position - now.camera_target).any():
+            return None
+        pose = self._scene.pose(now.camera_node or "world")
+        turn = np.eye(3) if now.camera_keeps_direction else pose[:3, :3]
+        eye, target = (turn @ point + pose[:3, 3] for point in (now.camera_position, now.camera_target))
+        return eye, target
+
+    def follow(self, node: str, *, turns: bool = False) -> None:
+        """Have the view go along with a node, in every open viewer, pictures and films; with "world" it stays.
+
+        It looks from where it does now. One that `turns` does so with the node, as a camera that is mounted on it.
+
+        Raises:
+            WrongStateError: nobody has set the view: it frames the world.
+        """
+        eye, target = self._set_view()
+        pose = self._scene.pose(node)
+        turn = pose[:3, :3] if turns else np.eye(3)
+        eye, target = (turn.T @ (point - pose[:3, 3]) for point in (eye, target))
+        self.set_camera(eye, target, self.read().field_of_view, node=node, keeps_direction=not turns)
+
+    def save(self, name: str) -> Viewpoint:
+        """Save from where the view looks as a viewpoint of the scene; one of this name looks from there then.
+
+        While the view turns with a node, the viewpoint hangs on that node. Scene files and undo have it as other nodes.
+
+        Raises:
+            WrongStateError: nobody has set the view: it frames the world.
+            NameTakenError: another node has this name.
+        """
+        eye, target = self._set_view()
+        now, known = self.read(), self._scene.viewpoints()
+        parent = "world" if now.camera_keeps_direction else now.camera_node or "world"
+        if parent in known:
+            parent = known[parent].parent
+        pose = np.linalg.inv(self._scene.pose(parent)) @ looking_at(eye, target)
+        distance = float(np.linalg.norm(target - eye))
+        with self._scene.batch() as batch:
+            if name in known:
+                batch.attach(name, parent, pose)
+                batch.set_viewpoint(name, distance, now.field_of_view)
+            else:
+                batch.add_viewpoint(name, pose=pose, parent=parent, distance=distance, field_of_view=now.field_of_view)
+        return self._scene.viewpoint(name)
+
+    def _set_view(self) -> tuple[Vector, Vector]:
+        found = self.eye_and_target()
+        if found is None:
+            raise WrongStateError("the view frames the world; set it first, by set_camera or look_from")
+        return found
+
+    def look_from(self, viewpoint: str) -> None:
+        """Look from a viewpoint of the scene, in every open viewer, and go along with it where it moves.
+
+        Example:
+            >>> client.view.save("front")
+            >>> client.view.look_from("front")
+        """
+        saved = self._scene.viewpoint(viewpoint)
+        self.set_camera([0.0, 0.0, 0.0], [0.0, 0.0, saved.distance], saved.field_of_view, node=saved.name)
 
     def measure(self, first: Place, second: Place) -> Measure:
         """Return how far two points are apart now.
@@ -58,8 +133,8 @@ class View(ViewSetup):
 
         Args:
             camera: the point of view: (eye, target) or (eye, target, field of view), meters in the world's frame
-                and radians; or the name of a camera of the scene. Without one it is the view's, which frames the world
-                until it is set.
+                and radians; or the name of a camera or a viewpoint of the scene. Without one it is the view's, which
+                frames the world until it is set.
             size: width and height in pixels, at most 4096 each; by default 1280 and 720, or the camera's own.
             format: `png`, `jpeg`, or `raw` for `pixels`.
             plain: leaves out annotations, bounding boxes, joint axes, measurements, ghosts, what is shown of sensors
@@ -71,6 +146,14 @@ class View(ViewSetup):
             (480, 640, 3)
         """
         return pictures.capture(self._services, camera, size, format, plain)
+
+    def capture_model(self, name: str) -> Picture:
+        """Return a small picture of a known model that is installed, a PNG file; it is taken once and kept.
+
+        Example:
+            >>> client.view.capture_model("ur10e").save("ur10e.png")
+        """
+        return pictures.capture_model(self._services, name)
 
     def record(
         self,

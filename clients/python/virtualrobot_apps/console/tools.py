@@ -1,4 +1,4 @@
-"""Tools of the page that are no calls of the contract: connections, films, trajectories, mappings, registrations.
+"""Tools of the page that are no calls of the contract: connections, films, paths, mappings, registrations, curves.
 
 Each is a path of the console's own port, with JSON both ways. Whoever asks needs what the kernel would want, a token
 and a role, and what is done is done with that token.
@@ -22,6 +22,7 @@ from virtualrobot.v1 import token_pb2
 
 from virtualrobot_apps.console.films import Films, camera_of, size_of
 from virtualrobot_apps.console.http_calls import Caller, Receive, Send, begin, refuse
+from virtualrobot_apps.console.plots import Plots, curves_of
 from virtualrobot_apps.console.refusal import Refusal
 from virtualrobot_apps.console.registering import by_pictures, by_touches
 from virtualrobot_apps.console.upstream import Upstream
@@ -56,7 +57,7 @@ class PageTools:
     def __init__(self, upstream: Upstream, limit: Limit, connect: Callable[[str], Client]) -> None:
         """Work for pages as `connect` gives a client of the kernel with a token."""
         self._upstream, self._limit, self._connect = upstream, limit, connect
-        self._wiring, self._films = Wiring(connect), Films(connect)
+        self._wiring, self._films, self._plots = Wiring(connect), Films(connect), Plots(connect)
         observer, operator = token_pb2.ROLE_OBSERVER, token_pb2.ROLE_OPERATOR
         self._work: dict[tuple[str, str], tuple[int, Work]] = {
             ("GET", "/connections"): (observer, lambda _: self._wiring.state()),
@@ -70,6 +71,8 @@ class PageTools:
             # Whoever may look may measure; what is kept in the world is the kernel's to refuse.
             ("POST", "/registration/touched"): (observer, lambda one: self._registered(one, by_touches)),
             ("POST", "/registration/pictures"): (observer, lambda one: self._registered(one, by_pictures)),
+            ("GET", "/streams"): (observer, lambda one: self._plots.streams(one.token)),
+            ("POST", "/curves"): (observer, self._curves),
             # Whoever may look may film, as the kernel has it.
             ("GET", "/films"): (observer, lambda _: self._films.state()),
             ("POST", "/films/start"): (observer, self._start_film),
@@ -110,6 +113,7 @@ class PageTools:
         """End what runs."""
         await asyncio.to_thread(self._wiring.close)
         await asyncio.to_thread(self._films.close)
+        await asyncio.to_thread(self._plots.close)
 
     async def _read(self, receive: Receive) -> dict[str, Any]:
         body, more = bytearray(), True
@@ -153,6 +157,9 @@ class PageTools:
         with self._connect(asked.token) as client:
             return by(client, asked.said)
 
+    def _curves(self, asked: _Asked) -> object:
+        return self._plots.read(asked.token, asked.text("page"), curves_of(asked.said.get("curves")))
+
     def _trajectory(self, asked: _Asked) -> object:
         """Return what a file says for a robot, as the contract's JointTrajectory in JSON."""
         with self._connect(asked.token) as client:
@@ -165,6 +172,7 @@ class PageTools:
 DEVICES = {
     "gamepad": (gamepad_mapping.GAMEPAD, gamepad_mapping.USUAL),
     "space-mouse": (gamepad_mapping.SPACE_MOUSE, gamepad_mapping.USUAL_SPACE_MOUSE),
+    "keyboard": (gamepad_mapping.KEYBOARD, gamepad_mapping.USUAL_KEYBOARD),
 }
 """Devices of pages, and the files of their usual mappings."""
 MOST_LETTERS = 100_000

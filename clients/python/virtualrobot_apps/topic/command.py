@@ -172,7 +172,7 @@ def plot(
     if recorded is not None:
         found = files.curves(recorded)
     else:
-        names = [part.partition(":")[0].strip() for one in curves for part in one.split(of.MINUS)]
+        names = of.streams_of(curves)
         found = of.of_samples(drawn_live(target, names, curves, seconds, shows=out is None and sys.stdout.isatty()))
     if trail and out is not None:
         drawing.write(out, ways=of.trails(found, curves))

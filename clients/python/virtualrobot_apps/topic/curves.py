@@ -30,6 +30,11 @@ class Curve:
     values: Floats
 
 
+def streams_of(wanted: Iterable[str]) -> list[str]:
+    """Return the streams that curves are of, names or patterns, each once."""
+    return list(dict.fromkeys(part.partition(":")[0].strip() for one in wanted for part in one.split(MINUS)))
+
+
 def of_samples(samples: Iterable[Sample]) -> dict[str, Curve]:
     """Return the numbers of samples over time, as `STREAM:FIELD`; of streams with x and y the `speed` (m/s), too."""
     return of_numbers(

@@ -21,9 +21,11 @@ from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.figures import Pose
 from virtualrobot_kernel.world.structure import NodeSpec
 
-KINDS = frozenset({"part", "robot", "link", "adapter", "tool", "target"}) | SENSORS.keys()
+KINDS = frozenset({"part", "robot", "link", "adapter", "tool", "target", "viewpoint"}) | SENSORS.keys()
 """Kinds of nodes whose own fields can be changed."""
-UPDATABLE = frozenset({"name", "parent_t_node", "hidden", "figures"}) | KINDS
+SAID = frozenset({"description", "tags", "icon", "locked"})
+"""Fields of what people say of a node, and its lock."""
+UPDATABLE = frozenset({"name", "parent_t_node", "hidden", "figures"}) | SAID | KINDS
 
 
 def world_commands(messages: Iterable[scene_pb2.Command]) -> list[commands.Command]:
@@ -77,6 +79,10 @@ def _update(message: scene_pb2.UpdateNode) -> commands.UpdateNode:
         figures=shapes,
         data=data if kinds else None,
         running=runs(node) if kinds & SENSORS.keys() else None,
+        description=node.description if "description" in fields else None,
+        tags=tuple(node.tags) if "tags" in fields else None,
+        icon=node.icon if "icon" in fields else None,
+        locked=node.locked if "locked" in fields else None,
     )
 
 

@@ -6,7 +6,7 @@ import math
 
 from virtualrobot.v1 import geometry_pb2, view_pb2
 
-from virtualrobot_kernel.api.convert.view import CAMERA
+from virtualrobot_kernel.api.convert.view import camera_of
 from virtualrobot_kernel.drawing.renderer import Picked
 from virtualrobot_kernel.drawing.shots import HEIGHT, LARGEST, WIDTH, ImageFormat, Shot
 from virtualrobot_kernel.drawing.view import Camera, check_camera
@@ -15,7 +15,7 @@ from virtualrobot_kernel.messages.values import GREATEST, check_enum, finite, no
 from virtualrobot_kernel.sensing.lenses import size_of
 from virtualrobot_kernel.world.sensing import CameraSensor
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind, Structure
+from virtualrobot_kernel.world.structure import Kind, Structure, ViewpointData
 
 DEFAULT_RATE = 25.0
 """Default pictures a second of a film."""
@@ -105,10 +105,14 @@ def _from(
 ) -> tuple[Camera | None, int]:
     """Return the camera, or the uid of the camera sensor, that a message looks from: neither means the view's."""
     if message.WhichOneof("from") == "camera_sensor":
+        named = structure.nodes.get(structure.uid_by_name.get(message.camera_sensor, 0))
+        if named is not None and isinstance(named.data, ViewpointData):
+            ahead = (0.0, 0.0, named.data.distance)
+            return Camera(target=ahead, field_of_view=named.data.field_of_view, node=named.uid), 0
         return None, structure.node(message.camera_sensor, Kind.CAMERA_SENSOR).uid
     if message.WhichOneof("from") is None:
         return None, 0
-    eye = CAMERA.read(message.camera, f"{what}.camera".lstrip("."))
+    eye = camera_of(message.camera, f"{what}.camera".lstrip("."), structure)
     check_camera(eye)
     return eye, 0
 

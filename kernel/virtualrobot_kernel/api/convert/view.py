@@ -20,7 +20,7 @@ from virtualrobot_kernel.sensing.overlays import PointColor, SensorOverlay
 from virtualrobot_kernel.sensing.picture import BACKGROUND
 from virtualrobot_kernel.world.apply_sensors import sensor_node
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Kind, Structure
+from virtualrobot_kernel.world.structure import WORLD_UID, Kind, Structure
 
 
 def changed_settings(view: view_pb2.View, mask: FieldMask, snapshot: Snapshot) -> dict[str, Any]:
@@ -36,7 +36,7 @@ def changed_settings(view: view_pb2.View, mask: FieldMask, snapshot: Snapshot) -
         "collisions_hidden": lambda: view.collisions_hidden,
         "joint_axes": lambda: tuple(structure.node(name, Kind.ROBOT).uid for name in view.joint_axes),
         "bounding_boxes": lambda: tuple(structure.node(name).uid for name in view.bounding_boxes),
-        "camera": lambda: CAMERA.read(view.camera, "camera") if view.HasField("camera") else None,
+        "camera": lambda: camera_of(view.camera, "camera", structure) if view.HasField("camera") else None,
         "sensors": lambda: tuple(_overlay(one, structure) for one in view.sensors),
         "measurements": lambda: tuple(_measurement(one, structure) for one in view.measurements),
         "clearances": lambda: tuple(_clearance(one, structure) for one in view.clearances),
@@ -45,9 +45,14 @@ def changed_settings(view: view_pb2.View, mask: FieldMask, snapshot: Snapshot) -
     return {name: readers[name]() for name in sorted(fields)}
 
 
-CAMERA = Table(Camera, view_pb2.Camera, field_of_view=OrDefault(FINITE))
+CAMERA = Table(Camera, view_pb2.Camera, field_of_view=OrDefault(FINITE), without=("node",))
 COLORS = EnumTable(PointColor, view_pb2.PointColor, PointColor.DISTANCE)
 OVERLAY = Table(SensorOverlay, view_pb2.SensorOverlay, color_by=COLORS, without=("uid", "sensor"))
+
+
+def camera_of(message: view_pb2.Camera, what: str, structure: Structure) -> Camera:
+    """Return a viewpoint of people; raise KernelError, which names the field, where it is none."""
+    return CAMERA.read(message, what, node=structure.node(message.node).uid)
 
 
 def node_point(message: view_pb2.NodePoint, what: str, structure: Structure) -> NodePoint:
@@ -89,8 +94,10 @@ def view_message(settings: ViewSettings, structure: Structure) -> view_pb2.View:
         collisions_hidden=settings.collisions_hidden,
         joint_axes=[structure.nodes[uid].name for uid in settings.joint_axes if uid in structure.nodes],
         bounding_boxes=[structure.nodes[uid].name for uid in settings.bounding_boxes if uid in structure.nodes],
-        camera=settings.camera and CAMERA.write(settings.camera),
     )
+    if settings.camera is not None and settings.camera.node in structure.nodes:
+        node = structure.nodes[settings.camera.node].name if settings.camera.node != WORLD_UID else ""
+        message.camera.CopyFrom(CAMERA.write(settings.camera, node=node))
     message.sensors.extend(
         OVERLAY.write(one, sensor=structure.nodes[one.uid].name)
         for one in settings.sensors

@@ -16,6 +16,10 @@ from virtualrobot_kernel.shapes.submesh import Submesh
 from virtualrobot_kernel.world.figures import Figure, Frame, Geometry, Label, Lines, Mesh, Points
 
 Rgba = tuple[float, float, float, float]
+Finish = tuple[float, float]
+"""Roughness and metalness of a surface."""
+
+PLAIN: Finish = (ROUGHNESS, 0.0)
 
 POINTS, LINES = 0, 1
 """Modes of a glTF primitive; without one it is triangles."""
@@ -43,9 +47,9 @@ class MeshTable:
         self.buffers = Buffers()
         self.meshes: list[dict[str, Any]] = []
         self._load = load
-        self._places: dict[tuple[Geometry, Rgba | None], int] = {}
+        self._places: dict[tuple[Geometry, Rgba | None, Finish], int] = {}
         self._stored: dict[Geometry, list[tuple[Submesh, dict[str, Any]]]] = {}
-        self._materials: dict[tuple[Rgba, int | None, bool], int] = {}
+        self._materials: dict[tuple[Rgba, Finish, int | None, bool], int] = {}
         self._images: dict[str, int] = {}
         self._material_list: list[dict[str, Any]] = []
         self._image_list: list[dict[str, Any]] = []
@@ -53,10 +57,11 @@ class MeshTable:
     def index(self, figure: Figure) -> int | None:
         """Return the index of a figure's mesh; None where it holds nothing (points and lines may be empty)."""
         color = figure.material.color if figure.material else None
+        finish = (figure.material.roughness, figure.material.metalness) if figure.material else PLAIN
         shape = same_content(figure.geometry) if isinstance(figure.geometry, Mesh) else figure.geometry
-        key = (shape, color)
+        key = (shape, color, finish)
         if key not in self._places:
-            primitives = self._primitives(shape, color)
+            primitives = self._primitives(shape, color, finish)
             if not primitives:
                 return None
             self._places[key] = len(self.meshes)
@@ -76,7 +81,7 @@ class MeshTable:
         }
         return {name: items for name, items in found.items() if items}
 
-    def _primitives(self, geometry: Geometry, color: Rgba | None) -> list[dict[str, Any]]:
+    def _primitives(self, geometry: Geometry, color: Rgba | None, finish: Finish) -> list[dict[str, Any]]:
         match geometry:
             case Label():
                 return []
@@ -91,7 +96,7 @@ class MeshTable:
         if geometry not in self._stored:
             parts = self._load(geometry) if isinstance(geometry, Mesh) else (triangles(geometry),)
             self._stored[geometry] = [self._store(part) for part in parts]
-        return [self._dressed(part, shape, color) for part, shape in self._stored[geometry]]
+        return [self._dressed(part, shape, color, finish) for part, shape in self._stored[geometry]]
 
     def _marks(self, mode: int, positions: NDArray, colors: NDArray, color: Rgba | None) -> list[dict[str, Any]]:
         """Return points or lines; numbers (3 n,), colours of their own (3 n,) of 8 bits or none, or else `color`."""
@@ -102,7 +107,7 @@ class MeshTable:
         if len(colors):
             opaque = np.hstack([colors.reshape(-1, 3), np.full((len(places), 1), 255, np.uint8)])
             attributes["COLOR_0"] = self.buffers.add_colors(opaque)
-        material = self._material(WHITE if len(colors) else color or INK)
+        material = self._material(WHITE if len(colors) else color or INK, PLAIN)
         return [{"attributes": attributes, "mode": mode, "material": material}]
 
     def _store(self, part: Submesh) -> tuple[Submesh, dict[str, Any]]:
@@ -119,20 +124,21 @@ class MeshTable:
         indices = self.buffers.add(part.faces.astype(kind).reshape(-1), "SCALAR", ELEMENT_BUFFER)
         return part, {"attributes": attributes, "indices": indices}
 
-    def _dressed(self, part: Submesh, shape: dict[str, Any], color: Rgba | None) -> dict[str, Any]:
+    def _dressed(self, part: Submesh, shape: dict[str, Any], color: Rgba | None, finish: Finish) -> dict[str, Any]:
         """Return a part in its look: `color` replaces the part's own colours, and is a factor on its texture."""
         if part.texture is not None and part.uv is not None:
-            return {**shape, "material": self._material(color or part.color or WHITE, self._texture(part.texture))}
+            texture = self._texture(part.texture)
+            return {**shape, "material": self._material(color or part.color or WHITE, finish, texture)}
         if part.vertex_colors is None or color is not None:
-            return {**shape, "material": self._material(color or part.color or GREY)}
+            return {**shape, "material": self._material(color or part.color or GREY, finish)}
         attributes = {**shape["attributes"], "COLOR_0": self.buffers.add_colors(part.vertex_colors)}
         see_through = bool((part.vertex_colors[:, 3] < 255).any())
-        return {**shape, "attributes": attributes, "material": self._material(WHITE, None, see_through)}
+        return {**shape, "attributes": attributes, "material": self._material(WHITE, finish, None, see_through)}
 
-    def _material(self, color: Rgba, texture: int | None = None, see_through: bool = False) -> int:
-        key = (color, texture, see_through)
+    def _material(self, color: Rgba, finish: Finish, texture: int | None = None, see_through: bool = False) -> int:
+        key = (color, finish, texture, see_through)
         if key not in self._materials:
-            look = material(color, ROUGHNESS, texture)
+            look = material(color, finish[0], texture, finish[1])
             self._materials[key] = len(self._material_list)
             self._material_list.append({**look, "alphaMode": "BLEND"} if see_through else look)
         return self._materials[key]

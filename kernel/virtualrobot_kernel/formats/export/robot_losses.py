@@ -63,6 +63,8 @@ def losses(
         unsaid.append("limits of acceleration and jerk")
     if any(_has_own_feel(figure.material) for node in nodes for figure in figures[node.uid]):
         unsaid.append("reflectance and friction")
+    if any(_has_own_finish(figure.material) for node in nodes for figure in figures[node.uid]):
+        unsaid.append("roughness and metalness")
     if any(_touches_its_own_way(figure.material) for node in nodes for figure in figures[node.uid]):
         unsaid.append("restitution, rolling friction and stiffness of surfaces")
     if unsaid:
@@ -99,6 +101,11 @@ def _has_own_rates(joint: Joint) -> bool:
 def _has_own_feel(material: Material | None) -> bool:
     plain = Material()
     return material is not None and (material.reflectance, material.friction) != (plain.reflectance, plain.friction)
+
+
+def _has_own_finish(material: Material | None) -> bool:
+    plain = Material()
+    return material is not None and (material.roughness, material.metalness) != (plain.roughness, plain.metalness)
 
 
 def _touches_its_own_way(material: Material | None) -> bool:

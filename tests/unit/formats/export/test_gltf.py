@@ -321,3 +321,13 @@ def test_equal_bytes_of_other_places_are_one_mesh() -> None:
     ]
     glb = glb_of(snapshot_of([one(*figures)]), library)
     assert [mesh["name"] for mesh in glb.json["meshes"]] == ["b.stl", "b.stl"]
+
+
+def test_each_surface_has_its_roughness_and_metalness() -> None:
+    """By glTF 2.0, 3.9.2, `roughnessFactor` and `metallicFactor` of a material; what says neither has ours."""
+    grey = (0.5, 0.5, 0.5, 1.0)
+    steel = Figure(Box((1, 1, 1)), material=Material(grey, roughness=0.25, metalness=1.0))
+    glb = glb_of(snapshot_of([one(steel, Figure(Box((1, 1, 1)), material=Material(grey)))]))
+    for figure, expected in ((1, (0.25, 1.0)), (2, (0.62, 0.0))):
+        surface = glb.material(glb.primitives(f"thing figure {figure}")[0])["pbrMetallicRoughness"]
+        assert (surface["roughnessFactor"], surface["metallicFactor"]) == expected

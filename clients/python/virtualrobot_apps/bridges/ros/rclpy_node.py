@@ -198,6 +198,9 @@ class RclpyNode(Transport):
     def _serve(self, service: Service) -> None:
         kind = class_of(service.type)
 
+        def packed(told: RosValue) -> Any:  # noqa: ANN401 classes of the ROS here
+            return deserialize_message(Message(f"{service.type}_Response", told).cdr, kind.Response)
+
         def answer(request: Any, response: Any) -> Any:  # noqa: ANN401 classes of the ROS here
             """Answer in a thread of rclpy's, always, as the caller waits; ROS 2 has no other way to tell a refusal."""
             try:
@@ -205,12 +208,11 @@ class RclpyNode(Transport):
                 call = asyncio.run_coroutine_threadsafe(_answered(service, value), self._loop)
                 self._calls.add(call)
                 try:
-                    told = call.result()
+                    return packed(call.result())
                 finally:
                     self._calls.discard(call)
-            except BaseException as error:  # whatever a service raises, and the end of this one
-                told = refusal(service.type, str(error) or repr(error))
-            return deserialize_message(Message(f"{service.type}_Response", told).cdr, kind.Response)
+            except BaseException as error:  # whatever a service raises or tells amiss, and the end of this one
+                return packed(refusal(service.type, str(error) or repr(error)))
 
         served = self._node.create_service(kind, service.name, answer, callback_group=self._services)
         self._others[_own_key(service)] = lambda: self._node.destroy_service(served)

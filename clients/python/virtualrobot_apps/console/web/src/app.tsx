@@ -4,7 +4,7 @@ import { undo, redo } from "./kernel/orders";
 import { goal } from "./kernel/goal";
 import { helps } from "./kernel/help";
 import { isolate } from "./kernel/isolation";
-import { placing } from "./kernel/loader";
+import { keyboard } from "./kernel/keyboard";
 import { opened, shownBelow, shownRight, toggle } from "./kernel/shown";
 import { selected } from "./kernel/world";
 import { Chosen, Tabs, type Tab } from "./parts/tabs";
@@ -24,10 +24,9 @@ import { Tree } from "./panels/tree";
 import { View, viewport } from "./panels/view";
 import { turnTo, Views } from "./panels/views";
 import { stop } from "./kernel/stop";
-import { asked } from "./view/finding";
+import { leave } from "./view/aiming";
 import { namesShown } from "./view/names";
 import { tool } from "./view/gizmo";
-import { picking } from "./view/jointing";
 
 const left = signal("scene");
 
@@ -85,6 +84,7 @@ const KEYS: Record<string, () => void> = {
   w: () => (tool.value = "translate"),
   e: () => (tool.value = "rotate"),
   m: () => (tool.value = "move"),
+  t: () => (tool.value = "turn"),
   f: () => viewport.current?.frame(selected.value),
   i: () => isolate(selected.value),
   d: () => toggle("measuring"),
@@ -92,9 +92,7 @@ const KEYS: Record<string, () => void> = {
   Escape: () => {
     viewport.current?.nodeHandle.leave();
     goal.clear();
-    picking.value = false;
-    placing.value = undefined;
-    asked.value = undefined;
+    leave();
     if (opened.value === "measuring") opened.value = "";
   },
 };
@@ -121,7 +119,7 @@ addEventListener(
     } else if (event.key.toLowerCase() === "z" && (event.ctrlKey || event.metaKey)) {
       event.preventDefault();
       void (event.shiftKey ? redo() : undo());
-    } else if (!event.ctrlKey && !event.metaKey && !event.altKey && !isOwnKey(event)) {
+    } else if (!event.ctrlKey && !event.metaKey && !event.altKey && !isOwnKey(event) && !(keyboard.isUsed && event.shiftKey)) {
       KEYS[event.key]?.();
       if (/^[1-7]$/.test(event.key)) turnTo(Number(event.key));
     }

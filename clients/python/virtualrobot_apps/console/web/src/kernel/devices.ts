@@ -1,15 +1,16 @@
-// Gamepads and space mice that lead the chosen robot while their dead man's button is held, as a mapping says: the same files
-// as at the command line, which the console reads.
+// Gamepads, space mice and the keyboard, which lead the chosen robot while their dead man's button is held, and move the view
+// while it isn't, as a mapping says: the same files as at the command line, which the console reads.
 import { signal } from "@preact/signals";
 import { askConsole } from "./console_calls";
 import { readPad } from "./gamepad";
+import { keyboard } from "./keyboard";
 import { craftOf, jointsOf, toolOf } from "./leads";
 import { attempt, say } from "./messages";
 import { hold, release, type Led } from "./setpoints";
 import { mouse } from "./space_mouse";
 import { robots } from "./world";
 
-export type Device = "gamepad" | "space-mouse";
+export type Device = "gamepad" | "space-mouse" | "keyboard";
 
 /** How a device is: axes from -1 to 1, and the buttons that are down, by the names that mappings have for them. */
 export interface State {
@@ -34,6 +35,7 @@ export interface Mapping {
   jog: Controls;
   tool: Controls;
   frame: string;
+  camera: Controls;
   slower: string;
   faster: string;
 }
@@ -41,8 +43,12 @@ export interface Mapping {
 const PERIOD_MS = 50;
 const DIRECTIONS = ["forward", "left", "turn"];
 const TOOL = ["vx", "vy", "vz", "wx", "wy", "wz"];
-const NAMES: Record<Device, string> = { gamepad: "gamepad", "space-mouse": "space mouse" };
-const READ: Record<Device, () => State | undefined> = { gamepad: readPad, "space-mouse": () => mouse.state };
+const CAMERA = ["right", "up", "nearer", "turn", "tilt"];
+const NAMES: Record<Device, string> = { gamepad: "gamepad", "space-mouse": "space mouse", keyboard: "keyboard" };
+const READ: Record<Device, () => State | undefined> = { gamepad: readPad, "space-mouse": () => mouse.state, keyboard: () => keyboard.state };
+
+/** Moves the view by parts of CAMERA, -1 to 1, for so many seconds. */
+export type Look = (parts: readonly number[], seconds: number) => void;
 
 /** What a device means, the file of it ("" for the usual one), and its share of the speeds, 0.1 to 1. */
 class Meaning {
@@ -72,8 +78,8 @@ class Meaning {
     if (file) say(`${file.name}: it counts for the ${NAMES[this.device]} of this page`, "good");
   }
 
-  /** Leads a robot as the device says now. One that has gone lets go, and so does a window that is left. */
-  lead(robot: string): void {
+  /** Leads a robot as the device says now, or moves the view. One that has gone lets go, and so does a window that is left. */
+  lead(robot: string, look: Look): void {
     const state = READ[this.device]();
     this.name.value = state?.name ?? "";
     if (state && !this.#asked) void this.read();
@@ -87,6 +93,10 @@ class Meaning {
       if (button && state.buttons.has(button) && !this.#pressed.has(button)) this.share.value = Math.min(1, Math.max(0.1, this.share.value + change));
     }
     this.#pressed = state.buttons;
+    if (!isHeld && document.hasFocus()) {
+      const parts = CAMERA.map((name) => valueOf(mapping.camera[name], state, mapping.dead_zone));
+      if (parts.some(Boolean)) look(parts, PERIOD_MS / 1000);
+    }
     if (!isHeld || this.#spent) return release(this.device);
     const led = robot ? ledBy(robot, mapping) : undefined;
     if (led) return hold(led[0], this.device, led[1].map((control) => this.share.value * valueOf(control, state, mapping.dead_zone)));
@@ -103,6 +113,7 @@ class Meaning {
 
 export const gamepad = new Meaning("gamepad");
 export const spaceMouse = new Meaning("space-mouse");
+export const keys = new Meaning("keyboard");
 
 /** Returns whether a robot drives by twists; what swims is told its thrusters instead. */
 export function isCraft(robot: string): boolean {
@@ -128,10 +139,10 @@ function valueOf(control: Control | undefined, { axes, buttons }: State, deadZon
   return control.sign * Math.sign(moved) * Math.max(0, Math.min(1, (Math.abs(moved) - deadZone) / (1 - deadZone)));
 }
 
-/** Reads the devices for a robot until the returned function is called. */
-export function readDevices(robot: () => string): () => void {
-  const all = [gamepad, spaceMouse];
-  const timer = setInterval(() => all.forEach((one) => one.lead(robot())), PERIOD_MS);
+/** Reads the devices for a robot, "" for none, and the view, until the returned function is called. */
+export function readDevices(robot: () => string, look: Look): () => void {
+  const all = [gamepad, spaceMouse, keys];
+  const timer = setInterval(() => all.forEach((one) => one.lead(robot(), look)), PERIOD_MS);
   return () => {
     clearInterval(timer);
     all.forEach((one) => one.letGo());

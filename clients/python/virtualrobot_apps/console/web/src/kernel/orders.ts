@@ -49,6 +49,16 @@ export function setHidden(name: string, hidden: boolean): Promise<boolean> {
   return apply({ case: "updateNode", value: { name, node: { hidden }, updateMask: { paths: ["hidden"] } } });
 }
 
+/** Keeps a node as it is, or lets go of it. */
+export function setLocked(name: string, locked: boolean): Promise<boolean> {
+  return apply({ case: "updateNode", value: { name, node: { locked }, updateMask: { paths: ["locked"] } } });
+}
+
+/** Changes what people say of a node. */
+export function describe(name: string, said: { description: string } | { tags: string[] } | { icon: string }): Promise<boolean> {
+  return apply({ case: "updateNode", value: { name, node: said, updateMask: { paths: Object.keys(said) } } });
+}
+
 export function place(name: string, parent_t_node: MessageInitShape<typeof PoseSchema>): Promise<boolean> {
   const value = { name, node: { parentTNode: parent_t_node }, updateMask: { paths: ["parent_t_node"] } };
   return apply({ case: "updateNode", value });

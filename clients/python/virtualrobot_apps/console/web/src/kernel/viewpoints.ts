@@ -1,7 +1,12 @@
-// Where cells are looked at from: what this browser keeps under names, and the view of all, which viewers, pictures and films have.
-import { signal } from "@preact/signals";
+// From where the cell is looked at: viewpoints that are saved in it, and the view of all, which viewers, pictures and films have.
+import { computed } from "@preact/signals";
+import { Matrix4, Vector3 } from "three";
+import { ofArray } from "./arrays";
 import { attempt, say } from "./messages";
-import { views } from "./services";
+import { apply } from "./orders";
+import { scenes, views } from "./services";
+import { items, type Item } from "./world";
+import { lookingAt, matrixOf, poseOf, readRow } from "../view/poses";
 
 type Point = [x: number, y: number, z: number];
 
@@ -12,63 +17,79 @@ export interface Viewpoint {
   fieldDegrees: number;
 }
 
-const KEY = "virtualrobot-views";
 const DEGREES = 180 / Math.PI;
-/** Vertical field of view of a camera that tells none, as the contract has it. */
+/** What the contract takes where a camera or a viewpoint tells none. */
 const FIELD_RADIANS = 0.9;
+const DISTANCE_METERS = 1;
 
-/** Viewpoints that this browser keeps, for whatever cell it shows, by name. */
-export const kept = signal<ReadonlyMap<string, Viewpoint>>(stored());
+/** The viewpoints of the scene. */
+export const kept = computed(() => [...items.value.values()].filter(({ kind }) => kind === "viewpoint"));
 
-export function keep(name: string, viewpoint: Viewpoint): void {
-  store(new Map(kept.peek()).set(name, viewpoint));
+/** Saves a viewpoint in the cell under a name, on a parent that it goes along with then; one of this name looks from there. */
+export function keep(name: string, viewpoint: Viewpoint, parent: string, world_t_parent: Matrix4): Promise<boolean> {
+  const { position, target, fieldDegrees } = viewpoint;
+  const world_t_eye = matrixOf(lookingAt(position, target, "z"));
+  const parentTNode = poseOf(world_t_parent.clone().invert().multiply(world_t_eye));
+  const distanceMeters = new Vector3(...position).distanceTo(new Vector3(...target));
+  const kind = { case: "viewpoint" as const, value: { distanceMeters, fieldOfViewRadians: fieldDegrees / DEGREES } };
+  if (items.peek().get(name)?.kind !== "viewpoint") return apply({ case: "createNode", value: { node: { name, parent, parentTNode, kind } } });
+  return apply(
+    { case: "attachNode", value: { name, parent, parentTNode } },
+    { case: "updateNode", value: { name, node: { kind }, updateMask: { paths: ["viewpoint"] } } },
+  );
 }
 
-export function drop(name: string): void {
-  store(new Map([...kept.peek()].filter(([one]) => one !== name)));
+/** Returns from where a viewpoint of the scene looks, whose place in the world is given. */
+export function viewpointOf({ node }: Item, world_t_eye: Matrix4): Viewpoint | undefined {
+  if (node.kind.case !== "viewpoint") return undefined;
+  const { distanceMeters, fieldOfViewRadians } = node.kind.value;
+  const position = new Vector3().setFromMatrixPosition(world_t_eye);
+  const target = new Vector3(0, 0, distanceMeters || DISTANCE_METERS).applyMatrix4(world_t_eye);
+  return { position: position.toArray(), target: target.toArray(), fieldDegrees: DEGREES * (fieldOfViewRadians || FIELD_RADIANS) };
+}
+
+/** The view of all, and the node that it goes along with, if any. */
+export interface SharedView {
+  viewpoint: Viewpoint;
+  along?: { node: string; turns: boolean };
 }
 
 /** Returns where the kernel's own pictures are taken from; undefined while it frames the world, and where it can't be asked. */
-export async function readViewpoint(): Promise<Viewpoint | undefined> {
+export async function readViewpoint(): Promise<SharedView | undefined> {
   try {
     const camera = (await views.getView({})).view?.camera;
-    const { position, target } = camera ?? {};
-    if (!camera || !position || !target) return undefined;
+    if (!camera?.position || !camera.target) return undefined;
     const fieldDegrees = DEGREES * (camera.fieldOfViewRadians || FIELD_RADIANS);
-    return { position: [position.x, position.y, position.z], target: [target.x, target.y, target.z], fieldDegrees };
+    const { node, keepsDirection } = camera;
+    const frame = node ? frameOf(await poseInWorld(node), !keepsDirection) : new Matrix4();
+    const [position, target] = [camera.position, camera.target].map(({ x, y, z }) => new Vector3(x, y, z).applyMatrix4(frame).toArray());
+    return { viewpoint: { position, target, fieldDegrees }, along: node ? { node, turns: !keepsDirection } : undefined };
   } catch {
     return undefined;
   }
 }
 
-/** Has the kernel's viewer, its pictures and films look from here. */
-export async function share({ position, target, fieldDegrees }: Viewpoint): Promise<void> {
-  const vector = ([x, y, z]: Point) => ({ x, y, z });
-  const camera = { position: vector(position), target: vector(target), fieldOfViewRadians: fieldDegrees / DEGREES };
+/** Has the kernel's viewer, its pictures and films look from here, along with a node where one is given with its place. */
+export async function share({ position, target, fieldDegrees }: Viewpoint, along?: { node: string; turns: boolean; place: Matrix4 }): Promise<void> {
+  const frame = along ? frameOf(along.place, along.turns).invert() : new Matrix4();
+  const vector = (point: Point) => {
+    const { x, y, z } = new Vector3(...point).applyMatrix4(frame);
+    return { x, y, z };
+  };
+  const camera = {
+    position: vector(position), target: vector(target), fieldOfViewRadians: fieldDegrees / DEGREES,
+    node: along?.node ?? "", keepsDirection: along !== undefined && !along.turns,
+  };
   if (await attempt(views.updateView({ view: { camera }, updateMask: { paths: ["camera"] } }))) say("viewers, pictures and films look from here now", "good");
 }
 
-function store(now: ReadonlyMap<string, Viewpoint>): void {
-  try {
-    localStorage.setItem(KEY, JSON.stringify(Object.fromEntries(now)));
-    kept.value = now;
-  } catch (error) {
-    say(`this browser keeps no views: ${(error as Error).message}`, "error");
-  }
+/** Returns the frame of a node at a place, or of its origin along the world's axes. */
+function frameOf(place: Matrix4, turns: boolean): Matrix4 {
+  return turns ? place.clone() : new Matrix4().makeTranslation(new Vector3().setFromMatrixPosition(place));
 }
 
-/** Returns what the browser has kept; what is no view, of whomever it is, is left out. */
-function stored(): ReadonlyMap<string, Viewpoint> {
-  try {
-    const found = JSON.parse(localStorage.getItem(KEY) ?? "{}") as Record<string, unknown>;
-    return new Map(Object.entries(found).filter((entry): entry is [string, Viewpoint] => isViewpoint(entry[1])));
-  } catch {
-    return new Map();
-  }
-}
-
-function isViewpoint(value: unknown): value is Viewpoint {
-  const { position, target, fieldDegrees } = (value ?? {}) as Partial<Viewpoint>;
-  const isPoint = (point: unknown) => Array.isArray(point) && point.length === 3 && point.every(Number.isFinite);
-  return isPoint(position) && isPoint(target) && Number.isFinite(fieldDegrees);
+async function poseInWorld(name: string): Promise<Matrix4> {
+  const { worldTNode } = await scenes.getScene({ names: [name], readMask: { paths: ["name"] } });
+  if (!worldTNode) throw new Error(`the kernel told no pose of ${name}`);
+  return readRow(ofArray(worldTNode), 0, new Matrix4());
 }

@@ -2,7 +2,7 @@
 import { Code, ConnectError } from "@connectrpc/connect";
 import { StepKind } from "../generated/virtualrobot/v1/history_pb";
 import { ClockMode } from "../generated/virtualrobot/v1/kernel_pb";
-import type { Lease } from "../generated/virtualrobot/v1/lease_pb";
+import { MotionPhase } from "../generated/virtualrobot/v1/motion_pb";
 import type { WatchSceneResponse } from "../generated/virtualrobot/v1/scene_pb";
 import { ofArray } from "./arrays";
 import { take as takeCollisions } from "./collisions";
@@ -14,7 +14,8 @@ import * as world from "./world";
 
 const RATE_HERTZ = Number(new URLSearchParams(location.search).get("rate") ?? 30);
 const AGAIN_MS = 700;
-const POLL_MS = 500;
+const MOTIONS_HERTZ = 4;
+const ENDED: ReadonlySet<MotionPhase> = new Set([MotionPhase.SUCCEEDED, MotionPhase.CANCELLED, MotionPhase.ABORTED]);
 const MOST_STEPS = 60;
 
 let epoch = 0n;
@@ -58,8 +59,15 @@ export function watch(): void {
       world.cell.value = said.cell;
     },
   );
+  void follow(
+    () => service.motions.watchMotions({ maxRateHertz: MOTIONS_HERTZ }),
+    (said) => {
+      world.motions.value = said.motions.filter(({ phase }) => !ENDED.has(phase));
+      world.speedFactor.value = said.speedFactor;
+    },
+  );
+  void follow(() => service.leases.watchLeases({}), (said) => void (world.leases.value = said.leases));
   void followSteps();
-  setInterval(() => void poll(), POLL_MS);
 }
 
 /** Begins a watch again and again, and takes what it tells; `first` says that all is told anew. */
@@ -187,27 +195,6 @@ async function followSteps(): Promise<never> {
       world.steps.value = [...said.steps.toReversed(), ...kept].slice(0, MOST_STEPS);
     },
   );
-}
-
-/** Asks for what no watch tells: running motions, leases, and which steps have been taken back. */
-async function poll(): Promise<void> {
-  if (world.connection.value !== "connected" || document.hidden) return;
-  try {
-    const [running, leased] = await Promise.all([
-      service.motions.listMotions({ runningOnly: true }),
-      service.leases.listLeases({}),
-    ]);
-    world.motions.value = running.motions;
-    world.speedFactor.value = running.speedFactor;
-    if (!isSame(leased.leases, world.leases.value)) world.leases.value = leased.leases;
-  } catch {
-    // The watches tell when the kernel is gone.
-  }
-}
-
-function isSame(leases: readonly Lease[], others: readonly Lease[]): boolean {
-  const words = (some: readonly Lease[]) => JSON.stringify(some.map(({ id, robots, owner }) => [id, robots, owner]));
-  return words(leases) === words(others);
 }
 
 /** Lets time stand still, or go on. */

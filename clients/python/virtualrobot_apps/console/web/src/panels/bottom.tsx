@@ -1,4 +1,4 @@
-// What happens below the view: joints over time, the program, a trajectory, signals, collisions, traces, the modeller, history, messages.
+// What happens below the view: joints and anything else over time, the program, a trajectory, signals, collisions, traces, the modeller, history, messages.
 import { StepKind } from "../generated/virtualrobot/v1/history_pb";
 import { messages, type Level } from "../kernel/messages";
 import { lines } from "../kernel/program";
@@ -10,6 +10,7 @@ import { Icon } from "../parts/icons";
 import { Chosen, Tabs, type Tab } from "../parts/tabs";
 import { WhileConnected } from "../parts/while_connected";
 import { Collisions } from "./collisions";
+import { CurvesPanel } from "./curves";
 import { Modeller } from "./modeller";
 import { Plot } from "./plot";
 import { Program } from "./program";
@@ -24,6 +25,7 @@ export function toolsBelow(): Tab[] {
   const errors = messages.value.filter(({ level }) => level === "error").length;
   return [
     { id: "plot", icon: "chart-line", name: "Joints", panel: Plot },
+    { id: "curves", icon: "activity", name: "Curves", panel: CurvesPanel },
     { id: "program", icon: "list-video", name: "Program", count: lines.value.length, panel: Program },
     { id: "trajectory", icon: "spline", name: "Trajectory", panel: TrajectoryControl },
     { id: "signals", icon: "toggle-left", name: "Signals", count: cellSignals.value.size, panel: Signals },

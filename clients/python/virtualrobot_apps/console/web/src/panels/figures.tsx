@@ -4,6 +4,7 @@ import { change } from "../kernel/orders";
 import type { Item } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { NumberField } from "../parts/number_field";
+import { ROUGHNESS } from "../view/figures";
 
 const MOST_ROWS = 12;
 const MILLIMETERS = 1000;
@@ -39,6 +40,11 @@ function Row({ figure, write }: { figure: Figure; write: (edit: (figure: Figure)
         {sizesOf(figure).map(({ name, label, meters, set }) => (
           <NumberField key={name} label={label} name={name} unit="mm" decimals={1} value={MILLIMETERS * meters}
             write={(to) => write((copy) => set(copy, to / MILLIMETERS))} />
+        ))}
+        {material && (["roughness", "metalness"] as const).map((field) => (
+          <NumberField key={field} label={`${field === "roughness" ? "Roughness: 0 is a mirror, 1 is matt" : "Metalness"}, %`} name={field === "roughness" ? "Rough" : "Metal"} unit="%" decimals={0}
+            value={100 * (material[field] ?? (field === "roughness" ? ROUGHNESS : 0))}
+            write={(to) => write((copy) => copy.material && (copy.material[field] = Math.min(1, Math.max(0, to / 100))))} />
         ))}
       </div>
     </>

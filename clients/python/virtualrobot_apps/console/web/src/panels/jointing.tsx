@@ -1,11 +1,13 @@
 // A joint between two bodies: which axis, which body moves on which, how and how far.
+import { signal } from "@preact/signals";
+import { Vector3 } from "three";
 import { Icon } from "../parts/icons";
 import { Choice } from "../parts/choice";
 import { NodeField } from "../parts/node_field";
 import { NumberField } from "../parts/number_field";
 import { DEGREES, fixed } from "../parts/numbers";
 import { items, selected } from "../kernel/world";
-import { grows, isBody, joint, limits, makeJoint, missing, picked, picking, reverse, type Motion } from "../view/jointing";
+import { grows, isBody, joint, limits, makeJoint, missing, picked, picking, reverse, takeAxis, togglePicking, type Motion } from "../view/jointing";
 import { takeApart } from "../view/parting";
 import { viewport } from "./view";
 
@@ -21,9 +23,10 @@ export function Jointing() {
     <div class="list jointing" aria-label="A joint between two bodies">
       <div class="entry">
         <Icon name="axis-3d" size={14} color="var(--part)" />
-        <button type="button" class="button small" aria-pressed={picking.value} title="Then click at the wall of a hole or a pin, or at an edge, in the view" onClick={() => (picking.value = !picking.value)}>
+        <button type="button" class="button small" aria-pressed={picking.value} title="Then click at the wall of a hole or a pin, or at an edge, in the view" onClick={togglePicking}>
           {picking.value ? "Click at a hole or an edge …" : "Pick an axis"}
         </button>
+        <FrameAxis />
         <span id="picked-axis" class="mono grow cut" title={told()}>{told()}</span>
         {!picked.value && (
           <button type="button" class="button small" disabled={!isBody(items.value.get(selected.value))} title="Make each body of the selected node's file a node of its own, which hangs on it"
@@ -50,6 +53,27 @@ export function Jointing() {
         <span class="grow cut muted" role="status">{missing.value}</span>
       </div>
     </div>
+  );
+}
+
+const AXES = ["x", "y", "z"] as const;
+const axisNode = signal("");
+
+/** Takes an axis of a node's own frame, by keys alone. */
+function FrameAxis() {
+  const node = axisNode.value;
+  const along = (axis: (typeof AXES)[number]) => {
+    const direction = new Vector3().setComponent(AXES.indexOf(axis), 1);
+    if (items.peek().has(node)) takeAxis(node, { kind: "frame axis", point: new Vector3(), direction, radius: 0, length: 0 });
+  };
+  return (
+    <>
+      <span class="muted">or</span>
+      <NodeField label="A node, through whose origin the axis goes" value={node} placeholder="a node's" choose={(one) => (axisNode.value = one)} />
+      {AXES.map((axis) => (
+        <button key={axis} type="button" class="chip" disabled={!items.value.has(node)} title={`The axis ${axis} of its frame`} aria-label={`The axis ${axis} of the node`} onClick={() => along(axis)}>{axis}</button>
+      ))}
+    </>
   );
 }
 

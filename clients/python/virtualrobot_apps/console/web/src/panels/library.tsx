@@ -1,8 +1,9 @@
 // The catalogue of models, by kind, and files of this machine: each is added by a click, or dragged to where it shall be.
 import { computed, effect, signal } from "@preact/signals";
-import { useRef } from "preact/hooks";
+import { useEffect, useRef } from "preact/hooks";
 import type { KnownModel } from "../generated/virtualrobot/v1/scene_pb";
 import { addModel, bring, listModels, models, placing, placingName } from "../kernel/loader";
+import { forgetMissing, pass, pictures, want } from "../kernel/model_pictures";
 import { chosen, connection, info } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { fixed } from "../parts/numbers";
@@ -27,7 +28,9 @@ const found = computed(() => {
 
 // Another kernel may know others.
 effect(() => {
-  if (connection.value === "connected" && info.value) void listModels();
+  if (connection.value !== "connected" || !info.value) return;
+  forgetMissing();
+  void listModels();
 });
 
 export function Library() {
@@ -65,7 +68,7 @@ function Model({ model }: { model: KnownModel }) {
     <div class={`model ${missing ? "off" : ""}`} role="listitem" data-model={name} draggable={!missing} title={missing || `${description}\n${license}`}
       onDragStart={(event) => event.dataTransfer?.setData(MODEL_TYPE, name)}>
       <button type="button" class="pick" aria-pressed={isPlaced} aria-label={`Place ${name}`} disabled={!!missing} onClick={toggle}>
-        <span class="tile"><Icon name={ICONS[model.kind] ?? "box"} size={20} color={model.kind === "gripper" ? "var(--tool)" : "var(--robot)"} /></span>
+        <Tile model={model} />
         <span class="grow">
           <span class="cut">{name}</span>
           <span class="muted cut">{description}</span>
@@ -76,6 +79,23 @@ function Model({ model }: { model: KnownModel }) {
         <button type="button" class="button small" title={`Mount it on the flange of ${chosen.value}`} onClick={() => void addModel(model, undefined, chosen.value)}>Mount</button>
       )}
     </div>
+  );
+}
+
+/** The picture of a model, once it has been seen; till then, and where there is none, the icon of its kind. */
+function Tile({ model: { name, kind, installed } }: { model: KnownModel }) {
+  const tile = useRef<HTMLSpanElement>(null);
+  const address = pictures.value.get(name);
+  useEffect(() => {
+    if (!installed || address !== undefined) return;
+    const observer = new IntersectionObserver(([{ isIntersecting }]) => (isIntersecting ? want(name) : pass(name)));
+    observer.observe(tile.current!);
+    return () => (observer.disconnect(), pass(name));
+  }, [name, installed, address]);
+  return (
+    <span ref={tile} class="tile">
+      {address ? <img src={address} alt="" draggable={false} /> : <Icon name={ICONS[kind] ?? "box"} size={20} color={kind === "gripper" ? "var(--tool)" : "var(--robot)"} />}
+    </span>
   );
 }
 

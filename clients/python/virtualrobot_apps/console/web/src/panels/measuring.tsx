@@ -7,7 +7,8 @@ import { items, moves } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { NodeField } from "../parts/node_field";
 import { fixed } from "../parts/numbers";
-import { asked, moved, type Found } from "../view/finding";
+import { leave, take as takeClicks } from "../view/aiming";
+import { featureAim, featureAt, moved, type Found } from "../view/finding";
 import { measure, wordsOf, type Measured } from "../view/measuring";
 import { showSpans } from "../view/spans";
 import { viewport } from "./view";
@@ -32,11 +33,12 @@ const now = computed(() => {
 
 const result = computed<Measured | undefined>(() => now.value && measure(now.value[0], now.value[1]));
 
-/** Takes a feature as the end that is open, or begins anew with it. */
-function take(found: Found): void {
+/** Takes a feature as the end that is open, or begins anew with it; whoever wants clicks for something else closes the panel. */
+const aim = featureAim(featureAt, (found) => {
+  if (!found) return;
   const [first, second] = ends.peek();
   ends.value = first && !second ? [first, found] : [found, undefined];
-}
+}, () => opened.peek() === "measuring" && (opened.value = ""));
 
 export function Measuring() {
   return opened.value === "measuring" ? <Panel /> : null;
@@ -44,10 +46,10 @@ export function Measuring() {
 
 function Panel() {
   useEffect(() => {
-    asked.value = take;
+    takeClicks(aim);
     const off = effect(() => showSpans("measured", now.value ? [{ from: now.value[0].point, to: now.value[1].point, color: COLOR }] : []));
     return () => {
-      if (asked.peek() === take) asked.value = undefined;
+      leave(aim);
       off();
       showSpans("measured", []);
     };

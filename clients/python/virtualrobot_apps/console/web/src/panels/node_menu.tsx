@@ -3,7 +3,7 @@ import { useLayoutEffect, useRef } from "preact/hooks";
 import { isolate, isolated } from "../kernel/isolation";
 import { saveNode } from "../kernel/loader";
 import { say } from "../kernel/messages";
-import { remove, setHidden } from "../kernel/orders";
+import { remove, setHidden, setLocked } from "../kernel/orders";
 import { nodeMenu, shownRight } from "../kernel/shown";
 import { items, selected, type Item } from "../kernel/world";
 import { Icon, KindIcon } from "../parts/icons";
@@ -48,7 +48,7 @@ function Entries({ item, part, x, y }: { item: Item; part: string; x: number; y:
   }, []);
   return (
     <div ref={menu} class="float menu" role="menu" aria-label={item.name} data-keys="" onKeyDown={(event) => walk(event, leave)} onContextMenu={(event) => event.preventDefault()}>
-      <h4><KindIcon kind={item.kind} /><span class="cut">{item.name}</span></h4>
+      <h4><KindIcon kind={item.kind} icon={item.node.icon} /><span class="cut">{item.name}</span></h4>
       {entriesOf(item, part).map(({ name, icon, keys, run }) => (
         <button key={name} type="button" role="menuitem" onClick={() => (leave(), run())}>
           <Icon name={icon} size={15} />
@@ -60,7 +60,7 @@ function Entries({ item, part, x, y }: { item: Item; part: string; x: number; y:
   );
 }
 
-function entriesOf({ name, kind, hidden }: Item, part: string): Entry[] {
+function entriesOf({ name, kind, hidden, node }: Item, part: string): Entry[] {
   const look = { name: "Look at it", icon: "crosshair", keys: "F", run: () => viewport.current?.frame(kind === "world" ? "" : name) };
   const all = { name: "Show the whole cell", icon: "eye", keys: "I", run: () => (isolated.value = "") };
   const copied = { name: "Copy the name", icon: "copy", run: () => void copy(name) };
@@ -70,6 +70,7 @@ function entriesOf({ name, kind, hidden }: Item, part: string): Entry[] {
     ...(part ? [{ name: `Select ${part}`, icon: "link", keys: "Alt-click", run: () => (selected.value = part) }] : []),
     isolated.value === name ? all : { name: "Show it alone", icon: "scan-eye", keys: "I", run: () => isolate(name) },
     { name: hidden ? "Show it" : "Hide it", icon: hidden ? "eye" : "eye-off", run: () => void setHidden(name, !hidden) },
+    { name: node.locked ? "Unlock it" : "Lock it", icon: "lock", run: () => void setLocked(name, !node.locked) },
     { name: "Properties", icon: "box", run: () => (shownRight.value = "properties") },
     { name: "Rename", icon: "pencil", keys: "F2", run: () => beginRenaming(name) },
     copied,

@@ -11,6 +11,7 @@ import { NotationChoice, PoseFields } from "../parts/pose_fields";
 import { DevicesButton, DevicesHeld } from "./devices";
 import { Drive } from "./drive";
 import { Joints } from "./joints";
+import { PendantSignals } from "./pendant_io";
 import { ToolJog } from "./tool_jog";
 import { Tools } from "./tools";
 
@@ -49,6 +50,7 @@ export function Pendant() {
           <PoseFields pose={goal.pose.value ?? state.worldTTcp} write={(edit) => void goal.ask(name, edit(goal.pose.peek() ?? states.peek().get(name)?.worldTTcp))} />
         </section>
         <Tools robot={name} state={state} />
+        <PendantSignals />
         <Branches />
       </div>
       <Go />

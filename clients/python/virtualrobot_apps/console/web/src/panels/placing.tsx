@@ -2,15 +2,17 @@
 import { effect, signal } from "@preact/signals";
 import { useEffect } from "preact/hooks";
 import { AxesHelper, Group, Mesh, MeshBasicMaterial, RingGeometry, type Vector3 } from "three";
+import type { KnownModel } from "../generated/virtualrobot/v1/scene_pb";
 import { addModel, placing, placingName } from "../kernel/loader";
 import { Icon } from "../parts/icons";
-import { fixed } from "../parts/numbers";
+import { fixed, read } from "../parts/numbers";
+import { leave, take, type Aim } from "../view/aiming";
 import { surfaceAt } from "../view/pointing";
 import { viewport } from "./view";
 
-const CLICK_PIXELS = 4;
 const RING_METERS = 0.16;
 
+const text = signal("");
 const at = signal<Vector3 | undefined>(undefined);
 
 export function Placing() {
@@ -27,6 +29,7 @@ export function Placing() {
         <input aria-label="Name of the new model" placeholder={model.name} value={placingName.value} onInput={(event) => (placingName.value = event.currentTarget.value)}
           onKeyDown={(event) => event.key === "Escape" && (placing.value = undefined)} />
       </label>
+      <Written model={model} />
       <button type="button" class="button small" onClick={() => void addModel(model, { x: 0, y: 0, z: 0 })}>At the origin</button>
       <button type="button" class="tool small" title="Leave it (Esc)" onClick={() => (placing.value = undefined)}><Icon name="x" size={14} /></button>
     </div>
@@ -41,32 +44,46 @@ function listen(): () => void {
   mark.renderOrder = 940;
   mark.visible = false;
   view.overlay.add(mark);
-  let down: PointerEvent | undefined;
   const show = (point: Vector3 | undefined) => {
     at.value = point;
     mark.visible = point !== undefined;
     if (point) mark.position.copy(point);
     view.invalidate();
   };
-  const move = (event: PointerEvent) => placing.peek() && show(surfaceAt(view, event)?.point);
-  const press = (event: PointerEvent) => (down = event);
-  const click = (event: MouseEvent) => {
-    const model = placing.peek();
-    const still = down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < CLICK_PIXELS;
-    const point = model && still ? surfaceAt(view, event)?.point : undefined;
-    if (model && point) void addModel(model, point);
+  const aim: Aim = {
+    over: (_, pointer) => show(pointer && surfaceAt(view, pointer)?.point),
+    click: (_, pointer) => {
+      const model = placing.peek(), point = surfaceAt(view, pointer)?.point;
+      if (model && point) void addModel(model, point);
+    },
+    left: () => (placing.value = undefined),
   };
-  view.canvas.addEventListener("pointermove", move);
-  view.canvas.addEventListener("pointerdown", press);
-  view.canvas.addEventListener("click", click);
   const off = effect(() => {
-    if (!placing.value) show(undefined);
+    if (placing.value) take(aim);
+    else leave(aim);
   });
   return () => {
     off();
+    leave(aim);
     view.overlay.remove(mark);
-    view.canvas.removeEventListener("pointermove", move);
-    view.canvas.removeEventListener("pointerdown", press);
-    view.canvas.removeEventListener("click", click);
   };
+}
+
+/** Takes a point that is written, x, y and z in millimeters, with commas or spaces between them. */
+function Written({ model }: { model: KnownModel }) {
+  const words = text.value.trim().split(/[;\s]+/).filter(Boolean), numbers = words.map(read);
+  const isPoint = numbers.length === 3 && numbers.every((one) => one !== undefined);
+  const place = () => {
+    if (!isPoint) return;
+    const [x, y, z] = numbers.map((one) => one! / 1000);
+    void addModel(model, { x, y, z });
+  };
+  return (
+    <form class="row" onSubmit={(event) => (event.preventDefault(), place())}>
+      <label class="field"><b>At</b>
+        <input aria-label="Where it stands: x y z, mm" placeholder="0 0 0" value={text.value} aria-invalid={words.length > 0 && !isPoint} onInput={(event) => (text.value = event.currentTarget.value)} />
+      </label>
+      <button type="submit" class="button small" disabled={!isPoint}>Place it there</button>
+    </form>
+  );
 }

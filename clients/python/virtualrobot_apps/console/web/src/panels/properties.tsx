@@ -1,6 +1,7 @@
 // Properties of what is selected: common ones, and those of its kind as the contract's descriptors tell them.
 import { create } from "@bufbuild/protobuf";
 import { signal } from "@preact/signals";
+import { Matrix4 } from "three";
 import { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
 import { attach, change, rename, run, setHidden } from "../kernel/orders";
 import { items, moves, robots, selected, states, type Item } from "../kernel/world";
@@ -9,15 +10,24 @@ import { Icon, KindIcon } from "../parts/icons";
 import { NodeField } from "../parts/node_field";
 import type { AnyPose } from "../parts/numbers";
 import { NotationChoice, PoseFields } from "../parts/pose_fields";
+import { TextRow } from "../parts/text_row";
 import { matrixOf, poseOf } from "../view/poses";
+import { About } from "./about";
 import { Figures } from "./figures";
 import { KindFields } from "./kind_fields";
 import { viewport } from "./view";
 
-const FRAMES = [["parent", "Parent"], ["world", "World"]] as const;
+const FRAMES = [["parent", "Parent"], ["world", "World"], ["node", "Node"]] as const;
 
-/** The frame in which poses are told and written. */
+/** The frame in which poses are told and written: of "node" that of the named one. */
 const frame = signal<(typeof FRAMES)[number][0]>("parent");
+const frameNode = signal("");
+
+/** Returns the node in whose frame the pose of another one is told; its parent where the named one is gone. */
+function frameOf({ parent }: Item): string {
+  if (frame.value === "world") return "world";
+  return frame.value === "node" && items.value.has(frameNode.value) ? frameNode.value : parent;
+}
 
 export function Properties() {
   const item = items.value.get(selected.value);
@@ -26,7 +36,7 @@ export function Properties() {
   return (
     <div class="body" id="properties">
       <section>
-        <h4><span class="row"><KindIcon kind={item.kind} />{words(item.kind)}</span></h4>
+        <h4><span class="row"><KindIcon kind={item.kind} icon={item.node.icon} />{words(item.kind)}</span></h4>
         <TextRow key={item.name} label="Name" value={item.name} write={isWorld ? undefined : (to) => void rename(item.name, to)} />
         {!isWorld && <ParentRow item={item} />}
         {!isWorld && (
@@ -36,10 +46,14 @@ export function Properties() {
           </div>
         )}
       </section>
+      {!isWorld && <About item={item} />}
       {!isWorld && (
         <section>
-          <h4><span class="cut">Pose in {frame.value === "world" ? "world" : item.parent}</span><NotationChoice /></h4>
-          {item.parent !== "world" && <Choice label="Frame of the pose" options={FRAMES} chosen={frame.value} choose={(one) => (frame.value = one)} />}
+          <h4><span class="cut">Pose in {frameOf(item)}</span><NotationChoice /></h4>
+          <div class="row">
+            <Choice label="Frame of the pose" options={FRAMES} chosen={frame.value} choose={(one) => (frame.value = one)} />
+            {frame.value === "node" && <NodeField label="The node in whose frame the pose is" value={frameNode.value} placeholder="a node" choose={(one) => (frameNode.value = one)} />}
+          </div>
           <Pose item={item} />
         </section>
       )}
@@ -51,39 +65,25 @@ export function Properties() {
   );
 }
 
-/** Where a node is now, in its parent or in the world. */
-function Pose({ item: { name, parent, kind, node } }: { item: Item }) {
+/** Where a node is now, in its parent, in the world or in another node. */
+function Pose({ item }: { item: Item }) {
   void moves.value;
-  const places = viewport.current?.solids.places, here = places?.get(name), below = places?.get(parent);
-  const inWorld = frame.value === "world" ? below : undefined;
-  const pose = here ? poseOf(below && !inWorld ? below.clone().invert().multiply(here) : here) : node.parentTNode;
+  const { name, parent, kind, node } = item, told = frameOf(item);
+  const places = viewport.current?.solids.places;
+  // The world is where it is, told or not.
+  const placeOf = (one: string) => (one === "world" ? new Matrix4() : places?.get(one));
+  const here = placeOf(name), below = placeOf(parent), within = placeOf(told);
+  const pose = here && within ? poseOf(within.clone().invert().multiply(here)) : node.parentTNode;
   const write = (edit: (pose?: AnyPose) => AnyPose) => void change(name, "parent_t_node", (one) => {
-    const edited = inWorld
-      ? poseOf(inWorld.clone().invert().multiply(matrixOf(edit(poseOf(inWorld.clone().multiply(matrixOf(one.parentTNode)))))))
-      : edit(one.parentTNode);
-    one.parentTNode = create(PoseSchema, edited);
+    if (told === parent || !below || !within) {
+      one.parentTNode = create(PoseSchema, edit(one.parentTNode));
+      return;
+    }
+    const parent_t_frame = below.clone().invert().multiply(within);
+    const edited = edit(poseOf(parent_t_frame.clone().invert().multiply(matrixOf(one.parentTNode))));
+    one.parentTNode = create(PoseSchema, poseOf(parent_t_frame.multiply(matrixOf(edited))));
   });
   return <PoseFields pose={pose} write={kind === "link" ? undefined : write} />;
-}
-
-interface TextProps {
-  label: string;
-  value: string;
-  write?: (text: string) => void;
-}
-
-function TextRow({ label, value, write }: TextProps) {
-  return (
-    <label class="property">
-      <span>{label}</span>
-      <input class="text" aria-label={label} readOnly={!write} defaultValue={value}
-        onBlur={(event) => (event.currentTarget.value = value)}
-        onKeyDown={(event) => {
-          if (event.key === "Enter" && event.currentTarget.value !== value) write?.(event.currentTarget.value.trim());
-          if (event.key === "Enter" || event.key === "Escape") event.currentTarget.blur();
-        }} />
-    </label>
-  );
 }
 
 function ParentRow({ item: { name, parent, kind } }: { item: Item }) {

@@ -12,6 +12,7 @@ import { Choice } from "../parts/choice";
 import { Icon } from "../parts/icons";
 import { fixed, unitOf } from "../parts/numbers";
 import { theme } from "../parts/theme";
+import { evenly, swept } from "../view/postures";
 import { showSpans } from "../view/spans";
 
 type Quantity = "positions" | "velocities" | "efforts" | "errors";
@@ -27,6 +28,17 @@ effect(() => {
   const points = trajectory.value?.curve.points ?? [];
   const at = ([x, y, z]: number[]) => ({ x, y, z });
   showSpans("trajectory", points.slice(1).map((point, place) => ({ from: at(points[place]), to: at(point), color: WAY_COLOR })));
+});
+
+/** Whether ghosts show all of it together. */
+const showsWhole = signal(false);
+
+effect(() => {
+  const one = trajectory.value;
+  const postures = one && showsWhole.value ? one.curve.positions.map((row) => ({
+    robot: one.robot, jointPositions: Object.fromEntries(one.curve.joints.map((name, place) => [name, row[place]])),
+  })) : [];
+  swept.value = evenly(postures);
 });
 
 export function TrajectoryControl() {
@@ -74,6 +86,7 @@ function Drawn({ one }: { one: Trajectory }) {
         <button type="button" class="tool small" disabled={!playing.value} title="End the trajectory" onClick={() => void halt()}><Icon name="square" size={13} /></button>
         <input class="slider grow" type="range" min="0" max={curve.times.at(-1)} step={curve.times.at(-1)! / SLIDER_STEPS} value={moment.value} disabled={playing.value !== undefined}
           aria-label="Time of the trajectory, s" title="The ghost shows the robot at this time" onInput={(event) => seek(Number(event.currentTarget.value))} />
+        <button type="button" class="chip" aria-pressed={showsWhole.value} title="Ghosts of the robot all along it" onClick={() => (showsWhole.value = !showsWhole.value)}>Whole motion</button>
         <span class="mono" id="moment">{moment.value.toFixed(3)} / {curve.times.at(-1)!.toFixed(3)} s</span>
       </div>
     </>

@@ -34,13 +34,18 @@ const rows = computed(() => {
   const walk = (item: Item, depth: number) => {
     const inside = children.value.get(item.name) ?? [];
     if (!words) found.push({ item, depth, inside: inside.length });
-    else if (item.name.toLowerCase().includes(words)) found.push({ item, depth: 0, inside: 0 });
+    else if (isAbout(item, words)) found.push({ item, depth: 0, inside: 0 });
     if (words || isOpen(item)) for (const child of inside) walk(child, depth + 1);
   };
   const world = items.value.get("world");
   if (world) walk(world, 0);
   return found;
 });
+
+/** Whether a node is called so, has such a tag, or is so described. */
+function isAbout({ name, node: { tags, description } }: Item, words: string): boolean {
+  return [name, ...tags, description].some((text) => text.toLowerCase().includes(words));
+}
 
 export function Tree() {
   return (
@@ -51,7 +56,7 @@ export function Tree() {
       </label>
       <div class="tree" role="tree" aria-label="Nodes" tabIndex={0} onKeyDown={walkByKeys}>
         {rows.value.map((row) => <NodeRow key={row.item.uid} {...row} />)}
-        {rows.value.length === 0 && filter.value && <p class="hint">Nothing is called so.</p>}
+        {rows.value.length === 0 && filter.value && <p class="hint">Nothing is called, tagged or described so.</p>}
       </div>
       <Adding />
     </>
@@ -59,7 +64,7 @@ export function Tree() {
 }
 
 function NodeRow({ item, depth, inside }: Row) {
-  const { name, kind, hidden } = item;
+  const { name, kind, hidden, node } = item;
   const isSelected = selected.value === name;
   const row = useRef<HTMLDivElement>(null);
   useEffect(() => {
@@ -68,8 +73,8 @@ function NodeRow({ item, depth, inside }: Row) {
   const classes = ["node", hidden && "off", aim.value === name && dragged.value && "aim"].filter(Boolean).join(" ");
   return (
     <div ref={row} class={classes} role="treeitem" aria-selected={isSelected} aria-level={depth + 1} data-name={name}
-      aria-expanded={inside > 0 ? isOpen(item) : undefined} style={{ paddingLeft: `${4 + 14 * depth}px` }} title={name}
-      draggable={kind !== "link" && kind !== "world" && renamed.value !== name}
+      aria-expanded={inside > 0 ? isOpen(item) : undefined} style={{ paddingLeft: `${4 + 14 * depth}px` }} title={node.description ? `${name}: ${node.description}` : name}
+      draggable={kind !== "link" && kind !== "world" && !node.locked && renamed.value !== name}
       onDragStart={(event) => {
         dragged.value = name;
         event.dataTransfer?.setData("text/plain", name);
@@ -94,8 +99,9 @@ function NodeRow({ item, depth, inside }: Row) {
       <span class="twist" onClick={(event) => (event.stopPropagation(), toggle(item))}>
         {inside > 0 && <Icon name={isOpen(item) ? "chevron-down" : "chevron-right"} size={13} />}
       </span>
-      <KindIcon kind={kind === "robot" && items.value.get(item.parent)?.kind === "link" ? "gripper" : kind} />
+      <KindIcon kind={kind === "robot" && items.value.get(item.parent)?.kind === "link" ? "gripper" : kind} icon={node.icon} />
       {renamed.value === name ? <NameField item={item} /> : <span class="label">{shown(item)}</span>}
+      {node.locked && <span title="Locked: it stays as it is"><Icon name="lock" size={12} color="var(--muted)" /></span>}
       {leases.value.some(({ robots }) => robots.includes(name)) && <Icon name="lock" size={12} color="var(--warning)" />}
       {kind !== "world" && (
         <span class="acts">

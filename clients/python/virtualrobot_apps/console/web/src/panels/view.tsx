@@ -73,11 +73,12 @@ function Handles() {
       {one("translate", "move-3d", "Drag the robot's tool (W)")}
       {one("rotate", "rotate-3d", "Turn the robot's tool (E)")}
       {one("move", "move", "Move the selected node (M)")}
+      {one("turn", "rotate-cw", "Turn the selected node (T)")}
       <span class="line" />
-      <button type="button" class="tool" aria-pressed={snaps.value} title="Nodes that are moved snap: to 10 mm, and to faces beside them" onClick={() => (snaps.value = !snaps.value)}>
+      <button type="button" class="tool" aria-pressed={snaps.value} title="Nodes that are moved snap: to 10 mm, and to faces beside them; turned, to 5°" onClick={() => (snaps.value = !snaps.value)}>
         <Icon name="magnet" size={17} />
       </button>
-      <button type="button" class="tool" aria-pressed={inToolAxes.value} title="Drag along the tool's own axes" onClick={() => (inToolAxes.value = !inToolAxes.value)}>
+      <button type="button" class="tool" aria-pressed={inToolAxes.value} title="Drag along the own axes of the tool, or of the node" onClick={() => (inToolAxes.value = !inToolAxes.value)}>
         <Icon name="axis-3d" size={17} />
       </button>
     </div>
@@ -141,12 +142,12 @@ function Fact({ name, children }: { name: string; children: ComponentChildren })
 function Moved() {
   const dragged = draggedNode.value;
   if (!dragged) return null;
-  const { name, position, beside } = dragged;
+  const { name, position, turnDegrees, beside } = dragged;
   return (
     <div class="float moved" role="status">
       <Icon name="move-3d" size={16} color="var(--part)" />
       <b class="cut">{name}</b>
-      <span class="mono">{position.toArray().map((value) => fixed(1000 * value, 1)).join(" ")} mm</span>
+      <span class="mono">{turnDegrees === undefined ? `${position.toArray().map((value) => fixed(1000 * value, 1)).join(" ")} mm` : `turned by ${fixed(turnDegrees, 1)}°`}</span>
       {beside.length > 0 && <span class="accent cut">at {beside.join(", ")}</span>}
     </div>
   );

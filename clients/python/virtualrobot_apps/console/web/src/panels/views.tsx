@@ -1,13 +1,14 @@
-// Views: from where the cell is looked at, along with what, kept under names; and what cameras of the scene see.
+// Views: from where the cell is looked at, along with what, saved in it under names; and what cameras of the scene see.
 import { signal } from "@preact/signals";
 import { Matrix4, Vector3 } from "three";
 import { watched } from "../kernel/camera_picture";
-import { drop, keep, kept, readViewpoint, share } from "../kernel/viewpoints";
+import { remove } from "../kernel/orders";
+import { keep, kept, readViewpoint, share, viewpointOf } from "../kernel/viewpoints";
 import { items, selected, type Item } from "../kernel/world";
 import { Choice } from "../parts/choice";
 import { Icon, KindIcon } from "../parts/icons";
 import { NumberField } from "../parts/number_field";
-import { DEGREES, fixed } from "../parts/numbers";
+import { DEGREES } from "../parts/numbers";
 import { followed } from "../view/follower";
 import { SIDES, type Side } from "../view/observer";
 import { viewport } from "./view";
@@ -48,7 +49,7 @@ export function Views() {
       <section aria-label="View of all">
         <h4>Viewers, pictures and films</h4>
         <div class="row">
-          <button type="button" class="button grow" title="The kernel's viewer, pictures and films look from here, for everybody" onClick={() => viewport.current && void share(viewport.current.observer.viewpoint)}>Set from here</button>
+          <button type="button" class="button grow" title="The kernel's viewer, pictures and films look from here, for everybody" onClick={() => void shareThis()}>Set from here</button>
           <button type="button" class="button grow" title="From where the viewer, pictures and films look; everything where nobody has said that" onClick={() => void lookAsAll()}>Look as they do</button>
         </div>
       </section>
@@ -57,9 +58,19 @@ export function Views() {
 }
 
 async function lookAsAll(): Promise<void> {
-  const viewpoint = await readViewpoint();
-  if (viewpoint) viewport.current?.observer.look(viewpoint);
+  const shared = await readViewpoint();
+  followed.value = shared?.along;
+  if (shared) viewport.current?.observer.look(shared.viewpoint);
   else viewport.current?.frame();
+}
+
+/** Has all look from here, and along with what this page follows. */
+async function shareThis(): Promise<void> {
+  const view = viewport.current;
+  if (!view) return;
+  const now = followed.peek();
+  const place = now && view.solids.places.get(now.node);
+  await share(view.observer.viewpoint, now && place && { ...now, place });
 }
 
 function Following() {
@@ -84,26 +95,23 @@ function Following() {
 }
 
 function Kept() {
-  const save = () => {
-    const observer = viewport.current?.observer;
-    if (!observer) return;
-    keep(title.peek().trim() || freeName(), observer.viewpoint);
-    title.value = "";
+  const save = async () => {
+    if (await saveAs(title.peek().trim() || freeName())) title.value = "";
   };
   return (
     <section aria-label="Saved views">
-      <h4>Saved views <span class="muted">in this browser</span></h4>
+      <h4>Saved views <span class="muted">in the cell</span></h4>
       <div role="list" aria-label="Views">
-        {[...kept.value].map(([name, viewpoint]) => (
-          <div key={name} class="entry view-row" role="listitem" aria-label={name}>
-            <Icon name="bookmark" size={14} color="var(--muted)" />
-            <button type="button" class="link grow" title={`From ${viewpoint.position.map((value) => fixed(1000 * value, 0)).join(", ")} mm`} onClick={() => viewport.current?.observer.look(viewpoint)}>{name}</button>
-            <button type="button" class="tool small" title={`Have ${name} look from here`} onClick={() => viewport.current && keep(name, viewport.current.observer.viewpoint)}><Icon name="save" size={13} /></button>
-            <button type="button" class="tool small" title={`Drop the view ${name}`} onClick={() => drop(name)}><Icon name="trash-2" size={13} /></button>
+        {kept.value.map((item) => (
+          <div key={item.uid} class="entry view-row" role="listitem" aria-label={item.name}>
+            <KindIcon kind="viewpoint" size={14} />
+            <button type="button" class="link grow" title={item.parent === "world" ? "Look from there" : `Look from there, along with ${item.parent}`} onClick={() => lookFrom(item)}>{item.name}</button>
+            <button type="button" class="tool small" title={`Have ${item.name} look from here`} onClick={() => void saveAs(item.name)}><Icon name="save" size={13} /></button>
+            <button type="button" class="tool small" title={`Drop the view ${item.name}`} onClick={() => void remove(item.name)}><Icon name="trash-2" size={13} /></button>
           </div>
         ))}
       </div>
-      <form class="row" onSubmit={(event) => (event.preventDefault(), save())}>
+      <form class="row" onSubmit={(event) => (event.preventDefault(), void save())}>
         <label class="field node-field grow"><input aria-label="Name of the view" placeholder={freeName()} value={title.value} maxLength={60} onInput={(event) => (title.value = event.currentTarget.value)} /></label>
         <button type="submit" class="button small"><Icon name="plus" size={13} />Save view</button>
       </form>
@@ -111,9 +119,26 @@ function Kept() {
   );
 }
 
+/** Saves from where this page looks; a view that turns with a node goes along with it, whoever looks from it. */
+async function saveAs(name: string): Promise<boolean> {
+  const view = viewport.current;
+  if (!view) return false;
+  const now = followed.peek();
+  const parent = now?.turns && items.peek().has(now.node) && now.node !== name ? now.node : "world";
+  return keep(name, view.observer.viewpoint, parent, view.solids.places.get(parent) ?? new Matrix4());
+}
+
+export function lookFrom(item: Item): void {
+  const place = viewport.current?.solids.places.get(item.name);
+  const viewpoint = place && viewpointOf(item, place);
+  if (!viewpoint) return;
+  viewport.current?.observer.look(viewpoint);
+  followed.value = item.parent === "world" ? undefined : { node: item.parent, turns: true };
+}
+
 function freeName(): string {
   let number = 1;
-  while (kept.value.has(`View ${number}`)) number++;
+  while (items.value.has(`View ${number}`)) number++;
   return `View ${number}`;
 }
 

@@ -26,7 +26,7 @@ const OWN = new Map([
 const OF_KIND: Record<string, string> = {
   world: "globe", object: "box", part: "package", robot: "robot", gripper: "hand-grab", link: "link", adapter: "plug", tool: "tool",
   annotation: "tag", rangeSensor: "radar", cameraSensor: "camera", contactSensor: "hand", motionSensor: "activity",
-  light: "lightbulb", target: "map-pin",
+  light: "lightbulb", target: "map-pin", viewpoint: "bookmark",
 };
 
 const COLOR_OF_KIND: Record<string, string> = {
@@ -48,6 +48,10 @@ export function Icon({ name, size = 16, color = "currentColor", width = 1.75 }: 
   );
 }
 
-export function KindIcon({ kind, size = 15 }: { kind: string; size?: number }) {
-  return <Icon name={OF_KIND[kind] ?? "box"} size={size} color={COLOR_OF_KIND[kind] ?? "var(--muted)"} />;
+/** The names of the icons that a node may have. */
+export const ICONS: readonly string[] = [...LUCIDE.keys(), ...OWN.keys()].sort();
+
+/** The icon of a kind of node, or the node's own (`icon`) where it has one that is here. */
+export function KindIcon({ kind, icon = "", size = 15 }: { kind: string; icon?: string; size?: number }) {
+  return <Icon name={ICONS.includes(icon) ? icon : OF_KIND[kind] ?? "box"} size={size} color={COLOR_OF_KIND[kind] ?? "var(--muted)"} />;
 }

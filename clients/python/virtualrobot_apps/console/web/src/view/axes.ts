@@ -2,13 +2,13 @@
 import { Vector3, type BufferGeometry, type Matrix4 } from "three";
 
 export interface Axis {
-  kind: "hole" | "pin" | "round edge" | "straight edge";
+  kind: "hole" | "pin" | "round edge" | "straight edge" | "frame axis";
   /** In the middle of what it is the axis of. */
   point: Vector3;
   direction: Vector3;
-  /** Meters; 0 of a straight edge. */
+  /** Meters; 0 of what is straight. */
   radius: number;
-  /** Meters along the axis; 0 of a round edge. */
+  /** Meters along the axis; 0 of a round edge and of a frame's axis. */
   length: number;
 }
 

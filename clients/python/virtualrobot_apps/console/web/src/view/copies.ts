@@ -75,9 +75,9 @@ export class Ghost {
   #first = new THREE.MeshBasicMaterial({ colorWrite: false, transparent: true });
   #second: THREE.MeshStandardMaterial;
 
-  constructor(color: number) {
+  constructor(color: number, opacity = 0.45) {
     const glow = { emissive: color, emissiveIntensity: 0.25 };
-    this.#second = new THREE.MeshStandardMaterial({ color, transparent: true, opacity: 0.45, roughness: 0.5, depthWrite: false, ...glow });
+    this.#second = new THREE.MeshStandardMaterial({ color, transparent: true, opacity, roughness: 0.5, depthWrite: false, ...glow });
   }
 
   /** Shows nodes at `there`; those that are there anyhow are left out. */

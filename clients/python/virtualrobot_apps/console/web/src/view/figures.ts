@@ -16,6 +16,8 @@ export interface Piece {
 
 const GREY = new Color(0xb4bac2);
 const OPAQUE = 0.98;
+/** What the contract takes where a material tells none. */
+export const ROUGHNESS = 0.62;
 
 const UNIT = {
   box: new BoxGeometry(1, 1, 1),
@@ -45,8 +47,13 @@ export function contentOf(figure: Figure): string {
   if (figure.geometry.case !== "mesh") return "";
   const { sha256, uri, scale, files } = figure.geometry.value;
   const color = figure.material?.color;
-  const look = color ? [color.red, color.green, color.blue, color.alpha ?? 1] : [];
+  const look = [...(color ? [color.red, color.green, color.blue, color.alpha ?? 1] : []), ...finishOf(figure)];
   return JSON.stringify([sha256 || uri, scale ? [scale.x, scale.y, scale.z] : [], files.map((file) => file.sha256), look]);
+}
+
+/** Returns roughness and metalness of a figure's surface. */
+function finishOf({ material }: Figure): [roughness: number, metalness: number] {
+  return [material?.roughness ?? ROUGHNESS, material?.metalness ?? 0];
 }
 
 /** Returns the piece of a primitive; undefined for meshes, and for what has no surface. */
@@ -73,7 +80,7 @@ function piece(figure: Figure, geometry: BufferGeometry, x: number, y: number, z
   const alpha = said?.alpha ?? 1;
   const color = said ? new Color().setRGB(said.red, said.green, said.blue, "srgb") : GREY;
   const local = matrixOf(figure.nodeTFigure).scale(new Vector3(x, y, z));
-  return { geometry, material: surface(alpha), local, color, opaque: alpha >= OPAQUE };
+  return { geometry, material: surface(alpha, ...finishOf(figure)), local, color, opaque: alpha >= OPAQUE };
 }
 
 function capsule(radius: number, length: number): BufferGeometry {
@@ -82,12 +89,12 @@ function capsule(radius: number, length: number): BufferGeometry {
   return capsules.get(key)!;
 }
 
-function surface(alpha: number): MeshStandardMaterial {
-  const key = alpha.toFixed(2);
+function surface(alpha: number, roughness: number, metalness: number): MeshStandardMaterial {
+  const key = [alpha, roughness, metalness].map((value) => value.toFixed(2)).join(" ");
   let material = plain.get(key);
   if (material === undefined) {
     const transparent = alpha < OPAQUE;
-    material = new MeshStandardMaterial({ roughness: 0.62, metalness: 0.02, transparent, opacity: alpha, depthWrite: !transparent });
+    material = new MeshStandardMaterial({ roughness, metalness, transparent, opacity: alpha, depthWrite: !transparent });
     plain.set(key, material);
   }
   return material;

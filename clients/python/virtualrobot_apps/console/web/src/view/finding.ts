@@ -1,6 +1,6 @@
-// Features that are pointed at: a panel asks for one, what the pointer is at lights up, and a click or a touch gives it.
-import { effect, signal } from "@preact/signals";
+// Features that are pointed at: corners, edges, holes, faces. What the pointer is at lights up, and a click or a touch gives it.
 import { Matrix3, Matrix4, Vector3, type BufferGeometry } from "three";
+import type { Aim } from "./aiming";
 import { Surface, type Axis } from "./axes";
 import { pointerRay, type Pointer } from "./pointing";
 import { showSpans, type Span } from "./spans";
@@ -25,11 +25,7 @@ export interface Found {
   feature: Feature;
 }
 
-/** Who wants a feature, and takes it; undefined: clicks select. */
-export const asked = signal<((found: Found) => void) | undefined>(undefined);
-
-const CLICK_PIXELS = 4;
-const NEAR_PIXELS = 11;
+const NEAR_PIXELS = 11, AXIS_NEAR_PIXELS = 7;
 const COLOR = "#ffd65c";
 /** Of larger meshes faces alone are found. */
 const MOST_TRIANGLES = 100_000;
@@ -44,38 +40,62 @@ export function moved({ point, direction, ...rest }: Feature, pose: Matrix4): Fe
   return { ...rest, point: point.clone().applyMatrix4(pose), direction: direction?.clone().transformDirection(pose) };
 }
 
-/** Has a view light up and give features while somebody asks for one, from now on. */
-export function findFeatures(view: Viewport): void {
-  let down: PointerEvent | undefined;
-  const show = (found: Found | undefined) => {
+/** Returns who takes features: those that `find` finds light up, and a click gives one, or nothing, to `take`. */
+export function featureAim<One extends Found>(find: (view: Viewport, pointer: Pointer) => One | undefined, take: (found: One | undefined, view: Viewport, pointer: Pointer) => void, left?: () => void): Aim {
+  const show = (view: Viewport, found: Found | undefined) => {
     const place = found && view.solids.places.get(found.node);
     showSpans("pointed", place ? drawn(moved(found.feature, place), (at) => metersOf(view, at)) : []);
   };
-  view.canvas.addEventListener("pointermove", (event) => asked.peek() && event.buttons === 0 && show(featureAt(view, event)));
-  view.canvas.addEventListener("pointerleave", () => show(undefined));
-  view.canvas.addEventListener("pointerdown", (event) => (down = event));
-  view.canvas.addEventListener("click", (event) => {
-    const still = down && Math.hypot(event.clientX - down.clientX, event.clientY - down.clientY) < CLICK_PIXELS;
-    const found = asked.peek() && still ? featureAt(view, event) : undefined;
-    if (found) asked.peek()!(found);
-  });
-  effect(() => {
-    view.canvas.style.cursor = asked.value ? "crosshair" : "";
-    if (!asked.value) show(undefined);
-  });
+  return {
+    over: (view, pointer) => show(view, pointer && find(view, pointer)),
+    click: (view, pointer) => take(find(view, pointer), view, pointer),
+    left,
+  };
 }
 
 /** Returns the feature that the pointer is at; undefined where it is at no node. */
 export function featureAt(view: Viewport, pointer: Pointer): Found | undefined {
+  const met = metAt(view, pointer);
+  if (!met) return undefined;
+  const { node, point, normal, surface, triangle, pixel } = met, reach = NEAR_PIXELS * pixel;
+  const corner = surface?.cornerNear(point, reach);
+  const face: Feature = { kind: "face", point, direction: normal };
+  return { node, feature: corner ? { kind: "corner", point: corner.clone() } : (surface?.axisAt(triangle, point, reach) ?? face) };
+}
+
+/** Returns the axis that the pointer is at: of an edge, or of the wall of a hole or a pin; undefined for none. */
+export function axisAt(view: Viewport, pointer: Pointer): { node: string; feature: Axis } | undefined {
+  const met = metAt(view, pointer), axis = met?.surface?.axisAt(met.triangle, met.point, AXIS_NEAR_PIXELS * met.pixel);
+  return met && axis && { node: met.node, feature: axis };
+}
+
+/** Returns the name of the node that the pointer is at; undefined for none. */
+export function nodeAt(view: Viewport, pointer: Pointer): string | undefined {
+  return view.solids.hit(pointerRay(view, pointer))?.name;
+}
+
+/** What the pointer meets, in its node's frame; without a surface where the mesh is too large to look for edges. */
+interface Met {
+  node: string;
+  point: Vector3;
+  normal: Vector3;
+  triangle: number;
+  surface?: Surface;
+  /** Length that is as long as a pixel there, meters. */
+  pixel: number;
+}
+
+function metAt(view: Viewport, pointer: Pointer): Met | undefined {
   const met = view.solids.hit(pointerRay(view, pointer)), place = met && view.solids.places.get(met.name);
   if (!place) return undefined;
   const { name: node, geometry, local, hit } = met;
-  const point = hit.point.clone().applyMatrix4(place.clone().invert());
-  const face = { kind: "face" as const, point, direction: hit.face!.normal.clone().applyNormalMatrix(new Matrix3().getNormalMatrix(local)) };
-  if ((geometry.index ?? geometry.attributes.position).count > 3 * MOST_TRIANGLES) return { node, feature: face };
-  const surface = surfaceOf(geometry, local), reach = NEAR_PIXELS * metersOf(view, hit.point);
-  const corner = surface.cornerNear(point, reach);
-  return { node, feature: corner ? { kind: "corner", point: corner.clone() } : (surface.axisAt(hit.faceIndex!, point, reach) ?? face) };
+  const isLarge = (geometry.index ?? geometry.attributes.position).count > 3 * MOST_TRIANGLES;
+  return {
+    node, triangle: hit.faceIndex!, pixel: metersOf(view, hit.point),
+    point: hit.point.clone().applyMatrix4(place.clone().invert()),
+    normal: hit.face!.normal.clone().applyNormalMatrix(new Matrix3().getNormalMatrix(local)),
+    surface: isLarge ? undefined : surfaceOf(geometry, local),
+  };
 }
 
 function surfaceOf(geometry: BufferGeometry, local: Matrix4): Surface {

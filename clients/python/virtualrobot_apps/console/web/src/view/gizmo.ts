@@ -2,18 +2,15 @@
 import { effect, signal } from "@preact/signals";
 import { Matrix4, Object3D, Quaternion, Vector3 } from "three";
 import { TransformControls } from "three/examples/jsm/controls/TransformControls.js";
-import { ofArray } from "../kernel/arrays";
 import { goal, type Goal } from "../kernel/goal";
-import { attempt } from "../kernel/messages";
-import { robots as robotService } from "../kernel/services";
-import { below, chosen, hearers, items, states } from "../kernel/world";
+import { chosen, hearers, states } from "../kernel/world";
 import { orientationOf, positionOf } from "../parts/numbers";
-import { readRow } from "./poses";
+import { placesIn } from "./postures";
 import type { Viewport } from "./viewport";
 
-export type Tool = "select" | "translate" | "rotate" | "move";
+export type Tool = "select" | "translate" | "rotate" | "move" | "turn";
 
-/** What the pointer does in the view, besides clicks: drag or turn the robot's tool, or move the selected node; and whether the tool's handle has its axes. */
+/** What the pointer does in the view, besides clicks: drag or turn the robot's tool, or move or turn the selected node; and whether the tool's handle has its axes. */
 export const tool = signal<Tool>("select");
 export const inToolAxes = signal(false);
 
@@ -75,23 +72,13 @@ export class Gizmo {
       this.view.invalidate();
       return;
     }
-    const { robot, jointPositions } = shown;
     this.view.ghost.isAwaited = true;
-    this.#base.copy(this.view.solids.places.get(robot) ?? this.#base);
+    this.#base.copy(this.view.solids.places.get(shown.robot) ?? this.#base);
     this.view.invalidate();
-    const said = await attempt(robotService.solveForward({ robot, jointPositions }));
+    const there = await placesIn(this.view, shown);
     if (number !== this.#showing) return;
     this.view.ghost.isAwaited = false;
-    if (said?.worldTLink === undefined) return;
-    const rows = ofArray(said.worldTLink);
-    const links = new Map(said.links.map((name, place) => [name, readRow(rows, place, new Matrix4())]));
-    const there = new Map<string, Matrix4>();
-    for (const name of below(robot)) {
-      let link = name;
-      while (link && !links.has(link)) link = items.peek().get(link)?.parent ?? "";
-      const now = this.view.solids.places.get(name), linkNow = this.view.solids.places.get(link), linkThere = links.get(link);
-      if (now && linkNow && linkThere) there.set(name, linkThere.clone().multiply(linkNow.clone().invert()).multiply(now));
-    }
+    if (!there) return;
     this.view.ghost.show(there, this.view.solids.pieces, this.view.solids.places);
     this.view.invalidate();
     this.#renew();

@@ -7,8 +7,9 @@ import { JointType, type Figure } from "../generated/virtualrobot/v1/nodes_pb";
 import { say } from "../kernel/messages";
 import { apply, type Commands } from "../kernel/orders";
 import { children, items, moves as poses, robotOf, selected, type Item } from "../kernel/world";
-import { Surface, type Axis } from "./axes";
-import type { Hit } from "./batches";
+import { aim, leave, take } from "./aiming";
+import type { Axis } from "./axes";
+import { axisAt, featureAim, nodeAt } from "./finding";
 import { matrixOf, poseOf } from "./poses";
 import { showSpans } from "./spans";
 import type { Viewport } from "./viewport";
@@ -16,13 +17,10 @@ import type { Viewport } from "./viewport";
 export type Motion = "turns" | "turns freely" | "slides";
 
 const TYPES: Record<Motion, JointType> = { turns: JointType.REVOLUTE, "turns freely": JointType.CONTINUOUS, slides: JointType.PRISMATIC };
-const REACH_PIXELS = 7;
 /** How far the axis is drawn beyond what it is of, and the least that is drawn of it. */
 const BEYOND = 0.6, LEAST_METERS = 0.06;
 const COLOR = "#ffd65c";
 
-/** Whether the next click in the view picks an axis. */
-export const picking = signal(false);
 /** An axis in the frame of a node that it was picked at. */
 export const picked = signal<{ node: string; axis: Axis } | undefined>(undefined);
 /** What the joint shall be: which body moves on which, how, and how far (rad or m); the name is that of a device that begins with it. */
@@ -32,27 +30,32 @@ export const limits = signal<Record<Motion, readonly [number, number]>>({ turns:
 /** Whether the body on which the other one moves is of a device already. */
 export const grows = computed(() => items.value.get(joint.value.on)?.kind === "link");
 
-/** Takes the axis of what a click has met; the body there moves, unless it is a link, on which the selected one moves then. */
-export function pickAxis(view: Viewport, met: Hit | undefined): void {
-  if (!met) {
-    say("no body is there; click at the wall of a hole or a pin, or at an edge", "warning");
+/** Takes the axis that is clicked; the body there moves, unless it is a link, on which the selected one moves then. */
+const axisAim = featureAim(axisAt, (found, view, pointer) => {
+  if (found) {
+    takeAxis(found.node, found.feature);
+    leave(axisAim);
     return;
   }
-  const node = view.solids.places.get(met.name) ?? new Matrix4();
-  const { fov } = view.observer.camera;
-  const pixel = (2 * met.hit.distance * Math.tan((fov * Math.PI) / 360)) / view.canvas.clientHeight;
-  const point = met.hit.point.clone().applyMatrix4(node.clone().invert());
-  const axis = new Surface([met]).axisAt(met.hit.faceIndex!, point, REACH_PIXELS * pixel);
-  if (!axis) {
-    say(`${met.name} has no axis there; click at the wall of a hole or a pin, or at an edge`, "warning");
-    return;
-  }
-  picking.value = false;
-  picked.value = { node: met.name, axis };
-  const item = items.peek().get(met.name)!, chosen = selected.peek(), before = joint.peek();
-  const other = isBody(items.peek().get(chosen)) && chosen !== met.name ? chosen : "";
-  if (item.kind === "link") joint.value = { ...before, on: met.name, moves: other || (before.moves === met.name ? "" : before.moves) };
-  else joint.value = { ...before, moves: met.name, on: other || (before.on === met.name ? "" : before.on) };
+  const node = nodeAt(view, pointer);
+  say(`${node ? `${node} has no axis there` : "no body is there"}; click at the wall of a hole or a pin, or at an edge`, "warning");
+});
+
+/** Whether the next click in the view picks an axis. */
+export const picking = computed(() => aim.value === axisAim);
+
+export function togglePicking(): void {
+  if (picking.peek()) leave(axisAim);
+  else take(axisAim);
+}
+
+/** Takes an axis in the frame of a node, as if it had been clicked there. */
+export function takeAxis(node: string, axis: Axis): void {
+  picked.value = { node, axis };
+  const item = items.peek().get(node)!, chosen = selected.peek(), before = joint.peek();
+  const other = isBody(items.peek().get(chosen)) && chosen !== node ? chosen : "";
+  if (item.kind === "link") joint.value = { ...before, on: node, moves: other || (before.moves === node ? "" : before.moves) };
+  else joint.value = { ...before, moves: node, on: other || (before.on === node ? "" : before.on) };
 }
 
 /** Turns the picked axis to point the other way. */
@@ -117,7 +120,6 @@ export async function makeJoint({ solids: { places } }: Viewport): Promise<boole
 
 /** Draws the picked axis into a view from now on. */
 export function drawAxis(view: Viewport): void {
-  effect(() => void (view.canvas.style.cursor = picking.value ? "crosshair" : ""));
   effect(() => {
     void poses.value;
     const now = picked.value, place = now && view.solids.places.get(now.node);

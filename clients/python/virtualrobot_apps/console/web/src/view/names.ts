@@ -6,7 +6,7 @@ import type { Item, Kind } from "../kernel/world";
 export const namesShown = signal(false);
 
 /** What goes with something that has a name itself. */
-const UNNAMED = new Set<Kind>(["world", "link", "adapter", "annotation"]);
+const UNNAMED = new Set<Kind>(["world", "link", "adapter", "annotation", "viewpoint"]);
 
 export class Names {
   readonly element = document.createElement("div");

@@ -1,17 +1,18 @@
-// Handle at the selected node: dragged, a ghost shows where the node would be; let go, it is there. It snaps to a raster and,
-// by the boxes around figures, to the faces of what is beside it.
+// Handle at the selected node, which moves or turns it: dragged, a ghost shows where the node would be; let go, it is there. It
+// snaps to a raster and, by the boxes around figures, to the faces of what is beside it; turned, to steps of an angle.
 import { computed, effect, signal } from "@preact/signals";
-import { Matrix4, Object3D, Vector3, type Box3 } from "three";
+import { MathUtils, Matrix4, Object3D, Quaternion, Vector3, type Box3 } from "three";
 import { TransformControls } from "three/examples/jsm/controls/TransformControls.js";
 import { place } from "../kernel/orders";
 import { below, hearers, items, selected } from "../kernel/world";
-import { tool } from "./gizmo";
+import { inToolAxes, tool } from "./gizmo";
 import { Ghost } from "./copies";
 import { poseOf } from "./poses";
 import type { Viewport } from "./viewport";
 
 const RASTER_METERS = 0.01;
 const NEAR_METERS = 0.02;
+const STEP_DEGREES = 5;
 const FLOOR = "the floor";
 const AXES = ["x", "y", "z"] as const;
 const ONE = new Vector3(1, 1, 1);
@@ -23,15 +24,17 @@ export const snaps = signal(true);
 export interface Dragged {
   name: string;
   position: Vector3;
+  /** How far it has been turned from where it is; undefined while it is moved. */
+  turnDegrees?: number;
   beside: readonly string[];
 }
 
 export const draggedNode = signal<Dragged | undefined>(undefined);
 
-/** The node that may be dragged; "" for none: the world stays where it is, and links are where their joints have them. */
+/** The node that may be dragged; "" for none: the world and what is locked stay where they are, and links are where their joints have them. */
 const movable = computed(() => {
   const item = items.value.get(selected.value);
-  return item && item.kind !== "world" && item.kind !== "link" && tool.value === "move" ? item.name : "";
+  return item && item.kind !== "world" && item.kind !== "link" && !item.node.locked && (tool.value === "move" || tool.value === "turn") ? item.name : "";
 });
 
 export class NodeHandle {
@@ -56,6 +59,9 @@ export class NodeHandle {
     effect(() => {
       if (movable.value) this.#controls.attach(this.#handle);
       else this.#controls.detach();
+      this.#controls.setMode(tool.value === "turn" ? "rotate" : "translate");
+      this.#controls.setSpace(inToolAxes.value ? "local" : "world");
+      this.#controls.setRotationSnap(snaps.value ? MathUtils.degToRad(STEP_DEGREES) : null);
       this.#controls.setTranslationSnap(snaps.value ? RASTER_METERS : null);
       this.#follow();
       view.invalidate();
@@ -65,7 +71,7 @@ export class NodeHandle {
   /** Leaves the node where it is. */
   leave(): void {
     if (!this.dragging) return;
-    this.#handle.position.setFromMatrixPosition(this.#start);
+    this.#start.decompose(this.#handle.position, this.#handle.quaternion, new Vector3());
     this.#controls.dragging = false;
   }
 
@@ -87,7 +93,8 @@ export class NodeHandle {
 
   #show(): void {
     const name = movable.peek(), { pieces, places } = this.view.solids;
-    const beside = snaps.peek() ? this.#snap() : [];
+    const turns = tool.peek() === "turn";
+    const beside = snaps.peek() && !turns ? this.#snap() : [];
     const motion = this.#at().multiply(this.#start.clone().invert());
     const there = new Map<string, Matrix4>();
     for (const one of below(name)) {
@@ -95,7 +102,9 @@ export class NodeHandle {
       if (now) there.set(one, motion.clone().multiply(now));
     }
     this.#ghost.show(there, pieces, places);
-    draggedNode.value = { name, position: this.#handle.position.clone(), beside };
+    const before = new Quaternion().setFromRotationMatrix(this.#start);
+    const turnDegrees = turns ? MathUtils.radToDeg(this.#handle.quaternion.angleTo(before)) : undefined;
+    draggedNode.value = { name, position: this.#handle.position.clone(), turnDegrees, beside };
     this.view.invalidate();
   }
 

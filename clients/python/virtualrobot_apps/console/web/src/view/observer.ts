@@ -9,6 +9,8 @@ const FROM = new Vector3(0.62, -0.78, 0.5).normalize();
 const LARGEST = 12;
 /** What a key does: turns (rad), goes nearer (factor), shifts (part of the distance). */
 const KEY = { turn: Math.PI / 36, nearer: 0.87, shift: 0.05 };
+/** Greatest speeds of devices: turns (rad/s), nearer and shifts (parts of the distance a second). */
+const STEER = { turn: 1.2, nearer: 1, shift: 0.8 };
 const FIELD = { usual: 42, least: 5, most: 120 };
 
 /** Directions from what is looked at to the eye, in the world's frame. */
@@ -40,7 +42,7 @@ export class Observer {
     canvas.tabIndex = 0;
     canvas.addEventListener("keydown", (event) => this.#key(event));
     // Without a viewpoint of all it is framed when the world is there.
-    void readViewpoint().then((viewpoint) => viewpoint && this.look(viewpoint));
+    void readViewpoint().then((shared) => shared && this.look(shared.viewpoint));
   }
 
   /** Looks at a box, from the present side or (`anew`) from the usual one. */
@@ -86,6 +88,17 @@ export class Observer {
     this.orbit.update();
   }
 
+  /** Moves by parts of its speeds, -1 to 1, for so many seconds: right, up, nearer, around to the right, over what is looked at. */
+  steer([right, up, nearer, turn, tilt]: readonly number[], seconds: number): void {
+    const arm = this.camera.position.clone().sub(this.orbit.target);
+    const shift = new Vector3(right, up, 0).multiplyScalar(STEER.shift * arm.length() * seconds).applyQuaternion(this.camera.quaternion);
+    this.#around(arm, STEER.turn * turn * seconds, STEER.turn * tilt * seconds);
+    arm.multiplyScalar(Math.exp(-STEER.nearer * nearer * seconds));
+    this.orbit.target.add(shift);
+    this.camera.position.copy(this.orbit.target).add(arm);
+    this.#placed();
+  }
+
   /** Goes on turning to the axis that was clicked. */
   advance(seconds: number): void {
     if (!this.axes.animating) return;
@@ -116,15 +129,18 @@ export class Observer {
       const shift = new Vector3(sideways, up, 0).multiplyScalar(KEY.shift * arm.length()).applyQuaternion(this.camera.quaternion);
       this.orbit.target.add(shift);
     } else if (nearer) arm.multiplyScalar(KEY.nearer ** nearer);
-    else {
-      const around = new Spherical().setFromVector3(new Vector3(arm.x, arm.z, -arm.y));
-      around.theta += KEY.turn * sideways;
-      around.phi -= KEY.turn * up;
-      const turned = new Vector3().setFromSpherical(around.makeSafe());
-      arm.set(turned.x, -turned.z, turned.y);
-    }
+    else this.#around(arm, KEY.turn * sideways, KEY.turn * up);
     this.camera.position.copy(this.orbit.target).add(arm);
     this.#placed();
+  }
+
+  /** Turns the way from what is looked at to the eye: around the world's z to the right, and up; radians. */
+  #around(arm: Vector3, right: number, up: number): void {
+    const around = new Spherical().setFromVector3(new Vector3(arm.x, arm.z, -arm.y));
+    around.theta += right;
+    around.phi -= up;
+    const turned = new Vector3().setFromSpherical(around.makeSafe());
+    arm.set(turned.x, -turned.z, turned.y);
   }
 
   #placed(): void {

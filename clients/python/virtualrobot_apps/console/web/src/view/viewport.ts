@@ -6,7 +6,6 @@ import { isolated } from "../kernel/isolation";
 import * as world from "../kernel/world";
 import { theme } from "../parts/theme";
 import { Ghost } from "./copies";
-import { findFeatures } from "./finding";
 import { Follower } from "./follower";
 import { Gizmo } from "./gizmo";
 import { drawAxis } from "./jointing";
@@ -14,6 +13,7 @@ import { NodeHandle } from "./node_handle";
 import { Names, namesShown } from "./names";
 import { Observer } from "./observer";
 import { hearPointer } from "./pointer";
+import { drawSwept } from "./postures";
 import { Solids } from "./solids";
 import { drawSpans } from "./spans";
 import { Stage } from "./stage";
@@ -48,9 +48,9 @@ export class Viewport {
     scene.add(...this.solids.objects, this.ghost.group, this.overlay, ...this.gizmo.objects, ...this.nodeHandle.objects);
     new ResizeObserver(() => this.#resize()).observe(host);
     hearPointer(this);
-    findFeatures(this);
     drawTraces(this);
     drawSpans(this);
+    drawSwept(this);
     drawAxis(this);
     effect(() => {
       this.#stage.setTheme(theme.value);
