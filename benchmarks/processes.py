@@ -46,3 +46,8 @@ def kernel(*options: str) -> contextlib.AbstractContextManager[tuple[str, subpro
 def echo() -> contextlib.AbstractContextManager[tuple[str, subprocess.Popen[str]]]:
     """Start the bare grpc.aio server of `echo_server.py`; yields its address."""
     return process([sys.executable, str(HERE / "echo_server.py")], "listening on ")
+
+
+def forwarder(address: str, stream: str) -> contextlib.AbstractContextManager[tuple[str, subprocess.Popen[str]]]:
+    """Start the bare bridge of `forwarder.py` for a stream of a kernel; yields its port."""
+    return process([sys.executable, str(HERE / "forwarder.py"), address, stream], "listening on ")

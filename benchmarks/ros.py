@@ -1,7 +1,8 @@
 """The bridge to ROS at 500 ticks a second, and controllers in lockstep in Octave.
 
 Joints by rosbridge in JSON, decoded by another process than the bridge: how much later they come than by the kernel's
-own client, how many come, and what that costs, beside a bare WebSocket server that sends the same text as often.
+own client, how many come, and what that costs, beside a bare WebSocket server that sends the same text as often, and a
+bare bridge, which sends it when the kernel's client hears of a tick.
 Lockstep by the functions for MATLAB and Octave, beside the same exchange by a socket in Python.
 """
 
@@ -25,7 +26,7 @@ from virtualrobot_apps.lockstep.exchange import Lockstep
 from virtualrobot_apps.lockstep.wire import ProgramWire, SocketWire, Wire, listen
 from websockets.sync.client import connect
 
-from benchmarks.processes import kernel, process
+from benchmarks.processes import forwarder, kernel, process
 from benchmarks.rows import Row, row
 
 TICKS = 3000
@@ -123,6 +124,8 @@ def joints(address: str) -> list[Row]:
         finally:
             over.set()
             reader.join()
+        with forwarder(address, "/robots/arm/joint_states") as (port, bare):
+            _, _, hearing = arrivals(f"ws://127.0.0.1:{port}", text, TICKS, bare.pid)
         arm.stop()
     with process([sys.executable, "-c", BARE], "listening on ") as (port, bare):
         _, _, peer = arrivals(f"ws://127.0.0.1:{port}", text, TICKS, bare.pid)
@@ -145,6 +148,7 @@ def joints(address: str) -> list[Row]:
             "of a core",
             1.5,
         ),
+        row(f"{name}: the bridge", ours, hearing, "a bare bridge, the same text", "of a core", None),
     ]
 
 

@@ -33,8 +33,8 @@ def read(data: bytes, files: Resolver) -> list[trimesh.Trimesh] | None:
     meshes = []
     for name, own in _by_material(data, corners, uses):
         # As trimesh does: what one corner lacks is nothing to the others.
-        has_uv, has_normals = (own[:, 1:] != NONE).all(axis=0).tolist()
-        rows, place = weld(own * np.array([True, has_uv, has_normals], np.int32))
+        has_uv, has_normals = (bool(own[:, column].min() > NONE) for column in (1, 2))
+        rows, place = weld(own if has_uv and has_normals else own * np.array([True, has_uv, has_normals], np.int32))
         uv = uvs[rows[:, 1], :2] if has_uv else None
         visual: Any = None
         if name in materials:
