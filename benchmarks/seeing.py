@@ -10,7 +10,8 @@ import time
 import numpy as np
 import trimesh
 from virtualrobot_apps.seeing.changes.comparing import compare
-from virtualrobot_apps.seeing.grasping.antipodal import Jaw, grasps
+from virtualrobot_apps.seeing.grasping.antipodal import grasps
+from virtualrobot_apps.seeing.grasping.jaw import Jaw
 from virtualrobot_apps.seeing.grasping.surface import surface_of_mesh
 from virtualrobot_apps.seeing.views.planning import ViewPlanner, views_around
 from virtualrobot_apps.seeing.views.voxels import Voxels

@@ -15,8 +15,7 @@ import virtualrobot
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.view.pictures import Picture
 from virtualrobot_apps.demos.bins import cell
-from virtualrobot_apps.demos.bins.grasps import grasps
-from virtualrobot_apps.demos.bins.run import above, drop_pose, feed, take
+from virtualrobot_apps.demos.bins.run import CLOSED, above, drop_pose, feed, seen, take
 from virtualrobot_apps.demos.palletizing import palletize
 from virtualrobot_apps.demos.twin import run
 from virtualrobot_apps.pace import Pace
@@ -94,17 +93,16 @@ def _annotated(client: virtualrobot.Client) -> Picture:
 def _gripped(client: virtualrobot.Client) -> Picture:
     """Return the cell of two bins while the arm carries its third box."""
     cell.load(client, "mujoco")
-    names = list(feed(client, 8, np.random.default_rng(1), Pace(0.0)))
+    list(feed(client, 8, np.random.default_rng(1), Pace(0.0)))
     for at in range(3):
-        waiting = {name: pose for name in names if cell.holds(cell.FROM, (pose := client.scene.pose(name))[:3, 3])}
-        grasp = grasps(waiting, cell.FROM)[0]
+        grasp = seen(client)[0]
         if at < 2:
             take(client, grasp, drop_pose(at, grasp), Pace(0.0))
     arm = client.robot(cell.ARM)
-    for move in (arm.move_pose, above(grasp.world_t_tcp)), (arm.move_linear, grasp.world_t_tcp):
+    for move in (arm.move_pose, above(grasp.pose)), (arm.move_linear, grasp.pose):
         client.clock.run(move[0](move[1], wait=False))
-    client.clock.run(arm.tool().move_to_width(0.02, wait=False))
-    client.clock.run(arm.move_linear(above(grasp.world_t_tcp), wait=False))
+    client.clock.run(arm.tool().move_to_width(CLOSED, wait=False))
+    client.clock.run(arm.move_linear(above(grasp.pose), wait=False))
     return client.view.capture(size=SIZE)
 
 

@@ -6,7 +6,9 @@ import numpy as np
 import virtualrobot
 from virtualrobot import Client, JointMotor
 
-ARM, HAND, CONVEYOR = "arm", "hand", "conveyor"
+from virtualrobot_apps.seeing.grasping.jaw import Jaw
+
+ARM, HAND, CONVEYOR, SCANNER = "arm", "hand", "conveyor", "scanner"
 HOME = (0.0, 0.3, 0.0, -1.5, 0.0, 1.3, 0.0)
 """Posture (rad) above the bins, tool down."""
 
@@ -19,11 +21,15 @@ TOP = 0.5
 """Height of the table (m)."""
 INSIDE, DEEP, WALL = 0.28, 0.1, 0.01
 """Inner length and width of a bin, its depth, and the thickness of its walls (m)."""
+HALVES = 0.5 * INSIDE, 0.5 * INSIDE + WALL
+"""Half the lengths of a bin, inner and outer (m)."""
 FROM, TO = (0.52, 0.24), (0.52, -0.24)
 """Middles of the bin that boxes fall into, and of that to which they go: x, y (m)."""
 BELT_END = 0.42
 """Place (m) along y at which the belt ends, beside the first bin."""
 BELT_LENGTH = 2.0
+JAW = Jaw(0.056, wide=0.025, thick=0.01, long=0.06, tip=0.02)
+"""Fingers of the hand, open."""
 
 
 def load(client: Client, engine: str, effort: float = EFFORT) -> None:
@@ -43,10 +49,19 @@ def load(client: Client, engine: str, effort: float = EFFORT) -> None:
     arm = client.load_robot("model://iiwa", name=ARM, pose=virtualrobot.pose(z=TOP))
     arm.set_positions(HOME)
     arm.mount("model://parallel_gripper", name=HAND)
-    client.robot(HAND).set_positions([0.028])
+    client.robot(HAND).set_positions([0.5 * JAW.opening])
     client.physics.set(engine)
     client.physics.set_motors(HAND, {"left_finger": JointMotor("position", max_effort=effort)})
     client.physics.enable(ARM, HAND)
+    # It looks down on the first bin, and is off by 1 mm (1 sigma).
+    scanner = virtualrobot.range_sensor(
+        pattern=virtualrobot.raster(160, 160, 0.36, 0.36),
+        sensor_model="laser",
+        sensor_model_settings={"deviation_meters": 0.001},
+        max_range=1.5,
+    )
+    above = virtualrobot.pose(*FROM, TOP + 1.0, pitch=np.pi / 2)
+    scene.add_range_sensor(SCANNER, scanner, pose=above)
     client.view.grid = False
     client.view.background = "#e8edf2"
     client.view.set_camera(position=(1.65, -0.75, 1.4), target=(0.38, 0.12, 0.62))

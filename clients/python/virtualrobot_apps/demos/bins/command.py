@@ -11,7 +11,7 @@ ENGINES = click.Choice(["mujoco", "bullet"])
 
 
 @click.command()
-@click.option("--boxes", type=WholeRange(1, 15), default=8, show_default=True, help="How many.")
+@click.option("--boxes", type=WholeRange(1, 20), default=8, show_default=True, help="How many.")
 @click.option("--seed", type=WholeRange(0), default=1, show_default=True, help="How they lie on the belt.")
 @click.option("--physics", type=ENGINES, default="mujoco", show_default=True, help="By which.")
 @click.option("--effort", type=FiniteRange(0.1, 120.0), default=20.0, show_default=True, help="N, of the motor.")

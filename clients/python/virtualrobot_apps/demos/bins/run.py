@@ -1,6 +1,7 @@
 """Boxes fall from a conveyor into a bin, and an arm brings them to another one, held by friction alone.
 
-In steps: the same in every run. Where boxes lie is asked of the kernel; what goes wrong, physics say.
+In steps: the same in every run. Where boxes lie a scanner over the bin says, and whether one is held the fingers, which
+don't close then; where boxes truly are is asked for counting them.
 """
 
 from __future__ import annotations
@@ -14,8 +15,8 @@ import virtualrobot
 from virtualrobot import Client, Motion, VirtualRobotError
 
 from virtualrobot_apps.demos.bins import cell
-from virtualrobot_apps.demos.bins.grasps import OPEN, Floats, Grasp, grasps
 from virtualrobot_apps.pace import Pace
+from virtualrobot_apps.seeing.grasping.heights import APART, Floats, FromAbove, Heights, grasps_from_above
 
 SPACING, BELT_SPEED = 0.12, 0.4
 """Way (m) from one box on the belt to the next, and speed of the belt (m/s)."""
@@ -23,8 +24,10 @@ CLEAR, DROP = 0.16, 0.07
 """Heights (m) over a grasp at which boxes pass the walls, and over the bin's bottom at which they are let go."""
 SETTLING = 250
 """Ticks after the last box has fallen."""
-HELD = 0.04
-"""Distance (m) from the tool up to which a box is held."""
+CLOSED = 0.006
+"""Width (m) to which fingers close, and by how much more they are apart where something is between them."""
+PUSHED = 0.004
+"""Distance (m) by which fingers push walls and boxes aside where no other grasp is left."""
 TRIES = 3
 """Number of tries for each box, taken together."""
 
@@ -97,52 +100,67 @@ def feed(client: Client, boxes: int, rng: np.random.Generator, keeper: Pace) -> 
 
 
 def bring(client: Client, names: Sequence[str], count: int, keeper: Pace) -> Result:
-    """Take boxes of the first bin one after the other, until it is empty or tries are over; the freest comes first."""
-    waiting, tries, missed, times = set(names), 0, 0, list[float]()
+    """Take boxes out of the first bin until the scanner sees none that can be gripped, or tries are over."""
+    failed, times = list[Floats](), list[float]()
     begun = client.clock.read().stamp.simulation_time
-    while tries < TRIES * count:
-        poses = {name: client.scene.pose(name) for name in waiting}
-        poses = {name: pose for name, pose in poses.items() if cell.holds(cell.FROM, pose[:3, 3])}
-        found = grasps(poses, cell.FROM)
-        if not found:
-            break
-        grasp = found[missed % len(found)]
-        tries += 1
-        put = take(client, grasp, drop_pose(len(times), grasp), keeper)
-        now, missed = client.clock.read().stamp.simulation_time, missed + 1
-        if put and cell.holds(cell.TO, place(client, grasp.part)):
-            waiting.discard(grasp.part)
-            missed = 0
+    while len(failed) + len(times) < TRIES * count and (found := seen(client)):
+        # What has failed at a place before comes after all else.
+        grasp = min(found, key=lambda one: sum(np.linalg.norm(one.pose[:3, 3] - at) < APART for at in failed))
+        held = take(client, grasp, drop_pose(len(times), grasp), keeper)
+        now = client.clock.read().stamp.simulation_time
+        if held:
             times.append(now - begun)
+        else:
+            failed.append(grasp.pose[:3, 3])
         begun = now
     brought = sum(cell.holds(cell.TO, place(client, name)) for name in names)
-    return Result(len(names), count, brought, tries, tuple(times))
+    return Result(len(names), count, brought, len(failed) + len(times), tuple(times))
 
 
-def take(client: Client, grasp: Grasp, put: Floats, keeper: Pace) -> bool:
-    """Take a box and let it go at a pose of the tool (4, 4); return False where it was lost or out of reach."""
+def seen(client: Client) -> list[FromAbove]:
+    """Return grasps of what the scanner sees in the first bin, the best first."""
+    reading = client.sensors[cell.SCANNER].read(points=True, frame="world").range
+    assert reading.points is not None
+    points = reading.points[reading.valid].astype(np.float64)
+    inside, outside = (np.array(cell.FROM) + np.outer([-half, half], [1.0, 1.0]) for half in cell.HALVES)
+    heights, bottom = Heights.of(points, *outside), cell.TOP + cell.WALL
+    free = grasps_from_above(heights, cell.JAW, bottom, *inside)
+    return free or grasps_from_above(heights, cell.JAW, bottom, *inside, clear=-PUSHED)
+
+
+def take(client: Client, grasp: FromAbove, put: Floats, keeper: Pace) -> bool:
+    """Take what is at a grasp and let it go at a pose of the tool (4, 4); return whether the fingers held something.
+
+    The arm ends where it is out of the scanner's view.
+    """
     arm = client.robot(cell.ARM)
     hand = arm.tool()
 
     def run(motion: Motion) -> None:
         keeper.keep(client.clock.run(motion).stamp.simulation_time)
 
+    held = False
     try:
-        run(arm.move_pose(above(grasp.world_t_tcp), wait=False))
-        run(arm.move_linear(grasp.world_t_tcp, wait=False))
-        run(hand.move_to_width(0.5 * cell.EDGE, wait=False))
-        run(arm.move_linear(above(grasp.world_t_tcp), wait=False))
-        held = np.linalg.norm(place(client, grasp.part) - arm.tcp[:3, 3]) < HELD
+        run(arm.move_pose(above(grasp.pose), wait=False))
+        run(arm.move_linear(grasp.pose, wait=False))
+        run(hand.move_to_width(CLOSED, wait=False))
+        run(arm.move_linear(above(grasp.pose), wait=False))
+        held = holding(client)
+        run(arm.move_pose(above(put), wait=False))
+        held = held and holding(client)
         if held:
-            run(arm.move_pose(above(put), wait=False))
             run(arm.move_linear(put, wait=False))
-        run(hand.move_to_width(OPEN, wait=False))
-        run(arm.move_linear(above(put if held else grasp.world_t_tcp), wait=False))
     except VirtualRobotError as error:
-        print(f"{grasp.part}: {error}", flush=True)
-        run(hand.move_to_width(OPEN, wait=False))
-        return False
-    return bool(held)
+        print(f"at {np.round(grasp.pose[:3, 3], 3)}: {error}", flush=True)
+    run(hand.move_to_width(cell.JAW.opening, wait=False))
+    if held:
+        run(arm.move_linear(above(put), wait=False))
+    return held
+
+
+def holding(client: Client) -> bool:
+    """Return whether fingers that were told to close are apart."""
+    return bool(2.0 * client.robot(cell.HAND).positions[0] > 2.0 * CLOSED)
 
 
 def above(world_t_tcp: Floats) -> Floats:
@@ -150,10 +168,10 @@ def above(world_t_tcp: Floats) -> Floats:
     return virtualrobot.pose(z=CLEAR) @ world_t_tcp
 
 
-def drop_pose(count: int, grasp: Grasp) -> Floats:
+def drop_pose(count: int, grasp: FromAbove) -> Floats:
     """Return where the tool lets the next box go: place after place on a grid of the second bin."""
     column, row = count % 3 - 1, count // 3 % 3 - 1
-    pose = grasp.world_t_tcp.copy()
+    pose = grasp.pose.copy()
     pose[:3, 3] = cell.TO[0] + 0.075 * column, cell.TO[1] + 0.075 * row, cell.TOP + DROP + 0.045 * (count // 9)
     return pose
 

@@ -17,8 +17,10 @@ BEFORE = 0.02
 """Distance (m), besides five deviations of the noise, by which a point lies before what the other scan has seen."""
 LOOKS = 9
 """Number of the other scan's rays about a point, all of which must have looked past it."""
-AMONG = 0.8
-"""Distance of a direction from the middle of these rays, in the angle between rays, up to which it is among them."""
+AMONG = 0.1
+"""Distance of these rays to each side of the point's direction, in the angle between rays, where it is among them."""
+SIDES = 8
+"""Number of sides of a direction that are looked at for that."""
 AROUND = 48
 """Number of neighbours that the surface goes through on which a point may lie: rays that graze it come in rows."""
 JOINED = 0.05
@@ -113,16 +115,27 @@ def _unseen(seen: Floats, points: Floats, deviation: float) -> np.ndarray:
     """Return which of points (n, 3), in the frame of another scan, lie clearly before all that it has seen (m, 3)."""
     ranges, lengths = np.linalg.norm(seen, axis=1), np.linalg.norm(points, axis=1)
     along, to = seen / ranges[:, None], points / lengths[:, None]
-    _, rays = KDTree(along).query(to, k=min(LOOKS, len(seen)))
-    # Beside the other scan's field of view all of its rays are to one side, and nobody knows.
-    looked = np.linalg.norm(along[rays].mean(axis=1) - to, axis=1) < AMONG * _step(seen)
+    rays = np.asarray(KDTree(along).query(to, k=min(LOOKS, len(seen)))[1])
     clear = BEFORE + 5.0 * deviation
-    found = looked & (lengths < ranges[rays].min(axis=1) - clear)
+    found = lengths < ranges[rays].min(axis=1) - clear
+    # Beside the other scan's field of view all of its rays are to one side, and nobody knows.
+    found[found] = _among(along[rays[found]], to[found], AMONG * _step(seen))
     if found.any():
         # Along a surface that rays graze, ranges differ much from one to the next: what lies on it is no change.
         off, _ = off_planes(KDTree(seen), seen, points[found], np.inf, AROUND)
         found[found] = ~(np.abs(off) < clear)
     return found
+
+
+def _among(around: Floats, to: Floats, least: float) -> np.ndarray:
+    """Return which directions (n, 3) have some of those around (n, m, 3) on each side, at least so far off (rad)."""
+    across = np.cross(to, np.where(np.abs(to[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]]))
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    off = around - to[:, None]
+    plane = np.stack([(off * across[:, None]).sum(axis=2), (off * np.cross(to, across)[:, None]).sum(axis=2)], axis=2)
+    turns = np.arange(SIDES) * 2.0 * np.pi / SIDES
+    sides = plane @ np.array([np.cos(turns), np.sin(turns)])
+    return np.asarray((sides.max(axis=1) > least).all(axis=1), bool)
 
 
 def _things(points: Floats, ranges: Floats, step: float, appeared: bool) -> list[Change]:

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.spatial import KDTree
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.seeing.grasping.jaw import Jaw
 from virtualrobot_apps.seeing.grasping.surface import Floats, Surface
 
 THINNEST = 0.002
@@ -27,26 +28,6 @@ _AT_ONCE = 2_000_000
 
 class GraspError(InvalidArgumentError):
     """Raised where a jaw can't hold a body, with the numbers that are against it."""
-
-
-@dataclass(frozen=True, slots=True)
-class Jaw:
-    """Two parallel fingers about a tool centre point between them: z leads out of the hand, y from one to the other.
-
-    opening: greatest distance between fingers. wide, thick: of a finger, along x and y. long: of a finger from its tip
-    back. tip: by how much tips are beyond the tool centre point (all m).
-    """
-
-    opening: float
-    wide: float = 0.02
-    thick: float = 0.01
-    long: float = 0.05
-    tip: float = 0.01
-
-    def __post_init__(self) -> None:
-        """Raise InvalidArgumentError for sizes that no jaw has."""
-        if not all(size > 0.0 and np.isfinite(size) for size in (self.opening, self.wide, self.thick, self.long)):
-            raise InvalidArgumentError(f"sizes of a jaw are above 0, not {self}")
 
 
 @dataclass(frozen=True, slots=True, eq=False)
