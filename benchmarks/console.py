@@ -52,12 +52,12 @@ def kill(browser: Browser, page: Page) -> None:
 
 
 class Robot:
-    """Robot as the kernel tells it: since when it stands, on the clock of `time.monotonic`."""
+    """Robot as the kernel tells it: since when it moves or stands, on the clock of `time.monotonic`."""
 
     def __init__(self, client: Client) -> None:
         """Begin to watch it."""
         self.moves = False
-        self.stands_since = 0.0
+        self.moves_since = self.stands_since = 0.0
         self._offset = time.monotonic() - time.time()
         self._stream = client.services.robot.WatchRobotStates(robot_pb2.WatchRobotStatesRequest(max_rate_hertz=250.0))
         threading.Thread(target=self._read, daemon=True).start()
@@ -67,8 +67,11 @@ class Robot:
             for told in stream:
                 for robot in told.robots:
                     moves = robot.velocities[JOINT] != 0.0
+                    time_of_tick = told.stamp.wall_time.ToNanoseconds() * 1e-9 + self._offset
+                    if moves and not self.moves:
+                        self.moves_since = time_of_tick
                     if self.moves and not moves:
-                        self.stands_since = told.stamp.wall_time.ToNanoseconds() * 1e-9 + self._offset
+                        self.stands_since = time_of_tick
                     self.moves = moves
 
     def end(self) -> None:

@@ -158,6 +158,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     f"{APPS}/console/wiring.py": ("virtualrobot_apps", "virtualrobot"),
     f"{APPS}/console/registering.py": ("virtualrobot_apps", "virtualrobot", "numpy"),
     f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot_apps.asgi", "virtualrobot", "uvicorn"),
+    f"{APPS}/console/authority.py": ("virtualrobot", "cryptography", "platformdirs"),
     f"{APPS}/asgi.py": ("uvicorn",),
     # Recorded files are read by the libraries of their formats, and PNGs drawn by Pillow, where these are installed.
     f"{APPS}/topic/recorded.py": (

@@ -23,8 +23,6 @@ from tools.screenshot import ARGUMENTS, find_chromium
 
 SIZE = 1456, 819
 PATIENCE_MS = 120_000.0
-REST_TICKS = 250
-"""Steps of 4 ms in which robots that nobody leads any more come to rest."""
 
 
 @click.command()
@@ -45,8 +43,6 @@ def main(folder: Path, box: int, theme: str, quality: str) -> None:
         work.start()
         _wait(watcher, f"iiwa-box-{box}")
         watcher.clock.set_stepped()  # and nobody steps: the world stands still
-        client.close()
-        watcher.clock.step(REST_TICKS)  # its arms come to rest where they are, and are nobody's
         _arrange(page)
         page.screenshot(path=folder / "console.png")
     click.echo(f"{folder / 'console.png'}: {(folder / 'console.png').stat().st_size // 1024} kB")

@@ -101,7 +101,6 @@ def _library(client: virtualrobot.Client, page: Page) -> None:
     page.get_by_role("tab", name="Library").click()
     page.get_by_label("Kinds").get_by_role("button", name="arm", exact=True).click()
     page.get_by_label("Filter models").fill("kuka")
-    page.locator(".model .tile img").nth(6).wait_for()
     page.get_by_label("Place kr16", exact=True).click()
     page.wait_for_function("document.querySelector('.cover') === null")
     box = page.locator(".view canvas").bounding_box()

@@ -32,6 +32,8 @@ from virtualrobot_kernel.planning.robots import Arm, arm_of, tcp_frame, tip_t_tc
 from virtualrobot_kernel.planning.solvers import Solvers
 from virtualrobot_kernel.scenes.assets import files_of
 from virtualrobot_kernel.scenes.reading import read_scene
+from virtualrobot_kernel.sensing.sight import Sight
+from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.commands import Command, SetAllowedPairs, SetJointPositions, UpdateNode
@@ -76,7 +78,7 @@ class EmbeddedWorld:
         shapes = CollisionShapes(meshes.load)
         structure, state = index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
         self._now = Snapshot(structure, state, world_poses(structure, state), 0, 0.0, _TICK_SECONDS)
-        self._scene = CollisionScene(shapes)
+        self._scene, self._sight = CollisionScene(shapes), Sight(catalog, ShapeLibrary(meshes.load))
         self._arms: dict[str, _Standing] = {}
         self._apply(scene_commands(scene, meshes, self._now, shapes, models)[0])
         self._begin = self._now
@@ -164,8 +166,20 @@ class EmbeddedWorld:
         arm = arm_of(self._now, self._now.structure.node(robot, Kind.ROBOT))
         return KinematicErrors(arm.serial(), tip_t_tcp(self._now, arm))
 
+    def seen(self, camera: str, points: ArrayLike) -> NDArray[np.bool_]:
+        """Return which of points (n, 3), m in the world, a pinhole camera sees, with nothing before them: (n,).
+
+        Raises:
+            KernelError: when there is no such camera, or these are no points.
+        """
+        places = np.array(points, np.float64)
+        if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
+            raise KernelError(f"points are (n, 3) and finite, not {places.shape}", field="points")
+        return self._sight.seen(self._now, self._now.structure.node(camera), places)
+
     def close(self) -> None:
         """End the processes of components that have any."""
+        self._sight.close()
         self._solvers.close()
         self._importers.close()
 

@@ -41,9 +41,13 @@ def browsers() -> Iterator[Browser]:
 
 
 @contextmanager
-def opened(browser: Browser, url: str, width: int = WIDTH, height: int = HEIGHT) -> Iterator[Page]:
-    """Give the page at an address; what it complains of fails the test, and so does what it asks of other machines."""
+def opened(browser: Browser, url: str, width: int = WIDTH, height: int = HEIGHT, script: str = "") -> Iterator[Page]:
+    """Give the page at an address; what it complains of fails the test, and so does what it asks of other machines.
+
+    `script` runs before the page's own code.
+    """
     page = browser.new_page(viewport={"width": width, "height": height}, color_scheme="dark")
+    page.add_init_script(script)
     page.set_default_timeout(PATIENCE_MS)
     complaints: list[str] = []
     page.on("pageerror", lambda error: complaints.append(str(error)))

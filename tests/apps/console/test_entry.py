@@ -80,6 +80,10 @@ def test_names_and_origins(headers: dict[str, str], fault: str) -> None:
     [
         (["--listen", "0.0.0.0"], "give --tls-certificate and --tls-key"),
         (["--tls-key", __file__], "--tls-certificate and --tls-key go together"),
+        (
+            ["--own-certificate", "--tls-certificate", __file__, "--tls-key", __file__],
+            "--own-certificate goes without --tls-certificate and --tls-key",
+        ),
         (["--origin", "panel.example"], "is no origin, such as https://panel.example"),
         (["--address", "127.0.0.1:1"], "no kernel answers at 127.0.0.1:1"),
     ],
@@ -196,6 +200,30 @@ def test_tls_on_a_lan(start_kernel: StartKernel, tmp_path: Path) -> None:
         headers = {"content-type": "application/json", "authorization": f"Bearer {kernel.token}"}
         connection.request("POST", "/virtualrobot.v1.KernelService/GetClock", b"{}", headers)
         assert json.loads(connection.getresponse().read())["clock"]
+        connection.close()
+
+
+@pytest.mark.long
+def test_tls_by_an_authority_of_its_own(
+    start_kernel: StartKernel, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("XDG_STATE_HOME", str(tmp_path))
+    kernel = start_kernel(token=True)
+    options = ["--own-certificate", "--host-name", "cell.local"]
+    with consoles(kernel.address, *options, token=kernel.token) as console:
+        assert console.link.startswith("https://cell.local:")
+        assert "trusts" in console.line()
+        trusting_anybody = ssl.create_default_context()
+        trusting_anybody.check_hostname, trusting_anybody.verify_mode = False, ssl.CERT_NONE
+        got = http.client.HTTPSConnection("127.0.0.1", console.port, context=trusting_anybody)
+        got.request("GET", "/authority.crt")
+        authority = got.getresponse()
+        assert authority.status == 200 and authority.getheader("content-type") == "application/x-x509-ca-cert"
+        trusting = ssl.create_default_context(cadata=authority.read().decode())
+        got.close()
+        connection = http.client.HTTPSConnection("127.0.0.1", console.port, context=trusting)
+        connection.request("GET", "/")
+        assert connection.getresponse().status == 200
         connection.close()
 
 

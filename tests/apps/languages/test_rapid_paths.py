@@ -258,6 +258,25 @@ def test_triggers_act_at_their_distances_while_the_tool_keeps_its_speed(
         assert inner.min() > 0.098, "no trigger slows the tool"
 
 
+def test_a_trigger_just_before_the_end_of_an_arc(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
+    """By hand: the last millimetre of an arc of radius 50 mm is 1 / 400 mm off its chord, no arc for the kernel."""
+    client.signals.create("out")
+    run = Run(
+        client,
+        rf"""
+        {HOME}
+        TriggIO ends, 1 \DOp:=out, 1;
+        TriggC Offs(above, 50, 50, 0), Offs(above, 100, 0, 0), v100, ends, fine, tool0 \WObj:=table;
+        TPWrite ValToStr(CPos(\WObj:=table));
+        TPWrite "" \Num:=out;
+        """,
+        "VAR triggdata ends;",
+    )
+    place, out = run()
+    assert numbers(place) == pytest.approx([100, 0, 150], abs=0.01)
+    assert out == "1"
+
+
 def test_moves_that_set_outputs(client: virtualrobot.Client, arm: virtualrobot.Robot) -> None:
     client.signals.create("out")
     run = Run(

@@ -20,6 +20,7 @@ from virtualrobot.session import DEFAULT_HOST, find_token, is_loopback, split_ad
 @click.option("--origin", "origins", multiple=True, metavar="URL", help="Let pages of this origin call.")
 @click.option("--tls-certificate", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="A PEM file.")
 @click.option("--tls-key", type=click.Path(exists=True, dir_okay=False, path_type=Path), help="Its key, a PEM file.")
+@click.option("--own-certificate", is_flag=True, help="Sign one by an authority of this installation, made once.")
 @click.option(
     "--connections", type=click.Path(path_type=Path, dir_okay=False), help="Run the connections of this file."
 )
@@ -34,6 +35,7 @@ def console(
     origins: tuple[str, ...],
     tls_certificate: Path | None,
     tls_key: Path | None,
+    own_certificate: bool,
     connections: Path | None,
     browser: bool | None,
     end_with_input: bool,
@@ -44,13 +46,19 @@ def console(
     """
     if (tls_certificate is None) != (tls_key is None):
         raise click.UsageError("--tls-certificate and --tls-key go together")
-    if not is_loopback(host) and tls_certificate is None:
-        raise click.UsageError(f"{host} is reachable from other machines: give --tls-certificate and --tls-key")
+    if own_certificate and tls_certificate is not None:
+        raise click.UsageError("--own-certificate goes without --tls-certificate and --tls-key")
+    if not is_loopback(host) and tls_certificate is None and not own_certificate:
+        certificates = "give --tls-certificate and --tls-key, or --own-certificate"
+        raise click.UsageError(f"{host} is reachable from other machines: {certificates}")
     for origin in origins:
         if not origin.startswith(("http://", "https://")) or origin.count("/") != 2:
             raise click.UsageError(f"{origin!r} is no origin, such as https://panel.example or http://localhost:5173")
     if find_spec("uvicorn") is None or find_spec("websockets") is None:
         raise click.UsageError("the console needs uvicorn and websockets: pip install 'virtualrobot[console]'")
+
+    if own_certificate and find_spec("cryptography") is None:
+        raise click.UsageError("--own-certificate needs cryptography: pip install 'virtualrobot[console]'")
 
     from virtualrobot_apps.console.serving import Kernel, Place, run
 
@@ -62,6 +70,8 @@ def console(
     kernel = Kernel(address, token, target.certificate, most, connections)
     opened = sys.stdout.isatty() and has_desktop() if browser is None else browser
     place = Place(host, port, names, origins, tls_certificate, tls_key)
+    if own_certificate:
+        place = place.with_own_certificate()
     run(kernel, place, click.echo, webbrowser.open if opened else None, end_with_input)
 
 

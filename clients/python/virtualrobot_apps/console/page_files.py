@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from importlib import resources
 from importlib.resources.abc import Traversable
+from pathlib import Path
 
 TYPES = {
     ".css": "text/css; charset=utf-8",
@@ -28,10 +29,16 @@ class PageFile:
     caching: str
 
 
-def page_files() -> dict[str, PageFile]:
-    """Return the files by path; without a built page `/` says how it is built."""
+AUTHORITY = "/authority.crt"
+"""Path of the certificate of the installation's own authority, of a console that has one."""
+
+
+def page_files(authority: Path | None = None) -> dict[str, PageFile]:
+    """Return the files by path, with an authority's certificate; without a built page `/` says how it is built."""
     folder = resources.files("virtualrobot_apps.console") / "page"
     found = {"/calls.js": _file(folder / "calls.js", "no-cache")}
+    if authority is not None:
+        found[AUTHORITY] = PageFile(authority.read_bytes(), "application/x-x509-ca-cert", "no-cache")
     built = folder / "app"
     if not (built / "index.html").is_file():
         return {**found, "/": _file(folder / "unbuilt.html", "no-cache")}

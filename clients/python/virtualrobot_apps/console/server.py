@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from pathlib import Path
 from urllib.parse import parse_qs
 
 from virtualrobot_apps.console.door import Door
@@ -44,12 +45,13 @@ class Server:
         limit: Limit,
         tools: PageTools,
         link_used: Callable[[], None] = lambda: None,
+        authority: Path | None = None,
     ) -> None:
-        """Serve one kernel through one door."""
+        """Serve one kernel through one door, and to anybody the certificate of an authority."""
         self._upstream, self._door, self._limit, self._tools = upstream, door, limit, tools
         self._calls = HttpCalls(upstream, limit)
         self._link_used = link_used
-        self._files = page_files()
+        self._files = page_files(authority)
 
     async def __call__(self, scope: Event, receive: Receive, send: Send) -> None:
         """Answer a request, or all calls of a page."""

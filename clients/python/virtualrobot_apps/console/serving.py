@@ -8,7 +8,7 @@ import socket
 import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from threading import Thread
 
@@ -18,7 +18,7 @@ from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.asgi import server_config
 from virtualrobot_apps.console.door import Door
-from virtualrobot_apps.console.page_files import is_built
+from virtualrobot_apps.console.page_files import AUTHORITY, is_built
 from virtualrobot_apps.console.server import Server
 from virtualrobot_apps.console.tools import PageTools
 from virtualrobot_apps.console.upstream import Upstream
@@ -26,6 +26,9 @@ from virtualrobot_apps.console.wires import Limit
 
 FIRST_PORT, TRIED_PORTS = 8090, 10
 """Ports that are tried before any free one is taken."""
+
+ANYWHERE = "0.0.0.0", "::"
+"""Addresses to listen on that stand for all of the machine's."""
 
 _FRAME_BYTES = 1024
 """Bytes that a frame of a WebSocket may have besides its message."""
@@ -58,6 +61,8 @@ class Place:
     """Address of the console, its names and its certificate, and the origins of pages that may call.
 
     port: 0 is any free one, None the first free one from 8090.
+    tls_key: None for a certificate whose file has its key, too.
+    authority: the certificate of the installation's own authority, which devices get from the console.
     """
 
     host: str
@@ -66,6 +71,19 @@ class Place:
     origins: Sequence[str]
     tls_certificate: Path | None
     tls_key: Path | None
+    authority: Path | None = None
+
+    def with_own_certificate(self) -> Place:
+        """Return the same place with a certificate by the installation's own authority, and a name that it is for.
+
+        Raises:
+            InvalidArgumentError: for names that the authority doesn't sign for.
+        """
+        from virtualrobot_apps.console.authority import own_certificate
+
+        own = own_certificate([*self.names, *([] if self.host in ANYWHERE else [self.host])])
+        names = self.names or ([own.address] if self.host in ANYWHERE else ())
+        return replace(self, names=names, tls_certificate=own.file, tls_key=None, authority=own.authority)
 
 
 def run(
@@ -128,7 +146,7 @@ async def _serve(
     port = listening.getsockname()[1]
     door = Door([place.host, *place.names], place.origins, port, place.tls_certificate is not None)
     scheme = "http" if place.tls_certificate is None else "https"
-    name = next(iter(place.names), socket.gethostname() if place.host in ("0.0.0.0", "::") else place.host)
+    name = next(iter(place.names), socket.gethostname() if place.host in ANYWHERE else place.host)
     base = f"{scheme}://{f'[{name}]' if ':' in name else name}:{port}"
 
     def link() -> str:
@@ -140,7 +158,7 @@ async def _serve(
     upstream = Upstream(kernel.address, kernel.certificate)
     limit = Limit(kernel.message_bytes)
     tools = PageTools(upstream, limit, kernel.connect)
-    server = Server(upstream, door, limit, tools, lambda: tell("a link for another browser:"))
+    server = Server(upstream, door, limit, tools, lambda: tell("a link for another browser:"), place.authority)
     config = server_config(
         server,
         # Larger ones are refused by name, so that they must come in.
@@ -156,6 +174,8 @@ async def _serve(
         await tools.begin(kernel.token, kernel.connections)
     tell("console at")
     say(f"the link is good once; programs call {base}/virtualrobot.v1.SERVICE/METHOD")
+    if place.authority is not None:
+        say(f"each device trusts {place.authority} once, which it gets at {base}{AUTHORITY}")
     if not is_built():
         say("its page is not built: in a clone of the repository, make console")
     if show is not None:

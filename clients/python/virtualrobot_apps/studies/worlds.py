@@ -137,6 +137,10 @@ class World(Protocol):
         """Return a robot's chain up to its tool centre point, with errors to plant and to find, in its base's frame."""
         ...
 
+    def seen(self, camera: str, points: ArrayLike) -> NDArray[np.bool_]:
+        """Return which of points (n, 3), m in the world, a pinhole camera sees, with nothing before them: (n,)."""
+        ...
+
     def close(self) -> None:
         """End what it has started."""
         ...

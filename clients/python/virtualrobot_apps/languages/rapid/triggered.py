@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 ZONE = 1e-3
 """Radius (m) of the zone between two pieces, where these are long enough."""
+FLAT = 2e-5
+"""Distance (m) of an arc's middle from its chord below which it is made as a line; the kernel refuses half of it."""
 SAME = 1e-4
 """Distance (m) of places that are one."""
 PLACES = 16
@@ -146,7 +148,11 @@ def arc(
         return found
 
     def piece(begin: float, share: float, radius: float) -> None:
-        world.add_arc(pose(begin), way.point((begin + share) / 2.0), pose(share), velocity, radius)
+        first, middle, last = pose(begin), way.point((begin + share) / 2.0), pose(share)
+        if np.linalg.norm(middle - (first[:3, 3] + last[:3, 3]) / 2.0) < FLAT:
+            world.add_line(last, velocity, radius)
+        else:
+            world.add_arc(first, middle, last, velocity, radius)
 
     _go(task, triggers, way.length, velocity, _radius(zone), piece)
     world.arrived(end, target)

@@ -2,6 +2,7 @@
 import { render } from "preact";
 import { App } from "./app";
 import { watch } from "./kernel/watches";
+import { look } from "./xr/support";
 import "./parts/theme";
 import "./style/base.css";
 import "./style/frame.css";
@@ -12,4 +13,5 @@ import "./style/handling.css";
 import "./style/menu.css";
 
 watch();
+look();
 render(<App />, document.getElementById("app")!);

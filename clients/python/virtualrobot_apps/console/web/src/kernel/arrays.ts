@@ -9,3 +9,8 @@ export function ofArray({ type, data }: NumericArray): Float64Array {
   if (type === NumericType.UINT8) return Float64Array.from(new Uint8Array(bytes));
   return new Float64Array(bytes);
 }
+
+/** Returns rows of so many numbers each. */
+export function rowsOf(numbers: Float64Array, width: number): number[][] {
+  return Array.from({ length: numbers.length / width }, (_, row) => [...numbers.subarray(row * width, (row + 1) * width)]);
+}

@@ -2,6 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import type { MessageInitShape } from "@bufbuild/protobuf";
 import type { PoseSchema } from "../generated/virtualrobot/v1/geometry_pb";
+import type { MotionSpecSchema } from "../generated/virtualrobot/v1/motion_pb";
 import { ofArray } from "./arrays";
 import { say } from "./messages";
 import { run } from "./orders";
@@ -26,6 +27,11 @@ export interface Branch extends Goal {
 
 export type Reach = "unknown" | "reached" | "unreachable";
 
+export interface Off {
+  meters: number;
+  radians: number;
+}
+
 const TURN = / \S+[+-]\d+$/;
 
 function namesOf(name: string): Pick<Branch, "name" | "way"> {
@@ -40,6 +46,8 @@ class Goals {
   readonly branch = signal(0);
   readonly reach = signal<Reach>("unknown");
   readonly explanation = signal("");
+  /** How far the best posture is off what is out of reach. */
+  readonly off = signal<Off>({ meters: 0, radians: 0 });
   readonly joints = signal<Goal | undefined>(undefined);
   readonly way = signal<"PTP" | "LIN">("PTP");
   readonly shown = computed<Goal | undefined>(() => this.joints.value ?? this.branches.value[this.branch.value]);
@@ -79,12 +87,16 @@ class Goals {
     await this.#asked;
     const goal = this.shown.peek();
     if (!goal) return;
-    const { robot, jointPositions } = goal;
-    const line = this.way.peek() === "LIN" && this.pose.value !== undefined;
+    if (await run(this.motion(goal, 0.5)) && this.shown.peek() === goal) this.clear();
+  }
+
+  /** Returns the motion to a goal, at a part of the greatest speed. */
+  motion({ robot, jointPositions }: Goal, speedFactor: number): MessageInitShape<typeof MotionSpecSchema> {
+    const line = this.way.peek() === "LIN" && this.pose.peek() !== undefined;
     const move = line
-      ? { case: "linear" as const, value: { goal: { referenceTTcp: this.pose.value } } }
+      ? { case: "linear" as const, value: { goal: { referenceTTcp: this.pose.peek() } } }
       : { case: "pointToPoint" as const, value: { goal: { case: "joints" as const, value: { jointPositions } } } };
-    if (await run({ moves: [{ robot, speedFactor: 0.5, move }] }) && this.shown.peek() === goal) this.clear();
+    return { moves: [{ robot, speedFactor, move }] };
   }
 
   get isPose(): boolean {
@@ -119,6 +131,7 @@ class Goals {
     this.branches.value = found;
     this.reach.value = found.length > 0 ? "reached" : "unreachable";
     this.explanation.value = found.length > 0 ? "" : forPeople(said.explanation);
+    this.off.value = { meters: said.positionErrorMeters, radians: said.rotationErrorRadians };
   }
 
   #clearBranches(): void {

@@ -168,6 +168,15 @@ function refusal({ code, message, details = [] }: SaidError): ConnectError {
 
 /** Returns the reason by which the contract refuses a call, "" where it tells none. */
 export function reasonOf(error: unknown): string {
-  const [detail] = ConnectError.from(error).details as { debug?: { reason?: string } }[];
-  return detail?.debug?.reason ?? "";
+  return detailOf(error)?.reason ?? "";
+}
+
+/** Returns what the contract tells of a refusal under a name, "" where it tells nothing. */
+export function metadataOf(error: unknown, name: string): string {
+  return detailOf(error)?.metadata?.[name] ?? "";
+}
+
+function detailOf(error: unknown): { reason?: string; metadata?: Record<string, string> } | undefined {
+  const [detail] = ConnectError.from(error).details as { debug?: { reason?: string; metadata?: Record<string, string> } }[];
+  return detail?.debug;
 }

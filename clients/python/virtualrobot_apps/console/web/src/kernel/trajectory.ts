@@ -5,7 +5,7 @@ import {
   BusyPolicy, DisconnectPolicy, JointTrajectorySchema, MotionPhase, MotionSpecSchema, type JointTrajectory, type MotionSpec, type PlanMotionResponse,
 } from "../generated/virtualrobot/v1/motion_pb";
 import { JointType } from "../generated/virtualrobot/v1/nodes_pb";
-import { ofArray } from "./arrays";
+import { ofArray, rowsOf } from "./arrays";
 import { askConsole } from "./console_calls";
 import { goal } from "./goal";
 import { attempt, say } from "./messages";
@@ -207,10 +207,6 @@ function planOf(said: PlanMotionResponse, robot: string, length: number): { curv
     points: table(ofArray(told.worldTTcp!), 7).map((row) => row.slice(0, 3)),
   };
   return { curve, before };
-}
-
-function rowsOf(numbers: Float64Array, width: number): number[][] {
-  return Array.from({ length: numbers.length / width }, (_, row) => [...numbers.subarray(row * width, (row + 1) * width)]);
 }
 
 /** Returns what was measured so far by the trajectory's own time, which goes by as `course` tells. */

@@ -53,6 +53,15 @@ export function watch(): void {
   );
   void follow(() => service.collisions.watchCollisions({}), takeCollisions);
   void follow(
+    () => service.proposals.watchProposals({}),
+    (said, first) => {
+      const next = new Map(first ? [] : world.proposals.value);
+      for (const one of said.proposals) next.set(one.id, one);
+      for (const id of said.removedIds) next.delete(id);
+      world.proposals.value = next;
+    },
+  );
+  void follow(
     () => service.drivers.watchDrivers({ maxRateHertz: 10 }),
     (said) => {
       world.drivers.value = said.drivers;

@@ -25,6 +25,7 @@ import { Loading } from "./loading";
 import { Measuring } from "./measuring";
 import { Placing } from "./placing";
 import { Question } from "./question";
+import { InRoom, RoomTools } from "./room";
 import { Speeds } from "./speeds";
 import { Stopped } from "./stopped";
 
@@ -48,6 +49,7 @@ export function View() {
       <Cover />
       <Moved />
       <Alone />
+      <InRoom />
       <Placing />
       <Speeds />
       <Films />
@@ -109,6 +111,7 @@ function Looks() {
       <button type="button" class="tool" title="Save a picture" onClick={() => void save()}>
         <Icon name="camera" size={17} />
       </button>
+      <RoomTools />
     </div>
   );
 }

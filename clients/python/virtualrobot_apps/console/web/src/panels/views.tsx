@@ -11,6 +11,7 @@ import { NumberField } from "../parts/number_field";
 import { DEGREES } from "../parts/numbers";
 import { followed } from "../view/follower";
 import { SIDES, type Side } from "../view/observer";
+import { RoomSection } from "./room";
 import { viewport } from "./view";
 
 const NAMES: Record<Side, string> = { front: "Front", back: "Back", left: "Left", right: "Right", top: "Top", bottom: "Bottom", iso: "Iso" };
@@ -46,6 +47,7 @@ export function Views() {
       <Following />
       <Kept />
       <Cameras />
+      <RoomSection />
       <section aria-label="View of all">
         <h4>Viewers, pictures and films</h4>
         <div class="row">

@@ -71,7 +71,8 @@ export class Ghost {
   readonly group = new THREE.Group();
   /** Whether it is asked for where it stands. */
   isAwaited = false;
-  #there: Places = new Map();
+  /** Where the nodes are shown; another map whenever they are shown elsewhere. */
+  there: Places = new Map();
   #first = new THREE.MeshBasicMaterial({ colorWrite: false, transparent: true });
   #second: THREE.MeshStandardMaterial;
 
@@ -82,7 +83,7 @@ export class Ghost {
 
   /** Shows nodes at `there`; those that are there anyhow are left out. */
   show(there: Places, pieces: Pieces, places: Places): void {
-    this.#there = there;
+    this.there = there;
     this.group.clear();
     for (const [name, pose] of there) {
       const now = places.get(name);
@@ -99,12 +100,12 @@ export class Ghost {
 
   /** Shows the same nodes at the same places, as they look now. */
   renew(pieces: Pieces, places: Places): void {
-    this.show(this.#there, pieces, places);
+    this.show(this.there, pieces, places);
   }
 
   hide(): void {
     this.isAwaited = false;
-    this.#there = new Map();
+    this.there = new Map();
     this.group.clear();
   }
 }

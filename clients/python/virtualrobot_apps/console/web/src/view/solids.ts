@@ -81,6 +81,11 @@ export class Solids {
     return this.#shown.has(name);
   }
 
+  /** Draws what nodes look like and the rim of what is selected, or leaves that to somebody else; marks stay. */
+  setDrawn(drawn: boolean): void {
+    this.#batches.group.visible = this.#silhouette.group.visible = drawn;
+  }
+
   /** Returns what a ray meets first. */
   hit(ray: Raycaster): Hit | undefined {
     return this.#batches.hit(ray);

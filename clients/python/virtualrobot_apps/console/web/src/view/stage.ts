@@ -2,6 +2,8 @@
 import * as THREE from "three";
 import { RoomEnvironment } from "three/examples/jsm/environments/RoomEnvironment.js";
 
+type Theme = "dark" | "light";
+
 const QUALITY = new URLSearchParams(location.search).get("quality") ?? "high";
 
 const SKY = {
@@ -43,6 +45,10 @@ export class Stage {
   readonly scene = new THREE.Scene();
   readonly renderer: THREE.WebGLRenderer;
   readonly grid: THREE.Mesh<THREE.PlaneGeometry, THREE.ShaderMaterial>;
+  #sun = new THREE.DirectionalLight(0xffffff, 1.7);
+  #theme: Theme = "dark";
+  /** What is hidden in a room, and shown again after it. */
+  #left?: { background: THREE.Scene["background"]; grid: boolean };
 
   constructor() {
     this.renderer = new THREE.WebGLRenderer({ antialias: QUALITY === "high", stencil: true, powerPreference: "high-performance" });
@@ -55,16 +61,37 @@ export class Stage {
     this.scene.add(this.grid);
   }
 
-  setTheme(theme: "dark" | "light"): void {
-    this.scene.background = sky(SKY[theme]);
+  setTheme(theme: Theme): void {
+    this.#theme = theme;
+    if (this.#left) this.#left.background = sky(SKY[theme]);
+    else this.scene.background = sky(SKY[theme]);
     this.grid.material.uniforms.ink.value.set(INK[theme]);
+  }
+
+  /** Shows the cell in a room: with an even sky, or in the real one, which needs neither sky nor floor; and without shadows, which are slow. */
+  enter(isReal: boolean): void {
+    this.#left = { background: this.scene.background, grid: this.grid.visible };
+    this.scene.background = isReal ? null : new THREE.Color(SKY[this.#theme][1]);
+    this.grid.visible &&= !isReal;
+    this.#sun.castShadow = false;
+    this.renderer.xr.enabled = true;
+  }
+
+  /** Shows it on the page again. */
+  leave(): void {
+    this.renderer.xr.enabled = false;
+    this.#sun.castShadow = true;
+    if (!this.#left) return;
+    this.scene.background = this.#left.background;
+    this.grid.visible = this.#left.grid;
+    this.#left = undefined;
   }
 
   #light(): void {
     const sky = new THREE.HemisphereLight(0xdfe9f5, 0x39414c, QUALITY === "high" ? 0.35 : 1.6);
     this.scene.add(sky);
     if (QUALITY === "high") this.#surround();
-    const sun = new THREE.DirectionalLight(0xffffff, 1.7);
+    const sun = this.#sun;
     sun.position.set(2.5, -3.5, 6);
     sun.castShadow = true;
     sun.shadow.mapSize.set(2048, 2048);

@@ -22,6 +22,13 @@ import { drawTraces } from "./trails";
 export const framesPerSecond = signal(0);
 export const drawCalls = signal(0);
 
+/** What draws the frames of a headset or phone in place of the page's. */
+export interface Room {
+  draw(frame: XRFrame): void;
+  /** Is told when nodes came, went or changed. */
+  rebuild(): void;
+}
+
 export class Viewport {
   readonly observer: Observer;
   readonly solids = new Solids(() => this.invalidate());
@@ -30,7 +37,8 @@ export class Viewport {
   readonly nodeHandle: NodeHandle;
   /** What panels draw into the view. */
   readonly overlay = new Group();
-  #stage = new Stage();
+  readonly stage = new Stage();
+  room?: Room;
   #names = new Names();
   #timer = new Timer();
   #follower = new Follower();
@@ -39,7 +47,7 @@ export class Viewport {
   #rested = 0;
 
   constructor(private readonly host: HTMLElement) {
-    const { renderer, scene } = this.#stage;
+    const { renderer, scene } = this.stage;
     this.canvas.setAttribute("aria-label", "3D view of the cell");
     host.append(this.canvas, this.#names.element);
     this.observer = new Observer(this.canvas, () => this.invalidate());
@@ -53,7 +61,7 @@ export class Viewport {
     drawSwept(this);
     drawAxis(this);
     effect(() => {
-      this.#stage.setTheme(theme.value);
+      this.stage.setTheme(theme.value);
       this.invalidate();
     });
     effect(() => {
@@ -68,7 +76,7 @@ export class Viewport {
       this.#frames = 0;
       drawCalls.value = renderer.info.render.calls;
     }, 1000);
-    renderer.setAnimationLoop(() => this.#frame());
+    renderer.setAnimationLoop((_, frame) => this.#frame(frame));
   }
 
   invalidate(): void {
@@ -77,13 +85,13 @@ export class Viewport {
   }
 
   get canvas(): HTMLCanvasElement {
-    return this.#stage.renderer.domElement;
+    return this.stage.renderer.domElement;
   }
 
   toggleGrid(): boolean {
-    this.#stage.grid.visible = !this.#stage.grid.visible;
+    this.stage.grid.visible = !this.stage.grid.visible;
     this.invalidate();
-    return this.#stage.grid.visible;
+    return this.stage.grid.visible;
   }
 
   /** Looks at all of the world, or at a node and what hangs below it. */
@@ -102,15 +110,21 @@ export class Viewport {
     return new Promise((resolve) => this.canvas.toBlob(resolve));
   }
 
-  #frame(): void {
+  #frame(frame: XRFrame | undefined): void {
     this.#timer.update();
     if (this.solids.update()) {
       this.ghost.renew(this.solids.pieces, this.solids.places);
+      this.room?.rebuild();
       if (!this.observer.isPlaced && this.solids.pieces.size > 0) this.frame();
     }
     this.#follower.advance(this.observer, this.solids.places);
     this.observer.advance(this.#timer.getDelta());
     this.#tellBusy(this.#dirty || !this.solids.isComplete || this.ghost.isAwaited);
+    if (frame) {
+      this.#frames++;
+      this.#dirty = false;
+      return this.room?.draw(frame);
+    }
     const now = performance.now();
     if (!this.#dirty || now < this.#rested) return;
     this.#dirty = false;
@@ -127,7 +141,7 @@ export class Viewport {
   }
 
   #render(): void {
-    const { renderer, scene } = this.#stage;
+    const { renderer, scene } = this.stage;
     renderer.autoClear = true;
     renderer.render(scene, this.observer.camera);
     renderer.autoClear = false;
@@ -135,10 +149,17 @@ export class Viewport {
     this.#names.place(this.solids.places, (name) => this.solids.isShown(name), this.observer.camera);
   }
 
+  /** Draws the page again after a room, which had a size of its own. */
+  leaveRoom(): void {
+    this.room = undefined;
+    this.#resize();
+    this.invalidate();
+  }
+
   #resize(): void {
     const { clientWidth: width, clientHeight: height } = this.host;
-    if (!width || !height) return;
-    this.#stage.renderer.setSize(width, height);
+    if (!width || !height || this.room) return;
+    this.stage.renderer.setSize(width, height);
     this.solids.setSize(width, height);
     this.observer.setSize(width, height);
     this.#render();

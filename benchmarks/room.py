@@ -1,0 +1,157 @@
+"""The page in a room by an emulated headset: how soon a dragged goal is answered, and a press moves the robot.
+
+Chromium tells when frames of the page's socket go and come (`Network.webSocketFrameSent` and `...Received`, whose clock
+is CLOCK_MONOTONIC); where the robot was at which time says the kernel, whose ticks follow the wall clock.
+"""
+
+from __future__ import annotations
+
+import base64
+import struct
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import virtualrobot
+from playwright.sync_api import Browser, CDPSession, Page, expect
+from virtualrobot import Client
+
+from benchmarks.console import LONGEST, Robot, beats, hang, pumped
+from benchmarks.processes import kernel
+from benchmarks.rows import Row, row
+from tests.apps.console.browsing import browsers
+from tests.apps.console.consoles import Console, consoles
+from tests.apps.console.headsets import Person, in_room
+from tests.waiting import until
+
+ROUNDS = 10
+HERE = (0.0, 0.5, 0.0, -1.2, 0.0, 0.8, 0.0)
+WAY = (-0.1, -0.08, 0.06)
+STEPS = 200
+"""Places at which the goal is while it is dragged along its way, one for each picture of the headset."""
+
+INVERSE, PRESS = 0.033, 0.060
+"""Times (s) that are promised: from a goal to its posture, and from the trigger to the tick of the first movement."""
+
+HEAD = struct.Struct(">IB")
+BEGIN, END = 0, 2
+
+
+@dataclass
+class Calls:
+    """Calls of a page by number: when each began, s, and how long those took that have ended, s."""
+
+    method: bytes
+    begun: dict[int, float] = field(default_factory=dict)
+    seconds: list[float] = field(default_factory=list)
+
+    def sent(self, event: dict[str, Any]) -> None:
+        """Take a frame that the page has sent."""
+        data = base64.b64decode(event["response"]["payloadData"])
+        number, kind = HEAD.unpack_from(data)
+        if kind == BEGIN and self.method in data:
+            self.begun[number] = event["timestamp"]
+
+    def received(self, event: dict[str, Any]) -> None:
+        """Take a frame that has come to the page."""
+        number, kind = HEAD.unpack_from(base64.b64decode(event["response"]["payloadData"]))
+        if kind == END and number in self.begun:
+            self.seconds.append(event["timestamp"] - self.begun.pop(number))
+
+
+@contextmanager
+def listened(page: Page, method: str) -> Iterator[Calls]:
+    """Give the calls of a method that a page makes."""
+    calls = Calls(f"/{method}".encode())
+    session: CDPSession = page.context.new_cdp_session(page)
+    session.on("Network.webSocketFrameSent", calls.sent)
+    session.on("Network.webSocketFrameReceived", calls.received)
+    session.send("Network.enable")
+    try:
+        yield calls
+    finally:
+        session.detach()
+
+
+@contextmanager
+def proposed(
+    browser: Browser, console: Console, client: Client, steps: int = 8
+) -> Iterator[tuple[Person, list[float]]]:
+    """Give a person who points at Hold to run, and how long (s) each of the goals on the way there took."""
+    client.stop()
+    until(lambda: not client.motions())
+    arm = client.robots["iiwa"]
+    arm.set_positions(HERE)
+    with in_room(browser, console, "iiwa") as person:
+        with listened(person.page, "SolveInverse") as calls:
+            person.take(arm.tcp[:3, 3], WAY, steps)
+            expect(person.told).to_contain_text("free")
+        person.point("hold")
+        yield person, calls.seconds
+
+
+def press_seconds(browser: Browser, console: Console, client: Client) -> float:
+    """Return how long (s) after the trigger the robot's first tick of movement is."""
+    robot = Robot(client)
+    try:
+        with proposed(browser, console, client) as (person, _):
+            pressed = time.monotonic()
+            person.page.evaluate("() => atHand().updateButtonValue('trigger', 1)")
+            pumped(person.page, lambda: robot.moves)
+            return robot.moves_since - pressed
+    finally:
+        robot.end()
+
+
+def hang_seconds(browser: Browser, console: Console, client: Client) -> float:
+    """Return how long (s) after the last beat of a headset's page that hangs the robot stands."""
+    robot = Robot(client)
+    try:
+        with proposed(browser, console, client) as (person, _), beats(person.page) as sent:
+            person.pull()
+            pumped(person.page, lambda: robot.moves and len(sent) > 10)
+            hang(browser, person.page)
+            until(lambda: not robot.moves)
+            browser.new_browser_cdp_session().send("Browser.getVersion")  # takes what was told meanwhile
+            return robot.stands_since - sent[-1]
+    finally:
+        robot.end()
+
+
+def run() -> list[Row]:
+    """Return the time of a dragged goal, of a press, and of a page that hangs."""
+    with (
+        kernel("--headless") as (address, _),
+        virtualrobot.connect(address) as client,
+        consoles(address) as console,
+    ):
+        client.load_robot("package://pybullet_data/kuka_iiwa/model.urdf", name="iiwa")
+        with browsers() as browser, proposed(browser, console, client, STEPS) as (_, solved):
+            inverse, count = np.quantile(solved, 0.95), len(solved)
+        with browsers() as browser:
+            presses = [press_seconds(browser, console, client) for _ in range(ROUNDS)]
+        hangs = []
+        for _ in range(ROUNDS):
+            with browsers() as browser:
+                hangs.append(hang_seconds(browser, console, client))
+    promised = "what is promised"
+    return [
+        row(
+            "a goal dragged by a controller: SolveInverse in the page",
+            *(1e3 * inverse, 1e3 * INVERSE, promised, "ms", 1.0),
+            note=f"p95 of {count}; median {1e3 * np.median(solved):.0f} ms",
+        ),
+        row(
+            "the trigger in a headset: to the tick of the first movement",
+            *(1e3 * np.quantile(presses, 0.95), 1e3 * PRESS, promised, "ms", 1.0),
+            note=f"p95 of {ROUNDS}; median {1e3 * np.median(presses):.0f} ms",
+        ),
+        row(
+            "a headset's page that holds a motion hangs: last beat to standstill",
+            *(1e3 * max(hangs), 1e3 * LONGEST, promised, "ms", 1.0),
+            note=f"worst of {ROUNDS}; median {1e3 * np.median(hangs):.0f} ms",
+        ),
+    ]

@@ -1,0 +1,40 @@
+// What is said in the room of a proposal, or of what is to be touched, and how that looks.
+import { computed } from "@preact/signals";
+import { goal } from "../kernel/goal";
+import { connection, trouble } from "../kernel/world";
+import { proposal, type Phase } from "./proposal";
+import { registration } from "./registration";
+
+const BLUE = 0x3b9eff, GREEN = 0x35c27b, RED = 0xe5393f, AMBER = 0xf0a92c, GREY = 0x8a96a5;
+
+interface Look {
+  title: string;
+  words: string;
+  color: number;
+}
+
+const LOOKS: Record<Phase, Omit<Look, "words">> = {
+  idle: { title: "Take the ball at the tool", color: GREY },
+  asking: { title: "Where to?", color: BLUE },
+  planning: { title: "Planning", color: BLUE },
+  free: { title: "Hold to run", color: GREEN },
+  refused: { title: "Not so", color: RED },
+  running: { title: "Running", color: BLUE },
+  paused: { title: "Paused: hold to go on", color: AMBER },
+  done: { title: "There", color: GREEN },
+};
+
+/** What is to be said now, and in which color. */
+export const look = computed<Look>(() => {
+  const words = proposal.words.value, phase = proposal.phase.value;
+  if (connection.value !== "connected") return { title: "No connection", words: trouble.value, color: RED };
+  if (registration.next.value) return { title: `Touch ${registration.next.value}`, words: registration.words.value, color: AMBER };
+  if (phase === "asking" && goal.reach.value === "unreachable") return { title: "Out of reach", words, color: RED };
+  if (phase === "idle" && registration.words.value) return { ...LOOKS.idle, words: registration.words.value };
+  return { ...LOOKS[phase], words };
+});
+
+/** Returns a color as canvases take it. */
+export function cssOf(color: number): string {
+  return `#${color.toString(16).padStart(6, "0")}`;
+}

@@ -1,0 +1,214 @@
+// The cell in a room: an immersive session of this page, its frames, and what hands do in it.
+import { signal } from "@preact/signals";
+import { Group, Matrix4, PerspectiveCamera, Vector3, type Object3D } from "three";
+import { say } from "../kernel/messages";
+import { teach } from "../kernel/orders";
+import { stop } from "../kernel/stop";
+import { chosen } from "../kernel/world";
+import { tool } from "../view/gizmo";
+import type { Room, Viewport } from "../view/viewport";
+import { DrawnCell } from "./drawn_cell";
+import { Handle, rayOf } from "./handle";
+import { isMomentary, readHands, type Hand } from "./hands";
+import { Panel, type Press } from "./panel";
+import { Pointers } from "./pointers";
+import { proposal } from "./proposal";
+import { registration } from "./registration";
+import { roomInWorld } from "./rig";
+import { ShownWay } from "./shown_way";
+import { reasonOf, type Mode } from "./support";
+
+/** The room that this page is shown in; undefined for none, and while one is asked for. */
+export const entered = signal<Immersion | undefined>(undefined);
+
+const FEATURES = { requiredFeatures: ["local-floor"], optionalFeatures: ["hand-tracking"] };
+const NAMES: Record<Mode, string> = { "immersive-ar": "augmented reality", "immersive-vr": "virtual reality" };
+/** A page that has stood still for so long (ms) has let go: the trigger is to be pressed anew. */
+const HANG_MS = 500;
+/** The whole way in so many seconds, with the stick at its end. */
+const SCRUB_SECONDS = 2;
+const DEAD_STICK = 0.2;
+
+/** A hand whose grip and ray are in the world; its tip is in the room. */
+type Near = Hand & { pointed?: Press; distance?: number };
+type Buttons = Pick<Hand, "trigger" | "squeeze" | "back">;
+
+const NOTHING: Buttons = { trigger: false, squeeze: false, back: false };
+let asked = false;
+
+/** Shows the cell in a room, where the browser and the person at it allow that. */
+export async function enter(view: Viewport, mode: Mode): Promise<void> {
+  if (asked || entered.peek()) return;
+  asked = true;
+  let session: XRSession | undefined;
+  try {
+    // Nothing is awaited before: browsers want to see the press of the button.
+    session = await navigator.xr!.requestSession(mode, FEATURES);
+    const room = new Immersion(view, mode, session);
+    try {
+      await view.stage.renderer.xr.setSession(session);
+    } catch (error) {
+      room.dispose();
+      throw error;
+    }
+    if (view.room === room) entered.value = room;
+  } catch (error) {
+    say(`no ${NAMES[mode]}: ${reasonOf(error)}`, "error");
+    await session?.end().catch(() => {}); // it has ended already
+  } finally {
+    asked = false;
+  }
+}
+
+export class Immersion implements Room {
+  /** The room in the world: what hangs in it goes along with it. */
+  #rig = new Group();
+  #camera = new PerspectiveCamera(60, 1, 0.02, 200);
+  #panel = new Panel();
+  #pointers = new Pointers();
+  #handle = new Handle();
+  #way: ShownWay;
+  #cell: DrawnCell;
+  #isPlaced = false;
+  /** What was pressed in the frame before, of each source. */
+  #before = new Map<XRInputSource, Buttons>();
+  /** Whose trigger holds the motion. */
+  #holder?: XRInputSource;
+  #time = 0;
+
+  constructor(private readonly view: Viewport, readonly mode: Mode, private readonly session: XRSession) {
+    const { scene, renderer } = view.stage;
+    this.#way = new ShownWay(view);
+    this.#cell = new DrawnCell(view.solids);
+    this.#rig.matrixAutoUpdate = false;
+    this.#rig.add(this.#camera, this.#panel.mesh);
+    scene.add(...this.#objects);
+    view.stage.enter(mode === "immersive-ar");
+    view.room = this;
+    view.ghost.group.visible = false;
+    view.solids.setDrawn(false);
+    tool.value = "select";
+    proposal.isSeen.value = true;
+    // After the renderer's own end of it, which gives the picture its size again.
+    renderer.xr.addEventListener("sessionend", this.#ended);
+    session.addEventListener("visibilitychange", () => session.visibilityState !== "visible" && this.#letGo());
+  }
+
+  leave(): void {
+    void this.session.end();
+  }
+
+  rebuild(): void {
+    this.#way.rebuild();
+    this.#cell.rebuild();
+  }
+
+  draw(frame: XRFrame): void {
+    const { renderer, scene } = this.view.stage, space = renderer.xr.getReferenceSpace(), now = performance.now();
+    const seconds = Math.min(now - this.#time, HANG_MS) / 1000;
+    if (now - this.#time > HANG_MS) this.#letGo();
+    this.#time = now;
+    const head = space && frame.getViewerPose(space);
+    if (!space || !head) return this.#letGo();
+    this.#place(new Matrix4().fromArray(head.transform.matrix));
+    const hands = frame.session.visibilityState === "visible" ? readHands(frame, space).map((one) => this.#near(one)) : [];
+    this.#act(hands, now, seconds);
+    this.#handle.follow();
+    this.#way.advance();
+    this.#cell.advance();
+    this.#pointers.show(hands);
+    this.#panel.draw(new Set(hands.flatMap(({ pointed }) => pointed ?? [])), this.#holder !== undefined);
+    renderer.autoClear = true;
+    renderer.render(scene, this.#camera);
+  }
+
+  /** Takes all of it out of the scene, and shows the page again. */
+  dispose(): void {
+    if (this.view.room !== this) return;
+    const { stage, ghost, solids } = this.view;
+    stage.renderer.xr.removeEventListener("sessionend", this.#ended);
+    stage.scene.remove(...this.#objects);
+    for (const one of [this.#panel, this.#pointers, this.#handle, this.#way, this.#cell]) one.dispose();
+    ghost.group.visible = true;
+    solids.setDrawn(true);
+    stage.leave();
+    this.view.leaveRoom();
+  }
+
+  get #objects(): Object3D[] {
+    return [this.#rig, this.#handle.group, this.#pointers.group, this.#way.group, this.#cell.group];
+  }
+
+  readonly #ended = () => {
+    this.#letGo();
+    registration.stop();
+    proposal.leave("the person has left the room");
+    entered.value = undefined;
+    this.dispose();
+  };
+
+  /** Lays the room into the world when it is first known where the head is, with the chosen robot ahead. */
+  #place(room_t_head: Matrix4): void {
+    if (!this.#isPlaced) {
+      this.#isPlaced = true;
+      const { camera } = this.view.observer, base = this.view.solids.places.get(chosen.peek());
+      camera.updateMatrixWorld();
+      this.#rig.matrix.copy(roomInWorld(room_t_head, camera.matrixWorld, new Vector3().setFromMatrixPosition(base ?? new Matrix4())));
+    }
+    this.#panel.place(room_t_head);
+    this.#rig.updateMatrixWorld(true);
+  }
+
+  #near(hand: Hand): Near {
+    const inWorld = (pose: Matrix4 | undefined) => pose && this.#rig.matrix.clone().multiply(pose);
+    const grip = inWorld(hand.grip), ray = inWorld(hand.ray), met = ray && this.#panel.hit(rayOf(ray));
+    return { ...hand, grip, ray, pointed: met?.press, distance: met?.distance };
+  }
+
+  #act(hands: readonly Near[], now: number, seconds: number): void {
+    for (const hand of hands) {
+      const { source } = hand, before = this.#before.get(source) ?? (isMomentary(source) ? NOTHING : hand);
+      const pulled = hand.trigger && !before.trigger, squeezed = hand.squeeze && !before.squeeze;
+      if (pulled && hand.pointed) this.#press(hand.pointed, source);
+      else if (pulled && hand.tip && registration.next.peek()) void this.#touch(hand.tip);
+      else if (pulled || squeezed) this.#handle.take(source, hand.grip, hand.ray);
+      if (hand.back && !before.back) proposal.reject();
+      if (Math.abs(hand.stick) > DEAD_STICK) proposal.scrub((hand.stick * seconds) / SCRUB_SECONDS);
+    }
+    this.#before = new Map(hands.map(({ source, trigger, squeeze, back }) => [source, { trigger, squeeze, back }]));
+    const taker = hands.find(({ source }) => source === this.#handle.source);
+    if (taker && (taker.trigger || taker.squeeze)) this.#handle.drag(taker.grip, taker.ray, now);
+    else this.#handle.drop();
+    const holder = hands.find(({ source }) => source === this.#holder);
+    if (holder?.trigger && holder.ray) proposal.hold();
+    else this.#unhold();
+  }
+
+  #press(press: Press, source: XRInputSource): void {
+    if (press === "hold") this.#holder ??= source;
+    else if (press === "stop") void stop();
+    else if (press === "reject") proposal.reject();
+    else if (press === "undo") void proposal.undo();
+    else if (press === "teach") void teach(chosen.peek());
+    else if (press === "register") registration.begin();
+    else this.leave();
+  }
+
+  /** Lays the room into the world as it was touched. */
+  async #touch(tip: Vector3): Promise<void> {
+    const world_t_room = await registration.touch(tip);
+    if (world_t_room) this.#rig.matrix.copy(world_t_room);
+  }
+
+  #unhold(): void {
+    if (!this.#holder) return;
+    this.#holder = undefined;
+    proposal.letGo();
+  }
+
+  /** Has whatever is held let go, as when hands aren't seen any more. */
+  #letGo(): void {
+    this.#unhold();
+    this.#handle.drop();
+  }
+}

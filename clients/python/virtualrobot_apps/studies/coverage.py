@@ -1,0 +1,73 @@
+"""Places of cameras: how much of an area they see, and how much of it two of them do.
+
+For a study file: `function: virtualrobot_apps.studies.coverage:cover`,
+`setup: virtualrobot_apps.studies.worlds:open_world`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from virtualrobot_apps.studies.parameters import Floats
+from virtualrobot_apps.studies.placement import turned
+from virtualrobot_apps.studies.work import Cell
+from virtualrobot_apps.studies.worlds import World
+
+_MOST_POINTS = 1_000_000
+
+
+def cover(cell: Cell) -> dict[str, float | str | None]:
+    """Return how much of an area cameras see, one of them from another place.
+
+    Its parameters: `cameras`, names of pinhole cameras with commas between; `camera`, the one of them that is moved
+    (without it, none is), with `x`, `y` and `z`, where it is then on its parent (m; without them it stays there), and
+    `yaw`, by how much it is turned about the parent's z axis besides (rad; without it, 0); `area`, the name of a node
+    in the middle of the area, which is `length` along the node's x axis, `width` along y and `height` along z (m;
+    without `height` it is flat); `spacing`, between the points of it that are asked for at most (m).
+
+    Its results: `seen`, the share of the area that one camera or more see, each point with nothing before it; `twice`,
+    the share that two or more see, from which places can be measured; `least`, the share that the worst one of the
+    cameras sees, and `worst`, its name.
+    """
+    world: World = cell.shared
+    world.restore()
+    parameters = cell.parameters
+    cameras = [name.strip() for name in parameters["cameras"].split(",")]
+    if (moved := parameters.get("camera")) is not None:
+        if moved not in cameras:
+            raise ValueError(f"camera is one of {', '.join(cameras)}, not {moved}")
+        pose = turned(parameters.get("yaw", 0.0)) @ world.parent_pose(moved)
+        for number, name in enumerate("xyz"):
+            pose[number, 3] = parameters.get(name, world.parent_pose(moved)[number, 3])
+        world.place(moved, pose)
+    points = area_points(world.pose(parameters["area"]), parameters)
+    views = np.array([world.seen(name, points) for name in cameras])
+    count, shares = views.sum(axis=0), views.mean(axis=1)
+    worst = int(np.argmin(shares))
+    return {
+        "seen": float((count >= 1).mean()),
+        "twice": float((count >= 2).mean()),
+        "least": float(shares[worst]),
+        "worst": cameras[worst],
+    }
+
+
+def area_points(world_t_area: Floats, parameters: Mapping[str, Any]) -> Floats:
+    """Return points (n, 3), m in the world: the middles of equal pieces of the area, none longer than `spacing`.
+
+    Raises:
+        ValueError: for sizes that are none, and for more than a million of points.
+    """
+    sizes = [parameters["length"], parameters["width"], parameters.get("height", 0.0)]
+    spacing = parameters["spacing"]
+    if min(*sizes[:2], spacing) <= 0.0 or sizes[2] < 0.0:
+        raise ValueError("length, width and spacing are above 0, and height is 0 or more")
+    counts = [max(1, int(np.ceil(size / spacing - 1e-9))) for size in sizes]
+    if np.prod(counts, dtype=float) > _MOST_POINTS:
+        raise ValueError(f"{' x '.join(map(str, counts))} points are more than {_MOST_POINTS}: spacing is too small")
+    axes = [size * ((np.arange(count) + 0.5) / count - 0.5) for size, count in zip(sizes, counts, strict=True)]
+    places = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+    return places @ world_t_area[:3, :3].T + world_t_area[:3, 3]

@@ -1,0 +1,176 @@
+"""A person with a headset at the console's page: Meta's emulator of WebXR, IWER, with controllers and hands."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import numpy as np
+from playwright.sync_api import Browser, Locator, Page, expect
+from virtualrobot_apps import console as console_app
+
+from tests.apps.console.browsing import PLAIN, opened, row
+from tests.apps.console.consoles import Console
+
+IWER = Path(console_app.__file__).parent / "web" / "node_modules" / "iwer" / "build" / "iwer.min.js"
+
+EYES = 1.6
+"""Height of the head (m)."""
+AHEAD = 1.5
+"""How far before a person the page puts the chosen robot (m)."""
+PANEL, PANEL_SIZE, PANEL_PIXELS = (0.35, EYES - 0.25, -0.8), (0.48, 0.3), (768, 480)
+"""Where the page hangs its panel in the room (m), and how large it is (m, pixels)."""
+BUTTONS = {
+    "hold": (250, 300),
+    "stop": (618, 300),
+    "reject": (92, 410),
+    "undo": (238, 410),
+    "teach": (384, 410),
+    "register": (530, 410),
+    "leave": (676, 410),
+}
+"""The middles of the panel's buttons, pixels from the left and from above."""
+
+EMULATOR = """;
+window.headset = new IWER.XRDevice(IWER.metaQuest3);
+headset.stereoEnabled = false;
+headset.installRuntime({ forceInstall: true });
+window.atHand = () => headset.primaryInputMode === "hand" ? headset.hands.right : headset.controllers.right;
+// A picture of few pixels, since there is no graphics card: the emulator's is as large as the window.
+for (const [side, pixels] of [["innerWidth", 240], ["innerHeight", 160]]) {
+  Object.defineProperty(window, side, { get: () => pixels });
+}
+window.frames = async (count) => {
+  const { activeSession } = headset;
+  for (let frame = 0; frame < count; frame++) await new Promise((go) => activeSession.requestAnimationFrame(go));
+};
+window.still = async (ms) => {
+  for (const begin = performance.now(); performance.now() < begin + ms; ) await frames(1);
+};
+// Moves a hand until the middle between its thumb and index finger is at a point of the floor's frame.
+window.reach = async (...point) => {
+  const session = headset.activeSession, floor = await session.requestReferenceSpace("local-floor");
+  for (let round = 0; round < 3; round++) await new Promise((go) => session.requestAnimationFrame((_, frame) => {
+    const { hand } = [...session.inputSources].find((one) => one.hand && one.handedness === "right");
+    const tips = ["thumb-tip", "index-finger-tip"].map((name) => frame.getJointPose(hand.get(name), floor));
+    const [one, other] = tips.map(({ transform: { position: { x, y, z } } }) => [x, y, z]);
+    const { position } = headset.hands.right, here = [position.x, position.y, position.z];
+    position.set(...here.map((at, axis) => at + point[axis] - (one[axis] + other[axis]) / 2));
+    go();
+  }));
+};
+"""
+
+
+class Person:
+    """A person in the room, whose right hand the test moves; points are in the world, m."""
+
+    def __init__(self, page: Page, base: Sequence[float], *, by_hand: bool) -> None:
+        """Stand before a robot whose base is there, and look along the world's y."""
+        self.page = page
+        self.base = np.asarray(base, float)
+        self.by_hand = by_hand
+        page.evaluate(f"headset.primaryInputMode = '{'hand' if by_hand else 'controller'}'")
+
+    @property
+    def told(self) -> Locator:
+        """Words of the page on what goes on in the room."""
+        return self.page.locator("#room")
+
+    def frames(self, count: int = 2) -> None:
+        """Wait for frames of the headset, in which the page sees what has changed."""
+        self.page.evaluate("frames", count)
+
+    def room(self, point: Sequence[float] | np.ndarray) -> list[float]:
+        """Return a point of the world in the room: x is x, y is ahead, z is up, and the base is ahead of the person."""
+        x, y, z = np.asarray(point, float) - [self.base[0], self.base[1] - AHEAD, 0.0]
+        return [float(x), float(z), float(-y)]
+
+    def reach(self, point: Sequence[float] | np.ndarray) -> None:
+        """Put the hand or controller at a point."""
+        if self.by_hand:
+            self.page.evaluate("(at) => reach(...at)", self.room(point))
+        else:
+            self._put(self.room(point))
+        self.frames()
+
+    def touch(self, room: Sequence[float]) -> None:
+        """Put the tip of the controller at a point of the room and pull the trigger."""
+        self._put(list(room))
+        self.frames()
+        self.pull(1)
+        self.pull(0)
+
+    def take(self, point: Sequence[float] | np.ndarray, way: Sequence[float], steps: int = 3) -> np.ndarray:
+        """Take the ball at a point along a way and let it go there; return where that is."""
+        self.reach(point)
+        self.squeeze(1)
+        here = self._get()
+        dx, dy, dz = way
+        for part in np.linspace(0.0, 1.0, steps + 1)[1:]:
+            self._put(list(np.asarray(here) + part * np.array([dx, dz, -dy])))
+            self.frames(1)
+        self.page.evaluate("still", 120)  # longer than the page looks back when a hand lets go, 80 ms
+        self.squeeze(0)
+        return np.asarray(point, float) + way
+
+    def squeeze(self, value: int) -> None:
+        """Close the hand, 1, or open it, 0."""
+        self._button("squeeze", value)
+
+    def point(self, button: str) -> None:
+        """Point at a button of the panel."""
+        x, y = BUTTONS[button]
+        (width, height), (wide, high) = PANEL_SIZE, PANEL_PIXELS
+        self._put([PANEL[0] + (x / wide - 0.5) * width, PANEL[1] + (0.5 - y / high) * height, PANEL[2] + 0.3])
+        self.frames()
+
+    def pull(self, value: int = 1) -> None:
+        """Hold the trigger, 1, or let it go, 0."""
+        self._button("trigger", value)
+
+    def press(self, button: str) -> None:
+        """Press a button of the panel."""
+        self.point(button)
+        self.pull(1)
+        self.pull(0)
+
+    def back(self) -> None:
+        """Press the controller's B."""
+        for value in (1, 0):
+            self._button("b-button", value)
+
+    def _button(self, name: str, value: int) -> None:
+        if self.by_hand:
+            self.page.evaluate("(value) => headset.hands.right.updatePinchValue(value)", value)
+        else:
+            self.page.evaluate("([name, value]) => atHand().updateButtonValue(name, value)", [name, value])
+        self.frames()
+
+    def _put(self, at: list[float]) -> None:
+        self.page.evaluate(
+            "([x, y, z]) => { atHand().position.set(x, y, z); atHand().quaternion.set(0, 0, 0, 1); }", at
+        )
+
+    def _get(self) -> list[float]:
+        return self.page.evaluate("() => { const { x, y, z } = atHand().position; return [x, y, z]; }")
+
+
+@contextmanager
+def in_room(
+    browser: Browser, console: Console, robot: str, *, mode: str = "Augmented reality", by_hand: bool = False
+) -> Iterator[Person]:
+    """Give a person in the room before a robot at the world's origin."""
+    script = IWER.read_text("utf-8") + EMULATOR
+    with opened(browser, console.url + PLAIN, width=900, height=500, script=script) as page:
+        row(page, robot).click()
+        page.keyboard.press("1")
+        page.locator('.view .canvas[aria-busy="false"]').wait_for()
+        page.evaluate("(eyes) => { headset.position.set(0, eyes, 0); headset.quaternion.set(0, 0, 0, 1); }", EYES)
+        page.get_by_role("toolbar", name="View").get_by_title(re.compile(f"^{mode}")).click()
+        person = Person(page, (0.0, 0.0, 0.0), by_hand=by_hand)
+        expect(person.told).to_contain_text("Take the ball")
+        person.frames()
+        yield person
