@@ -25,7 +25,7 @@ def change(stubs: Stubs, *mask: str, **fields: Any) -> view_pb2.View:  # noqa: A
     return stubs.view.UpdateView(request).view
 
 
-def camera(x: float = 1.0, **fields: float) -> view_pb2.Camera:
+def camera(x: float = 1.0, **fields: Any) -> view_pb2.Camera:  # noqa: ANN401 fields of Camera
     return view_pb2.Camera(position=Vector(x=x, y=2.0, z=3.0), target=Vector(y=2.0, z=3.0), **fields)
 
 
