@@ -157,7 +157,7 @@ def test_the_end_of_its_motion_is_told(cell: Stubs) -> None:
     assert now(cell, made.id).reason == "a hand in the cell"
     again = update(cell, made.id)
     assert (again.state, again.motion_id) == (PROPOSED, started.id)
-    finished(cell, approve(cell, again, request_id="once").id)
+    finished(cell, approve(cell, again).id)
     until(lambda: now(cell, made.id).state == EXECUTED)
     assert state(cell, "arm").positions[0] == 0.5
 
