@@ -4,6 +4,7 @@
 the folder that TESSERACT_SUPPORT_DIR names: https://github.com/tesseract-robotics/tesseract, `tesseract_support`.
 """
 
+# pyright: reportMissingImports=false
 from __future__ import annotations
 
 import os

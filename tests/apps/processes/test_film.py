@@ -80,6 +80,7 @@ def test_what_is_behind_something_gets_none() -> None:
     block.apply_translation([0.0, 0.0, 0.06])
     under = plate(0.2, 0.002)
     both = trimesh.util.concatenate([under, block])
+    assert isinstance(both, trimesh.Trimesh)
     frames = np.array([pose(x, 0.0, 0.255, roll=np.pi) for x in (-1e-6, 1e-6)])
     thickness = sprayed(both, [(frames, SPEED)], JET).thickness[: len(under.faces)]
     reach = np.abs(under.triangles_center[:, :2]).max(axis=1)

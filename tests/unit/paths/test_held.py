@@ -64,7 +64,7 @@ def test_a_joint_is_held_and_the_others_lead_to_the_pose(seed: int, name: str) -
     poses = tip_pose(arm.chain, given)
     q, clear = arm.postures(poses, given[:, [held]])
     there = np.isfinite(q).all(axis=2)
-    assert there.any(axis=1).all() and q.shape == (12, 8, 7) and clear.shape == (12, 8)
+    assert np.any(there, axis=1).all() and q.shape == (12, 8, 7) and clear.shape == (12, 8)
     np.testing.assert_allclose(tip_pose(arm.chain, q[there]), np.repeat(poses, there.sum(axis=1), axis=0), atol=1e-6)
     assert (q[..., held][there] == np.repeat(given[:, held], there.sum(axis=1))).all()
 
