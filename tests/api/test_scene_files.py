@@ -14,7 +14,7 @@ from tests.api.reading import array, matrices, matrix, pose, random_matrix, unch
 from tests.api.test_asset import download
 from tests.api.test_motion import slowed
 from tests.api.test_robot import drawn, put
-from tests.api.test_scene import update
+from tests.api.test_scene import attach, update
 from tests.api.test_signal import signals
 from tests.api.test_tool import pick, select, tool
 from tests.kernels import StartKernel, Stubs
@@ -168,6 +168,15 @@ def test_words_stay_words(stepped: Stubs, name: str) -> None:
     stepped.scene.LoadScene(LOAD(text=stepped.scene.SaveScene(SAVE()).text))
     nodes = stepped.scene.GetScene(scene_pb2.GetSceneRequest()).nodes
     assert [node.name for node in nodes] == ["world", name]
+
+
+def test_what_hangs_on_a_link_is_after_the_links_though_it_was_made_before(stepped: Stubs) -> None:
+    apply(stepped, create(box("early")))
+    load(stepped, PANDA, "arm")
+    apply(stepped, create(tool("cup", "arm.panda_link7")), attach("early", "arm.panda_link0"))
+    saved = stepped.scene.SaveScene(SAVE()).text
+    stepped.scene.LoadScene(LOAD(text=saved))
+    assert stepped.scene.SaveScene(SAVE()).text == saved
 
 
 def test_what_names_nodes_is_in_their_order_whenever_they_were_made(stepped: Stubs) -> None:

@@ -64,7 +64,11 @@ def write_scene(snapshot: Snapshot, bundled: bool) -> tuple[str, list[tuple[str,
 
 
 def _in_order(structure: Structure) -> Iterator[Node]:
-    """Yield all nodes, parents first; a robot's links in the order of creation, which is that of its positions."""
+    """Yield all nodes, parents first; a robot's links in the order of creation, which is that of its positions.
+
+    At a link other links come first, even where something else that hangs there was made before them: whoever reads the
+    file makes a robot's links at once, before that.
+    """
     stack = [WORLD_UID]
     while stack:
         node = structure.nodes[stack.pop()]
@@ -72,7 +76,8 @@ def _in_order(structure: Structure) -> Iterator[Node]:
             yield node
         if node.kind is Kind.ROBOT:
             yield from (structure.nodes[uid] for uid in structure.robots[node.uid].links)
-        stack.extend(reversed(structure.children.get(node.uid, ())))
+        children = structure.children.get(node.uid, ())
+        stack += sorted(reversed(children), key=lambda uid: structure.nodes[uid].kind is Kind.LINK)
 
 
 def _robot_state(snapshot: Snapshot, robot: Node) -> robot_pb2.RobotState:
