@@ -7,6 +7,7 @@ statements from all of them.
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
@@ -55,6 +56,9 @@ SAME = 1e-6
 """Difference (m, and in rotation matrices) below which a pose is where it was said to be."""
 MOST_TURN = 0.98
 """Part of a whole turn up to which an arc is told by three points."""
+
+_TURNS = re.compile(r" \S+[+-]\d+")
+"""Full turns of a joint in a branch's name, such as ` joint6+1`."""
 
 _COMPARISONS = {
     motion_pb2.COMPARISON_UNSPECIFIED: "==",
@@ -340,7 +344,7 @@ class _Resolver:
         passed = [(ways[row], poses[row], self._branch(ways[row], poses[row])) for row in lines.rows]
         goals = [Goal(joints, pose, "", pose, branch) for joints, pose, branch in passed]
         for before, goal in pairwise(goals):
-            if before.branch != goal.branch:
+            if _bent(before.branch) != _bent(goal.branch):
                 raise _refused(at, f"no line leads from the posture {before.branch!r} to {goal.branch!r}")
         self._note(
             f"step {at}: its joint trajectory is told as {len(lines.lengths)} lines, within {1e3 * BESIDE:g} mm and "
@@ -487,6 +491,11 @@ def _value(at: str, value: signal_pb2.SignalValue) -> Value:
     if not isinstance(found, bool | int | float):
         raise _refused(at, "a signal of text or of many values has no place on a controller")
     return found
+
+
+def _bent(branch: str) -> str:
+    """Return a branch without the full turns of its joints: on a line joints pass half a turn, but no arm flips."""
+    return _TURNS.sub("", branch)
 
 
 def _matrix(pose: geometry_pb2.Pose) -> Matrix:
