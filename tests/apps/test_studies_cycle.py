@@ -56,7 +56,7 @@ def test_it_takes_as_many_ticks_as_in_a_kernel_of_its_own(kernel: RunningKernel,
     (scene.parent / "there.yaml").write_text(program.text)
     found = answered(kernel, program="there.yaml")
     assert (found["stage"], found["reason"]) == ("done", None)
-    assert found["seconds"] == pytest.approx(float(str(found["ticks"])) * kernel.tick)
+    assert found["duration"] == pytest.approx(float(str(found["ticks"])) * kernel.tick)
     elsewhere = answered(kernel, program="there.yaml", robot="arm", x=-0.2, yaw=1.0)
     # Joint moves take as long wherever the base is.
     assert elsewhere["ticks"] == found["ticks"]

@@ -69,7 +69,7 @@ def run_program(cell: Cell) -> dict[str, float | str | None]:
     `virtualrobot_apps.studies.placement:place`, where its base is meanwhile (without `robot`, all stays as in the
     scene); `most_seconds`, the simulated time (s) after which it is given up (without it, 600).
 
-    Its results: `ticks` of the clock and `seconds` of simulated time, None where it isn't done; `stage`, how far it
+    Its results: `ticks` of the clock and `duration`, simulated time (s), None where it isn't done; `stage`, how far it
     has come: it is `done`, was ended while it was `running`, its check has found the first violation of a kind (such as
     `reach`, `singularity`, `joint_velocity`, `collision`), or `planning` has refused it; `reason`, in words and with
     the number of the step, None where it is done.
@@ -112,8 +112,8 @@ def timed(kernel: RunningKernel, program: Program, most_seconds: float) -> dict[
         motion.state.raise_early_end()
     except VirtualRobotError as error:
         return _failed(RUNNING, str(error))
-    return {"ticks": ticks, "seconds": ticks * kernel.tick, "stage": DONE, "reason": None}
+    return {"ticks": ticks, "duration": ticks * kernel.tick, "stage": DONE, "reason": None}
 
 
 def _failed(stage: str, reason: str) -> dict[str, float | str | None]:
-    return {"ticks": None, "seconds": None, "stage": stage, "reason": reason}
+    return {"ticks": None, "duration": None, "stage": stage, "reason": reason}
