@@ -21,7 +21,7 @@ from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.figures import Figure, Mesh
-from virtualrobot_kernel.world.state import Snapshot, State
+from virtualrobot_kernel.world.state import Snapshot, empty_state
 from virtualrobot_kernel.world.structure import Kind, NodeSpec, PartData
 
 from benchmarks.ray_cell import DATA, MESHES, unit_mesh
@@ -77,7 +77,7 @@ def collision_cell(arms: int, meshes: int, configurations: int, seed: int = 1) -
         at[0, 3] = APART * arm
         commands += [CreateNodes(model.nodes), UpdateNode(f"arm{arm}", parent_t_node=at)]
     commands.append(CreateNodes(tuple(_part(row, arms, around, rng) for row in range(meshes))))
-    change = apply(index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]), commands, world_poses)
+    change = apply(index.empty(), empty_state(), commands, world_poses)
     snapshots = tuple(_somewhere(change, rng) for _ in range(configurations))
     shapes = CollisionShapes(load)
     scene = CollisionScene(shapes)

@@ -1,4 +1,4 @@
-"""What a guard costs a tick: of an arm alone, of an arm among meshes, of twenty arms that move at once."""
+"""Cost of a guard per tick: of an arm alone, of an arm among meshes, of twenty arms that move at once."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from tests.unit.journals import entries_of
 TICK_MILLISECONDS = 4.0
 WAIT = 600.0
 FARTHEST = 0.8
-"""How far each joint goes in a motion, at the most (rad)."""
+"""Distance (rad) that each joint goes in a motion, at the most."""
 
 
 def guarded(arms: int, meshes: int, ticks: int) -> tuple[GuardCost, int]:

@@ -19,10 +19,11 @@ from virtualrobot_kernel.components.running import ComponentHandle
 from virtualrobot_kernel.physics.forces import Forces
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.clock import Clock, Mode
-from virtualrobot_kernel.world.commands import Command, CreateNodes, SetJointEfforts, SetPhysics, UpdateNode
+from virtualrobot_kernel.world.commands import Command, CreateNodes, UpdateNode
 from virtualrobot_kernel.world.figures import Box, Cylinder, Figure, Material, Sphere
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.motors import JointMotor, MotorMode
+from virtualrobot_kernel.world.physics_commands import SetJointEfforts, SetPhysics
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import (
     Inertial,

@@ -20,7 +20,7 @@ from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.apply_checkpoint import checkpoint_of
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import Command
-from virtualrobot_kernel.world.state import Snapshot, State
+from virtualrobot_kernel.world.state import Snapshot, empty_state
 from virtualrobot_kernel.world.tick import advance
 from virtualrobot_sdk.compiled.cache import compile_all
 
@@ -41,7 +41,7 @@ def recorded(ticks: int) -> tuple[Store, bytes]:
     world.close()
     store, encode, hashes = Store(), world_codec().encode, bytearray()
     rng = np.random.default_rng(14)
-    change, number = Change(index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])), 0
+    change, number = Change(index.empty(), empty_state()), 0
 
     def do(command: Command) -> None:
         nonlocal change, number

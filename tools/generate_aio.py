@@ -37,7 +37,7 @@ from virtualrobot.aio.faces import Face as Face
 from virtualrobot.aio.orders import Order as Order
 '''
 
-EDITOR_CREATED = "virtualrobot.scene.editor.Created"
+EDITOR_CREATED = "virtualrobot.scene.adding.Created"
 CREATED = {"virtualrobot.scene.scene.Scene": "Node", "virtualrobot.scene.editor.Batch": "str"}
 """Types that editors of the scene return for what they create."""
 

@@ -15,11 +15,11 @@ from pathlib import Path
 
 import click
 import virtualrobot
-from playwright.sync_api import Page, Playwright, sync_playwright
+from playwright.sync_api import Browser, Page
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.demos.palletizing import palletize
 
-from tools.screenshot import ARGUMENTS, find_chromium
+from tools.screenshot import browsers
 
 SIZE = 1456, 819
 PATIENCE_MS = 120_000.0
@@ -36,8 +36,8 @@ def main(folder: Path, box: int, theme: str, quality: str) -> None:
         KernelProcess("--no-token", headless=True) as kernel,
         virtualrobot.connect(kernel.address) as watcher,
         virtualrobot.connect(kernel.address) as client,
-        sync_playwright() as playwright,
-        opened_page(playwright, kernel.address, theme, quality) as page,
+        browsers() as browser,
+        opened_page(browser, kernel.address, theme, quality) as page,
     ):
         work = threading.Thread(target=_work, args=(client,), daemon=True)
         work.start()
@@ -50,7 +50,7 @@ def main(folder: Path, box: int, theme: str, quality: str) -> None:
 
 @contextmanager
 def opened_page(
-    playwright: Playwright, address: str, theme: str = "dark", quality: str = "high", size: tuple[int, int] = SIZE
+    browser: Browser, address: str, theme: str = "dark", quality: str = "high", size: tuple[int, int] = SIZE
 ) -> Iterator[Page]:
     """Give the page of a console of its own for the kernel at an address."""
     command = [sys.executable, "-m", "virtualrobot", "console", "--address", address, "--port", "0"]
@@ -58,15 +58,14 @@ def opened_page(
     assert console.stdout
     found = re.search(r"(http://\S+)/\?key=", console.stdout.readline())
     assert found
-    browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(ARGUMENTS))
+    page = browser.new_page(viewport={"width": size[0], "height": size[1]})
     try:
-        page = browser.new_page(viewport={"width": size[0], "height": size[1]})
         page.set_default_timeout(PATIENCE_MS)
         page.add_init_script(f"localStorage.setItem('virtualrobot-theme', '{theme}')")
         page.goto(f"{found[1]}/?quality={quality}")
         yield page
     finally:
-        browser.close()
+        page.close()
         console.terminate()
 
 

@@ -12,11 +12,12 @@ from pathlib import Path
 
 import click
 import virtualrobot
-from playwright.sync_api import Locator, Page, expect, sync_playwright
+from playwright.sync_api import Locator, Page, expect
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.demos.palletizing import cell
 
 from tools.picture_console import SIZE, opened_page
+from tools.screenshot import browsers
 
 PLACES = {"above": (-1.2, 0.35), "grasp": (-0.8, 0.6), "beside": (-0.2, 0.4), "pallet": (0.4, 0.65)}
 """Joints 1 and 2 (radians) of the targets that the program goes through."""
@@ -82,14 +83,14 @@ def main(folder: Path, names: tuple[str, ...], theme: str, quality: str, size: t
     """Write pictures of the page's tools to FOLDER, each of a cell of its own, so that none shows what another left."""
     if unknown := set(names) - PICTURES.keys():
         raise click.UsageError(f"there is no picture {unknown.pop()!r}; there are {', '.join(PICTURES)}")
-    with sync_playwright() as playwright:
+    with browsers() as browser:
         for name in names or PICTURES:
             with (
                 KernelProcess("--no-token", headless=True) as kernel,
                 virtualrobot.connect(kernel.address) as client,
             ):
                 cell.load(client)
-                with opened_page(playwright, kernel.address, theme, quality, size) as page:
+                with opened_page(browser, kernel.address, theme, quality, size) as page:
                     page.locator('.node[data-name="iiwa"]').click()
                     page.locator(DRAWN).wait_for()
                     shown = PICTURES[name](client, page)

@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import click
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Browser, Page, sync_playwright
 
 ARGUMENTS = (
     *("--no-sandbox", "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
@@ -28,18 +28,25 @@ def find_chromium() -> str | None:
 
 
 @contextmanager
-def opened(url: str, width: int, height: int) -> Iterator[Page]:
-    """Give the viewer's page in a fresh browser of that many pixels, its canvas there, and close it all after."""
+def browsers() -> Iterator[Browser]:
+    """Give a fresh browser, and close it after."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(ARGUMENTS))
         try:
-            page = browser.new_page(viewport={"width": width, "height": height})
-            # Left to itself the page takes fewer pixels when drawing is slow.
-            page.goto(f"{url}/?fixedDpr=1")
-            page.wait_for_function("window.__viserMutable && window.__viserMutable.canvas !== null")
-            yield page
+            yield browser
         finally:
             browser.close()
+
+
+@contextmanager
+def opened(url: str, width: int, height: int) -> Iterator[Page]:
+    """Give the viewer's page in a fresh browser of that many pixels, its canvas there, and close it all after."""
+    with browsers() as browser:
+        page = browser.new_page(viewport={"width": width, "height": height})
+        # Left to itself the page takes fewer pixels when drawing is slow.
+        page.goto(f"{url}/?fixedDpr=1")
+        page.wait_for_function("window.__viserMutable && window.__viserMutable.canvas !== null")
+        yield page
 
 
 def picture(page: Page) -> bytes:

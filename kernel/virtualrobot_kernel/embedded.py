@@ -37,7 +37,7 @@ from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.commands import Command, SetAllowedPairs, SetJointPositions, UpdateNode
-from virtualrobot_kernel.world.state import Snapshot, State
+from virtualrobot_kernel.world.state import Snapshot, empty_state
 from virtualrobot_kernel.world.structure import Kind
 
 Floats = NDArray[np.float64]
@@ -76,7 +76,7 @@ class EmbeddedWorld:
         self._solvers, self._importers = Solvers(catalog), Importers(catalog)
         meshes = MeshLibrary(AssetStore(), self._importers, cache=MeshCache())
         shapes = CollisionShapes(meshes.load)
-        structure, state = index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
+        structure, state = index.empty(), empty_state()
         self._now = Snapshot(structure, state, world_poses(structure, state), 0, 0.0, _TICK_SECONDS)
         self._scene, self._sight = CollisionScene(shapes), Sight(catalog, ShapeLibrary(meshes.load))
         self._arms: dict[str, _Standing] = {}

@@ -60,7 +60,7 @@ from virtualrobot_kernel.sensing.readers import SensingRoom
 from virtualrobot_kernel.sensing.sensors import Sensors
 from virtualrobot_kernel.shapes.shape_library import ShapeLibrary
 from virtualrobot_kernel.world.clock import Clock, Mode
-from virtualrobot_kernel.world.commands import RestartWorld
+from virtualrobot_kernel.world.history_commands import RestartWorld
 from virtualrobot_kernel.world.past_world import PastWorld
 from virtualrobot_kernel.world.store import World
 

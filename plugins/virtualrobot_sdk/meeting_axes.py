@@ -17,7 +17,7 @@ import numpy as np
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import REVOLUTE, Floats, SerialChain
 from virtualrobot_sdk.parallel_axes import LENGTH
-from virtualrobot_sdk.subproblems import angle_about, axes_of, crossing, turned
+from virtualrobot_sdk.subproblems import angle_about, axes_of, crossing, eight_postures, last_three, meeting, turned
 
 SENSES = np.array([1.0, -1.0])
 
@@ -72,18 +72,9 @@ class MeetingAxes:
             def back(v: Floats) -> Floats:
                 return turned(h[2], -q3, turned(h[1], -q2, turned(h[0], -q1, v)))
 
-            axis6 = back(turn @ h[5])
-            along = float(h[3] @ h[4]) * float(h[4] @ h[5])
-            even, odd = float(h[3] @ h[5]) - along, float(h[3] @ np.cross(h[4], h[5]))
-            q5 = crossing(np.array(even), np.array(odd), axis6 @ h[3] - along, SENSES)
-            q4 = angle_about(h[3], turned(h[4], q5, h[5]), axis6)
-            mark = h[4] - float(h[4] @ h[5]) * h[5]
-            q6 = angle_about(h[5], mark, turned(h[4], -q5, turned(h[3], -q4, back(turn @ mark))))
-        found = np.stack(np.broadcast_arrays(q1, q2, q3, q4, q5, q6), axis=-1).reshape(len(tips), 8, 6)
-        found = np.where(np.isfinite(found).all(axis=2, keepdims=True), found, np.nan)
-        clear = np.broadcast_to(odd * np.cos(q5) - even * np.sin(q5), (len(tips), 2, 2, 2)).reshape(-1, 8)
-        found = found - 2.0 * np.pi * np.round(found / (2.0 * np.pi))
-        return (found[..., ::-1] if self._reversed else found), np.where(np.isfinite(found[..., 0]), clear, 0.0)
+            q4, q5, q6, clear = last_three(h[3:], lambda v: back(turn @ v), SENSES)
+        found, clear = eight_postures((q1, q2, q3, q4, q5, q6), clear)
+        return (found[..., ::-1] if self._reversed else found), clear
 
     def _bent(self, reach: Floats) -> Floats:
         """Return q_3 that brings W as far from S as its place is, two values each."""
@@ -113,9 +104,7 @@ def _centres(h: Floats, p: Floats) -> tuple[Floats, Floats] | None:
 
 def _meeting(h: Floats, p: Floats) -> Floats | None:
     """Return where axes (m, 3) through points (m, 3) meet, None where they don't, or one is along the next."""
-    normal = np.cross(h[0], h[1])
     if min(float(np.linalg.norm(np.cross(a, b))) for a, b in pairwise(h)) < 0.1:
         return None
-    centre = p[0] + h[0] * float(np.cross(p[1] - p[0], h[1]) @ normal) / float(normal @ normal)
-    off = max(float(np.linalg.norm(np.cross(centre - point, axis))) for point, axis in zip(p, h, strict=True))
+    centre, off = meeting(h, p)
     return centre if off <= LENGTH else None

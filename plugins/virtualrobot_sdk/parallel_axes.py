@@ -13,7 +13,7 @@ import numpy as np
 
 from virtualrobot_sdk.errors import ArgumentError
 from virtualrobot_sdk.kinematics import REVOLUTE, Floats, SerialChain
-from virtualrobot_sdk.subproblems import angle_about, axes_of, crossing, turned
+from virtualrobot_sdk.subproblems import angle_about, axes_of, crossing, eight_postures, last_three, meeting, turned
 
 ANGLE, LENGTH = 1e-4, 2e-5
 """Axes that are parallel, at a right angle (rad) or meet (m) up to this are meant to: model files round."""
@@ -39,11 +39,9 @@ class ParallelAxes:
         h, p = self._h, self._p
         if abs(h[0] @ h[1]) > ANGLE:
             raise ArgumentError(f"the axis of {names[1]!r} must be at a right angle to that of {names[0]!r}")
-        normal = np.cross(h[4], h[5])
-        if np.linalg.norm(np.cross(h[1], h[4])) < 0.1 or np.linalg.norm(normal) < 0.1:
+        if min(np.linalg.norm(np.cross(a, b)) for a, b in ((h[1], h[4]), (h[4], h[5]))) < 0.1:
             raise ArgumentError(f"the axes of {names[3]!r}, {names[4]!r} and {names[5]!r} must not be parallel")
-        self._meet = p[4] + h[4] * float(np.cross(p[5] - p[4], h[5]) @ normal) / float(normal @ normal)
-        off = float(np.linalg.norm(np.cross(self._meet - p[5], h[5])))
+        self._meet, off = meeting(h[4:], p[4:])
         if off > LENGTH:
             raise ArgumentError(
                 f"the axes of {names[4]!r} and {names[5]!r} must meet; they pass by {1e3 * off:.3g} mm from each other"
@@ -66,22 +64,11 @@ class ParallelAxes:
         senses = np.array([1.0, -1.0])
         with np.errstate(invalid="ignore", divide="ignore"):
             q1 = crossing(at @ k, at @ np.cross(h[0], k), (self._meet - p[0]) @ k, senses[:, None, None])
-            axis6 = turned(h[0], -q1, turn @ h[5])
-            along = float(k @ h[4]) * float(h[4] @ h[5])
-            even, odd = float(k @ h[5]) - along, float(k @ np.cross(h[4], h[5]))
-            q5 = crossing(np.array(even), np.array(odd), axis6 @ k - along, senses)
-            tilted = turned(h[4], q5, h[5])
-            q234 = angle_about(k, tilted, axis6)
-            mark = h[4] - float(h[4] @ h[5]) * h[5]
-            seen = turned(h[4], -q5, turned(k, -q234, turned(h[0], -q1, turn @ mark)))
-            q6 = angle_about(h[5], mark, seen)
+            q234, q5, q6, clear = last_three(h[[1, 4, 5]], lambda v: turned(h[0], -q1, turn @ v), senses)
             place = turned(h[0], -q1, at) + p[0] + turned(k, q234, p[3] - self._meet)
             upper, fore, reach = (one - (one @ k)[..., None] * k for one in (p[2] - p[1], p[3] - p[2], place - p[1]))
             level = 0.5 * (np.sum(reach**2, axis=-1) - upper @ upper - fore @ fore)
             bend = crossing(upper @ fore, upper @ np.cross(k, fore), level, senses[:, None])
             q2 = angle_about(k, upper + turned(k, bend, fore), reach)
         q3, q4 = (float(np.sign(one @ k)) * angle for one, angle in ((h[2], bend), (h[3], q234 - q2 - bend)))
-        found = np.stack(np.broadcast_arrays(q1, q2, q3, q4, q5, q6), axis=-1).reshape(len(tips), 8, 6)
-        found = np.where(np.isfinite(found).all(axis=2, keepdims=True), found, np.nan)
-        clear = np.broadcast_to(odd * np.cos(q5) - even * np.sin(q5), (len(tips), 2, 2, 2)).reshape(-1, 8)
-        return found - 2.0 * np.pi * np.round(found / (2.0 * np.pi)), np.where(np.isfinite(found[..., 0]), clear, 0.0)
+        return eight_postures((q1, q2, q3, q4, q5, q6), clear)

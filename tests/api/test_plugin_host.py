@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -18,6 +17,7 @@ from tests.api.asking import IIWA
 from tests.kernels import EMPTY_SCENE, KernelProcess, StartKernel
 from tests.plugins.install import environment, install
 from tests.tiers import every_fifth
+from tests.waiting import until
 
 pytestmark = pytest.mark.long
 
@@ -74,13 +74,6 @@ def hanging(kernel: KernelProcess) -> Callable[[], int]:
     return lambda: sum(line.endswith("hangs") for line in kernel.lines[before:])
 
 
-def wait_until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + 30.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
-
-
 def in_background(ask: Callable[[], object], count: int = 1) -> list[threading.Thread]:
     """Ask in threads of their own; refusals and the kernel's end are expected."""
 
@@ -127,13 +120,13 @@ def test_a_client_that_leaves_while_a_component_is_tried_leaves_no_process(
     stubs = odd_kernel.stubs()
     request = robot_pb2.SetKinematicsRequest(choice=robot_pb2.KinematicsChoice(robot="arm", kinematics="odd"))
     asked = [stubs.robot.SetKinematics.future(request) for _ in range(3)]
-    wait_until(lambda: len(processes(odd_kernel)) == 3)
+    until(lambda: len(processes(odd_kernel)) == 3)
     for call in asked:
         call.cancel()
     stubs.channel.close()
-    wait_until(lambda: len(processes(odd_kernel)) <= 1)
+    until(lambda: len(processes(odd_kernel)) <= 1)
     arm.set_kinematics("chain")
-    wait_until(lambda: not processes(odd_kernel))
+    until(lambda: not processes(odd_kernel))
 
 
 def test_calls_that_wait_for_one_robot_hold_up_no_other(
@@ -145,7 +138,7 @@ def test_calls_that_wait_for_one_robot_hold_up_no_other(
     trigger.touch()
     count = hanging(odd_kernel)
     waiting = in_background(lambda: arm.solve_inverse(REACHED), 12)
-    wait_until(lambda: count() == 1)
+    until(lambda: count() == 1)
     # Clients that go away and come again take no thread each time.
     for _ in range(70):
         with pytest.raises(VirtualRobotError):
@@ -174,10 +167,10 @@ def test_the_kernel_ends_while_components_hang(
             arm.set_kinematics("odd", inverse="hang", trigger=str(tmp_path / "now"))
             (tmp_path / "now").touch()
             waiting = in_background(lambda: arm.solve_inverse(REACHED), 3)
-            wait_until(lambda: count() == 1)
+            until(lambda: count() == 1)
         else:
             waiting = in_background(lambda: arm.set_kinematics("odd", {stage: "hang"}), 3)
-            wait_until(lambda: count() == 3)
+            until(lambda: count() == 3)
         left = processes(kernel)
         assert left
         assert kernel.end(15.0) == 0  # the deadline of a call is 300 s, that of making a component 20 s

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-
 import grpc
 import psutil
 import pytest
@@ -14,6 +11,7 @@ from tests.api.asking import IIWA, apply, box, create, load, refusal
 from tests.api.test_ray import ball
 from tests.kernels import KernelProcess, StartKernel, Stubs
 from tests.plugins.install import environment, install
+from tests.waiting import until
 
 pytestmark = pytest.mark.long
 
@@ -116,16 +114,9 @@ def test_a_cancelled_comparison_ends_its_component(stubs: Stubs, kernel: KernelP
     before = {child.pid for child in process.children()}
     stream = stubs.ray.CompareRayCasters(ray_pb2.CompareRayCastersRequest(ray_casters=["slow"], rays=1_000_000))
     next(stream)
-    wait_until(lambda: bool({child.pid for child in process.children()} - before))
+    until(lambda: bool({child.pid for child in process.children()} - before))
     stream.cancel()
-    wait_until(lambda: not {child.pid for child in process.children()} - before)
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + 30.0
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.02)
+    until(lambda: not {child.pid for child in process.children()} - before)
 
 
 def test_what_makes_no_sense_is_refused(stubs: Stubs) -> None:

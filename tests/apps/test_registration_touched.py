@@ -87,7 +87,7 @@ def test_predicted_errors_are_those_of_drawn_touches() -> None:
 
 @pytest.mark.long
 def test_a_device_that_leans_is_predicted_too() -> None:
-    """What it takes for up is off about both level axes, as a headset's is: drawn, beside what is told."""
+    """The direction taken for up is off about both level axes, as a headset's is: drawn, beside what is told."""
     rng = np.random.default_rng(6)
     points = np.array([[0.0, 0.0, 0.0], [0.9, 0.1, 0.5], [0.1, 0.7, 0.1], [0.5, 0.5, 1.0]])
     tool, noise, tilt = np.array([1.6, -0.4, 0.9]), 0.001, 0.004

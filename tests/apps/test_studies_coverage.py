@@ -1,4 +1,4 @@
-"""What cameras see of a floor: pyramids and the shadow of a box, by formulas, and what is refused."""
+"""Points of a floor that cameras see: pyramids and the shadow of a box, by formulas, and what is refused."""
 
 from __future__ import annotations
 

@@ -49,7 +49,7 @@ def answered(kernel: RunningKernel, **parameters: object) -> dict[str, object]:
 
 
 def test_it_takes_as_many_ticks_as_in_a_kernel_of_its_own(kernel: RunningKernel, scene: Path) -> None:
-    """Which is stepped by single ticks until it is done; and again, whatever was run and moved meanwhile."""
+    """The other kernel is stepped by single ticks until it is done; and again, whatever was run and moved meanwhile."""
     home, away = [0.0, -1.5, 1.5, -1.6, -1.5, 0.0], [0.8, -1.2, 1.2, -1.6, -1.5, 0.5]
     arm = kernel.client.robot("arm")
     program = kernel.client.program().move(arm.ptp(home)).set("gripper", True).dwell(0.2).move(arm.ptp(away))

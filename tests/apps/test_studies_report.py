@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from virtualrobot.errors import MalformedFileError
-from virtualrobot_apps.studies.charts import colour, is_on_front
+from virtualrobot_apps.studies.charts import color, is_on_front
 from virtualrobot_apps.studies.report import report
 
 from tests.apps.studies import done, written
@@ -61,9 +61,9 @@ def test_what_is_drawn_counts_by_its_mean(tmp_path: Path) -> None:
 
 def test_colours_are_those_of_viridis() -> None:
     """Its first, middle and last entries: Matplotlib's `_cm_listed.py`."""
-    assert [colour(value, (2.0, 4.0)) for value in (2.0, 3.0, 4.0)] == ["#440154", "#21918c", "#fde725"]
-    assert colour(9.0, (2.0, 4.0)) == "#fde725" and colour(float("nan"), (2.0, 4.0)) == "#dddddd"
-    assert colour(1.0, (1.0, 1.0)) == "#21918c"
+    assert [color(value, (2.0, 4.0)) for value in (2.0, 3.0, 4.0)] == ["#440154", "#21918c", "#fde725"]
+    assert color(9.0, (2.0, 4.0)) == "#fde725" and color(float("nan"), (2.0, 4.0)) == "#dddddd"
+    assert color(1.0, (1.0, 1.0)) == "#21918c"
 
 
 @pytest.mark.parametrize("goals", [2, 3])
@@ -88,7 +88,7 @@ def test_cells_of_a_search_are_points_in_their_colours(tmp_path: Path) -> None:
     assert [int(one[2]) for one in found] == [number for number in range(12) if number != 5]
     costs = [row["cost"] for row in rows.values() if row["cost"] is not None]
     for _, fill, number, y in found:
-        assert fill == colour(rows[int(number)]["cost"], (min(costs), max(costs)))
+        assert fill == color(rows[int(number)]["cost"], (min(costs), max(costs)))
         assert float(y) == pytest.approx(rows[int(number)]["y"], rel=1e-4)
 
 

@@ -9,9 +9,10 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from virtualrobot.geometry import turn_between
 from virtualrobot_apps.studies import summary
 from virtualrobot_apps.studies.parameters import generator
-from virtualrobot_apps.studies.tolerance import apart, displacement, hit
+from virtualrobot_apps.studies.tolerance import displacement, hit
 from virtualrobot_apps.studies.work import Cell
 
 Floats = NDArray[np.float64]
@@ -137,16 +138,14 @@ def test_a_target_without_a_free_posture_is_told() -> None:
         hit(cell)
 
 
-def test_poses_are_apart_by_what_they_were_moved(rng: np.random.Generator) -> None:
+def test_a_displacement_turns_by_its_vector(rng: np.random.Generator) -> None:
     for angle in (1e-9, 1e-3, 1.0):
         moved = displacement(rng, 0.1, angle)
         assert np.abs(moved[:3, :3] @ moved[:3, :3].T - np.eye(3)).max() < 1e-14
         assert np.linalg.det(moved[:3, :3]) == pytest.approx(1.0)
-    half = np.diag([-1.0, -1.0, 1.0, 1.0])
-    assert apart(np.eye(4), half) == (0.0, pytest.approx(math.pi))
     near = displacement(np.random.default_rng(1), 0.0, 1e-7)
     vector = np.random.default_rng(1).normal(size=3) * 1e-7
-    assert apart(np.eye(4), near)[1] == pytest.approx(float(np.linalg.norm(vector)), rel=1e-6)
+    assert turn_between(np.eye(4), near) == pytest.approx(float(np.linalg.norm(vector)), rel=1e-6)
 
 
 def test_quantiles_have_the_intervals_of_the_binomial_law(rng: np.random.Generator) -> None:

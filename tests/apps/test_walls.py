@@ -121,7 +121,7 @@ def test_an_eye_before_the_middle_sees_the_frustum_of_gluPerspective() -> None:
 
 
 def test_walls_share_their_edge_to_a_pixel_for_both_eyes() -> None:
-    """What is seen through the edge of two walls is at the same height on both, and at the end of each."""
+    """Points that are seen through the edge of two walls are at the same height on both, and at the end of each."""
     cave = display()
     edge = np.stack([np.full(60, 1.5), np.full(60, -1.5), np.linspace(0.05, 2.4, 60)], axis=1)
     for head in (cave.standing, virtualrobot.pose(0.7, -0.9, 1.2, 0.2, -0.3, 0.8)):
@@ -217,7 +217,7 @@ def test_a_head_is_where_the_tracker_says() -> None:
     assert observer.hear(b"head 1 0.2 1.3 -0.4 0 0 0 1\n", 10.0)
     # x stays, y up is z, and z to the viewer is -y; then down by 0.1 m along the body's own z, which is the room's -y.
     assert observer.room_t_head[:3, 3] == pytest.approx([0.2, 0.4 + 0.1, 1.3 + 0.5])
-    assert observer.world_t_head[:3, 3] == pytest.approx([10.0 - 0.5, 0.2, 1.8])
+    assert (observer.world_t_room @ observer.room_t_head)[:3, 3] == pytest.approx([10.0 - 0.5, 0.2, 1.8])
     assert observer.tracked(10.0 + SILENT) and not observer.tracked(10.01 + SILENT)
 
 

@@ -16,7 +16,7 @@ from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.commands import Command, CreateNodes
 from virtualrobot_kernel.world.figures import Figure, Mesh, Pose
-from virtualrobot_kernel.world.state import Snapshot, State
+from virtualrobot_kernel.world.state import Snapshot, State, empty_state
 from virtualrobot_kernel.world.structure import Kind, NodeData, NodeSpec, RobotData, Structure
 
 from tests.pybullet_models import pybullet_data
@@ -59,7 +59,7 @@ class Cell:
         self.told: dict[str, tuple[Submesh, ...]] = {}
         self._files = Files(self.library.store, resolver=Resolver())
         structure = index.empty()
-        self.snapshot = self._pictured(structure, State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]))
+        self.snapshot = self._pictured(structure, empty_state())
 
     def do(self, *commands: Command) -> None:
         """Apply commands."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from typing import Any
 
 import grpc
@@ -21,6 +19,7 @@ from tests.api.asking import IIWA, Refusal, apply, joints, load
 from tests.api.leasing import Holder
 from tests.drivers.sham_site import ShamProcess, ShamSite
 from tests.kernels import Stubs
+from tests.waiting import until
 
 GUARD = collision_pb2.COLLISION_MODE_GUARD
 EXECUTE, MONITOR = driver_pb2.DRIVER_MODE_EXECUTE, driver_pb2.DRIVER_MODE_MONITOR
@@ -28,7 +27,6 @@ SIMULATED = driver_pb2.DRIVER_MODE_SIMULATED
 ACTIVE, INACTIVE = driver_pb2.DRIVER_STATE_ACTIVE, driver_pb2.DRIVER_STATE_INACTIVE
 ERROR = driver_pb2.DRIVER_STATE_ERROR
 FIRST = "lbr_iiwa_joint_1"
-PATIENCE_SECONDS = 60.0
 
 
 class Bench:
@@ -106,14 +104,6 @@ class Bench:
 def pose(x: float) -> geometry_pb2.Pose:
     """Return a pose that only shifts."""
     return geometry_pb2.Pose(position=geometry_pb2.Vector3(x=x))
-
-
-def until(holds: Callable[[], bool]) -> None:
-    """Wait until something holds; fail where it never does."""
-    end = time.monotonic() + PATIENCE_SECONDS
-    while not holds():
-        assert time.monotonic() < end, "it never came to be"
-        time.sleep(0.005)
 
 
 def aspect(refused: Refusal) -> str:

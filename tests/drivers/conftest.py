@@ -29,9 +29,10 @@ def bench(tmp_path: Path) -> Iterator[Bench]:
     # Only here: tests of drivers alone need no kernel.
     from virtualrobot_kernel.drivers import link
 
-    from tests.drivers.bench import PATIENCE_SECONDS, Bench
+    from tests.drivers.bench import Bench
     from tests.drivers.sham_site import ShamSite
     from tests.inside import kernel_inside
+    from tests.waiting import PATIENCE_SECONDS
 
     site = ShamSite(tmp_path)
     with (

@@ -21,7 +21,8 @@ from virtualrobot_sdk.drivers import DriverFault, Mode
 
 from tests.api.asking import IIWA, box, create, joints, load, refusal
 from tests.api.leasing import Holder
-from tests.drivers.bench import ACTIVE, ERROR, EXECUTE, FIRST, GUARD, INACTIVE, SIMULATED, Bench, aspect, pose, until
+from tests.drivers.bench import ACTIVE, ERROR, EXECUTE, FIRST, GUARD, INACTIVE, SIMULATED, Bench, aspect, pose
+from tests.waiting import until
 
 
 def test_a_robot_does_what_its_twin_does_a_lead_later(bench: Bench) -> None:

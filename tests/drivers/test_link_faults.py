@@ -18,8 +18,9 @@ from virtualrobot_sdk.drivers.shared import NEVER, State, TickRing
 from tests.api.asking import refusal
 from tests.api.leasing import Holder
 from tests.api.streaming import Sender
-from tests.drivers.bench import ACTIVE, ERROR, EXECUTE, FIRST, INACTIVE, MONITOR, SIMULATED, Bench, aspect, until
+from tests.drivers.bench import ACTIVE, ERROR, EXECUTE, FIRST, INACTIVE, MONITOR, SIMULATED, Bench, aspect
 from tests.drivers.sham_site import ShamProcess
+from tests.waiting import until
 
 
 @pytest.mark.long

@@ -12,13 +12,14 @@ import pytest
 from virtualrobot.v1 import driver_pb2, geometry_pb2, scene_pb2, signal_pb2
 from virtualrobot_kernel.drivers.played import GUARDED, STOOD, WHOLE, Played
 from virtualrobot_kernel.motion.program_run import ProgramRun
-from virtualrobot_kernel.world.commands import PlayedTicks
+from virtualrobot_kernel.world.history_commands import PlayedTicks
 from virtualrobot_sdk.drivers import DriverFault
 
 from tests.api.asking import IIWA, load
 from tests.api.leasing import Holder
 from tests.api.streaming import Sender
-from tests.drivers.bench import ERROR, EXECUTE, FIRST, MONITOR, SIMULATED, Bench, until
+from tests.drivers.bench import ERROR, EXECUTE, FIRST, MONITOR, SIMULATED, Bench
+from tests.waiting import until
 
 
 def test_who_watches_the_scene_is_told_where_twin_and_robot_are_apart(bench: Bench) -> None:

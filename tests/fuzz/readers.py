@@ -26,7 +26,7 @@ from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.commands import ClearWorld, CreateNodes
-from virtualrobot_kernel.world.state import State
+from virtualrobot_kernel.world.state import empty_state
 from virtualrobot_kernel.world.structure import NodeSpec
 from virtualrobot_plugins.importers.dxf.importer import DxfImporter, DxfSettings
 from virtualrobot_plugins.importers.ply import OffImporter, PlyImporter
@@ -78,7 +78,7 @@ def refused(read: Callable[[bytes], object], data: bytes) -> bool:
 
 def _made(nodes: tuple[NodeSpec, ...]) -> None:
     """Put nodes that were read into an empty world: it takes or refuses them."""
-    state = State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
+    state = empty_state()
     apply(index.empty(), state, (CreateNodes(nodes),), world_poses)
 
 
@@ -152,7 +152,7 @@ def _scene(data: bytes) -> None:
     files, library = _uploaded("s.yaml", data)
     text = data.decode(errors="replace")
     commands, _, _ = read_scene(text, "s.yaml", files, library)
-    state = State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
+    state = empty_state()
     assert isinstance(commands[0], ClearWorld)
     apply(index.empty(), state, commands, world_poses)
 
@@ -197,7 +197,7 @@ def _documents() -> list[bytes]:
     """Return commands of a scene, and the world that they make, as a journal holds them."""
     files, library = _uploaded("s.yaml", SCENE)
     commands, _, _ = read_scene(SCENE.decode(), "s.yaml", files, library)
-    state = State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
+    state = empty_state()
     world = apply(index.empty(), state, commands, world_poses)
     codec = world_codec()
     return [*map(codec.encode, commands), codec.encode(image_of(world.structure, world.state))]

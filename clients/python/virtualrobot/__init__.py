@@ -16,9 +16,9 @@ import importlib
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from virtualrobot.connecting import connect as connect
     from virtualrobot.connection import Client as Client
     from virtualrobot.connection import KernelInfo as KernelInfo
-    from virtualrobot.connection import connect as connect
     from virtualrobot.errors import *  # noqa: F403 every exception class; the names are listed below
     from virtualrobot.geometry import pose as pose
     from virtualrobot.geometry import pose_from_quaternion as pose_from_quaternion
@@ -95,7 +95,8 @@ if TYPE_CHECKING:
 
 _MODULES = {
     "sensors.cameras": ("CameraReading", "camera", "light", "looking_at"),
-    "connection": ("Client", "KernelInfo", "connect"),
+    "connecting": ("connect",),
+    "connection": ("Client", "KernelInfo"),
     "sensors.contact_sensors": ("Contact", "contact_sensor"),
     "robots.dynamics": ("inertial",),
     "errors": (

@@ -5,6 +5,7 @@ Meters, radians, quaternions x, y, z, w.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TypeAlias
 
@@ -80,6 +81,12 @@ def poses_from_rows(rows: ArrayLike) -> Matrix:
     return poses
 
 
+def rows_from_poses(poses: ArrayLike) -> Matrix:
+    """Return (n, 7) rows x, y, z in meters and unit quaternion x, y, z, w (w not negative) of (n, 4, 4) poses."""
+    poses = np.asarray(poses, dtype=float).reshape(-1, 4, 4)
+    return np.concatenate([poses[:, :3, 3], np.array([quaternion_of(pose) for pose in poses]).reshape(-1, 4)], axis=1)
+
+
 @checked
 def quaternion_of(matrix: ArrayLike) -> Matrix:
     """Return the unit quaternion x, y, z, w (w not negative) of a 4x4 pose or 3x3 rotation.
@@ -117,6 +124,46 @@ def roll_pitch_yaw_of(matrix: ArrayLike) -> Matrix:
     # Of Rz(-yaw) r, so that it makes up for a yaw that rounding decides, near +-90 degrees of pitch.
     roll = np.arctan2(s * r[0, 2] - c * r[1, 2], c * r[1, 1] - s * r[0, 1])
     return np.array([roll, pitch, yaw])
+
+
+def rotation_from_vector(vector: ArrayLike) -> Matrix:
+    """Return the rotation (3, 3) about a vector (3,) by its length (rad), by O. Rodrigues' formula."""
+    x, y, z = np.asarray(vector, dtype=float)
+    angle = math.hypot(x, y, z)
+    across = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    # sin(angle) / angle, and that of the half, by which (1 - cos(angle)) / angle^2 is told: neither has a gap at 0.
+    whole, half = float(np.sinc(angle / np.pi)), float(np.sinc(0.5 * angle / np.pi))
+    return np.eye(3) + whole * across + 0.5 * half**2 * across @ across
+
+
+def rotation_vector_of(matrix: ArrayLike) -> Matrix:
+    """Return axis times angle (3,), the angle 0 to pi (rad), of a 4x4 pose or 3x3 rotation.
+
+    By way of the quaternion, so that it is exact to rounding at small angles and at half a turn.
+    """
+    x, y, z, w = quaternion_of(matrix)
+    length = math.hypot(x, y, z)
+    return np.array([x, y, z]) * (2.0 * math.atan2(length, w) / length if length else 0.0)
+
+
+def turn_between(first: Matrix, second: Matrix) -> float:
+    """Return the angle (rad), 0 to pi, by which two poses (4, 4) or rotations (3, 3) are turned against each other."""
+    turn = first[:3, :3].T @ second[:3, :3]
+    # By both sine and cosine: each alone loses half of the digits somewhere.
+    sine = math.hypot(turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1])
+    return math.atan2(sine, float(np.trace(turn)) - 1.0)
+
+
+def pose_between(first: Matrix, second: Matrix, share: float) -> Matrix:
+    """Return the pose (4, 4) at a share of the way from one to another: on the line, turned evenly about one axis.
+
+    Source: K. Shoemake, Animating rotation with quaternion curves, SIGGRAPH 1985 (slerp).
+    """
+    found = np.eye(4)
+    turn = rotation_vector_of(second[:3, :3] @ first[:3, :3].T)
+    found[:3, :3] = rotation_from_vector(share * turn) @ first[:3, :3]
+    found[:3, 3] = (1.0 - share) * first[:3, 3] + share * second[:3, 3]
+    return found
 
 
 def checked_pose(value: ArrayLike) -> Matrix:

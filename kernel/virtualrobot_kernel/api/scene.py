@@ -34,8 +34,9 @@ from virtualrobot_kernel.scenes.reading import read_scene
 from virtualrobot_kernel.scenes.writing import write_scene
 from virtualrobot_kernel.sensing.choices import check_choices
 from virtualrobot_kernel.sensing.elements import elements_of
-from virtualrobot_kernel.world.commands import Command, CreateNodes, MountTool, SetAllowedPairs, SetPhysics, UpdateNode
+from virtualrobot_kernel.world.commands import Command, CreateNodes, MountTool, SetAllowedPairs, UpdateNode
 from virtualrobot_kernel.world.node_twists import node_twists
+from virtualrobot_kernel.world.physics_commands import SetPhysics
 from virtualrobot_kernel.world.state import Snapshot, unchanged
 from virtualrobot_kernel.world.store import Applied
 from virtualrobot_kernel.world.structure import Kind, Node, Structure

@@ -6,15 +6,9 @@ from collections.abc import Iterator, Sequence
 
 from virtualrobot_kernel.collision.geometry import CollisionShapes
 from virtualrobot_kernel.world.collisions import CollisionMode
-from virtualrobot_kernel.world.commands import (
-    Command,
-    CreateNodes,
-    RestoreRecords,
-    RestoreWorld,
-    SetCollisionSettings,
-    UpdateNode,
-)
+from virtualrobot_kernel.world.commands import Command, CreateNodes, SetCollisionSettings, UpdateNode
 from virtualrobot_kernel.world.figures import Figure
+from virtualrobot_kernel.world.history_commands import RestoreRecords, RestoreWorld
 from virtualrobot_kernel.world.state import Snapshot
 
 

@@ -24,9 +24,10 @@ from virtualrobot_kernel.crafts.fitting import (
     standing,
 )
 from virtualrobot_kernel.errors import KernelError, Reason
+from virtualrobot_kernel.world.craft_data import Craft
 from virtualrobot_kernel.world.crafts import base_joint
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Craft, JointType, Node, Structure
+from virtualrobot_kernel.world.structure import JointType, Node, Structure
 
 Floats = NDArray[np.float64]
 Integers = NDArray[np.int32]

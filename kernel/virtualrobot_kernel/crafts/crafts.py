@@ -31,18 +31,19 @@ from virtualrobot_kernel.world.commands import (
     Command,
     CreateNodes,
     SetCraft,
-    SetDynamics,
     SetSetpoint,
     StartMotion,
     StartSetpointMotion,
     StopRobots,
     UpdateNode,
 )
+from virtualrobot_kernel.world.craft_data import Craft
 from virtualrobot_kernel.world.crafts import crafts
 from virtualrobot_kernel.world.motored import COMMANDED, motor_of, under_physics
+from virtualrobot_kernel.world.physics_commands import SetDynamics
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Snapshot
 from virtualrobot_kernel.world.store import World
-from virtualrobot_kernel.world.structure import Craft, Node, NodeSpec, RobotData, Structure
+from virtualrobot_kernel.world.structure import Node, NodeSpec, RobotData, Structure
 
 log = logging.getLogger(__name__)
 

@@ -13,7 +13,8 @@ from virtualrobot_sdk.errors import ComponentFault, FaultKind
 
 from virtualrobot_kernel.components.running import ComponentHandle
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.world.structure import Coordinate, Craft, Node, Structure
+from virtualrobot_kernel.world.craft_data import Craft
+from virtualrobot_kernel.world.structure import Coordinate, Node, Structure
 
 Floats = NDArray[np.float64]
 

@@ -21,9 +21,10 @@ from virtualrobot_kernel.crafts.burden import Burden, burden
 from virtualrobot_kernel.crafts.fitting import Moved, center_of, checked_step, fitted, nonsense, standing
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
+from virtualrobot_kernel.world.craft_data import Craft, Water
 from virtualrobot_kernel.world.crafts import base_joint
 from virtualrobot_kernel.world.state import Snapshot
-from virtualrobot_kernel.world.structure import Craft, JointType, Node, Structure, Water
+from virtualrobot_kernel.world.structure import JointType, Node, Structure
 
 Floats = NDArray[np.float64]
 

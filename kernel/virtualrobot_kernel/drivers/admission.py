@@ -9,7 +9,8 @@ import numpy as np
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.affected_robots import robots_of_records
 from virtualrobot_kernel.world.collisions import CollisionMode
-from virtualrobot_kernel.world.commands import Command, RestartWorld, RestoreRecords, RestoreWorld
+from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.history_commands import RestartWorld, RestoreRecords, RestoreWorld
 from virtualrobot_kernel.world.state import Snapshot, unchanged
 
 MOVED = 1e-9

@@ -5,7 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 from virtualrobot_kernel.world.apply_motions import is_known
-from virtualrobot_kernel.world.commands import PlayedTicks
+from virtualrobot_kernel.world.history_commands import PlayedTicks
 from virtualrobot_kernel.world.state import Motion, State
 
 STOOD = "it stood"

@@ -9,18 +9,9 @@ import numpy as np
 from virtualrobot_sdk.models import ModelCraft, ModelWheel
 
 from virtualrobot_kernel.errors import KernelError
+from virtualrobot_kernel.world.craft_data import Craft, CraftDrive
 from virtualrobot_kernel.world.figures import Cylinder, Figure, Material
-from virtualrobot_kernel.world.structure import (
-    Craft,
-    CraftDrive,
-    Joint,
-    JointLimits,
-    JointType,
-    Kind,
-    LinkData,
-    NodeSpec,
-    RobotData,
-)
+from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, LinkData, NodeSpec, RobotData
 
 JERKS = 10.0
 """Greatest jerk of a wheel, by its greatest acceleration in a second."""

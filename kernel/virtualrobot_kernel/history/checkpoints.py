@@ -18,7 +18,7 @@ from virtualrobot_kernel.history.store import Store
 from virtualrobot_kernel.history.upkeep import KERNEL, Moment, Upkeep
 from virtualrobot_kernel.world.apply_checkpoint import checkpoint_of
 from virtualrobot_kernel.world.change import Change
-from virtualrobot_kernel.world.commands import RestoreWorld
+from virtualrobot_kernel.world.history_commands import RestoreWorld
 
 MOST_CHECKPOINTS = 100
 """Greatest number of checkpoints that clients have made."""

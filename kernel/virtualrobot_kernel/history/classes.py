@@ -26,12 +26,14 @@ from virtualrobot_kernel.motion.setpoint_motion import SetpointMotion
 from virtualrobot_kernel.motion.tool_setpoints import ToolSetpointMotion
 from virtualrobot_kernel.motion.tracking_motion import TrackingMotion
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
-from virtualrobot_kernel.world.commands import Command, SetDynamics, StartMotion, StartSetpointMotion, UpdateNode
+from virtualrobot_kernel.world.commands import Command, StartMotion, StartSetpointMotion, UpdateNode
+from virtualrobot_kernel.world.craft_data import Craft
 from virtualrobot_kernel.world.figures import Material
+from virtualrobot_kernel.world.physics_commands import SetDynamics
 from virtualrobot_kernel.world.records import Values
 from virtualrobot_kernel.world.sensing import CameraSensor
 from virtualrobot_kernel.world.state import Motion, State
-from virtualrobot_kernel.world.structure import Craft, Node, NodeSpec, PartData, RobotData
+from virtualrobot_kernel.world.structure import Node, NodeSpec, PartData, RobotData
 from virtualrobot_kernel.world.tolerances import AwaitedJoints
 
 RUNNING = (PlanExecution, ProgramRun, SetpointMotion, ToolSetpointMotion, TrackingMotion)

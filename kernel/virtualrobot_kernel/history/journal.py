@@ -14,8 +14,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-import numpy as np
-
 from virtualrobot_kernel.background import let_others_go_on
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.rows import Row
@@ -28,19 +26,17 @@ from virtualrobot_kernel.world.commands import (
     Command,
     EndSetpoints,
     PauseMotion,
-    PlayedTicks,
-    SetContacts,
-    SetDynamics,
     SetMeasuredJoints,
-    SetParts,
     SetSetpoint,
     SetSpeedFactor,
     StopCell,
     StopMotions,
     StopRobots,
 )
+from virtualrobot_kernel.world.history_commands import PlayedTicks
 from virtualrobot_kernel.world.journal import Answer, Entry
-from virtualrobot_kernel.world.state import State
+from virtualrobot_kernel.world.physics_commands import SetContacts, SetDynamics, SetParts
+from virtualrobot_kernel.world.state import State, empty_state
 from virtualrobot_kernel.world.structure import Structure
 
 RETRY_SECONDS = 1.0
@@ -101,7 +97,7 @@ class Keeper(Protocol):
 Ticked = Callable[[Structure, State], None]
 """Listener to ticks, called in the world thread with the world after each."""
 
-_LEFT_OUT = Change(index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]))
+_LEFT_OUT = Change(index.empty(), empty_state())
 
 
 class Journal:

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import chain
 
-import numpy as np
-
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.codec import Codec
 from virtualrobot_kernel.history.journal import Told
@@ -18,7 +16,7 @@ from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.journal import Entry, waited
-from virtualrobot_kernel.world.state import State
+from virtualrobot_kernel.world.state import empty_state
 
 MOST_WARNINGS = 5
 """Number of entries that can't be repeated and are told one by one."""
@@ -26,7 +24,7 @@ MOST_WARNINGS = 5
 
 def empty_world() -> Moment:
     """Return the moment before the first entry."""
-    return Moment(0, index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]))
+    return Moment(0, index.empty(), empty_state())
 
 
 def image(store: Store, codec: Codec, id: int) -> WorldImage:

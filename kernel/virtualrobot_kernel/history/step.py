@@ -9,8 +9,9 @@ from enum import Enum
 from virtualrobot_kernel.history.journal import EACH_TICK, Told
 from virtualrobot_kernel.history.labels import Done, distance, label
 from virtualrobot_kernel.world import commands
-from virtualrobot_kernel.world.commands import Command, RestoreRecords
+from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.difference import alike, difference
+from virtualrobot_kernel.world.history_commands import RestoreRecords
 from virtualrobot_kernel.world.records import EVERYWHERE, Difference
 from virtualrobot_kernel.world.structure import Structure
 

@@ -12,7 +12,7 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.history.journal import Told
 from virtualrobot_kernel.history.step import Step, StepKind, drawn_out, step_of
 from virtualrobot_kernel.world.apply_records import Conflict
-from virtualrobot_kernel.world.commands import RestoreRecords
+from virtualrobot_kernel.world.history_commands import RestoreRecords
 from virtualrobot_kernel.world.listeners import Listeners
 from virtualrobot_kernel.world.records import EVERYWHERE
 

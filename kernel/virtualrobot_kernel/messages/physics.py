@@ -8,7 +8,7 @@ from virtualrobot_kernel.messages.codecs import PLAIN, OrDefault
 from virtualrobot_kernel.messages.structs import settings
 from virtualrobot_kernel.messages.table import Table
 from virtualrobot_kernel.messages.values import vector
-from virtualrobot_kernel.world.commands import SetPhysics
+from virtualrobot_kernel.world.physics_commands import SetPhysics
 from virtualrobot_kernel.world.state import PhysicsSettings
 
 PHYSICS = Table(PhysicsSettings, physics_pb2.PhysicsSettings, substeps=OrDefault(PLAIN))

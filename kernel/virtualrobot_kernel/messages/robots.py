@@ -17,9 +17,10 @@ from virtualrobot_kernel.messages.codecs import (
     named,
 )
 from virtualrobot_kernel.messages.table import Table
+from virtualrobot_kernel.world.craft_data import Craft, CraftDrive, Water
 from virtualrobot_kernel.world.groups import Group
 from virtualrobot_kernel.world.motors import JointMotor, MotorMode
-from virtualrobot_kernel.world.structure import Actuator, Craft, CraftDrive, JointGroup, LinkPair, RobotData, Water
+from virtualrobot_kernel.world.structure import Actuator, JointGroup, LinkPair, RobotData
 
 
 def _check_actuator(actuator: Actuator, what: str) -> None:

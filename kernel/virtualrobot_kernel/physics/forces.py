@@ -25,16 +25,9 @@ from virtualrobot_kernel.physics.layout import layout_of, poses_7
 from virtualrobot_kernel.physics.running import UNTOUCHED, Running, equal
 from virtualrobot_kernel.physics.solids import solids
 from virtualrobot_kernel.shapes.submesh import Meshes
-from virtualrobot_kernel.world.commands import (
-    Command,
-    SetDynamics,
-    SetParts,
-    SetPhysics,
-    StartMotion,
-    StartSetpointMotion,
-    StopRobots,
-)
+from virtualrobot_kernel.world.commands import Command, StartMotion, StartSetpointMotion, StopRobots
 from virtualrobot_kernel.world.motored import under_physics
+from virtualrobot_kernel.world.physics_commands import SetDynamics, SetParts, SetPhysics
 from virtualrobot_kernel.world.state import Cancellation, EndCause, PhysicsSettings, Snapshot, unchanged
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Structure

@@ -12,7 +12,8 @@ from virtualrobot_sdk.physics import Stepped, TouchingBodies
 from virtualrobot_kernel.physics.answers import Answers
 from virtualrobot_kernel.physics.bodies import Scene
 from virtualrobot_kernel.physics.layout import Layout
-from virtualrobot_kernel.world.commands import Command, SetContacts, SetDynamics, SetParts
+from virtualrobot_kernel.world.commands import Command
+from virtualrobot_kernel.world.physics_commands import SetContacts, SetDynamics, SetParts
 from virtualrobot_kernel.world.state import BodyContacts, PhysicsSettings, Snapshot, State
 from virtualrobot_kernel.world.structure import Structure
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import numpy as np
 from virtualrobot.v1 import scene_pb2
 
 from virtualrobot_kernel.formats.mesh_library import MeshLibrary
@@ -12,7 +11,7 @@ from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.commands import Command, CreateNodes, SetJointPositions
-from virtualrobot_kernel.world.state import Snapshot, State
+from virtualrobot_kernel.world.state import Snapshot, empty_state
 from virtualrobot_kernel.world.structure import RobotData
 
 TICK_SECONDS = 0.004
@@ -26,7 +25,7 @@ def model_alone(uri: str, meshes: MeshLibrary, forward: Forward) -> Snapshot:
         KernelError: the model can't be read.
     """
     model = read_model(meshes, scene_pb2.ModelSource(uri=uri), files_of(meshes, ()), ())
-    change = Change(index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]))
+    change = Change(index.empty(), empty_state())
     change = _after(change, CreateNodes(model.nodes), forward)
     for spec in model.nodes:
         if isinstance(spec.data, RobotData) and (postures := spec.data.postures):

@@ -11,7 +11,7 @@ from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.apply_nodes import all_ended
 from virtualrobot_kernel.world.apply_sensors import with_sensors_running
 from virtualrobot_kernel.world.change import Change, Forward
-from virtualrobot_kernel.world.commands import RestoreWorld
+from virtualrobot_kernel.world.history_commands import RestoreWorld
 from virtualrobot_kernel.world.state import EndCause, State
 
 

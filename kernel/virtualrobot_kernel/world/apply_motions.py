@@ -33,8 +33,6 @@ from virtualrobot_kernel.world.commands import (
     PauseMotion,
     PickPart,
     PlacePart,
-    PlayedTicks,
-    RestartWorld,
     ResumeMotion,
     SelectTool,
     StartMotion,
@@ -44,6 +42,7 @@ from virtualrobot_kernel.world.commands import (
 )
 from virtualrobot_kernel.world.crafts import refuse_base
 from virtualrobot_kernel.world.from_here import program_from_here, replaced_by, taken_over
+from virtualrobot_kernel.world.history_commands import PlayedTicks, RestartWorld
 from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.motored import refuse_unmotored
 from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, State

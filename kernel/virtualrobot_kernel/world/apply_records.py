@@ -14,7 +14,6 @@ from virtualrobot_kernel.world.apply_nodes import refuse_while_named
 from virtualrobot_kernel.world.apply_sensors import with_sensors_running
 from virtualrobot_kernel.world.apply_signals import refuse_while_signal_named
 from virtualrobot_kernel.world.change import Change, Forward, rebuilt, shortened
-from virtualrobot_kernel.world.commands import RestoreRecords
 from virtualrobot_kernel.world.consistency import (
     check_count,
     check_figures,
@@ -33,6 +32,7 @@ from virtualrobot_kernel.world.difference import (
     with_settings,
     with_values,
 )
+from virtualrobot_kernel.world.history_commands import RestoreRecords
 from virtualrobot_kernel.world.motored import is_dynamic, left
 from virtualrobot_kernel.world.records import EVERYWHERE, Key, Presence, Values
 from virtualrobot_kernel.world.state import Signal

@@ -20,11 +20,13 @@ from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.motion.tool_lead import ToolLead
 from virtualrobot_kernel.world.collisions import CollisionMode
+from virtualrobot_kernel.world.craft_data import Craft
 from virtualrobot_kernel.world.figures import Figure, Pose
+from virtualrobot_kernel.world.history_commands import PlayedTicks, RestartWorld, RestoreRecords, RestoreWorld
+from virtualrobot_kernel.world.physics_commands import SetContacts, SetDynamics, SetJointEfforts, SetParts, SetPhysics
 from virtualrobot_kernel.world.preconditions import Preconditions
-from virtualrobot_kernel.world.records import Values
-from virtualrobot_kernel.world.state import BodyContacts, Cancellation, CellStop, EndCause, Signal, State
-from virtualrobot_kernel.world.structure import Craft, JointGroup, Node, NodeData, NodeSpec
+from virtualrobot_kernel.world.state import Cancellation, CellStop, EndCause, Signal
+from virtualrobot_kernel.world.structure import JointGroup, NodeData, NodeSpec
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -378,66 +380,6 @@ class SetMeasuredJoints:
     velocities: NDArray[np.float64] | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class SetDynamics:
-    """Command to set coordinates of any robots by the end of this tick: what moves without being commanded.
-
-    q_index (k,), q (k,): places among all coordinates, rising, and the values, rad or m (of floating joints x, y, z and
-    a unit quaternion x, y, z, w). v_index (m,), v (m,): the same of velocities, per second (of floating joints the
-    rates of x, y, z and the angular velocity about the axes of what they move). What is not named stays as it is; a
-    later command of the same tick counts where both name a place. motored: robots (uids) whose motions command motors
-    from now on, in place of joints.
-    """
-
-    q_index: NDArray[np.int32]
-    q: NDArray[np.float64]
-    v_index: NDArray[np.int32]
-    v: NDArray[np.float64]
-    motored: tuple[int, ...] = ()
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SetJointEfforts:
-    """Command to set what motors of the mode EFFORT exert from now on, by joint: N m or N."""
-
-    robot: str
-    efforts: Mapping[str, float]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SetParts:
-    """Command to put parts elsewhere by the end of this tick: those that forces move.
-
-    parts (k,): uids, rising. parent_t_part (k, 4, 4): poses in their parents. twists (k, 6): velocities of their
-    origins in the axes of the world (m/s) and about their own axes (rad/s). A later command of the same tick counts
-    in place of an earlier one.
-    """
-
-    parts: NDArray[np.int64]
-    parent_t_part: NDArray[np.float64]
-    twists: NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class SetContacts:
-    """Command to tell where what sensors feel touches under physics by the end of this tick, and by which force."""
-
-    contacts: BodyContacts
-
-
-@dataclass(frozen=True, slots=True)
-class SetPhysics:
-    """Command to change how forces move what is dynamic; None leaves a setting as it is.
-
-    An empty engine means that nothing moves by forces. Gravity is in the world (m/s^2).
-    """
-
-    engine: str | None = None
-    engine_settings: Mapping[str, Any] | None = None
-    gravity: tuple[float, float, float] | None = None
-    substeps: int | None = None
-
-
 @dataclass(frozen=True, slots=True)
 class PauseMotion:
     """Command to slow a motion to standstill on its path."""
@@ -492,48 +434,6 @@ class StopCell:
 @dataclass(frozen=True, slots=True)
 class ReleaseCell:
     """Command to end a stop of the cell; nothing moves by that. Refused while a motion has not come to rest."""
-
-
-@dataclass(frozen=True, slots=True)
-class PlayedTicks:
-    """Note that a real robot has played what its twin did from one tick to another; it changes nothing.
-
-    robot: a uid. check: how these ticks were known to be good, in words.
-    """
-
-    robot: int
-    first: int
-    last: int
-    check: str
-
-
-@dataclass(frozen=True, slots=True)
-class RestartWorld:
-    """Command of a kernel that goes on from where another one ended: all is at rest, motions are aborted."""
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RestoreRecords:
-    """Command to set what undo covers to other values, where it still has those of `found`; all or nothing.
-
-    undoes: the step of the journal that this takes back.
-    """
-
-    found: Values
-    restored: Values
-    undoes: int = 0
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class RestoreWorld:
-    """Command to put the world back to how it was at a checkpoint: these nodes, in the order of their rows, and state.
-
-    Motions end, all stands still, time goes on, and what only grows goes on growing: uids, names of motions, epoch.
-    """
-
-    checkpoint: str
-    nodes: tuple[Node, ...]
-    state: State
 
 
 Command = (

@@ -9,8 +9,9 @@ from virtualrobot_kernel.errors import KernelError, Reason, UnknownNameError
 from virtualrobot_kernel.world import index
 from virtualrobot_kernel.world.change import Change, Forward, refuse_while_moving, single_joint
 from virtualrobot_kernel.world.commands import SetCraft
+from virtualrobot_kernel.world.craft_data import Craft
 from virtualrobot_kernel.world.state import Motion
-from virtualrobot_kernel.world.structure import Craft, Joint, JointType, Node, RobotData, RobotIndex, Structure
+from virtualrobot_kernel.world.structure import Joint, JointType, Node, RobotData, RobotIndex, Structure
 
 
 def set_craft(change: Change, command: SetCraft, forward: Forward) -> Change:

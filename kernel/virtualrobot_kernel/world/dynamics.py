@@ -16,7 +16,7 @@ from virtualrobot_sdk.arrays import is_finite
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world import motored
 from virtualrobot_kernel.world.change import Change, Forward, frozen
-from virtualrobot_kernel.world.commands import SetDynamics
+from virtualrobot_kernel.world.physics_commands import SetDynamics
 from virtualrobot_kernel.world.state import Dynamics, State
 from virtualrobot_kernel.world.structure import JointType, Structure
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.change import Change, Forward, frozen, refuse_while_moving, single_joint
-from virtualrobot_kernel.world.commands import SetJointEfforts
 from virtualrobot_kernel.world.motors import JointMotor, MotorMode
+from virtualrobot_kernel.world.physics_commands import SetJointEfforts
 from virtualrobot_kernel.world.state import JointValues, State
 from virtualrobot_kernel.world.structure import Joint, JointType, Node, RobotData, Structure
 

@@ -15,7 +15,7 @@ from virtualrobot_sdk.arrays import is_finite
 from virtualrobot_kernel.errors import KernelError, LimitError
 from virtualrobot_kernel.world import motored
 from virtualrobot_kernel.world.change import Change, Forward, frozen
-from virtualrobot_kernel.world.commands import SetContacts, SetParts, SetPhysics
+from virtualrobot_kernel.world.physics_commands import SetContacts, SetParts, SetPhysics
 from virtualrobot_kernel.world.state import BodyContacts, MovedParts, State
 from virtualrobot_kernel.world.structure import Kind, Structure
 

@@ -353,6 +353,11 @@ _PLACES = {one.name: place for place, one in enumerate(fields(State))}
 _state = maker(State)
 
 
+def empty_state() -> State:
+    """Return the state of a world with nothing but its root, at tick 0."""
+    return State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Snapshot:
     """Immutable picture of the world; replacing a reference to it publishes it.

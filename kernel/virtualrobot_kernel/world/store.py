@@ -15,8 +15,6 @@ from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, TypeVar, cast
 
-import numpy as np
-
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.lateness import Late, patiently
 from virtualrobot_kernel.world import index
@@ -24,10 +22,11 @@ from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.awaited_part import AwaitedPart
 from virtualrobot_kernel.world.change import Change, Forward
 from virtualrobot_kernel.world.clock import CATCH_UP_SECONDS, Clock, Mode, Pacer
-from virtualrobot_kernel.world.commands import CancelMotion, Command, GoOn, SetContacts, SetDynamics, SetParts
+from virtualrobot_kernel.world.commands import CancelMotion, Command, GoOn
 from virtualrobot_kernel.world.journal import Entry, Journal
 from virtualrobot_kernel.world.listeners import Listeners
-from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot, State
+from virtualrobot_kernel.world.physics_commands import SetContacts, SetDynamics, SetParts
+from virtualrobot_kernel.world.state import Cancellation, EndCause, Motion, Snapshot, State, empty_state
 from virtualrobot_kernel.world.structure import Structure
 from virtualrobot_kernel.world.supervisor import Supervisor
 from virtualrobot_kernel.world.tick import advance, told_more
@@ -123,9 +122,7 @@ class World:
         self._inputs = inputs
         self._journal = journal
         structure = structure or index.empty()
-        self.snapshot = self._pictured(
-            structure, state or State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]), clock, 0, None
-        )
+        self.snapshot = self._pictured(structure, state or empty_state(), clock, 0, None)
         self._pacer = Pacer(clock, time.monotonic())
         self._queue: queue.SimpleQueue[_Batch | _Work | None] = queue.SimpleQueue()
         self._listeners: Listeners[[]] = Listeners()

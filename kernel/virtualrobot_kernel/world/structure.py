@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from virtualrobot_kernel.errors import UnknownNameError
 from virtualrobot_kernel.world.about import About
+from virtualrobot_kernel.world.craft_data import Craft
 from virtualrobot_kernel.world.figures import Figure, Pose, identity
 from virtualrobot_kernel.world.motors import JointMotor
 from virtualrobot_kernel.world.sensing import CameraSensor, ContactSensor, Light, MotionSensor, RangeSensor
@@ -186,42 +187,6 @@ class Actuator:
     offset: float = 0.0
     lower: float = -math.inf
     upper: float = math.inf
-
-
-@dataclass(frozen=True, slots=True)
-class CraftDrive:
-    """Drive of a craft, or passive wheel, and its joint: joint = ratio * drive, in their radians or meters."""
-
-    drive: str
-    joint: str
-    ratio: float = 1.0
-
-
-@dataclass(frozen=True, slots=True)
-class Water:
-    """Water about a craft: velocity along the world's axes (m/s), density (kg/m^3), height of its surface (m)."""
-
-    current: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    density: float = 1000.0
-    surface_height: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Craft:
-    """Craft: the component `kinematics` moves the base of a robot by its drives.
-
-    `base_joint` is the joint by which the base moves (empty: the first planar or floating one); `center_x`, `center_y`
-    (m) and `heading` (rad) say where in the frame of what it moves the component has the base, whose x is forward.
-    """
-
-    kinematics: str = ""
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    drives: tuple[CraftDrive, ...] = ()
-    base_joint: str = ""
-    center_x: float = 0.0
-    center_y: float = 0.0
-    heading: float = 0.0
-    water: Water | None = None
 
 
 @dataclass(frozen=True, slots=True)

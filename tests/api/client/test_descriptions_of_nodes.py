@@ -1,4 +1,4 @@
-"""What people say of nodes, and locks: by client and command line, kept by scene files, taken back by undo."""
+"""Descriptions of nodes, and locks: by client and command line, kept by scene files, taken back by undo."""
 
 from __future__ import annotations
 

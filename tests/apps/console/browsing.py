@@ -9,10 +9,11 @@ from contextlib import contextmanager
 import numpy as np
 import pytest
 from PIL import Image
-from playwright.sync_api import Browser, Locator, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Locator, Page, expect
 from virtualrobot_apps.console.page_files import is_built
 
-from tools.screenshot import ARGUMENTS, find_chromium
+from tools.screenshot import browsers as browsers
+from tools.screenshot import find_chromium
 
 WIDTH, HEIGHT = 1100, 700
 PLAIN = "/?quality=low"
@@ -23,21 +24,11 @@ PURPLE = (0.8, 0.0, 0.8)
 PATIENCE_MS = 60_000.0
 expect.set_options(timeout=PATIENCE_MS)
 
+needs_browser = pytest.mark.skipif(find_chromium() is None, reason="no Chromium: install the package chromium")
 needs_page = [
-    pytest.mark.skipif(find_chromium() is None, reason="no Chromium: install the package chromium"),
+    needs_browser,
     pytest.mark.skipif(not is_built(), reason="the console's page is not built: make console"),
 ]
-
-
-@contextmanager
-def browsers() -> Iterator[Browser]:
-    """Give a fresh browser."""
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=find_chromium(), args=list(ARGUMENTS))
-        try:
-            yield browser
-        finally:
-            browser.close()
 
 
 @contextmanager

@@ -19,9 +19,9 @@ IWER = Path(console_app.__file__).parent / "web" / "node_modules" / "iwer" / "bu
 EYES = 1.6
 """Height of the head (m)."""
 AHEAD = 1.5
-"""How far before a person the page puts the chosen robot (m)."""
+"""Distance before a person at which the page puts the chosen robot (m)."""
 PANEL, PANEL_SIZE, PANEL_PIXELS = (0.35, EYES - 0.25, -0.8), (0.48, 0.3), (768, 480)
-"""Where the page hangs its panel in the room (m), and how large it is (m, pixels)."""
+"""Place at which the page hangs its panel in the room (m), and its size (m, pixels)."""
 BUTTONS = {
     "hold": (250, 300),
     "stop": (618, 300),

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import pytest
-from playwright.sync_api import Page, sync_playwright
+from playwright.sync_api import Page
 from virtualrobot.v1 import motion_pb2
 
 from tests.api.asking import IIWA, load
 from tests.api.reading import state, step
+from tests.apps.console.browsing import browsers, needs_browser
 from tests.apps.console.consoles import Console
 from tests.apps.console.test_page_calls import PAUSED, request, start
 from tests.kernels import Stubs
 from tests.waiting import until
-from tools.screenshot import find_chromium
 
 HOLD = """async (id) => {
   const { Calls } = await import("/calls.js");
@@ -23,10 +23,7 @@ HOLD = """async (id) => {
 }"""
 HANG = "() => { setTimeout(() => { for (;;); }, 0); }"
 
-pytestmark = [
-    pytest.mark.long,
-    pytest.mark.skipif(find_chromium() is None, reason="no Chromium: install the package chromium"),
-]
+pytestmark = [pytest.mark.long, needs_browser]
 
 
 def hang(page: Page) -> None:
@@ -53,18 +50,14 @@ def test_a_page_that_ends_lets_go(console: Console, stepped: Stubs, end: Callabl
         step(stepped, 2)
         return phase() == PAUSED
 
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
-        try:
-            page = browser.new_page()
-            page.goto(console.url)
-            page.evaluate(HOLD, motion)
-            until(runs)
-            end(page)
-            until(stands)
-            here = state(stepped, "arm").positions
-            step(stepped, 200)
-            assert state(stepped, "arm").positions == here
-        finally:
-            browser.close()
+    with browsers() as browser:
+        page = browser.new_page()
+        page.goto(console.url)
+        page.evaluate(HOLD, motion)
+        until(runs)
+        end(page)
+        until(stands)
+        here = state(stepped, "arm").positions
+        step(stepped, 200)
+        assert state(stepped, "arm").positions == here
     assert phase() != motion_pb2.MOTION_PHASE_SUCCEEDED

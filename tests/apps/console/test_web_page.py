@@ -16,20 +16,19 @@ from textwrap import dedent
 
 import pytest
 import virtualrobot
-from playwright.sync_api import Page, expect, sync_playwright
+from playwright.sync_api import Page, expect
 
 from tests.api.asking import IIWA
 from tests.api.test_docs_snippets import FENCE, Block, compare, run_console
+from tests.apps.console.browsing import browsers, needs_browser
 from tests.apps.console.consoles import Console, consoles
 from tests.kernels import KernelProcess, StartKernel
-from tools.screenshot import find_chromium
 
 PAGE = Path(__file__).parents[3] / "docs" / "web.md"
 OCTAVE = shutil.which("octave-cli")
 ADDRESS = "http://127.0.0.1:8090"
 
 pytestmark = pytest.mark.long  # kernels and consoles of its own, and browsers
-needs_browser = pytest.mark.skipif(find_chromium() is None, reason="no Chromium: install the package chromium")
 
 
 @dataclass(frozen=True)
@@ -85,12 +84,10 @@ def blocks(kind: str) -> list[str]:
 def browser() -> Iterator[Page]:
     """Give a page of a fresh browser; what it complains of fails the test."""
     complaints: list[str] = []
-    with sync_playwright() as playwright:
-        chromium = playwright.chromium.launch(executable_path=find_chromium(), args=["--no-sandbox"])
-        page = chromium.new_page()
+    with browsers() as fresh:
+        page = fresh.new_page()
         page.on("pageerror", lambda error: complaints.append(str(error)))
         yield page
-        chromium.close()
     assert complaints == []
 
 

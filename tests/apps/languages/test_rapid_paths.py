@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 import virtualrobot
-from virtualrobot_apps.languages.rapid.arcs import Arc, between
+from virtualrobot_apps.languages.rapid.arcs import Arc
 from virtualrobot_apps.languages.rapid.faults import RapidStopped
 
 from tests.apps.languages.test_rapid_motion import Run, arm, in_table, numbers
@@ -22,7 +22,7 @@ HOME = r"MoveJ above, v1000, fine, tool0 \WObj:=table;"
 
 
 def test_an_arc_passes_its_points_and_its_share_is_that_of_its_angle() -> None:
-    """Three quarters of a circle of radius 2 about (1, 0, 0), by hand; a pose between turns by half of the angle."""
+    """Three quarters of a circle of radius 2 about (1, 0, 0), by hand."""
     way = Arc(np.array([3.0, 0, 0]), np.array([1.0, 2, 0]), np.array([1.0, -2, 0]))
     assert way.length == pytest.approx(2.0 * 1.5 * np.pi)
     assert way.center == pytest.approx([1, 0, 0])
@@ -31,8 +31,6 @@ def test_an_arc_passes_its_points_and_its_share_is_that_of_its_angle() -> None:
     assert (way.share(np.array([2.99, -0.01, 0])), way.share(np.array([1.1, -2, 0]))) == (0.0, 1.0)
     with pytest.raises(ValueError, match="on one line"):
         Arc(np.zeros(3), np.ones(3), 2 * np.ones(3))
-    half = between(virtualrobot.pose(0, 0, 0), virtualrobot.pose(2, 0, 0, yaw=1.0), 0.5)
-    assert half == pytest.approx(virtualrobot.pose(1, 0, 0, yaw=0.5))
 
 
 def test_a_stopped_path_is_put_aside_by_a_trap_and_taken_up_again(

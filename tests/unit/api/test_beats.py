@@ -1,4 +1,4 @@
-"""When beats of a motion that is held were sent, from when they come."""
+"""Times at which beats of a held motion were sent, told from when they come."""
 
 from __future__ import annotations
 

@@ -5,8 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import virtualrobot
-from scipy.spatial.transform import Rotation
-from virtualrobot.geometry import checked_pose, pose_from_quaternion, poses_from_rows, quaternion_of, roll_pitch_yaw_of
+from scipy.spatial.transform import Rotation, Slerp
+from virtualrobot.geometry import (
+    checked_pose,
+    pose_between,
+    pose_from_quaternion,
+    poses_from_rows,
+    quaternion_of,
+    roll_pitch_yaw_of,
+    rotation_from_vector,
+    rotation_vector_of,
+    rows_from_poses,
+    turn_between,
+)
 
 
 def test_pose_turns_about_fixed_x_then_y_then_z(rng: np.random.Generator) -> None:
@@ -54,7 +65,43 @@ def test_rows_become_poses(rng: np.random.Generator) -> None:
     poses = poses_from_rows(rows)
     np.testing.assert_allclose(poses[:, :3, :3], Rotation.from_quat(rows[:, 3:]).as_matrix(), atol=1e-12)
     np.testing.assert_array_equal(poses[:, :3, 3], rows[:, :3])
+    np.testing.assert_allclose(
+        rows_from_poses(poses), rows * np.where(rows[:, [6]] < 0.0, [1, 1, 1, -1, -1, -1, -1], 1)
+    )
     assert poses_from_rows(np.empty((0, 7))).shape == (0, 4, 4)
+    assert rows_from_poses(np.empty((0, 4, 4))).shape == (0, 7)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-12, 1e-7, 1e-3, 1.0, 3.0, np.pi - 1e-7, np.pi - 1e-12, np.pi])
+def test_rotation_vectors_are_scipys_and_come_back(angle: float, rng: np.random.Generator) -> None:
+    for _ in range(10):
+        axis = rng.normal(size=3)
+        vector = angle * axis / np.linalg.norm(axis)
+        matrix = rotation_from_vector(vector)
+        np.testing.assert_allclose(matrix, Rotation.from_rotvec(vector).as_matrix(), rtol=0.0, atol=4e-15)
+        again = rotation_vector_of(matrix)
+        np.testing.assert_allclose(rotation_from_vector(again), matrix, rtol=0.0, atol=4e-15)
+        assert np.linalg.norm(again) == pytest.approx(angle, abs=4e-15)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-3, 1.0, np.pi - 1e-6, np.pi])
+def test_poses_are_turned_against_each_other_by_their_angle(angle: float, rng: np.random.Generator) -> None:
+    """Near 0 and half a turn, too, where a sine or a cosine alone has half of the digits."""
+    axis = rng.normal(size=3)
+    turned = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)).as_matrix()
+    start = Rotation.random(rng=rng).as_matrix()
+    assert turn_between(start, start @ turned) == pytest.approx(angle, abs=4e-15)
+
+
+def test_a_pose_between_is_on_the_line_and_turned_as_scipys_slerp(rng: np.random.Generator) -> None:
+    for share in (0.0, 0.25, 1.0):
+        first, last = np.eye(4), np.eye(4)
+        turns = Rotation.random(2, rng=rng)
+        first[:3, :3], last[:3, :3] = turns.as_matrix()
+        first[:3, 3], last[:3, 3] = rng.uniform(-1.0, 1.0, (2, 3))
+        found = pose_between(first, last, share)
+        np.testing.assert_allclose(found[:3, :3], Slerp([0.0, 1.0], turns)(share).as_matrix(), atol=1e-12)
+        np.testing.assert_allclose(found[:3, 3], (1.0 - share) * first[:3, 3] + share * last[:3, 3], atol=1e-15)
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from virtualrobot_kernel.world.collisions import CollisionMode
 from virtualrobot_kernel.world.commands import Command, CreateNodes, SetCollisionSettings, StartMotion
 from virtualrobot_kernel.world.figures import Box, Figure, Sphere
 from virtualrobot_kernel.world.journal import MemoryJournal, replay
-from virtualrobot_kernel.world.state import Snapshot, State
+from virtualrobot_kernel.world.state import Snapshot, State, empty_state
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, LinkData, NodeSpec, RobotData
 
@@ -76,7 +76,7 @@ def first_tick(world: World, touches: Callable[[Snapshot], bool], *commands: Com
 def replayed(world: World) -> State:
     """Return the state of a world replayed from its journal alone, from the beginning."""
     now = world.snapshot
-    begin = State(0, np.zeros(0), np.zeros(0), np.eye(4)[None])
+    begin = empty_state()
     return replay(index.empty(), begin, entries_of(world), now.state.tick, now.tick_seconds, world_poses).state
 
 

@@ -1,4 +1,4 @@
-"""What a check has used of a world, and what of that is another one later: carts, blocks and loads."""
+"""Surroundings that a check has used, and what of them is another one later: carts, blocks and loads."""
 
 from __future__ import annotations
 

@@ -19,21 +19,12 @@ from virtualrobot_kernel.world.commands import (
     SetSetpoint,
     StartSetpointMotion,
 )
+from virtualrobot_kernel.world.craft_data import Craft, CraftDrive
 from virtualrobot_kernel.world.figures import Box, Figure
 from virtualrobot_kernel.world.journal import MemoryJournal
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import World
-from virtualrobot_kernel.world.structure import (
-    Craft,
-    CraftDrive,
-    Joint,
-    JointLimits,
-    JointType,
-    Kind,
-    LinkData,
-    NodeSpec,
-    RobotData,
-)
+from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, LinkData, NodeSpec, RobotData
 
 from tests.unit.world.builders import link, shifted
 from tests.unit.world.test_store import GUARD

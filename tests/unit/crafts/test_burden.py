@@ -9,9 +9,9 @@ import pytest
 from virtualrobot_kernel.crafts.vessel import Vessel
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.world.commands import AttachNode, CreateNodes, SetSetpoint, StartSetpointMotion
+from virtualrobot_kernel.world.craft_data import Craft, Water
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import (
-    Craft,
     Inertial,
     Joint,
     JointLimits,
@@ -21,7 +21,6 @@ from virtualrobot_kernel.world.structure import (
     NodeSpec,
     PartData,
     RobotData,
-    Water,
 )
 
 from tests.unit.crafts.rover import Yard, yard

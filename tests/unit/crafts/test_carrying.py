@@ -9,8 +9,9 @@ from virtualrobot_kernel.collision.joint_path import of_program
 from virtualrobot_kernel.collision.scene import CollisionScene
 from virtualrobot_kernel.crafts.carrying import CarriedBases
 from virtualrobot_kernel.world.commands import CreateNodes, StartMotion
+from virtualrobot_kernel.world.craft_data import Craft
 from virtualrobot_kernel.world.figures import Box, Figure
-from virtualrobot_kernel.world.structure import Craft, JointType, Kind, NodeSpec
+from virtualrobot_kernel.world.structure import JointType, Kind, NodeSpec
 
 from tests.unit.collision.worlds import SHAPES
 from tests.unit.crafts.rover import TWO_WHEELS, Yard, rover, yard

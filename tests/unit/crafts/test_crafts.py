@@ -30,20 +30,11 @@ from virtualrobot_kernel.world.commands import (
     StartSetpointMotion,
     StopMotions,
 )
+from virtualrobot_kernel.world.craft_data import Craft, CraftDrive
 from virtualrobot_kernel.world.figures import Box, Figure
 from virtualrobot_kernel.world.journal import replay
 from virtualrobot_kernel.world.state import EndCause
-from virtualrobot_kernel.world.structure import (
-    Craft,
-    CraftDrive,
-    Joint,
-    JointLimits,
-    JointType,
-    Kind,
-    LinkData,
-    NodeSpec,
-    RobotData,
-)
+from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, LinkData, NodeSpec, RobotData
 
 from tests.unit.collision.worlds import SHAPES
 from tests.unit.crafts.rover import DRIVES, RADIUS, TRACK, TWO_WHEELS, Yard, rover, yard

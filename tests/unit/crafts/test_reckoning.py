@@ -10,7 +10,7 @@ import pytest
 from virtualrobot_kernel.crafts.craft import CraftAtWork
 from virtualrobot_kernel.crafts.reckoning import reckoned
 from virtualrobot_kernel.errors import KernelError
-from virtualrobot_kernel.world.structure import Craft
+from virtualrobot_kernel.world.craft_data import Craft
 
 from tests.unit.crafts.rover import DRIVES, rover, yard
 from tests.unit.crafts.test_ways import BICYCLE, craft_of

@@ -13,19 +13,9 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.motion.setpoint_motion import SetpointMode
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.commands import CancelMotion, CreateNodes, SetCraft, SetSetpoint, StartSetpointMotion
+from virtualrobot_kernel.world.craft_data import Craft, CraftDrive, Water
 from virtualrobot_kernel.world.journal import replay
-from virtualrobot_kernel.world.structure import (
-    Craft,
-    CraftDrive,
-    Joint,
-    JointLimits,
-    JointType,
-    Kind,
-    LinkData,
-    NodeSpec,
-    RobotData,
-    Water,
-)
+from virtualrobot_kernel.world.structure import Joint, JointLimits, JointType, Kind, LinkData, NodeSpec, RobotData
 from virtualrobot_plugins.marine.component import FossenDynamics, FossenSettings
 from virtualrobot_sdk.vehicles import Surroundings
 

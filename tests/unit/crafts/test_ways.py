@@ -10,7 +10,8 @@ from virtualrobot_kernel.crafts.craft import CraftAtWork
 from virtualrobot_kernel.crafts.ways import Goal, least_radius, way_to
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.commands import SetJointPositions
-from virtualrobot_kernel.world.structure import Craft, CraftDrive, JointType
+from virtualrobot_kernel.world.craft_data import Craft, CraftDrive
+from virtualrobot_kernel.world.structure import JointType
 
 from tests.unit.crafts.rover import RADIUS, TWO_WHEELS, Yard, rover, yard
 

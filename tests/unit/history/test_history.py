@@ -34,13 +34,13 @@ from virtualrobot_kernel.world.commands import (
     CreateNodes,
     CreateSignal,
     EndSetpoints,
-    RestartWorld,
     SetSetpoint,
     SetSignal,
     StartSetpointMotion,
     StopMotions,
     UpdateNode,
 )
+from virtualrobot_kernel.world.history_commands import RestartWorld
 from virtualrobot_kernel.world.state import EndCause, Signal
 from virtualrobot_kernel.world.store import World
 

@@ -21,7 +21,8 @@ from virtualrobot_sdk.kinematics import InverseResult, InverseStatus, SerialChai
 from virtualrobot_sdk.worker import Worker
 from virtualrobot_sdk.worker import frames as wire
 
-from tests.unit.sdk.worker_helpers import CASES, MIB, PATIENCE, call, fault_of, is_gone, wait_until
+from tests.unit.sdk.worker_helpers import CASES, MIB, PATIENCE, call, fault_of, is_gone
+from tests.waiting import until
 
 
 @pytest.fixture
@@ -219,7 +220,7 @@ class TestFaultsThatEndTheProcess:
     def test_a_process_that_dies_between_calls_is_met_by_the_next(self, worker: Worker) -> None:
         pid = worker.pid
         call(worker, "die_later")
-        wait_until(lambda: is_gone(pid))
+        until(lambda: is_gone(pid))
         assert fault_of(worker, "add", 1, 1).reason == "its process ended with SIGSEGV in add"
 
     def test_memory_that_grows_from_call_to_call_has_an_end(self, worker: Worker) -> None:

@@ -20,7 +20,8 @@ from virtualrobot_sdk.registration import ComponentKind, Isolation
 from virtualrobot_sdk.worker import Worker
 from virtualrobot_sdk.worker.process import LOG_BYTES
 
-from tests.unit.sdk.worker_helpers import CASES, MIB, call, fault_of, is_gone, wait_until
+from tests.unit.sdk.worker_helpers import CASES, MIB, call, fault_of, is_gone
+from tests.waiting import until
 
 
 @pytest.fixture
@@ -70,7 +71,7 @@ class TestProcesses:
         pid = call(worker, "start_a_child")
         assert isinstance(pid, int)
         fault_of(worker, "crash")
-        wait_until(lambda: is_gone(pid))
+        until(lambda: is_gone(pid))
 
     @pytest.mark.parametrize("way", ["closed", "killed"])
     def test_what_it_started_in_a_session_of_its_own_ends_with_it(self, worker: Worker, way: str) -> None:
@@ -80,7 +81,7 @@ class TestProcesses:
             worker.close()
         else:
             fault_of(worker, "hang", seconds=0.1)
-        wait_until(lambda: is_gone(pid))
+        until(lambda: is_gone(pid))
 
     def test_ctrl_c_does_not_end_it(self, worker: Worker) -> None:
         assert worker.pid is not None
@@ -106,7 +107,7 @@ class TestProcesses:
         faults: list[ComponentFault] = []
         caller = threading.Thread(target=lambda: faults.append(fault_of(worker, "hang")))
         caller.start()
-        wait_until(lambda: worker._asking.locked())
+        until(lambda: worker._asking.locked())
         worker.close()
         caller.join()
         assert [f.reason for f in faults] == ["worker 'hanging' was closed"]
@@ -123,10 +124,10 @@ class TestProcesses:
         work = f"w.call('hang_from', {str(marker)!r}, deadline_seconds=1000)" if hangs else "signal.pause()"
         with _parent(work) as parent:
             pid = _first_number(parent)
-            wait_until(lambda: marker.exists() or not hangs)
+            until(lambda: marker.exists() or not hangs)
             assert not is_gone(pid)
             parent.kill()
-        wait_until(lambda: is_gone(pid))
+        until(lambda: is_gone(pid))
 
     def test_native_code_that_hangs_is_ended_by_its_fuse_when_the_parent_is_gone(self, tmp_path: Path) -> None:
         shorter = (
@@ -138,7 +139,7 @@ class TestProcesses:
         with _parent("w.call('hang_in_native_code', deadline_seconds=0.5)", "short_fuse:Cases", tmp_path) as parent:
             pid = _first_number(parent)
             parent.kill()
-        wait_until(lambda: is_gone(pid))
+        until(lambda: is_gone(pid))
 
     def test_a_parent_that_forgets_to_close_leaves_nothing(self) -> None:
         with _parent("") as parent:
@@ -156,7 +157,7 @@ class TestProcesses:
         )
         with _parent(work) as parent:
             pid = _first_number(parent)
-            wait_until(marker.exists)
+            until(marker.exists)
             parent.send_signal(signal.SIGINT)
             assert parent.stdout is not None
             assert parent.stdout.read().strip() == "hang_from was interrupted"

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-
 import psutil
 import pytest
 from virtualrobot_sdk.errors import ComponentFault
@@ -24,13 +21,6 @@ def fault_of(worker: Worker, method: str, *arguments: object, seconds: float = P
     with pytest.raises(ComponentFault) as raised:
         worker.call(method, *arguments, deadline_seconds=seconds)
     return raised.value
-
-
-def wait_until(condition: Callable[[], bool]) -> None:
-    end = time.monotonic() + PATIENCE
-    while not condition():
-        assert time.monotonic() < end
-        time.sleep(0.01)
 
 
 def is_gone(pid: int | None) -> bool:

@@ -11,7 +11,7 @@ from virtualrobot_kernel.world.apply import apply
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.commands import Command, CreateNodes
 from virtualrobot_kernel.world.figures import Box, Figure, Pose
-from virtualrobot_kernel.world.state import State
+from virtualrobot_kernel.world.state import empty_state
 from virtualrobot_kernel.world.structure import (
     Joint,
     JointLimits,
@@ -93,7 +93,7 @@ def part(name: str, pose: Pose, parent: str = "world") -> NodeSpec:
 
 def empty() -> Change:
     """Return a world with nothing in it."""
-    return Change(index.empty(), State(0, np.zeros(0), np.zeros(0), np.eye(4)[None]))
+    return Change(index.empty(), empty_state())
 
 
 def after(change: Change, *commands: Command) -> Change:

@@ -1,4 +1,4 @@
-"""What people say of nodes is kept, within its bounds; what is locked stays as it is."""
+"""Descriptions of nodes are kept, within their bounds; locked nodes stay as they are."""
 
 from __future__ import annotations
 
@@ -6,8 +6,9 @@ import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world.about import About
 from virtualrobot_kernel.world.change import Change
-from virtualrobot_kernel.world.commands import AttachNode, Command, CreateNodes, RemoveNode, RestoreRecords, UpdateNode
+from virtualrobot_kernel.world.commands import AttachNode, Command, CreateNodes, RemoveNode, UpdateNode
 from virtualrobot_kernel.world.difference import difference
+from virtualrobot_kernel.world.history_commands import RestoreRecords
 from virtualrobot_kernel.world.structure import Kind, NodeSpec
 
 from tests.unit.world.builders import after, empty, shifted, world_t

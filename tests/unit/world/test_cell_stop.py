@@ -10,14 +10,9 @@ from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.apply_cell import MOVING
 from virtualrobot_kernel.world.apply_checkpoint import checkpoint_of
 from virtualrobot_kernel.world.change import Change
-from virtualrobot_kernel.world.commands import (
-    ClearWorld,
-    ReleaseCell,
-    RestartWorld,
-    SetJointEfforts,
-    SetJointPositions,
-    StopCell,
-)
+from virtualrobot_kernel.world.commands import ClearWorld, ReleaseCell, SetJointPositions, StopCell
+from virtualrobot_kernel.world.history_commands import RestartWorld
+from virtualrobot_kernel.world.physics_commands import SetJointEfforts
 from virtualrobot_kernel.world.state import CellStop
 
 from tests.unit.world.builders import after, arm, empty

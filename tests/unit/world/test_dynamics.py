@@ -12,15 +12,10 @@ from virtualrobot_kernel.history.world_image import image_of
 from virtualrobot_kernel.planning.robots import world_poses
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.clock import Clock, Mode
-from virtualrobot_kernel.world.commands import (
-    Command,
-    CreateNodes,
-    RemoveNode,
-    RestartWorld,
-    SetDynamics,
-    SetMeasuredJoints,
-)
+from virtualrobot_kernel.world.commands import Command, CreateNodes, RemoveNode, SetMeasuredJoints
+from virtualrobot_kernel.world.history_commands import RestartWorld
 from virtualrobot_kernel.world.journal import MemoryJournal, replay, waited
+from virtualrobot_kernel.world.physics_commands import SetDynamics
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.store import World
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind, NodeSpec, RobotData

@@ -8,18 +8,10 @@ import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError
 from virtualrobot_kernel.world.change import Change
-from virtualrobot_kernel.world.commands import (
-    CreateNodes,
-    RemoveNode,
-    SetDynamics,
-    SetJointEfforts,
-    SetJointPositions,
-    SetPhysics,
-    StopMotions,
-    UpdateNode,
-)
+from virtualrobot_kernel.world.commands import CreateNodes, RemoveNode, SetJointPositions, StopMotions, UpdateNode
 from virtualrobot_kernel.world.measured import commanded
 from virtualrobot_kernel.world.motors import JointMotor, MotorMode
+from virtualrobot_kernel.world.physics_commands import SetDynamics, SetJointEfforts, SetPhysics
 from virtualrobot_kernel.world.structure import Joint, JointType, Kind, NodeSpec, RobotData
 
 from tests.unit.world.builders import LIMITS, after, empty, link, ticked

@@ -12,8 +12,9 @@ from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.world import commands
 from virtualrobot_kernel.world.apply_records import Conflict
 from virtualrobot_kernel.world.change import Change
-from virtualrobot_kernel.world.commands import Command, RestoreRecords
+from virtualrobot_kernel.world.commands import Command
 from virtualrobot_kernel.world.difference import alike, difference, same, value
+from virtualrobot_kernel.world.history_commands import RestoreRecords
 from virtualrobot_kernel.world.records import Difference
 from virtualrobot_kernel.world.state import Motion, Signal
 from virtualrobot_kernel.world.structure import Forest, Kind, LinkData, NodeSpec

@@ -129,18 +129,29 @@ def table_html(title: str, rows: Sequence[Sequence[str]]) -> str:
     return f"<b>{escape(title)}</b><table>{''.join(lines)}</table>"
 
 
-def png(pixels: NDArray[np.uint8]) -> bytes:
-    """Return a picture (h, w, 3) as the bytes of a PNG file (W3C, Portable Network Graphics, 2003)."""
-    height, width, _ = pixels.shape
-    rows = np.concatenate([np.zeros((height, 1), np.uint8), pixels.reshape(height, 3 * width)], axis=1)
+def png(pixels: NDArray[np.uint8] | NDArray[np.bool_], dots_per_meter: int | None = None) -> bytes:
+    """Return a picture as the bytes of a PNG file (W3C, Portable Network Graphics, 2003).
+
+    Args:
+        pixels: (h, w, 3) red, green and blue, or (h, w) of booleans, True for white.
+        dots_per_meter: by which it is printed; nothing is said of it by default.
+    """
+    height, width = pixels.shape[:2]
+    # The kind: a bit of grey each, or 8 bits each of red, green and blue.
+    bits, color, values = (
+        (1, 0, np.packbits(pixels, axis=1)) if pixels.ndim == 2 else (8, 2, np.asarray(pixels, np.uint8))
+    )
+    rows = values.reshape(height, -1)
+    rows = np.concatenate([np.zeros((height, 1), np.uint8), rows], axis=1)  # each begins with its filter: none
 
     def chunk(kind: bytes, data: bytes) -> bytes:
         return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
 
-    header = struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)  # 8 bits each of red, green and blue
+    size = b"" if dots_per_meter is None else chunk(b"pHYs", struct.pack(">IIB", dots_per_meter, dots_per_meter, 1))
     return (
         b"\x89PNG\r\n\x1a\n"
-        + chunk(b"IHDR", header)
+        + chunk(b"IHDR", struct.pack(">IIBBBBB", width, height, bits, color, 0, 0, 0))
+        + size
         + chunk(b"IDAT", zlib.compress(rows.tobytes(), 6))
         + chunk(b"IEND", b"")
     )

@@ -355,24 +355,6 @@ class Physics(Face):
     def status(self) -> Order[PhysicsStatus]:
         """Settings, fault, what moves and what touches."""
 
-class Physics(Face):
-    """Handle of the physics of one kernel."""
-    def set(self, engine: str | None = ..., *, engine_settings: Mapping[str, object] | None = ..., gravity: ArrayLike | None = ..., substeps: int | None = ...) -> Order[None]:
-        """Change how forces move parts that are dynamic; what is not given stays. Saved with the scene."""
-    def enable(self, *names: str) -> Order[None]:
-        """Let parts and robots move by forces; a robot's motions command its motors then."""
-    def disable(self, *names: str) -> Order[None]:
-        """Let parts stay where they are, and go with what they hang on; let robots move by their motions alone."""
-    def motors(self, robot: str) -> Order[dict[str, JointMotor]]:
-        """Return the motors of a robot's joints that are not the usual ones, by joint."""
-    def set_motors(self, robot: str, motors: Mapping[str, JointMotor]) -> Order[None]:
-        """Choose the motors of some of a robot's joints; other joints keep theirs."""
-    def set_efforts(self, robot: str, efforts: Mapping[str, float]) -> Order[None]:
-        """Set what motors of the mode `effort` exert from now on, by joint: N m or N; others keep theirs."""
-    @property
-    def status(self) -> Order[PhysicsStatus]:
-        """Settings, fault, what moves and what touches."""
-
 class Plugins(Face):
     """The plugins of one kernel; it can be iterated over. Each question is asked anew."""
     def list(self) -> Order[tuple[Plugin, ...]]:

@@ -12,15 +12,7 @@ from typing import Any, cast
 from virtualrobot.aio.orders import Order, Workers
 
 CLASSES = (
-    *(
-        "cell:Cell",
-        "clock:Clock",
-        "clock:ClockHold",
-        "connection:Client",
-        "drivers:Drivers",
-        "leases:Lease",
-        "physics:Physics",
-    ),
+    *("cell:Cell", "clock:Clock", "clock:ClockHold", "connection:Client", "drivers:Drivers", "leases:Lease"),
     *("physics:Physics", "plugins:Plugins", "signals:Signals", "signals:SignalWatch", "tokens:Tokens"),
     "files.assets:Assets",
     *("collisions.allowed_pairs:AllowedPairs", "collisions.collisions:Collisions", "history.history:History"),

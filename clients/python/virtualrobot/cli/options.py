@@ -61,7 +61,7 @@ class Target:
         In the history `program` stands beside the user: what commands do is one's own from any of them, and what an
         application does is its own.
         """
-        from virtualrobot.connection import connect
+        from virtualrobot.connecting import connect
         from virtualrobot.leases import user_name
 
         if self.session is not None:

@@ -381,7 +381,8 @@ class StartOptions(TypedDict, total=False):
         on_disconnect: what the kernel does when this program vanishes: `stop` (the default) or `continue`.
         expected_structure_revision: refuse to start when the scene's structure has another one (`StaleRevisionError`).
         tracking: what it goes along with.
-        hold: whether it stands at its start, which doesn't wait then, and runs only while it is held: `Motion.held`.
+        hold: whether it stands at its start, which doesn't wait then, and runs only while it is held: `Motion.beats`,
+            `Motion.held`.
         request_id: a name of this start, such as `str(uuid.uuid4())`: a call that is made again with it, because the
             answer was lost, starts nothing and returns the motion of the first one.
     """

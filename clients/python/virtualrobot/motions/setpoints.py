@@ -24,7 +24,7 @@ from virtualrobot.errors import (
     VirtualRobotError,
     WrongStateError,
 )
-from virtualrobot.geometry import checked_pose, pose_from_quaternion, quaternion_of
+from virtualrobot.geometry import checked_pose, pose_from_quaternion, rows_from_poses
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.state import MotionState, Phase
 from virtualrobot.v1 import motion_pb2
@@ -223,8 +223,7 @@ class SetpointStream:
             return values
         values = np.array(setpoint, dtype=float)
         if self._is_pose and values.shape == (4, 4):
-            values = checked_pose(values)
-            return np.array([*values[:3, 3], *quaternion_of(values)])
+            return rows_from_poses(checked_pose(values))[0]
         if values.shape != (len(self.joint_names),):
             raise InvalidArgumentError(
                 f"a setpoint has one value for each of {', '.join(self.joint_names)}, not the shape {values.shape}"

@@ -14,7 +14,7 @@ from virtualrobot._wire.messages import array_message, array_of, value_or_defaul
 from virtualrobot._wire.services import Services
 from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError, WrongStateError
-from virtualrobot.geometry import quaternion_of
+from virtualrobot.geometry import rows_from_poses
 from virtualrobot.motions.motion import Motion, StartOptions
 from virtualrobot.motions.program import Program
 from virtualrobot.robots.description import joints_now
@@ -205,9 +205,8 @@ def tool_path_message(
     if not np.isfinite(poses).all():
         row = int(np.flatnonzero(~np.isfinite(poses).all(axis=(1, 2)))[0])
         raise InvalidArgumentError(f"frames[{row}] of the tool path is not finite")
-    turns = np.array([quaternion_of(pose) for pose in poses]).reshape(-1, 4)
     message = path_pb2.ToolPath(
-        frames=array_message(np.concatenate([poses[:, :3, 3], turns], axis=1)),
+        frames=array_message(rows_from_poses(poses)),
         reference=reference,
         velocity_meters_per_second=velocity,
         acceleration_meters_per_second_squared=value_or_default(acceleration, "acceleration"),

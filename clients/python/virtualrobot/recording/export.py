@@ -10,7 +10,7 @@ from typing import Unpack
 from virtualrobot._wire.arguments import checked
 from virtualrobot._wire.options import check_options
 from virtualrobot.clock import ClockState
-from virtualrobot.connection import connect
+from virtualrobot.connecting import connect
 from virtualrobot.errors import InvalidArgumentError
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.recording.recording import Recorded, Recording

@@ -66,7 +66,7 @@ class Plots:
             WrongStateError: too many plots are watched.
         """
         with self._lock:
-            self._plots = {key: one for key, one in self._plots.items() if one.ended is None}
+            self._plots = {key: one for key, one in self._plots.items() if not one.is_over}
             plot = self._plots.get((token, page))
             if plot is None or plot.wanted != tuple(wanted):
                 if plot is not None:
@@ -85,11 +85,11 @@ class Plots:
 
 
 class _Plot:
-    """Samples of the streams of some curves, taken by a thread; `ended` says why it has ended, "" where asked to."""
+    """Samples of the streams of some curves, taken by a thread until it `is_over`."""
 
     def __init__(self, connect: Connect, token: str, wanted: tuple[str, ...]) -> None:
         self.wanted = wanted
-        self.ended: str | None = None
+        self.is_over = False
         self._client = connect(token)
         try:
             self._watch = self._client.streams.watch(*streams_of(wanted))
@@ -134,15 +134,14 @@ class _Plot:
         self._watch.close()
 
     def _run(self) -> None:
-        why = ""
         try:
             while not self._closing.is_set() and time.monotonic() < self._asked + IDLE_SECONDS:
                 if (sample := self._watch.next(_LOOKED_SECONDS)) is not None:
                     self._take(sample)
-        except VirtualRobotError as error:
-            why = str(error)
+        except VirtualRobotError:
+            pass  # a new one, for whoever asks again, is told what is wrong
         finally:
-            self.ended = why
+            self.is_over = True
             self._watch.close()
             self._client.close()
 

@@ -18,12 +18,10 @@ from virtualrobot.errors import InvalidArgumentError, MalformedFileError
 from virtualrobot_apps.cell_io.yaml_file import SCHEMA_VERSION, parse
 from virtualrobot_apps.console.numbers import numbers
 from virtualrobot_apps.registration.marker_pose import EDGE, picture_of
-from virtualrobot_apps.registration.placing import keep_frame, move_robot, named, registered, seen_in, settled
+from virtualrobot_apps.registration.placing import AWAY, camera_in, keep_frame, move_robot, seen_in, touched_in
 from virtualrobot_apps.registration.touched import LEAST_APART
 from virtualrobot_apps.registration.touched_file import FIELDS, touched_of
 
-AWAY = 1.5
-"""Distance (m) from the middle of the points, or beside the marker, at which an error is told, whatever is there."""
 MOST_PICTURES = 10
 
 OF_TOUCHES = (*FIELDS[1:], "tools", "least_apart", "frame", "robot")
@@ -48,8 +46,7 @@ def by_touches(client: Client, said: Mapping[str, Any]) -> dict[str, object]:
     if frame and robot:
         raise InvalidArgumentError("'frame' keeps a device and 'robot' moves a robot; give one of them")
     (least_apart,) = numbers([said.get("least_apart", LEAST_APART)], "least_apart", 1)
-    poses = client.scene.poses(list(dict.fromkeys([*named(read), *tools])))
-    found = registered(read, poses, least_apart)
+    found, errors = touched_in(client, read, tools, least_apart)
     if frame:
         keep_frame(client, frame, found.model_t_device, read.relative_to)
     if robot:
@@ -59,7 +56,7 @@ def by_touches(client: Client, said: Mapping[str, Any]) -> dict[str, object]:
         "residuals": found.residuals.tolist(),
         "noise": found.noise,
         "error_away": found.error(found.center + np.array([AWAY, 0.0, 0.0])),
-        "errors": {name: found.error(poses[name][:3, 3]) for name in tools},
+        "errors": errors,
     }
 
 
@@ -88,11 +85,7 @@ def by_pictures(client: Client, said: Mapping[str, Any]) -> dict[str, object]:
     )
     sheet, frame = _text(said, "marker"), _text(said, "frame")
     up = numbers(said["up"], "up", 3) if "up" in said else None
-    tools = _tools(said)
-    poses = client.scene.poses(list(dict.fromkeys([sheet, *tools])))
-    world_t_sheet, inverse = poses[sheet], np.linalg.inv(poses[sheet])
-    seen = settled(seen, world_t_sheet, up)
-    world_t_camera = world_t_sheet @ np.linalg.inv(seen.camera_t_marker)
+    seen, world_t_camera, errors = camera_in(client, seen, sheet, _tools(said), up)
     if frame:
         keep_frame(client, frame, world_t_camera, sheet)
     return {
@@ -102,7 +95,7 @@ def by_pictures(client: Client, said: Mapping[str, Any]) -> dict[str, object]:
         "camera_t_marker": seen.camera_t_marker.ravel().tolist(),
         "world_t_camera": world_t_camera.ravel().tolist(),
         "error_away": seen.error([AWAY, 0.0, 0.0]),
-        "errors": {name: seen.error((inverse @ poses[name])[:3, 3]) for name in tools},
+        "errors": errors,
     }
 
 

@@ -9,7 +9,7 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
-from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Leading, lead, read_leading
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.sources.offsets import offset
 from virtualrobot_apps.processes.switching import Switch, read_switch
@@ -38,10 +38,7 @@ class Cut:
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
         """Yield what the beam goes along; raises InvalidArgumentError where the way bends closer than half a kerf."""
         across = SIDES[self.side] * self.kerf
-        here = offset(way, across) if across else way
-        frames = self.head.frames(here)
-        check_frames(frames, here, "give a greater step or chord")
-        yield name, here, frames, self.head.speed
+        yield self.head.stretch(offset(way, across) if across else way, name)
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a cut to a program, with the beam, and return how long that is on (s)."""

@@ -11,7 +11,7 @@ from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
-from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Leading, lead, read_leading
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.sources.offsets import offset
 from virtualrobot_apps.processes.switching import Switch, read_switch
@@ -57,9 +57,7 @@ class Dispense:
                 raise InvalidArgumentError(
                     f"a bead {1e3 * self.bead.width:.4g} mm wide would run into itself: {error.message}"
                 ) from None
-        frames = self.gun.frames(way)
-        check_frames(frames, way, "give a greater step or chord")
-        yield name, way, frames, self.gun.speed
+        yield self.gun.stretch(way, name)
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a bead to a program, and return how long the valve is open (s)."""

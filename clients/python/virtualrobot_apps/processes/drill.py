@@ -10,7 +10,7 @@ from virtualrobot import Client, Program, ToolPath
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.effects.chips import Cutter, measures, read_cutter
-from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Leading, lead, read_leading
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
@@ -32,9 +32,7 @@ class Drill:
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
         """Yield the way into a hole."""
-        frames = self.drill.frames(way)
-        check_frames(frames, way, "give a greater step")
-        yield name, way, frames, self.drill.speed
+        yield self.drill.stretch(way, name, "give a greater step")
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a way into a hole to a program, with the spindle, which turns on; return how long that takes (s)."""

@@ -19,6 +19,8 @@ from virtualrobot_apps.processes.sources.frames import STEEPEST, heading_frames,
 
 MOST_FRAMES = 1001
 """Frames of a tool path at most (docs/tool-paths.md)."""
+DENSER = "give a greater step or chord"
+"""Remedy for a way that has more frames."""
 FIELDS = ("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step", "split", "external")
 
 
@@ -64,6 +66,15 @@ class Leading:
             return heading_frames(way, self.heading, standoff=self.standoff)
         return tool_frames(way, work=self.work, base=self.base, travel=self.travel, standoff=self.standoff)
 
+    def stretch(self, way: Way, name: str, remedy: str = DENSER) -> tuple[str, Way, Floats, float]:
+        """Return a way as the tool goes it: its name, itself, the frames (n, 4, 4), and the speed (m/s).
+
+        Raises InvalidArgumentError as `frames`, and for too many of them; `remedy` says what to do then.
+        """
+        frames = self.frames(way)
+        check_frames(frames, way, remedy)
+        return name, way, frames, self.speed
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Stretch:
@@ -101,6 +112,13 @@ class Led:
     def with_measures(self, *more: str) -> PlannedProcess:
         """Return the plan with further lines about it."""
         return PlannedProcess(self.program, (*self.measures, *more))
+
+    def by_parts(self) -> dict[tuple[str, ...], list[Stretch]]:
+        """Return the stretches by the parts that their ways are of."""
+        found: dict[tuple[str, ...], list[Stretch]] = {}
+        for one in self.stretches:
+            found.setdefault(one.parts, []).append(one)
+        return found
 
 
 class Process(Protocol):

@@ -11,7 +11,7 @@ from virtualrobot import Client, Program, ToolPath
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.effects.film import Film, Jet, sprayed
-from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, check_frames, lead, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Leading, Led, lead, read_leading
 from virtualrobot_apps.processes.part import part_mesh
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.switching import Switch, read_switch
@@ -40,9 +40,7 @@ class Paint:
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
         """Yield the way."""
-        frames = self.gun.frames(way)
-        check_frames(frames, way, "give a greater step or chord")
-        yield name, way, frames, self.gun.speed
+        yield self.gun.stretch(way, name)
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a pass to a program, with the trigger, and return how long that is pulled (s)."""
@@ -71,12 +69,12 @@ def plan(client: Client, item: Item) -> PlannedProcess:
 
 def films(client: Client, jet: Jet, led: Led) -> Iterator[tuple[tuple[str, ...], Film]]:
     """Yield the film on each of the parts that were painted, without what the passes over others leave there."""
-    for parts in dict.fromkeys(one.parts for one in led.stretches):
+    for parts, stretches in led.by_parts().items():
         mesh = part_mesh(client, parts)
         longest = max(FINE * jet.width, (mesh.area / MOST_FACES) ** 0.5)
         fine = mesh.subdivide_to_size(longest, max_iter=20)
         assert isinstance(fine, Trimesh)
-        yield parts, sprayed(fine, [(one.frames, one.speed) for one in led.stretches if one.parts == parts], jet)
+        yield parts, sprayed(fine, [(one.frames, one.speed) for one in stretches], jet)
 
 
 def measure(parts: tuple[str, ...], film: Film) -> str:

@@ -9,7 +9,7 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
-from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Leading, lead, read_leading
 from virtualrobot_apps.processes.process import PlannedProcess
 
 
@@ -30,9 +30,7 @@ class SpotWeld:
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
         """Yield the way to a spot."""
-        frames = self.tongs.frames(way)
-        check_frames(frames, way, "give a greater step")
-        yield name, way, frames, self.tongs.speed
+        yield self.tongs.stretch(way, name, "give a greater step")
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add the way to a spot and the weld to a program, and return how long that takes (s)."""

@@ -9,7 +9,7 @@ from virtualrobot import Client, Program, ToolPath
 
 from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
-from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
+from virtualrobot_apps.processes.leading import FIELDS, Leading, lead, read_leading
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
@@ -29,9 +29,7 @@ class Follow:
 
     def stretches(self, way: Way, name: str) -> Iterator[tuple[str, Way, Floats, float]]:
         """Yield the way."""
-        frames = self.tool.frames(way)
-        check_frames(frames, way, "give a greater step or chord")
-        yield name, way, frames, self.tool.speed
+        yield self.tool.stretch(way, name)
 
     def along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add the way to a program, with the signal, and return how long it takes (s)."""

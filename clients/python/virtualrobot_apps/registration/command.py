@@ -68,16 +68,15 @@ def touched(
 
     Gravity is known: one axis of the device's frame is up. Without --frame and --robot nothing changes.
     """
-    from virtualrobot_apps.registration.placing import keep_frame, move_robot, named, registered
+    from virtualrobot_apps.registration.placing import keep_frame, move_robot, touched_in
     from virtualrobot_apps.registration.touched_file import read_touched
 
     if frame is not None and robot is not None:
         raise click.UsageError("--frame keeps a device and --robot moves a robot; give one of them")
     read = read_touched(file)
     with target.connect() as client:
-        poses = client.scene.poses(list(dict.fromkeys([*named(read), *tools])))
-        found = registered(read, poses, least_apart)
-        click.echo("\n".join(_lines(found, {name: poses[name][:3, 3].tolist() for name in tools})))
+        found, errors = touched_in(client, read, tools, least_apart)
+        click.echo("\n".join(_lines(found, errors)))
         if frame is not None:
             keep_frame(client, frame, found.model_t_device, read.relative_to)
             click.echo(f"kept as {frame}, below {read.relative_to}")
@@ -119,7 +118,7 @@ def picture(
     import numpy as np
 
     from virtualrobot_apps.registration.marker_pose import read_picture
-    from virtualrobot_apps.registration.placing import keep_frame, seen_in, settled
+    from virtualrobot_apps.registration.placing import AWAY, camera_in, keep_frame, seen_in
 
     if (field is None) == (matrix is None):
         raise click.UsageError("the camera's --field or its --matrix is needed, one of them")
@@ -132,35 +131,33 @@ def picture(
         number=number,
     )
     with target.connect() as client:
-        poses = client.scene.poses(list(dict.fromkeys([sheet, *tools])))
-        seen = settled(seen, poses[sheet], up)
-        world_t_camera = poses[sheet] @ np.linalg.inv(seen.camera_t_marker)
+        seen, world_t_camera, errors = camera_in(client, seen, sheet, tools, up)
         distance = float(np.linalg.norm(seen.camera_t_marker[:3, 3]))
         click.echo(
             f"marker {seen.number}, {distance:.3f} m away, corners {seen.deviation:.2f} pixels off; "
             f"the camera is at {_place(world_t_camera[:3, 3].tolist())}"
         )
-        inverse = np.linalg.inv(poses[sheet])
-        errors = {name: seen.error((inverse @ poses[name])[:3, 3]) for name in tools}
-        click.echo("\n".join(_errors({"1.5 m beside it": seen.error([1.5, 0.0, 0.0]), **errors})))
+        click.echo("\n".join(_errors({f"{AWAY:g} m beside it": seen.error([AWAY, 0.0, 0.0]), **errors})))
         if frame is not None:
             keep_frame(client, frame, world_t_camera, sheet)
             click.echo(f"kept as {frame}, below {sheet}")
 
 
-def _lines(found: Registration, tools: dict[str, list[float]]) -> list[str]:
-    """Return how good a registration is, in words."""
+def _lines(found: Registration, errors: dict[str, float]) -> list[str]:
+    """Return how good a registration is, in words; `errors` (m) are those of nodes, by their names."""
     import numpy as np
     from virtualrobot.geometry import roll_pitch_yaw_of
+
+    from virtualrobot_apps.registration.placing import AWAY
 
     place = _place(found.model_t_device[:3, 3].tolist())
     yaw = float(roll_pitch_yaw_of(found.model_t_device)[2])
     off = ", ".join(f"{1e3 * one:.1f}" for one in found.residuals)
-    errors = {"1.5 m away": found.error(found.center + np.array([1.5, 0.0, 0.0]))}
+    away = {f"{AWAY:g} m away": found.error(found.center + np.array([AWAY, 0.0, 0.0]))}
     return [
         f"the device is at {place}, turned by {yaw:.4f} rad; points off by {off} mm",
         f"a touch is good to {1e3 * found.noise:.1f} mm",
-        *_errors({**errors, **{name: found.error(at) for name, at in tools.items()}}),
+        *_errors({**away, **errors}),
     ]
 
 

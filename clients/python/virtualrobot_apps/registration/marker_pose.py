@@ -23,7 +23,7 @@ from virtualrobot.errors import (
     TooLargeError,
     WrongStateError,
 )
-from virtualrobot.geometry import Matrix
+from virtualrobot.geometry import Matrix, turn_between
 
 from virtualrobot_apps.registration.lengths import length_of
 from virtualrobot_apps.registration.marker_sheet import Bits
@@ -220,7 +220,7 @@ def posed(
     found.sort(key=lambda one: one[0])
     (deviation, best, covariance), *others = found
     least = max(CORNER, deviation)
-    rivals = [pose for off, pose, _ in others if off < CLEAR * least and turned_by(best, pose) > SAME]
+    rivals = [pose for off, pose, _ in others if off < CLEAR * least and turn_between(best, pose) > SAME]
     second = rivals[0] if rivals else None
     return SeenMarker(number, corners, best, deviation, second, (least / CORNER) ** 2 * covariance, seen)
 
@@ -235,9 +235,3 @@ def _facing(corners: Floats, camera: Floats, edge: float) -> Matrix:
     pose[:3, :3] = np.stack([right, np.cross([0.0, 0.0, -1.0], right), [0.0, 0.0, -1.0]], axis=1)
     pose[:3, 3] = rays.mean(axis=0) * edge / length
     return pose
-
-
-def turned_by(first: Matrix, second: Matrix) -> float:
-    """Return the angle (rad) between two poses (4, 4)."""
-    cosine = (np.trace(first[:3, :3].T @ second[:3, :3]) - 1.0) / 2.0
-    return float(np.arccos(np.clip(cosine, -1.0, 1.0)))

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-import struct
-import zlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from xml.sax.saxutils import escape
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot._wire.showing import png
 from virtualrobot.errors import InvalidArgumentError
 
 Bits = NDArray[np.bool_]
@@ -141,28 +140,12 @@ def _pdf_text(text: str) -> str:
 
 
 def as_png(page: Sheet) -> bytes:
-    """Return a sheet as PNG (W3C, third edition) of 300 dots per inch, black on white, without its words."""
+    """Return a sheet as PNG of 300 dots per inch, black on white, without its words."""
     scale = DOTS / 25.4
-    pixels = np.ones((round(page.height * scale), round(page.width * scale)), dtype=np.uint8)
+    is_white = np.ones((round(page.height * scale), round(page.width * scale)), dtype=np.bool_)
     for x, y, w, h in page.rectangles:
-        pixels[round(y * scale) : round((y + h) * scale), round(x * scale) : round((x + w) * scale)] = 0
-    rows = np.packbits(pixels, axis=1)
-    lines = np.concatenate(
-        [np.zeros((len(rows), 1), dtype=np.uint8), rows], axis=1
-    )  # each begins with its filter: none
-
-    def chunk(kind: bytes, data: bytes) -> bytes:
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    per_meter = round(DOTS / 0.0254)
-    return b"\x89PNG\r\n\x1a\n" + b"".join(
-        (
-            chunk(b"IHDR", struct.pack(">IIBBBBB", pixels.shape[1], pixels.shape[0], 1, 0, 0, 0, 0)),
-            chunk(b"pHYs", struct.pack(">IIB", per_meter, per_meter, 1)),
-            chunk(b"IDAT", zlib.compress(lines.tobytes(), 9)),
-            chunk(b"IEND", b""),
-        )
-    )
+        is_white[round(y * scale) : round((y + h) * scale), round(x * scale) : round((x + w) * scale)] = False
+    return png(is_white, round(DOTS / 0.0254))
 
 
 WRITERS: dict[str, Callable[[Sheet], bytes]] = {".pdf": as_pdf, ".png": as_png, ".svg": as_svg}

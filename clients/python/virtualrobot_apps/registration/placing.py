@@ -8,14 +8,17 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot.connection import Client
 from virtualrobot.errors import InvalidArgumentError, UnknownNameError, WrongStateError
-from virtualrobot.geometry import Matrix
+from virtualrobot.geometry import Matrix, turn_between
 
 from virtualrobot_apps.registration.levelled import levelled
-from virtualrobot_apps.registration.marker_pose import EDGE, SeenMarker, camera_matrix, markers_in, posed, turned_by
+from virtualrobot_apps.registration.marker_pose import EDGE, SeenMarker, camera_matrix, markers_in, posed
 from virtualrobot_apps.registration.touched import LEAST_APART, Registration, register
 from virtualrobot_apps.registration.touched_file import TouchedFile
 
 Floats = NDArray[np.float64]
+
+AWAY = 1.5
+"""Distance (m) from the middle of the points, or beside the marker, at which an error is told, whatever is there."""
 
 MOST_MOVED = 2.0
 """Distance (pixels) of a corner from where the first picture has it beyond which the camera has moved."""
@@ -39,6 +42,28 @@ def registered(read: TouchedFile, poses: Mapping[str, Matrix], least_apart: floa
         poses[point][:3, 3] if isinstance(point, str) else frame[:3, :3] @ point + frame[:3, 3] for point in read.model
     ]
     return register(points, read.touched, up=read.up, noise=read.noise, tilt=read.tilt, least_apart=least_apart)
+
+
+def touched_in(
+    client: Client, read: TouchedFile, tools: Sequence[str], least_apart: float = LEAST_APART
+) -> tuple[Registration, dict[str, float]]:
+    """Return the registration by a file in a world, and how far nodes are off by it (m), by their names."""
+    poses = client.scene.poses(list(dict.fromkeys([*named(read), *tools])))
+    found = registered(read, poses, least_apart)
+    return found, {name: found.error(poses[name][:3, 3]) for name in tools}
+
+
+def camera_in(
+    client: Client, seen: SeenMarker, sheet: str, tools: Sequence[str], camera_up: Sequence[float] | None
+) -> tuple[SeenMarker, Matrix, dict[str, float]]:
+    """Return a marker as `settled` has it, where the camera is in the world, and how far nodes are off by it (m).
+
+    `sheet` is the node where the marker is; the nodes are told by their names.
+    """
+    poses = client.scene.poses(list(dict.fromkeys([sheet, *tools])))
+    seen, sheet_t_world = settled(seen, poses[sheet], camera_up), np.linalg.inv(poses[sheet])
+    errors = {name: seen.error((sheet_t_world @ poses[name])[:3, 3]) for name in tools}
+    return seen, poses[sheet] @ np.linalg.inv(seen.camera_t_marker), errors
 
 
 def mean_corners(pictures: Mapping[str, Sequence[SeenMarker]], number: int | None) -> tuple[int, Floats]:
@@ -122,7 +147,7 @@ def settled(seen: SeenMarker, world_t_marker: Matrix, camera_up: Sequence[float]
     if camera_up is not None:
         return levelled(seen, world_t_marker[:3, :3].T @ [0.0, 0.0, 1.0], camera_up)
     if seen.second is not None:
-        apart = np.degrees(turned_by(seen.camera_t_marker, seen.second))
+        apart = np.degrees(turn_between(seen.camera_t_marker, seen.second))
         raise InvalidArgumentError(
             f"the marker may be turned in two ways, {apart:.0f} degrees apart, which look alike from here; tell what "
             "is up for the camera, or take the picture from nearer or more from the side"

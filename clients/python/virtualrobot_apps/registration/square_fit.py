@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot.geometry import Matrix
+from virtualrobot.geometry import Matrix, rotation_from_vector
 
 Floats = NDArray[np.float64]
 
@@ -103,12 +103,7 @@ def moved(at: Floats) -> Floats:
 
 
 def _motion(step: Floats) -> Matrix:
-    """Return the pose (4, 4) of a turn about an axis by its length (rad), by Rodrigues' formula, and a shift."""
-    x, y, z = step[:3]
-    crossed = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    angle = float(np.linalg.norm(step[:3]))
-    half = np.sinc(angle / (2.0 * np.pi))
+    """Return the pose (4, 4) of a turn about an axis by its length (rad), and a shift."""
     motion = np.eye(4)
-    motion[:3, :3] += np.sinc(angle / np.pi) * crossed + 0.5 * half**2 * crossed @ crossed
-    motion[:3, 3] = step[3:]
+    motion[:3, :3], motion[:3, 3] = rotation_from_vector(step[:3]), step[3:]
     return motion

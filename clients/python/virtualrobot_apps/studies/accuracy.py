@@ -11,6 +11,7 @@ import math
 import numpy as np
 
 from virtualrobot_apps.studies.parameters import Floats
+from virtualrobot_apps.studies.placement import OUT_OF_REACH, touches
 from virtualrobot_apps.studies.work import Cell
 from virtualrobot_apps.studies.worlds import KinematicErrors, World
 
@@ -44,7 +45,7 @@ def accuracy(cell: Cell) -> dict[str, float | str | None]:
     nothing = dict.fromkeys(("deviation", "along", "across", "dexterity"))
     if not found.free.any():
         pair = next((one for one in found.touching if one), None)
-        return nothing | {"reason": f"{pair[0]} touches {pair[1]}" if pair else "out of reach"}
+        return nothing | {"reason": touches(pair) if pair else OUT_OF_REACH}
     chain = world.kinematic_errors(parameters["robot"])
     slopes = [jacobian(chain, q) for q in found.positions[found.free]]
     best = int(np.argmin([np.linalg.norm(one) for one, _ in slopes]))

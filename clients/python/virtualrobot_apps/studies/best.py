@@ -11,7 +11,7 @@ import yaml
 from virtualrobot.errors import MalformedFileError, UnknownNameError, WrongStateError
 from virtualrobot.geometry import pose_from_quaternion, quaternion_of
 
-from virtualrobot_apps.studies.placement import turned
+from virtualrobot_apps.studies.placement import elsewhere
 from virtualrobot_apps.studies.study_file import NUMBER, Study
 from virtualrobot_apps.studies.work import OK
 
@@ -66,13 +66,10 @@ def _place(entry: yaml.Node, parameters: Mapping[str, Any]) -> None:
     """Put a model or node elsewhere on its parent, at the height that it has, and turn it about the parent's z axis."""
     pose = _child(entry, "parent_t_node") or _mapping({})
     position = _numbers(_child(pose, "position"), "xyz", (0.0, 0.0, 0.0))
-    for number, name in enumerate("xy"):
-        position[number] = float(parameters.get(name, position[number]))
     orientation = _numbers(_child(pose, "orientation"), "xyzw", (0.0, 0.0, 0.0, 1.0))
-    yaw = turned(float(parameters.get("yaw", 0.0)))
-    orientation = quaternion_of(yaw @ pose_from_quaternion([0.0, 0.0, 0.0], orientation)).tolist()
-    _set(pose, "position", _mapping(dict(zip("xyz", position, strict=True))))
-    _set(pose, "orientation", _mapping(dict(zip("xyzw", orientation, strict=True))))
+    there = elsewhere(pose_from_quaternion(position, orientation), parameters)
+    _set(pose, "position", _mapping(dict(zip("xyz", there[:3, 3].tolist(), strict=True))))
+    _set(pose, "orientation", _mapping(dict(zip("xyzw", quaternion_of(there).tolist(), strict=True))))
     _set(entry, "parent_t_node", pose)
 
 

@@ -42,13 +42,13 @@ def heat_map(across: Axis, up: Axis, values: Floats, ends: tuple[float, float]) 
         # A little wider, so that no line is left between two.
         lines.append(
             f'<rect x="{_LEFT + column * width:.2f}" y="{(rows - 1 - row) * height:.2f}" width="{width + 0.3:.2f}" '
-            f'height="{height + 0.3:.2f}" style="fill:{colour(value, ends)}"><title>{said}</title></rect>'
+            f'height="{height + 0.3:.2f}" style="fill:{color(value, ends)}"><title>{said}</title></rect>'
         )
     lines += _axes(across.name, (across.values[0], across.values[-1]), up.name, (up.values[0], up.values[-1]))
     return "".join([*lines, *_legend(ends), "</svg>"])
 
 
-def colour(value: float, ends: tuple[float, float]) -> str:
+def color(value: float, ends: tuple[float, float]) -> str:
     """Return the colour of a value between two ends; that of none for NaN."""
     if np.isnan(value):
         return _NONE
@@ -84,7 +84,7 @@ def front(across: Axis, up: Axis, is_best: NDArray[np.bool_], labels: Sequence[s
 
 def scatter(across: Axis, up: Axis, values: Floats, ends: tuple[float, float], labels: Sequence[str]) -> str:
     """Return the chart of points by two parameters, in the colours of their values (n,), as in `heat_map`."""
-    fills = [colour(value, ends) for value in values.tolist()]
+    fills = [color(value, ends) for value in values.tolist()]
     return "".join([*_points(across, up, fills, list(range(len(fills))), labels), *_legend(ends), "</svg>"])
 
 
@@ -113,7 +113,7 @@ def _legend(ends: tuple[float, float]) -> list[str]:
         top = _SIDE * (1.0 - (step + 1) / steps)
         lines.append(
             f'<rect x="{_LEFT + _SIDE + 20}" y="{top:.1f}" width="16" height="{_SIDE / steps + 0.3:.1f}" '
-            f'style="fill:{colour(value, ends)}"/>'
+            f'style="fill:{color(value, ends)}"/>'
         )
     for value, top in ((ends[0], _SIDE), (ends[1], 12)):
         lines.append(f'<text x="{_LEFT + _SIDE + 42}" y="{top}">{value:.5g}</text>')

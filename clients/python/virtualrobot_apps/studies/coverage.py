@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from virtualrobot_apps.studies.parameters import Floats
-from virtualrobot_apps.studies.placement import turned
+from virtualrobot_apps.studies.placement import elsewhere, names_of
 from virtualrobot_apps.studies.work import Cell
 from virtualrobot_apps.studies.worlds import World
 
@@ -35,14 +35,11 @@ def cover(cell: Cell) -> dict[str, float | str | None]:
     world: World = cell.shared
     world.restore()
     parameters = cell.parameters
-    cameras = [name.strip() for name in parameters["cameras"].split(",")]
+    cameras = names_of(parameters["cameras"])
     if (moved := parameters.get("camera")) is not None:
         if moved not in cameras:
             raise ValueError(f"camera is one of {', '.join(cameras)}, not {moved}")
-        pose = turned(parameters.get("yaw", 0.0)) @ world.parent_pose(moved)
-        for number, name in enumerate("xyz"):
-            pose[number, 3] = parameters.get(name, world.parent_pose(moved)[number, 3])
-        world.place(moved, pose)
+        world.place(moved, elsewhere(world.parent_pose(moved), parameters, "xyz"))
     points = area_points(world.pose(parameters["area"]), parameters)
     views = np.array([world.seen(name, points) for name in cameras])
     count, shares = views.sum(axis=0), views.mean(axis=1)

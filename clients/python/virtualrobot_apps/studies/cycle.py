@@ -15,8 +15,9 @@ from virtualrobot.kernel_process import KernelProcess
 from virtualrobot.motions.program import Program
 from virtualrobot.stepping import motion_ends
 
-from virtualrobot_apps.studies.placement import turned
+from virtualrobot_apps.studies.placement import elsewhere
 from virtualrobot_apps.studies.work import Cell
+from virtualrobot_apps.studies.worlds import NO_SCENE
 
 PLANNING, RUNNING, DONE = "planning", "running", "done"
 """Stages of a program besides those of its check, which are called as the kinds of violations."""
@@ -49,7 +50,7 @@ def open_kernel(scene: Path | None) -> RunningKernel:
         VirtualRobotError: when no kernel starts, or for what is wrong in the scene.
     """
     if scene is None:
-        raise InvalidArgumentError("this study needs a scene: `scene: FILE` in the study file")
+        raise InvalidArgumentError(NO_SCENE)
     process = KernelProcess(headless=True)
     try:
         client = virtualrobot.connect(process.address)
@@ -79,10 +80,7 @@ def run_program(cell: Cell) -> dict[str, float | str | None]:
     parameters = cell.parameters
     if "robot" in parameters:
         node = kernel.client.scene.node(parameters["robot"])
-        base = turned(parameters.get("yaw", 0.0)) @ node.parent_t_node
-        for number, name in enumerate("xy"):
-            base[number, 3] = parameters.get(name, node.parent_t_node[number, 3])
-        node.parent_t_node = base
+        node.parent_t_node = elsewhere(node.parent_t_node, parameters)
     program = kernel.client.read_program(kernel.scene.parent / parameters["program"])
     return timed(kernel, program, parameters.get("most_seconds", _USUAL_SECONDS))
 

@@ -15,7 +15,7 @@ from typing import Any, SupportsFloat
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot.errors import InvalidArgumentError
-from virtualrobot.geometry import quaternion_of
+from virtualrobot.geometry import rows_from_poses
 
 from virtualrobot_apps.studies.parameters import Floats
 from virtualrobot_apps.studies.worlds import World, open_world
@@ -163,8 +163,4 @@ class RobotEnvironment(gymnasium.Env[Observation, Action]):
     def _observation(self) -> Observation:
         joints = np.clip(list(self._world.joints(self._robot).values()), self._limits[:, 0], self._limits[:, 1])
         poses = {"tool": self._world.tool_pose(self._robot), **{name: self._world.pose(name) for name in self._nodes}}
-        return {"joints": joints, **{name: _seven(pose) for name, pose in poses.items()}}
-
-
-def _seven(pose: Floats) -> Floats:
-    return np.concatenate([pose[:3, 3], quaternion_of(pose)])
+        return {"joints": joints, **{name: rows_from_poses(pose)[0] for name, pose in poses.items()}}

@@ -97,6 +97,11 @@ class Flow:
         return 3600.0 * self.finished / self.seconds
 
     @property
+    def waste(self) -> float:
+        """Parts that leave it as waste in an hour."""
+        return 3600.0 * self.scrapped / self.seconds
+
+    @property
     def bottleneck(self) -> str:
         """Station whose machines work or are repaired for the greatest share of the time: it limits the others."""
         names = [name for name in self.shares if name != SOURCE]

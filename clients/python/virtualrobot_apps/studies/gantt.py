@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from virtualrobot_apps.studies.flow import BLOCKED, DOWN, WORK, Spell
 
-COLOURS = {WORK: "#4477aa", DOWN: "#ee6677", BLOCKED: "#ccbb44"}
+COLORS = {WORK: "#4477aa", DOWN: "#ee6677", BLOCKED: "#ccbb44"}
 _WIDTH, _LEFT, _ROW, _BAR = 800, 140, 24, 18
 _TICKS = 10
 
@@ -36,7 +36,7 @@ def gantt(spells: Sequence[Spell], begin: float, end: float) -> str:
             said = f"{spell.state}, part {spell.part}: {spell.begin:.1f} s to {spell.end:.1f} s"
             lines.append(
                 f'<rect x="{_LEFT + (first - begin) * scale:.2f}" y="{top}" width="{(last - first) * scale:.2f}" '
-                f'height="{_BAR}" fill="{COLOURS[spell.state]}" stroke="white" stroke-width="0.5">'
+                f'height="{_BAR}" fill="{COLORS[spell.state]}" stroke="white" stroke-width="0.5">'
                 f"<title>{said}</title></rect>"
             )
     for tick in range(_TICKS + 1):
@@ -46,8 +46,8 @@ def gantt(spells: Sequence[Spell], begin: float, end: float) -> str:
             f'<text x="{_LEFT + (at - begin) * scale:.1f}" y="{len(rows) * _ROW + 14}" font-size="11" '
             f'text-anchor="{anchor}">{at:.4g} s</text>'
         )
-    for number, (state, colour) in enumerate(COLOURS.items()):
+    for number, (state, color) in enumerate(COLORS.items()):
         left, top = _LEFT + 100 * number, (len(rows) + 1) * _ROW
-        lines.append(f'<rect x="{left}" y="{top}" width="12" height="12" fill="{colour}"/>')
+        lines.append(f'<rect x="{left}" y="{top}" width="12" height="12" fill="{color}"/>')
         lines.append(f'<text x="{left + 18}" y="{top + 11}" font-size="12">{state}</text>')
     return "\n".join([*lines, "</svg>"])

@@ -35,7 +35,7 @@ def earn(cell: Cell) -> dict[str, float | str | None]:
     line, found = _run(cell)
     if line.money is None:
         raise ValueError("the line file doesn't say what it costs: `money` with hours, revenue and years")
-    earned = earnings(line.money, found.throughput, found.throughput + _scrapped(found))
+    earned = earnings(line.money, found.throughput, found.throughput + found.waste)
     return _told(found) | {"investment": line.money.investment} | vars(earned)
 
 
@@ -54,10 +54,6 @@ def _told(found: Flow) -> dict[str, float | str | None]:
         "throughput": found.throughput,
         "lead_time": sum(times) / len(times) if times else None,
         "inside": found.inside,
-        "scrapped": _scrapped(found),
+        "scrapped": found.waste,
         "bottleneck": found.bottleneck,
     }
-
-
-def _scrapped(found: Flow) -> float:
-    return 3600.0 * found.scrapped / found.seconds

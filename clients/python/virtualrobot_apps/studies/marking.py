@@ -204,7 +204,7 @@ def _means(line: Line, flows: list[Flow]) -> dict[str, float | None]:
     """Return the means of all runs, by the names of goals."""
     times = [time for one in flows for time in one.lead_times]
     throughput = float(np.mean([one.throughput for one in flows]))
-    scrapped = float(np.mean([3600.0 * one.scrapped / one.seconds for one in flows]))
+    scrapped = float(np.mean([one.waste for one in flows]))
     values: dict[str, float | None] = {
         "throughput": throughput,
         "lead_time": float(np.mean(times)) if times else None,

@@ -16,6 +16,9 @@ from virtualrobot_apps.studies.parameters import Floats
 from virtualrobot_apps.studies.work import Cell
 from virtualrobot_apps.studies.worlds import Postures, World
 
+OUT_OF_REACH = "out of reach"
+"""Reason for a place that no posture reaches."""
+
 
 def place(cell: Cell) -> dict[str, float | str | None]:
     """Return how well a robot reaches its targets from another place.
@@ -35,18 +38,15 @@ def place(cell: Cell) -> dict[str, float | str | None]:
 def placed(world: World, parameters: Mapping[str, Any]) -> dict[str, float | str | None]:
     """Return what `place` does, of a world; without `x` or `y` the base stays there in that direction."""
     robot = parameters["robot"]
-    targets = [name.strip() for name in parameters["targets"].split(",")]
+    targets = names_of(parameters["targets"])
     world.restore()
     poses = np.array([world.pose(name) for name in targets])
-    base = turned(parameters.get("yaw", 0.0)) @ world.parent_pose(robot)
-    for number, name in enumerate("xy"):
-        base[number, 3] = parameters.get(name, world.parent_pose(robot)[number, 3])
-    world.place(robot, base)
+    world.place(robot, elsewhere(world.parent_pose(robot), parameters))
     found = world.postures(robot, poses)
     reached, free = set(found.target.tolist()), set(found.target[found.free].tolist())
     results = {"reached": len(reached) / len(targets), "free": len(free) / len(targets), "margin": None}
     if contacts := world.contacts(robot):
-        return results | {"free": 0.0, "reason": f"{contacts[0][0]} touches {contacts[0][1]}"}
+        return results | {"free": 0.0, "reason": touches(contacts[0])}
     for number, name in enumerate(targets):
         if number not in free:
             return results | {"reason": f"{name}: {_reason(found, number)}"}
@@ -70,6 +70,29 @@ def margins(found: Postures, limits: Floats) -> Floats:
     return 1.0 - off.max(axis=1, initial=0.0)
 
 
+def names_of(text: str) -> list[str]:
+    """Return the names in a parameter that has several of them, with commas between."""
+    return [name.strip() for name in text.split(",")]
+
+
+def elsewhere(parent_t_node: Floats, parameters: Mapping[str, Any], axes: str = "xy") -> Floats:
+    """Return where on its parent (4, 4) a node is with the parameters of a cell.
+
+    `x`, `y` and so on, of these axes, are its place then (m; without one it stays there in that direction), and `yaw`
+    by how much it is turned about the parent's z axis besides (rad; without it, 0).
+    """
+    found = turned(parameters.get("yaw", 0.0)) @ parent_t_node
+    for name in axes:
+        number = "xyz".index(name)
+        found[number, 3] = parameters.get(name, parent_t_node[number, 3])
+    return found
+
+
+def touches(pair: tuple[str, str]) -> str:
+    """Return in words that two nodes touch."""
+    return f"{pair[0]} touches {pair[1]}"
+
+
 def turned(yaw: float) -> Floats:
     """Return the pose (4, 4) of a frame that is turned about z (rad)."""
     result = np.eye(4)
@@ -80,7 +103,7 @@ def turned(yaw: float) -> Floats:
 def _reason(found: Postures, number: int) -> str:
     those = np.flatnonzero(found.target == number).tolist()
     if not those:
-        return "out of reach"
+        return OUT_OF_REACH
     pair = next(found.touching[one] for one in those if found.touching[one])
     assert pair is not None
-    return f"{pair[0]} touches {pair[1]}"
+    return touches(pair)

@@ -10,6 +10,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from virtualrobot.geometry import rotation_from_vector, turn_between
 
 from virtualrobot_apps.studies.parameters import Floats
 from virtualrobot_apps.studies.placement import margins
@@ -44,7 +45,8 @@ def hit(cell: Cell) -> dict[str, float]:
     world.place(target, world.parent_pose(target) @ part)
     # A target that hangs on the robot's base has moved with it.
     world_t_tcp = moved @ told.world_t_base @ world.kinematic_errors(robot).poses(told.no_errors, joints[None])[0]
-    off, turned = apart(world_t_tcp, world.pose(target))
+    world_t_target = world.pose(target)
+    off, turned = math.dist(world_t_tcp[:3, 3], world_t_target[:3, 3]), turn_between(world_t_tcp, world_t_target)
     found = world.postures(robot, world_t_tcp[None])
     near = np.abs(found.positions - joints).max(axis=1, initial=0.0)
     return {
@@ -76,20 +78,7 @@ def _told(world: World, robot: str, target: str) -> _Told:
 
 def displacement(rng: np.random.Generator, length: float, angle: float) -> Floats:
     """Return a pose (4, 4) that is off by normal laws: `length` (m) each way, `angle` (rad) about each axis."""
-    vector = rng.normal(size=3) * angle
     pose = np.eye(4)
+    pose[:3, :3] = rotation_from_vector(rng.normal(size=3) * angle)
     pose[:3, 3] = rng.normal(size=3) * length
-    if turn := float(np.linalg.norm(vector)):
-        x, y, z = vector / turn
-        cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-        # O. Rodrigues' formula.
-        pose[:3, :3] += math.sin(turn) * cross + (1.0 - math.cos(turn)) * cross @ cross
     return pose
-
-
-def apart(first: Floats, second: Floats) -> tuple[float, float]:
-    """Return the distance (m) and the angle (rad) between two poses (4, 4)."""
-    turn = first[:3, :3].T @ second[:3, :3]
-    # By both sine and cosine: each alone loses half of the digits somewhere.
-    sine = math.hypot(turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1])
-    return math.dist(first[:3, 3], second[:3, 3]), math.atan2(sine, turn.trace() - 1.0)

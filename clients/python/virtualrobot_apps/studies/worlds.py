@@ -14,7 +14,8 @@ from virtualrobot.errors import InvalidArgumentError, WrongStateError
 
 from virtualrobot_apps.studies.parameters import Floats
 
-_NO_SCENE = "this study needs a scene: `scene: FILE` in the study file"
+NO_SCENE = "this study needs a scene: `scene: FILE` in the study file"
+"""Message where a study names none."""
 
 
 class Postures(Protocol):
@@ -173,7 +174,7 @@ def open_worlds(scene: Path | None) -> Worlds:
         InvalidArgumentError: when the study names no scene.
     """
     if scene is None:
-        raise InvalidArgumentError(_NO_SCENE)
+        raise InvalidArgumentError(NO_SCENE)
     return Worlds(scene)
 
 
@@ -188,7 +189,7 @@ def open_world(scene: Path | None, models: Mapping[str, str] | None = None) -> W
         Exception: what is wrong in the scene, in words.
     """
     if scene is None:
-        raise InvalidArgumentError(_NO_SCENE)
+        raise InvalidArgumentError(NO_SCENE)
     found = entry_points(group="virtualrobot.kernel", name="world")
     if not found:
         raise WrongStateError("the kernel is not installed here: pip install 'virtualrobot[kernel]'")

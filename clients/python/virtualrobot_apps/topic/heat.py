@@ -60,7 +60,7 @@ class HeatMap:
 
     def figure(self) -> Figure:
         """Return the cells as points, coloured from blue to red."""
-        return points(self.places, colors=colours(self.values), size=self.cell)
+        return points(self.places, colors=colors(self.values), size=self.cell)
 
     def picture(self) -> str:
         """Return an SVG of the cells from above, those above each other added up; x to the right, y up, in m."""
@@ -78,7 +78,7 @@ class HeatMap:
             f'<rect width="100%" height="100%" fill="white"/><text x="20" y="20">contacts, at most {greatest:.3g} '
             f"{self.unit} in a cell of {1e3 * self.cell:g} mm</text>",
         ]
-        shades = colours(np.array(list(columns.values())))
+        shades = colors(np.array(list(columns.values())))
         for (i, j), (red, green, blue) in zip(columns, shades.tolist(), strict=True):
             x, y = 20 + edge * (i - low[0]), 30 + height - edge * (j + 1 - low[1])
             where = f'x="{x:.1f}" y="{y:.1f}" width="{edge:.1f}" height="{edge:.1f}"'
@@ -99,7 +99,7 @@ class HeatMap:
         )
 
 
-def colours(values: Floats) -> NDArray[np.uint8]:
+def colors(values: Floats) -> NDArray[np.uint8]:
     """Return the colour (n, 3) of each value, from 0 to the greatest."""
     part = values / max(float(values.max(initial=0.0)), 1e-300)
     ramp = np.array([COLD, WARM, HOT], float)

@@ -6,22 +6,19 @@ Resolved motion rate control (D. E. Whitney, 1969) of an arm on a moving base (G
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot.geometry import rotation_vector_of
 
 Floats = NDArray[np.float64]
 
 
 def apart(world_t_a: Floats, world_t_b: Floats) -> Floats:
     """Return the way (3,) and the rotation vector (3,) from one pose to another, along the world's axes (m, rad)."""
-    turn = world_t_b[:3, :3] @ world_t_a[:3, :3].T
-    axis = 0.5 * np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
-    sine = float(np.linalg.norm(axis))
-    angle = math.atan2(sine, 0.5 * (float(np.trace(turn)) - 1.0))
-    return np.concatenate([world_t_b[:3, 3] - world_t_a[:3, 3], axis * (angle / sine if sine > 1e-9 else 1.0)])
+    turn = rotation_vector_of(world_t_b[:3, :3] @ world_t_a[:3, :3].T)
+    return np.concatenate([world_t_b[:3, 3] - world_t_a[:3, 3], turn])
 
 
 def carried_along(position: Floats, origin: Floats, velocity: Floats, turning: Floats) -> Floats:

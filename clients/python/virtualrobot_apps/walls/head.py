@@ -17,7 +17,7 @@ from types import TracebackType
 
 import numpy as np
 from virtualrobot.errors import InvalidArgumentError, WrongStateError
-from virtualrobot.geometry import Matrix, pose_from_quaternion
+from virtualrobot.geometry import pose_from_quaternion
 
 from virtualrobot_apps.walls.display import Display, flown
 
@@ -104,11 +104,6 @@ class Observer:
         if until > self._now and math.isfinite(self._now):
             self.world_t_room = flown(self.world_t_room, self._axes, self.display.speed, until - self._now)
         self._now = max(self._now, now)
-
-    @property
-    def world_t_head(self) -> Matrix:
-        """Pose (4, 4) of the head in the world."""
-        return self.world_t_room @ self.room_t_head
 
 
 class Listener:

@@ -61,9 +61,7 @@ class PlanningScene:
             raise ValueError(f"there is no object {name!r}; known: {', '.join(objects) or 'none'}")
         if value.operation == REMOVE:
             return scene.remove(name)
-        if (world_t_header := world_t_frame(self._client, value.header.frame_id, bare=self._bare)) is None:
-            raise ValueError(f"there is no frame {value.header.frame_id[:80]!r}")
-        pose = world_t_header @ _matrix(value.pose, "pose")
+        pose = world_t_frame(self._client, value.header.frame_id, bare=self._bare) @ matrix_of(value.pose)
         if value.operation == MOVE:
             return scene.node(name).attach("world", pose)
         figures = _figures(value)
@@ -78,13 +76,7 @@ class PlanningScene:
             with tempfile.TemporaryDirectory() as folder:
                 file = Path(folder) / "mesh.stl"
                 file.write_bytes(_stl(mesh))
-                scene.load(file, parent=name, pose=_matrix(at, "mesh_poses"))
-
-
-def _matrix(pose: RosValue, what: str) -> NDArray[np.float64]:
-    if (matrix := matrix_of(pose)) is None:
-        raise ValueError(f"{what!r} has finite numbers and a quaternion of the length 1")
-    return matrix
+                scene.load(file, parent=name, pose=matrix_of(at, "mesh_poses"))
 
 
 def _figures(value: RosValue) -> list[Figure]:
@@ -94,7 +86,7 @@ def _figures(value: RosValue) -> list[Figure]:
     if len(value.primitives) != len(value.primitive_poses) or len(value.meshes) != len(value.mesh_poses):
         raise ValueError("each primitive and each mesh has a pose")
     return [
-        _figure(one.type, [float(size) for size in one.dimensions], _matrix(at, "primitive_poses"))
+        _figure(one.type, [float(size) for size in one.dimensions], matrix_of(at, "primitive_poses"))
         for one, at in zip(value.primitives, value.primitive_poses, strict=True)
     ]
 

@@ -15,8 +15,9 @@ from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.moves import Move
 from virtualrobot.motions.plans import RobotTrajectory
 from virtualrobot.motions.program import Program
-from virtualrobot.motions.proposals import Proposal, ProposalChange, ProposalWatch
+from virtualrobot.motions.proposals import Proposal, ProposalChange
 
+from virtualrobot_apps.bridges.ros.following import Following
 from virtualrobot_apps.bridges.ros.frames import world_t_frame
 from virtualrobot_apps.bridges.ros.hub import Hub, Service, Topic
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue, header, matrix_of, time_of
@@ -27,7 +28,6 @@ from virtualrobot_apps.bridges.ros.messages.values import default
 NAMESPACE = "/virtualrobot"
 TOLD, TYPE = f"{NAMESPACE}/proposals", "virtualrobot_msgs/msg/Proposals"
 
-_AGAIN_SECONDS = 1.0
 _OPERATOR = "operator"
 
 
@@ -36,10 +36,9 @@ class ProposalServices:
 
     def __init__(self, client: Client, hub: Hub, soon: Callable[..., None], *, bare: bool = False) -> None:
         """Serve, and tell nothing yet; `bare` as in FrameNames."""
-        self._client, self._hub, self._soon, self._bare = client, hub, soon, bare
-        self._stop: threading.Event | None = None
-        self._watch: ProposalWatch | None = None
+        self._client, self._hub, self._bare = client, hub, bare
         self._known: dict[str, Proposal] = {}
+        self._following = Following("proposals", client.proposals.watch, self._take, soon)
         hub.declare(Topic(TOLD, TYPE, latched=True, is_told=True))
         for name, base, answer in (
             ("create_proposal", "CreateProposal", self._create),
@@ -55,40 +54,14 @@ class ProposalServices:
 
     def open(self) -> None:
         """Tell all proposals, and those that come later."""
-        if self._stop is None:
-            self._stop = threading.Event()
-            threading.Thread(target=self._run, args=(self._stop,), name="proposals", daemon=True).start()
+        self._following.open()
 
     def close(self) -> None:
         """Tell no more."""
-        if self._stop is not None:
-            self._stop.set()
-            self._stop = None
-        if self._watch is not None:
-            self._watch.close()
-            self._watch = None
+        self._following.close()
         self._known = {}
 
-    def _run(self, stop: threading.Event) -> None:
-        while not stop.is_set():
-            try:
-                watch = self._client.proposals.watch()
-                self._soon(self._began, stop, watch)
-                for number, change in enumerate(watch):
-                    self._soon(self._take, stop, change, number == 0)
-            except VirtualRobotError:
-                pass  # a kernel that has gone is said by others; it is tried again
-            stop.wait(_AGAIN_SECONDS)
-
-    def _began(self, stop: threading.Event, watch: ProposalWatch) -> None:
-        if stop.is_set():
-            watch.close()
-        else:
-            self._watch = watch
-
-    def _take(self, stop: threading.Event, change: ProposalChange, is_first: bool) -> None:
-        if stop.is_set():
-            return
+    def _take(self, change: ProposalChange, is_first: bool) -> None:
         known = {} if is_first else self._known
         known |= {one.id: one for one in change.proposals}
         self._known = {id: one for id, one in known.items() if id not in change.removed}
@@ -130,7 +103,7 @@ class ProposalServices:
         """Start the plan of a proposal; the bridge watches its motion, and so it goes on as long as the bridge does."""
         client = self._client
         if not asked.revision:
-            raise ValueError("'revision' is that of the proposal which was seen")
+            raise ValueError("'revision' is missing; give that of the proposal which was seen")
         seen = self._seen(asked)
         if client.info.role != _OPERATOR:
             motion = client.proposals.approve(seen, wait=False)
@@ -182,16 +155,13 @@ class ProposalServices:
         if goal.joints.name:
             if goal.linear:
                 raise ValueError("a goal of 'joints' is reached point to point; leave out 'linear', or give a pose")
-            if len(goal.joints.name) != len(goal.joints.position):
-                raise ValueError("'joints' have a position for each name")
+            names, count = len(goal.joints.name), len(goal.joints.position)
+            if names != count:
+                raise ValueError(f"'joints' have a position for each name, and not {count} for {names}")
             places = dict(zip(goal.joints.name, map(float, goal.joints.position), strict=True))
             return robot.ptp(places, speed_factor=speed)
-        frame = goal.pose.header.frame_id
-        if (world_t_header := world_t_frame(self._client, frame, bare=self._bare)) is None:
-            raise ValueError(f"there is no frame {frame[:80]!r}")
-        if (matrix := matrix_of(goal.pose.pose)) is None:
-            raise ValueError("'pose' has finite numbers and a quaternion of the length 1")
-        return (robot.linear if goal.linear else robot.ptp)(world_t_header @ matrix, speed_factor=speed)
+        wanted = world_t_frame(self._client, goal.pose.header.frame_id, bare=self._bare) @ matrix_of(goal.pose.pose)
+        return (robot.linear if goal.linear else robot.ptp)(wanted, speed_factor=speed)
 
 
 def message_of(one: Proposal) -> RosValue:

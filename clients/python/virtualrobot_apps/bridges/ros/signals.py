@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
@@ -10,8 +9,9 @@ from functools import partial
 import numpy as np
 from virtualrobot import Client
 from virtualrobot.errors import VirtualRobotError
-from virtualrobot.signals import SignalChange, SignalWatch
+from virtualrobot.signals import SignalChange
 
+from virtualrobot_apps.bridges.ros.following import Following
 from virtualrobot_apps.bridges.ros.hub import Hub, HubError, Topic
 from virtualrobot_apps.bridges.ros.in_order import InOrder
 from virtualrobot_apps.bridges.ros.mapping.basics import RosValue
@@ -32,8 +32,6 @@ TYPES: dict[type, str] = {
     tuple: "std_msgs/msg/UInt8MultiArray",
 }
 """Types of messages by those of signals; a group of booleans is a list of 0 and 1."""
-
-_AGAIN_SECONDS = 1.0
 
 
 def topics_of(name: str) -> tuple[str, str]:
@@ -80,49 +78,22 @@ class SignalTopics:
 
     def __init__(self, client: Client, hub: Hub, say: Callable[[str], None], soon: Callable[..., None]) -> None:
         """Tell nothing yet."""
-        self._client, self._hub, self._say, self._soon = client, hub, say, soon
+        self._client, self._hub, self._say = client, hub, say
         self._known: dict[str, _Signal] = {}
         self._setting = InOrder("values of signals", self._set)
-        self._stop: threading.Event | None = None
-        self._watch: SignalWatch | None = None
+        self._following = Following("signals", client.signals.follow, self._take, soon)
 
     def open(self) -> None:
         """Tell all signals, and those that come later."""
-        if self._stop is None:
-            self._stop = threading.Event()
-            threading.Thread(target=self._run, args=(self._stop,), name="signals", daemon=True).start()
+        self._following.open()
 
     def close(self) -> None:
         """Tell no more."""
-        if self._stop is not None:
-            self._stop.set()
-            self._stop = None
-        if self._watch is not None:
-            self._watch.close()
-            self._watch = None
+        self._following.close()
         for name in tuple(self._known):
             self._remove(name)
 
-    def _run(self, stop: threading.Event) -> None:
-        while not stop.is_set():
-            try:
-                watch = self._client.signals.follow()
-                self._soon(self._began, stop, watch)
-                for change in watch:
-                    self._soon(self._take, stop, change)
-            except VirtualRobotError:
-                pass  # a kernel that has gone is said by others; it is tried again
-            stop.wait(_AGAIN_SECONDS)
-
-    def _began(self, stop: threading.Event, watch: SignalWatch) -> None:
-        if stop.is_set():
-            watch.close()
-        else:
-            self._watch = watch
-
-    def _take(self, stop: threading.Event, change: SignalChange) -> None:
-        if stop.is_set():
-            return
+    def _take(self, change: SignalChange, _: bool) -> None:
         for name in change.removed:
             self._remove(name)
         for name, value in change.values.items():

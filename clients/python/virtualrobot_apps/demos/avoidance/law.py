@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot.geometry import quaternion_of
 
 Floats = NDArray[np.float64]
 
@@ -75,14 +76,7 @@ def orientation_error(world_t_tcp: Floats, world_t_desired: Floats) -> Floats:
 
     The vector part of the unit quaternion (B. Siciliano et al., Robotics, 2009, 3.7.3); right up to a full half turn.
     """
-    turn = world_t_desired[:3, :3] @ world_t_tcp[:3, :3].T
-    doubled = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])  # 2 sin(angle) axis
-    cosine = np.sqrt(max(0.0, 1.0 + np.trace(turn))) / 2.0  # of half the angle
-    if cosine > 1e-6:
-        return doubled / (4.0 * cosine)
-    axis = np.sqrt(np.maximum(0.0, (np.diag(turn) + 1.0) / 2.0))
-    pivot = int(axis.argmax())
-    return axis * np.where(np.arange(3) == pivot, 1.0, np.sign(turn[pivot]))
+    return quaternion_of(world_t_desired[:3, :3] @ world_t_tcp[:3, :3].T)[:3]
 
 
 def repulsive_velocity(

@@ -12,6 +12,7 @@ from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
+from virtualrobot.geometry import rotation_from_vector, rotation_vector_of
 
 Floats: TypeAlias = NDArray[np.float64]
 
@@ -54,40 +55,16 @@ class NoPosture(ValueError):
     """No posture has the pose that was asked for."""
 
 
-def rotation(vector: Floats) -> Floats:
-    """Return the matrix (3, 3) of a rotation vector (3,), by Rodrigues' formula."""
-    angle = float(np.linalg.norm(vector))
-    if angle < 1e-12:
-        return np.eye(3)
-    x, y, z = vector / angle
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    return np.eye(3) + np.sin(angle) * cross + (1.0 - np.cos(angle)) * cross @ cross
-
-
-def rotation_vector(matrix: Floats) -> Floats:
-    """Return the rotation vector (3,) of a matrix (3, 3), of an angle from 0 to pi."""
-    twice = np.array([matrix[2, 1] - matrix[1, 2], matrix[0, 2] - matrix[2, 0], matrix[1, 0] - matrix[0, 1]])
-    angle = float(np.arctan2(np.linalg.norm(twice), np.trace(matrix) - 1.0))
-    if angle < 1e-9:
-        return twice / 2.0
-    if np.pi - angle > 1e-6:
-        return twice * (angle / (2.0 * np.sin(angle)))
-    # Half a turn: (matrix + 1) / 2 is the axis times itself.
-    squares = (matrix + np.eye(3)) / 2.0
-    column = squares[:, int(np.argmax(np.diag(squares)))]
-    return column * (angle / np.linalg.norm(column))
-
-
 def matrix_of(pose: Floats) -> Floats:
     """Return the matrix (4, 4) of a pose (6,)."""
     matrix = np.eye(4)
-    matrix[:3, :3], matrix[:3, 3] = rotation(np.asarray(pose[3:], dtype=np.float64)), pose[:3]
+    matrix[:3, :3], matrix[:3, 3] = rotation_from_vector(pose[3:]), pose[:3]
     return matrix
 
 
 def pose_of(matrix: Floats) -> Floats:
     """Return the pose (6,) of a matrix (4, 4)."""
-    return np.concatenate([matrix[:3, 3], rotation_vector(matrix[:3, :3])])
+    return np.concatenate([matrix[:3, 3], rotation_vector_of(matrix[:3, :3])])
 
 
 def _frames(model: Model, positions: Floats) -> list[Floats]:
@@ -124,7 +101,7 @@ def inverse(model: Model, pose: Floats, near: Floats, tcp: Floats | None = None)
     positions = np.array(near, dtype=np.float64)
     for _ in range(100):
         here = forward(model, positions, tcp)
-        error = np.concatenate([pose[:3, 3] - here[:3, 3], rotation_vector(pose[:3, :3] @ here[:3, :3].T)])
+        error = np.concatenate([pose[:3, 3] - here[:3, 3], rotation_vector_of(pose[:3, :3] @ here[:3, :3].T)])
         if np.abs(error).max() < 1e-9:
             return positions
         error *= min(1.0, _STEP / np.abs(error).max())

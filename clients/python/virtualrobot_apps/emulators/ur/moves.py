@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
+from virtualrobot.geometry import pose_between, rotation_from_vector, rotation_vector_of
 
 from virtualrobot_apps.emulators.ur import kinematics
 from virtualrobot_apps.emulators.ur.kinematics import Floats, Model
@@ -150,7 +151,7 @@ class LineMove:
         """
         self._model, self._tcp, self._from = model, tcp, kinematics.forward(model, start, tcp)
         self._shift = pose[:3, 3] - self._from[:3, 3]
-        self._turn = kinematics.rotation_vector(pose[:3, :3] @ self._from[:3, :3].T)
+        self._turn = rotation_vector_of(pose[:3, :3] @ self._from[:3, :3].T)
         self._length = self._measure()
         self._ramp = Ramp(self._length, speed, acceleration, begin)
         self.goal, self.over = pose, False
@@ -169,7 +170,7 @@ class LineMove:
 
     def _at(self, share: float) -> Floats:
         pose = np.eye(4)
-        pose[:3, :3] = kinematics.rotation(self._turn * share) @ self._from[:3, :3]
+        pose[:3, :3] = rotation_from_vector(self._turn * share) @ self._from[:3, :3]
         pose[:3, 3] = self._place(share)
         return pose
 
@@ -190,11 +191,11 @@ class BlendedLine(LineMove):
         """
         model, tcp, corner = before._model, before._tcp, before.goal
         now = kinematics.forward(model, start, tcp)
-        shift, turn = pose[:3, 3] - corner[:3, 3], kinematics.rotation_vector(pose[:3, :3] @ corner[:3, :3].T)
+        shift, turn = pose[:3, 3] - corner[:3, 3], rotation_vector_of(pose[:3, :3] @ corner[:3, :3].T)
         length = float(np.linalg.norm(shift))
         share = min(0.5, float(np.linalg.norm(corner[:3, 3] - now[:3, 3])) / length)
         self._last = np.eye(4)
-        self._last[:3, :3] = kinematics.rotation(turn * share) @ corner[:3, :3]
+        self._last[:3, :3] = rotation_from_vector(turn * share) @ corner[:3, :3]
         self._last[:3, 3] = corner[:3, 3] + shift * share
         self._bend = Bend(now[:3, 3], corner[:3, 3], self._last[:3, 3], lambda step: float(np.linalg.norm(step)))
         self._first, self._rest = now, pose
@@ -211,10 +212,9 @@ class BlendedLine(LineMove):
             begin, end, part = self._first, self._last, way / self._bend.length
         else:
             begin, end, part = self._last, self._rest, (way - self._bend.length) / self._rest_length
-        pose = np.eye(4)
-        turn = kinematics.rotation_vector(end[:3, :3] @ begin[:3, :3].T)
-        pose[:3, :3] = kinematics.rotation(turn * part) @ begin[:3, :3]
-        pose[:3, 3] = self._bend.at(way) if on_bend else begin[:3, 3] + (end[:3, 3] - begin[:3, 3]) * part
+        pose = pose_between(begin, end, part)
+        if on_bend:
+            pose[:3, 3] = self._bend.at(way)
         return pose
 
 
@@ -258,7 +258,7 @@ class ArcMove(LineMove):
         return float(np.linalg.norm(self._arm)) * self._angle
 
     def _place(self, share: float) -> Floats:
-        return self._centre + kinematics.rotation(self._axis * self._angle * share) @ self._arm
+        return self._centre + rotation_from_vector(self._axis * self._angle * share) @ self._arm
 
 
 class TangentArc:

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot.geometry import Matrix
+from virtualrobot.geometry import turn_between
 from virtualrobot.robots.robot import Robot
 
 PLACES = 8
@@ -54,10 +53,3 @@ def full_speed(
     each = seconds / PLACES
     fastest = max(float(np.linalg.norm(b[:3, 3] - a[:3, 3])) for a, b in pairwise(ways)) / each
     return FullSpeed(seconds, fastest, max(turn_between(a, b) for a, b in pairwise(ways)) / each)
-
-
-def turn_between(first: Matrix, second: Matrix) -> float:
-    """Return by how much (rad) two poses are turned against each other."""
-    turn = first[:3, :3].T @ second[:3, :3]
-    sine = np.linalg.norm([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 2.0
-    return math.atan2(float(sine), (float(np.trace(turn)) - 1.0) / 2.0)

@@ -1,11 +1,10 @@
-"""Ways of the tool centre point: arcs through three points, and places on lines."""
+"""Arcs of the tool centre point, through three points."""
 
 from __future__ import annotations
 
 import math
 
 import numpy as np
-from virtualrobot.geometry import Matrix, pose_from_quaternion, quaternion_of
 
 
 class Arc:
@@ -53,20 +52,3 @@ class Arc:
     def rest(self, point: np.ndarray) -> np.ndarray:
         """Return the point, (3,), in the middle of what is left of the arc from one of its points."""
         return self.point((self.share(point) + 1.0) / 2.0)
-
-
-def between(first: Matrix, second: Matrix, share: float) -> Matrix:
-    """Return the pose at a share of the way between two: its place on the line, its orientation turned evenly.
-
-    Source: Shoemake, *Animating rotation with quaternion curves*, SIGGRAPH 1985 (slerp).
-    """
-    a, b = quaternion_of(first), quaternion_of(second)
-    cosine = float(a @ b)
-    b, cosine = (b, cosine) if cosine >= 0.0 else (-b, -cosine)
-    angle = math.acos(min(1.0, cosine))
-    if angle < 1e-9:
-        turn = b
-    else:
-        turn = (math.sin((1.0 - share) * angle) * a + math.sin(share * angle) * b) / math.sin(angle)
-    place = (1.0 - share) * first[:3, 3] + share * second[:3, 3]
-    return pose_from_quaternion(place.tolist(), (turn / np.linalg.norm(turn)).tolist())

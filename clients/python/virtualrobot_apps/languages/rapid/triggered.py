@@ -12,9 +12,9 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from virtualrobot.geometry import Matrix
+from virtualrobot.geometry import Matrix, pose_between
 
-from virtualrobot_apps.languages.rapid.arcs import Arc, between
+from virtualrobot_apps.languages.rapid.arcs import Arc
 from virtualrobot_apps.languages.rapid.faults import RapidFault
 from virtualrobot_apps.languages.rapid.frames import matrix_of
 
@@ -115,7 +115,7 @@ def line(
     length = float(np.linalg.norm(end[:3, 3] - start[:3, 3]))
 
     def piece(_: float, share: float, radius: float) -> None:
-        world.add_line(end if share >= 1.0 else between(start, end, share), velocity, radius)
+        world.add_line(end if share >= 1.0 else pose_between(start, end, share), velocity, radius)
 
     _go(task, triggers, length, velocity, _radius(zone), piece)
     world.arrived(end, target)
@@ -143,7 +143,7 @@ def arc(
     def pose(share: float) -> Matrix:
         if share >= 1.0:
             return end
-        found = between(start, end, share)
+        found = pose_between(start, end, share)
         found[:3, 3] = way.point(share)
         return found
 

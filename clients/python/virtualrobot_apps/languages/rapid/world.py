@@ -21,11 +21,11 @@ from virtualrobot.errors import (
     VirtualRobotError,
     WrongStateError,
 )
-from virtualrobot.geometry import Matrix
+from virtualrobot.geometry import Matrix, turn_between
 from virtualrobot.motions.moves import Move
 
 from virtualrobot_apps.emulators.body import Twin
-from virtualrobot_apps.languages.core.joint_speed import full_speed, turn_between
+from virtualrobot_apps.languages.core.joint_speed import full_speed
 from virtualrobot_apps.languages.core.motion import Step
 from virtualrobot_apps.languages.core.together import GroupQueue
 from virtualrobot_apps.languages.rapid.arcs import Arc

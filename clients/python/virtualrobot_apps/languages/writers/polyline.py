@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot.geometry import Matrix, quaternion_of
+from virtualrobot.geometry import Matrix, rows_from_poses
 
 from virtualrobot_apps.languages.writers.statements import Floats, Zone
 
@@ -48,7 +48,7 @@ def polyline(poses: Matrix, speeds: Floats) -> Polyline | None:
 
     The division is that of D. Douglas, T. Peucker, Algorithms for the reduction of the number of points, 1973.
     """
-    points, turns = poses[:, :3, 3], np.array([quaternion_of(one) for one in poses])
+    points, turns = np.split(rows_from_poses(poses), [3], axis=1)
     kept = [0, len(poses) - 1]
     divided = [(0, len(poses) - 1)]
     while divided:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
-from virtualrobot.geometry import Matrix
+from virtualrobot.geometry import Matrix, rotation_vector_of
 
 from virtualrobot_apps.languages.writers.statements import (
     Condition,
@@ -134,20 +132,5 @@ def _angle(value: float) -> str:
 
 
 def _pose(pose: Matrix) -> str:
-    numbers = [*np.asarray(pose)[:3, 3].tolist(), *rotation_vector(pose).tolist()]
+    numbers = [*np.asarray(pose)[:3, 3].tolist(), *rotation_vector_of(pose).tolist()]
     return f"p[{', '.join(_angle(one) for one in numbers)}]"
-
-
-def rotation_vector(pose: Matrix) -> np.ndarray:
-    """Return the axis of a 4x4 pose's turn, as long as its angle (rad): (3,)."""
-    m = np.asarray(pose)[:3, :3]
-    axis = np.array([m[2, 1] - m[1, 2], m[0, 2] - m[2, 0], m[1, 0] - m[0, 1]])
-    sine, cosine = 0.5 * float(np.linalg.norm(axis)), 0.5 * (float(np.trace(m)) - 1.0)
-    angle = math.atan2(sine, cosine)
-    if sine > 1e-6:
-        return axis * (angle / (2.0 * sine))
-    if cosine > 0.0:
-        return 0.5 * axis
-    squared = 0.5 * (m + np.eye(3))  # of a half turn: the products of the axis' coordinates
-    column = squared[:, int(np.argmax(np.diag(squared)))]
-    return np.pi * column / np.linalg.norm(column)

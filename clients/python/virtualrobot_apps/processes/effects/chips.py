@@ -90,9 +90,8 @@ def measures(client: Client, led: Led, cutter: Cutter | None) -> tuple[str, ...]
     if find_spec("manifold3d") is None:
         raise WrongStateError("chips need manifold3d: pip install 'virtualrobot[processes]'")
     found = []
-    for parts in dict.fromkeys(one.parts for one in led.stretches):
-        passes = [one.frames for one in led.stretches if one.parts == parts]
-        chips = taken_off(part_mesh(client, parts), passes, cutter)
+    for parts, stretches in led.by_parts().items():
+        chips = taken_off(part_mesh(client, parts), [one.frames for one in stretches], cutter)
         found.append(f"{1e6 * chips.volume:.4g} cm^3 are taken off {', '.join(parts)}")
     return tuple(found)
 

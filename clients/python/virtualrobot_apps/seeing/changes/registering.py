@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import Rotation
 
 from virtualrobot_apps.seeing.changes.scan import Floats
+from virtualrobot_apps.seeing.spreads import spreads
 
 SPACING = 0.06
 """Distance (m) between points that are registered."""
@@ -21,7 +22,7 @@ NEIGHBOURS = 12
 """Number of points that a plane goes through."""
 REACH, CLOSE = 0.4, 0.06
 """Distance (m) up to which a point is drawn at first, and at the end; within the latter it fits."""
-METRES, RADIANS = 0.1, 0.05
+METERS, RADIANS = 0.1, 0.05
 """Deviations of what the robot says about the pose."""
 LEAST_DEVIATION = 0.001
 _STEPS, _STILL = 30, 1e-6
@@ -45,7 +46,7 @@ def registered(first: Floats, second: Floats, guess: Floats) -> Registration:
     tree = KDTree(first)
     source = thinned(second)
     pose, reach = np.array(guess, np.float64), REACH
-    deviation, prior = CLOSE, np.array([METRES] * 3 + [RADIANS] * 3) ** -2.0
+    deviation, prior = CLOSE, np.array([METERS] * 3 + [RADIANS] * 3) ** -2.0
     for _ in range(_STEPS):
         points = source @ pose[:3, :3].T + pose[:3, 3]
         off, normals = off_planes(tree, first, points, reach)
@@ -87,14 +88,11 @@ def off_planes(
     """
     away, _ = tree.query(points, distance_upper_bound=reach)
     within = np.flatnonzero(np.isfinite(away))
-    _, nearest = tree.query(points[within], k=min(count, len(cloud)))
-    neighbours = cloud[nearest]
-    middles = neighbours.mean(axis=1)
-    spread = neighbours - middles[:, None]
-    values, vectors = np.linalg.eigh(spread.transpose(0, 2, 1) @ spread)
+    found = spreads(tree, cloud, points[within], count)
+    thin, middle, wide = found.squares.T
     # A plane: thin across, and wide along both other directions.
-    plane = (values[:, 0] < 0.1 * values[:, 1]) & (values[:, 1] > 0.01 * values[:, 2])
+    plane = (thin < 0.1 * middle) & (middle > 0.01 * wide)
     off, normals = np.full(len(points), np.nan), np.zeros((len(points), 3))
-    normals[within] = vectors[:, :, 0]
-    off[within] = np.where(plane, ((points[within] - middles) * normals[within]).sum(axis=1), np.nan)
+    normals[within] = found.axes[:, :, 0]
+    off[within] = np.where(plane, ((points[within] - found.middles) * normals[within]).sum(axis=1), np.nan)
     return off, normals

@@ -9,6 +9,8 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import KDTree
 from virtualrobot.errors import InvalidArgumentError
 
+from virtualrobot_apps.seeing.spreads import spreads
+
 Floats = NDArray[np.float64]
 
 NEIGHBOURS = 16
@@ -58,9 +60,6 @@ def surface_of_cloud(points: Floats, seen_from: Floats) -> Surface:
     """Return a cloud (n, 3) with normals towards the places (3,) or (n, 3) that its points were seen from."""
     if len(points) < NEIGHBOURS:
         raise InvalidArgumentError(f"a cloud has {NEIGHBOURS} points at least, not {len(points)}")
-    _, nearest = KDTree(points).query(points, k=NEIGHBOURS)
-    spread = points[nearest] - points[nearest].mean(axis=1, keepdims=True)
-    _, vectors = np.linalg.eigh(spread.transpose(0, 2, 1) @ spread)
-    normals = vectors[:, :, 0]
+    normals = spreads(KDTree(points), points, points, NEIGHBOURS).axes[:, :, 0]
     sides = np.where((normals * (seen_from - points)).sum(axis=1) < 0.0, -1.0, 1.0)
     return Surface(points, normals * sides[:, None])

@@ -134,9 +134,9 @@ def turning(
     return Choice((0.0, rate), float(cells.min()))
 
 
-def ahead_of(pose: Floats, way: Floats, metres: float) -> Floats:
+def ahead_of(pose: Floats, way: Floats, meters: float) -> Floats:
     """Return the stretch of a way (n, 2) from the point nearest to a pose on, so long (m)."""
     apart = np.hypot(way[:, 0] - pose[0], way[:, 1] - pose[1])
     start = int(np.argmin(apart))
     along = np.cumsum(np.hypot(*np.diff(way[start:], axis=0).T))
-    return way[start : start + 2 + int(np.searchsorted(along, metres))]
+    return way[start : start + 2 + int(np.searchsorted(along, meters))]

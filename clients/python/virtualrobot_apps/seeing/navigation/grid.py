@@ -122,7 +122,7 @@ class Grid:
         path.write_text(yaml.safe_dump(told, sort_keys=False), "utf-8")
 
     def _grow(self, points: Floats) -> None:
-        """Let the grid hold points (n, 2), by whole metres."""
+        """Let the grid hold points (n, 2), by whole meters."""
         shape = np.array(self.log_odds.shape[::-1])
         low = np.floor((points.min(axis=0) - self.origin) / self.resolution).astype(int)
         high = np.floor((points.max(axis=0) - self.origin) / self.resolution).astype(int) + 1
@@ -161,7 +161,7 @@ def load(path: Path) -> Grid:
         raise MalformedFileError(f"{path} is no map: it lacks {', '.join(missing)}")
     resolution, origin = told["resolution"], told["origin"]
     if not (_is_number(resolution) and 0.0 < resolution <= 10.0):
-        raise MalformedFileError(f"{path}: 'resolution' is the edge of a cell in metres, not {resolution!r}")
+        raise MalformedFileError(f"{path}: 'resolution' is the edge of a cell in meters, not {resolution!r}")
     if not (isinstance(origin, list) and len(origin) in (2, 3) and all(map(_is_number, origin))):
         raise MalformedFileError(f"{path}: 'origin' is x, y and yaw of the lower left corner, not {origin!r}")
     if len(origin) == 3 and origin[2] != 0.0:

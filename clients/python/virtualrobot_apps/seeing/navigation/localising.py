@@ -19,7 +19,7 @@ FOUND_SHARE = 0.75
 """Part of a scan that must fit where a lost vehicle is found."""
 CLEARER = 0.1
 """Lead of the best place over any other one, in shares, with which a lost vehicle is there."""
-STEP_METRES, STEP_RADIANS = 0.25, np.radians(6.0)
+STEP_METERS, STEP_RADIANS = 0.25, np.radians(6.0)
 """Distance and turn between the places that are looked at."""
 _RAYS = 60
 _DEVIATION = 0.15
@@ -95,7 +95,7 @@ class Localiser:
     def _everywhere(self, points: Floats) -> Floats:
         """Return the places (n, 3) where a scan fits best, of all free ones and turns, the best first."""
         rows, columns = np.nonzero(self.grid.free)
-        stride = max(1, round(STEP_METRES / self.grid.resolution))
+        stride = max(1, round(STEP_METERS / self.grid.resolution))
         coarse = (rows % stride == 0) & (columns % stride == 0)
         places = self.grid.middles(rows[coarse], columns[coarse])
         turns = np.arange(-np.pi, np.pi, STEP_RADIANS)

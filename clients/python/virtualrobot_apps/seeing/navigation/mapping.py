@@ -10,21 +10,21 @@ from virtualrobot_apps.seeing.navigation.pose_graph import Relation, optimised
 from virtualrobot_apps.seeing.navigation.poses import Floats, between, compose, moved
 from virtualrobot_apps.seeing.navigation.scans import Scan
 
-KEY_METRES, KEY_RADIANS = 0.4, 0.35
+KEY_METERS, KEY_RADIANS = 0.4, 0.35
 """Way and turn after which a scan is kept."""
-NEARBY, NEARBY_METRES = 12, 2.0
+NEARBY, NEARBY_METERS = 12, 2.0
 """Number of kept scans which a new one is matched with, and how near they are."""
-LOOP_AFTER, LOOP_METRES, LOOP_SHARE = 20, 2.5, 0.75
+LOOP_AFTER, LOOP_METERS, LOOP_SHARE = 20, 2.5, 0.75
 """Kept scans after which a place counts as passed again, how near it is, and which part of a scan must fit there."""
-RELATED_METRES, RELATED_RADIANS = 0.01, 0.004
+RELATED_METERS, RELATED_RADIANS = 0.01, 0.004
 """Deviations (m, rad) of what matches tell about kept scans."""
-DRIFT_METRES, DRIFT_RADIANS = 0.03, 0.01
+DRIFT_METERS, DRIFT_RADIANS = 0.03, 0.01
 """Deviations (m, rad) by which the way from one kept scan to the next is off at worst, for what may be a loop."""
 REPLACED = 5.0
 """Deviation of a scan for which odometry stands, in those."""
-LOOP_OFF_METRES, LOOP_OFF_RADIANS = 0.01, 0.005
+LOOP_OFF_METERS, LOOP_OFF_RADIANS = 0.01, 0.005
 """Offset (m, rad) of a loop from which on the way is bent."""
-TRUSTED_SHARE, TRUSTED_METRES = 0.5, 0.3
+TRUSTED_SHARE, TRUSTED_METERS = 0.5, 0.3
 """Part of a scan that must fit, and the greatest way off odometry, for a match to count for more than odometry."""
 
 
@@ -62,7 +62,7 @@ class Mapper:
         pose = self._matched(scan, guess)
         self._pose, self._odometry = pose, scan.odometry
         way = between(self.poses[-1], pose)
-        if np.hypot(way[0], way[1]) > KEY_METRES or abs(way[2]) > KEY_RADIANS:
+        if np.hypot(way[0], way[1]) > KEY_METERS or abs(way[2]) > KEY_RADIANS:
             self._keep(scan, pose)
         return self._pose
 
@@ -74,7 +74,7 @@ class Mapper:
             step = between(self._odometry, scan.odometry)
             found = self._near.match_after(scan.points, scan.normals, between(base, guess), step)
             off = between(between(base, guess), found.pose)
-            if found.share > TRUSTED_SHARE and np.hypot(off[0], off[1]) < TRUSTED_METRES:
+            if found.share > TRUSTED_SHARE and np.hypot(off[0], off[1]) < TRUSTED_METERS:
                 return compose(base, found.pose)
         self.replaced += 1
         return guess
@@ -83,7 +83,7 @@ class Mapper:
         number = len(self._kept)
         if number:
             self._relations.append(
-                Relation(number - 1, number, between(self.poses[-1], pose), RELATED_METRES, RELATED_RADIANS)
+                Relation(number - 1, number, between(self.poses[-1], pose), RELATED_METERS, RELATED_RADIANS)
             )
         self._kept.append(scan)
         self.poses.append(pose)
@@ -100,7 +100,7 @@ class Mapper:
         base = self.poses[number]
         off = between(base, np.array(self.poses[:until]))
         apart = np.hypot(off[:, 0], off[:, 1])
-        numbers = [int(one) for one in np.argsort(apart, kind="stable")[:NEARBY] if apart[one] < NEARBY_METRES]
+        numbers = [int(one) for one in np.argsort(apart, kind="stable")[:NEARBY] if apart[one] < NEARBY_METERS]
         points = np.vstack([moved(off[one], self._kept[one].points) for one in numbers])
         if len(points) < FEWEST:
             return None
@@ -128,18 +128,18 @@ class Mapper:
         older = np.array(self.poses[: number - LOOP_AFTER])
         apart = np.hypot(*(older[:, :2] - here[:2]).T)
         at = int(np.argmin(apart))
-        cloud = self._around(at, number - LOOP_AFTER) if apart[at] < LOOP_METRES else None
+        cloud = self._around(at, number - LOOP_AFTER) if apart[at] < LOOP_METERS else None
         if cloud is None:
             return False
         guess = between(older[at], here)
         drift = float(np.sqrt(self._drift[number] - self._drift[at]))
-        metres, radians = DRIFT_METRES * drift, DRIFT_RADIANS * drift
-        found = cloud.match(scan.points, scan.normals, guess, (metres, radians), reach=1.0)
+        meters, radians = DRIFT_METERS * drift, DRIFT_RADIANS * drift
+        found = cloud.match(scan.points, scan.normals, guess, (meters, radians), reach=1.0)
         off = between(guess, found.pose)
         # Half of a room may look like the other one: a loop is off by no more than the way can be.
-        far = np.hypot(off[0], off[1]) > CONTRADICTED * metres or abs(off[2]) > CONTRADICTED * radians
+        far = np.hypot(off[0], off[1]) > CONTRADICTED * meters or abs(off[2]) > CONTRADICTED * radians
         if found.share < LOOP_SHARE or found.weak or far:
             return False
-        self._relations.append(Relation(at, number, found.pose, RELATED_METRES, RELATED_RADIANS))
+        self._relations.append(Relation(at, number, found.pose, RELATED_METERS, RELATED_RADIANS))
         self.loops += 1
-        return bool(np.hypot(off[0], off[1]) > LOOP_OFF_METRES or abs(off[2]) > LOOP_OFF_RADIANS)
+        return bool(np.hypot(off[0], off[1]) > LOOP_OFF_METERS or abs(off[2]) > LOOP_OFF_RADIANS)

@@ -117,10 +117,10 @@ class Cloud:
 
         Odometry is one more measurement, unless the walls contradict it: wheels slip, and encoders fail.
         """
-        metres, radians = odometry_deviations(step)
-        found = self.match(points, normals, guess, (metres, radians))
+        meters, radians = odometry_deviations(step)
+        found = self.match(points, normals, guess, (meters, radians))
         off = between(guess, found.pose)
-        if np.hypot(off[0], off[1]) > CONTRADICTED * metres or abs(off[2]) > CONTRADICTED * radians:
+        if np.hypot(off[0], off[1]) > CONTRADICTED * meters or abs(off[2]) > CONTRADICTED * radians:
             free = self.match(points, normals, found.pose)
             if free.share >= found.share and not free.weak:
                 return free
@@ -134,8 +134,8 @@ class Cloud:
 
 def odometry_deviations(way: Floats) -> tuple[float, float]:
     """Return the deviations (m, rad) that odometry is taken to have after a way (3,): about a tenth of it."""
-    metres, radians = float(np.hypot(way[0], way[1])), abs(float(way[2]))
-    return 0.002 + 0.1 * metres, 0.002 + 0.1 * radians + 0.05 * metres
+    meters, radians = float(np.hypot(way[0], way[1])), abs(float(way[2]))
+    return 0.002 + 0.1 * meters, 0.002 + 0.1 * radians + 0.05 * meters
 
 
 def normals_of(points: Floats, origin: Floats) -> Floats:

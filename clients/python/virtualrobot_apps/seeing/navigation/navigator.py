@@ -19,7 +19,7 @@ from virtualrobot_apps.seeing.navigation.scans import Scan
 from virtualrobot_apps.seeing.navigation.sonars import Heard, Sonar
 from virtualrobot_apps.seeing.navigation.unforeseen import Unforeseen
 
-REACHED_METRES, REACHED_RADIANS = 0.08, 0.06
+REACHED_METERS, REACHED_RADIANS = 0.08, 0.06
 """Distances from its goal, and from the heading there, at which the vehicle has arrived."""
 SILENT_SECONDS, GIVE_UP_SECONDS = 0.7, 10.0
 """Time without a scan after which it stands, and with which, or without a way, it gives up."""
@@ -27,7 +27,7 @@ PLAN_SECONDS = 1.0
 """Time from one plan to the next."""
 PATIENCE_SECONDS = 6.0
 """Time without progress towards the goal after which it recovers."""
-NEAR_METRES = 1.0
+NEAR_METERS = 1.0
 """Distance from a goal on which something stands, up to which it goes on towards it."""
 LOST_SECONDS = 60.0
 """Time for which a vehicle that is lost looks for its place."""
@@ -184,7 +184,7 @@ class Navigator:
             self._tell(words)
         assert self.goal is not None
         left = distance(self.pose, (self.goal.x, self.goal.y))
-        if left < REACHED_METRES:
+        if left < REACHED_METERS:
             return self._arrive()
         if self._manoeuvre is not None:
             return self._go_on(now)
@@ -236,7 +236,7 @@ class Navigator:
                 self._ends(f"gives up: {on_the_map}")
                 return
             left = distance(self.pose, (self.goal.x, self.goal.y))
-            if isinstance(error, GoalTakenError) and left > NEAR_METRES and (way := self._way_near()) is not None:
+            if isinstance(error, GoalTakenError) and left > NEAR_METERS and (way := self._way_near()) is not None:
                 self.way, self._without_way = way, None
                 self._tell("something stands on its goal now: goes on towards it")
                 return
@@ -269,7 +269,7 @@ class Navigator:
         seen = self._not_on_the_map()
         away = np.hypot(seen[:, 0] - self.goal.x, seen[:, 1] - self.goal.y)
         try:
-            return self._way(seen[away > NEAR_METRES])
+            return self._way(seen[away > NEAR_METERS])
         except NoWayError:
             return None
 

@@ -26,7 +26,7 @@ class Relation:
     first: int
     second: int
     pose: Floats
-    metres: float
+    meters: float
     radians: float
 
 
@@ -35,7 +35,7 @@ def optimised(poses: Floats, relations: list[Relation]) -> Floats:
     first = np.array([one.first for one in relations])
     second = np.array([one.second for one in relations])
     told = np.array([one.pose for one in relations])
-    weights = 1.0 / np.array([(one.metres, one.metres, one.radians) for one in relations])
+    weights = 1.0 / np.array([(one.meters, one.meters, one.radians) for one in relations])
 
     now, known = np.array(poses, np.float64), 3 * (len(poses) - 1)
     rows = np.arange(3 * len(relations)).reshape(-1, 3)

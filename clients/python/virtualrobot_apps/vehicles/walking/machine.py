@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot import Client, Robot
-from virtualrobot.geometry import quaternion_of
+from virtualrobot.geometry import rows_from_poses
 from virtualrobot.motions.motion import Motion
 from virtualrobot.motions.moves import Move
 from virtualrobot.robots.group import Group
@@ -100,7 +100,7 @@ class Machine:
 
         Raises UnreachableError or LimitError where a foot cannot get to its place.
         """
-        base = base_rows(walk.bodies @ self.body_t_trunk)
+        base = rows_from_poses(walk.bodies @ self.body_t_trunk)
         legs = [self._solved(walk, number, len(walk.times)) for number in range(len(self.legs))]
         if all(isinstance(leg.mechanism, Robot) for leg in self.legs):
             own = [leg.mechanism.trajectory(walk.times, rows) for leg, (_, rows) in zip(self.legs, legs, strict=True)]
@@ -129,17 +129,12 @@ class Machine:
 
     def _put(self, body: Floats, legs: Sequence[Mapping[str, float]]) -> None:
         """Put the body at a pose (4, 4), and its legs at joints."""
-        base = base_rows((body @ self.body_t_trunk)[None])[0]
+        base = rows_from_poses((body @ self.body_t_trunk)[None])[0]
         names = [f"{BASE}/{coordinate}" for coordinate in ("x", "y", "z", "qx", "qy", "qz", "qw")]
         with self.client.scene.batch() as batch:
             batch.set_joint_positions(self.robot.name, dict(zip(names, base.tolist(), strict=True)))
             for leg, joints in zip(self.legs, legs, strict=True):
                 batch.set_joint_positions(leg.mechanism.name, dict(joints))
-
-
-def base_rows(bodies: Floats) -> Floats:
-    """Return coordinates (n, 7) of a floating joint for poses (n, 4, 4): x, y, z and the quaternion."""
-    return np.hstack([bodies[:, :3, 3], np.array([quaternion_of(body) for body in bodies]).reshape(-1, 4)])
 
 
 def hexapod(client: Client, name: str = "hexapod") -> Machine:

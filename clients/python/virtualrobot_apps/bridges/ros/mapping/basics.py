@@ -7,7 +7,7 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from virtualrobot.geometry import pose_from_quaternion, quaternion_of
+from virtualrobot.geometry import pose_from_quaternion, rows_from_poses
 from virtualrobot.v1 import geometry_pb2
 
 from virtualrobot_apps.bridges.ros.messages.types import make
@@ -57,20 +57,25 @@ def pose(row: Sequence[float]) -> RosValue:
 
 def pose_of(matrix: NDArray[np.float64]) -> RosValue:
     """Return a pose from a 4x4 matrix."""
-    return pose([*matrix[:3, 3], *quaternion_of(matrix)])
+    return pose(rows_from_poses(matrix)[0].tolist())
 
 
-def matrix_of(value: RosValue) -> NDArray[np.float64] | None:
-    """Return the 4x4 matrix of a pose; None where it is none: not finite, or a quaternion that is not of length 1.
+def matrix_of(value: RosValue, what: str = "pose") -> NDArray[np.float64]:
+    """Return the 4x4 matrix of a pose; `what` is the field that the error names.
 
     A quaternion of zeros, as clients leave it that write JSON, turns nothing.
+
+    Raises:
+        ValueError: when it is not finite, or its quaternion is not of length 1.
     """
     place, turn = value.position, value.orientation
     xyz, xyzw = np.array([place.x, place.y, place.z]), np.array([turn.x, turn.y, turn.z, turn.w])
     if not xyzw.any():
         xyzw[3] = 1.0
     if not np.isfinite(xyz).all() or not abs(float(np.linalg.norm(xyzw)) - 1.0) < _LENGTH_TOLERANCE:
-        return None
+        raise ValueError(
+            f"{what!r} has finite numbers and a quaternion of the length 1, not {xyz.tolist()} and {xyzw.tolist()}"
+        )
     return pose_from_quaternion(xyz.tolist(), xyzw.tolist())
 
 

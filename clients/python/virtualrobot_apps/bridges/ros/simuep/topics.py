@@ -138,12 +138,10 @@ class SimuepTopics:
         self._client.scene.set_joint_positions(robot, dict(zip(value.name, positions, strict=True)))
 
     def _set_pose(self, robot: str, value: RosValue) -> None:
-        self._client.scene.set_pose(robot, self._in_world(value.header.frame_id) @ _matrix(value.pose))
+        self._client.scene.set_pose(robot, self._in_world(value.header.frame_id, value.pose))
 
-    def _in_world(self, frame: str) -> NDArray[np.float64]:
-        if (found := world_t_frame(self._client, frame, bare=False)) is None:
-            raise ValueError(f"there is no frame {frame[:80]!r}")
-        return found
+    def _in_world(self, frame: str, pose: RosValue) -> NDArray[np.float64]:
+        return world_t_frame(self._client, frame, bare=False) @ matrix_of(pose)
 
     def _draw(self, asked: RosValue) -> str:
         """Draw the lines of markers: one of a namespace and id takes the place of the one before."""
@@ -154,7 +152,7 @@ class SimuepTopics:
             figures = _figures(one) if one.action == _ADD else []
             if one.action not in (_ADD, _DELETE, _DELETE_ALL):
                 raise ValueError(f"'action' is 0 (add), 2 (delete) or 3 (delete all), not {one.action}")
-            pose = self._in_world(one.header.frame_id) @ _matrix(one.pose) if figures else None
+            pose = self._in_world(one.header.frame_id, one.pose) if figures else None
             with scene.batch() as batch:
                 for before in sorted(gone):
                     batch.remove(before)
@@ -192,12 +190,6 @@ class SimuepTopics:
                 node.name, CameraSettings(message), node.figures, pose=node.parent_t_node, parent=node.parent
             )
         return f"{node.name} has {info.width}x{info.height} pixels"
-
-
-def _matrix(pose: RosValue) -> NDArray[np.float64]:
-    if (matrix := matrix_of(pose)) is None:
-        raise ValueError("'pose' has finite numbers and a quaternion of the length 1")
-    return matrix
 
 
 def _figures(marker: RosValue) -> list[Figure]:

@@ -162,12 +162,10 @@ class Entities:
 
     def _in_world(self, pose: RosValue, frame: str) -> NDArray[np.float64]:
         """Return `world_t_pose`, 4x4, of a pose in a frame; a quaternion of zeros, as JSON leaves it, turns nothing."""
-        matrix = matrix_of(pose)
-        if matrix is None:
-            raise RefusedError(INVALID_POSE, "a pose has finite numbers and a quaternion of the length 1")
-        if (world_t_header := world_t_frame(self._client, frame, bare=self._bare)) is None:
-            raise RefusedError(INVALID_POSE, f"there is no frame {frame!r}")
-        return world_t_header @ matrix
+        try:
+            return world_t_frame(self._client, frame, bare=self._bare) @ matrix_of(pose)
+        except ValueError as error:
+            raise RefusedError(INVALID_POSE, str(error)) from None
 
     def _name_for(self, request: RosValue, kinds: Mapping[str, str]) -> str:
         """Return the name of what is spawned; empty for that of the model's file."""

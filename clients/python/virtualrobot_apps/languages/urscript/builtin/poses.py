@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from virtualrobot.geometry import pose_between, rotation_from_vector, rotation_vector_of
 
-from virtualrobot_apps.emulators.ur.kinematics import Floats, matrix_of, pose_of, rotation, rotation_vector
+from virtualrobot_apps.emulators.ur.kinematics import Floats, matrix_of, pose_of
 from virtualrobot_apps.languages.urscript.builtin.arithmetic import number, numbers
 from virtualrobot_apps.languages.urscript.table import function
 from virtualrobot_apps.languages.urscript.values import Pose, Value
@@ -63,11 +64,7 @@ def _point_dist(task: object, first: Value, second: Value) -> float:
 @function("interpolate_pose", "p_from, p_to, alpha")
 def _interpolate_pose(task: object, first: Value, second: Value, share: Value) -> Pose:
     """Pose between two, at the share alpha of the line, and of the turn about one axis."""
-    one, other, alpha = matrix(first, "p_from"), matrix(second, "p_to"), number(share, "alpha")
-    made = np.eye(4)
-    made[:3, :3] = rotation(alpha * rotation_vector(other[:3, :3] @ one[:3, :3].T)) @ one[:3, :3]
-    made[:3, 3] = one[:3, 3] + alpha * (other[:3, 3] - one[:3, 3])
-    return pose(made)
+    return pose(pose_between(matrix(first, "p_from"), matrix(second, "p_to"), number(share, "alpha")))
 
 
 @function("rpy2rotvec", "rpy_vector")
@@ -75,14 +72,14 @@ def _rpy2rotvec(task: object, angles: Value) -> list[float]:
     """Rotation vector of roll, pitch and yaw, which turn about the fixed axes x, y and z one after the other."""
     made = np.eye(3)
     for axis, angle in zip(np.eye(3), numbers(angles, "rpy_vector", 3), strict=True):
-        made = rotation(angle * axis) @ made
-    return rotation_vector(made).tolist()
+        made = rotation_from_vector(angle * axis) @ made
+    return rotation_vector_of(made).tolist()
 
 
 @function("rotvec2rpy", "rotation_vector")
 def _rotvec2rpy(task: object, vector: Value) -> list[float]:
     """Roll, pitch and yaw of a rotation vector."""
-    turned = rotation(np.array(numbers(vector, "rotation_vector", 3)))
+    turned = rotation_from_vector(np.array(numbers(vector, "rotation_vector", 3)))
     flat = math.hypot(turned[0, 0], turned[1, 0])
     pitch = math.atan2(-turned[2, 0], flat)
     if flat < 1e-9:  # the axes of roll and yaw are one: all of it is roll

@@ -44,7 +44,7 @@ export const next = signal(0);
 export const running = signal<Run | undefined>(undefined);
 export const recording = signal(false);
 /** Part of the greatest speed that steps have which are taught. */
-export const taughtSpeed = signal(0.5);
+const TAUGHT_SPEED = 0.5;
 
 /** How the world was before the last Play from the first step, as the kernel keeps it. */
 const kept = signal<Checkpoint | undefined>(undefined);
@@ -72,7 +72,7 @@ export async function appendMove(way: Way): Promise<void> {
   if (!target) return;
   const goal = { reference: target };
   const move = way === "linear" ? { case: way, value: { goal } } : { case: way, value: { goal: { case: "pose" as const, value: goal } } };
-  append({ case: "move", value: { moves: [{ robot, speedFactor: taughtSpeed.peek(), move }] } });
+  append({ case: "move", value: { moves: [{ robot, speedFactor: TAUGHT_SPEED, move }] } });
 }
 
 /** Teaches a target where the chosen robot's tool is, and appends a pick or a place there, with lines to it and away. */
@@ -95,7 +95,7 @@ export function toolStatesOf(tool: string): string[] {
 /** Appends the way to a posture that the robot knows by name, such as home. */
 export function appendPosture(robot: string, posture: string): void {
   const move = { case: "pointToPoint" as const, value: { goal: { case: "posture" as const, value: posture } } };
-  append({ case: "move", value: { moves: [{ robot, speedFactor: taughtSpeed.peek(), move }] } });
+  append({ case: "move", value: { moves: [{ robot, speedFactor: TAUGHT_SPEED, move }] } });
 }
 
 export function appendTool(robot: string, tool: string, state: string): void {

@@ -6,6 +6,7 @@ import { attempt, say } from "./messages";
 import { apply } from "./orders";
 import { scenes, views } from "./services";
 import { items, type Item } from "./world";
+import { DEGREES } from "../parts/numbers";
 import { lookingAt, matrixOf, poseOf, readRow } from "../view/poses";
 
 type Point = [x: number, y: number, z: number];
@@ -17,7 +18,6 @@ export interface Viewpoint {
   fieldDegrees: number;
 }
 
-const DEGREES = 180 / Math.PI;
 /** What the contract takes where a camera or a viewpoint tells none. */
 const FIELD_RADIANS = 0.9;
 const DISTANCE_METERS = 1;

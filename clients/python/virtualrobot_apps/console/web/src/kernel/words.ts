@@ -1,13 +1,13 @@
 // The kernel's words as people read them here: millimeters and degrees, figures of use, steps as the program's list counts
 // them, and who somebody is.
 import { ConnectError } from "@connectrpc/connect";
+import { DEGREES } from "../parts/numbers";
 
 /** What is quoted is a name, and stays as it is; an apostrophe within a word quotes nothing. */
 const QUOTED = /((?<!\w)'(?:[^'\\]|\\.)*'(?!\w)|"(?:[^"\\]|\\.)*")/;
 const NUMBER = String.raw`-?\d+(?:\.\d+)?(?:e[+-]?\d+)?`;
 /** Numbers that have one unit together: `x 0.1, y 0.2, z 0.3`, `0 to 0.2`. */
 const NUMBERS = String.raw`(?<![\w.])${NUMBER}(?:(?:, | to | of )(?:[xyz] )?${NUMBER})*`;
-const DEGREES = 180 / Math.PI;
 
 /** What the kernel counts in, by how it is written, and what people read. */
 const UNITS: readonly (readonly [written: RegExp, factor: number, unit: string])[] = [
