@@ -211,7 +211,7 @@ def test_triggers_act_at_their_distances_while_the_tool_keeps_its_speed(
     client: virtualrobot.Client, arm: virtualrobot.Robot, kind: str
 ) -> None:
     """The tool's place at the tick in which a signal changes, along the way: it passes 0.1 m/s * 4 ms within a tick."""
-    for name in ("first", "last"):
+    for name in ("first", "last", "soon"):
         client.signals.create(name)
     via = r"Offs(above, 50, 50, 0), " if kind == "TriggC" else ""
     run = Run(
@@ -223,13 +223,16 @@ def test_triggers_act_at_their_distances_while_the_tool_keeps_its_speed(
         TriggInt calls, 50, passed;
         CONNECT passed WITH passes;
         TriggInt calls, 50, passed;
-        {kind} {via}Offs(above, 100, 0, 0), v100, begins \T2:=ends \T3:=calls, fine, tool0 \WObj:=table;
+        TriggIO nearly, 0.2 \Time \DOp:=soon, 1;
+        TriggInt again, 0.3 \Time, passed;
+        {kind} {via}Offs(above, 100, 0, 0), v100, begins \T2:=ends \T3:=calls \T4:=nearly \T5:=again, fine, tool0
+          \WObj:=table;
         WaitRob \InPos;
         TPWrite "" \Num:=count;
         """,
         """
         VAR intnum passed; VAR num count := 0;
-        VAR triggdata begins; VAR triggdata ends; VAR triggdata calls;
+        VAR triggdata begins; VAR triggdata ends; VAR triggdata calls; VAR triggdata nearly; VAR triggdata again;
         TRAP passes Incr count; ENDTRAP
         """,
     )
@@ -238,10 +241,10 @@ def test_triggers_act_at_their_distances_while_the_tool_keeps_its_speed(
         told = iter(watch)
         next(told)
         way = traced(client, run)
-        while len(changes) < 2:
+        while len(changes) < 3:
             change = next(told)
             changes.update({name: change.stamp.simulation_time for name in change.values})
-    assert run.printed == ["1"] and run.world.queue.notes == []
+    assert run.printed == ["2"] and run.world.queue.notes == []
     places = in_table(way)
     begin = int(np.argmin(np.linalg.norm(places - [0.0, 0.0, 0.15], axis=1)[::-1]))
     begin = len(places) - 1 - begin
@@ -250,6 +253,8 @@ def test_triggers_act_at_their_distances_while_the_tool_keeps_its_speed(
     at = {name: float(np.interp(time, way[begin:, 0], gone)) for name, time in changes.items()}
     assert at["first"] == pytest.approx(0.03, abs=2e-3)
     assert at["last"] == pytest.approx(gone[-1] - 0.03 - 0.1 * 0.1, abs=3e-3)
+    stands = way[begin + int(np.argmax(gone >= gone[-1] - 1e-9)), 0]
+    assert stands - changes["soon"] == pytest.approx(0.2, abs=0.008)
     if kind != "TriggJ":
         speeds = np.diff(gone) / np.diff(way[begin:, 0])
         inner = speeds[(gone[1:] > 0.02) & (gone[1:] < gone[-1] - 0.02)]
