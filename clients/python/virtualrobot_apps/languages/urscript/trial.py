@@ -23,6 +23,8 @@ from virtualrobot_apps.languages.urscript.connections import Connection, Connect
 from virtualrobot_apps.languages.urscript.robot import RobotTask, ScriptProgram
 from virtualrobot_apps.languages.urscript.task import Loaded
 
+LAG = 0.02
+"""Time (s) by which the arm is behind its setpoints, as one of an emulated controller."""
 APART = 2
 """Number of cycles from one posture to the next that are looked at."""
 
@@ -86,7 +88,7 @@ def play(
     """
     limits, names = robot.limits, robot.joint_names
     each = ("lower", "upper", "velocity", "acceleration")
-    arm = ArmLimits(*(np.array([getattr(limits[name], one) for name in names]) for one in each))
+    arm = ArmLimits(*(np.array([getattr(limits[name], one) for name in names]) for one in each), lag=LAG)
     controller = Controller(SimulatedArm(robot.state.positions, arm), model)
     for order in orders:
         if amiss := obey(controller, order):
