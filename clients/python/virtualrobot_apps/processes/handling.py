@@ -18,7 +18,7 @@ MOST_PLACES = 10_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Grip:
-    """How a robot holds parts; lengths in m.
+    """Hold of a robot on parts; lengths in m.
 
     Attributes:
         robot: its name.
