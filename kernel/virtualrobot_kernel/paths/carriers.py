@@ -131,7 +131,8 @@ def _product(
                 continue
             sine = np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]])
             axis = sine / (2.0 * np.sin(ELSEWHERE))
-            axes.append((REVOLUTE, axis, np.linalg.lstsq(np.eye(3) - turn, shift, rcond=1e-6)[0]))
+            centre: Floats = np.linalg.lstsq(np.eye(3) - turn, shift, rcond=1e-6)[0].astype(np.float64)
+            axes.append((REVOLUTE, axis, centre))
 
     def base_t_reference(values: Floats) -> Floats:
         ends = [np.broadcast_to(np.eye(4), (*values.shape[:-1], 4, 4)) for _ in range(2)]

@@ -103,8 +103,10 @@ class LedArm:
         return MeetingAxes(others).postures if self.turns[self.held] else closed_form(others)
 
     def base_t_reference(self, free: Floats) -> Floats:
-        """Return where the path's frame is (..., 4, 4) in the base's, for free values (..., f); where it stands, else."""
-        return np.eye(4) if self.carriers is None else self.carriers.base_t_reference(free[..., self.held is not None :])
+        """Return where the path's frame is (..., 4, 4) in the base's, for free values (..., f); without any (4, 4)."""
+        if self.carriers is None:
+            return np.eye(4)
+        return self.carriers.base_t_reference(free[..., self.held is not None :])
 
     def postures(self, tips: Floats, free: Floats) -> tuple[Floats, Floats]:
         """Return postures (n, 8, k + m) of poses (n, 4, 4) of the tip in the path's frame, as `Postures` does.
