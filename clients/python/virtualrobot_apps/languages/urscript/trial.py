@@ -55,7 +55,7 @@ class _Told(RobotTask):
 
 @dataclass(slots=True)
 class Played:
-    """What became of a script.
+    """Result of a script that was played.
 
     Attributes:
         findings: the faults, in the order of the time.
