@@ -18,6 +18,7 @@ from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.asgi import server_config
 from virtualrobot_apps.console.door import Door
+from virtualrobot_apps.console.invitation import Reach
 from virtualrobot_apps.console.page_files import AUTHORITY, is_built
 from virtualrobot_apps.console.server import Server
 from virtualrobot_apps.console.tools import PageTools
@@ -158,7 +159,8 @@ async def _serve(
     upstream = Upstream(kernel.address, kernel.certificate)
     limit = Limit(kernel.message_bytes)
     tools = PageTools(upstream, limit, kernel.connect)
-    server = Server(upstream, door, limit, tools, lambda: tell("a link for another browser:"), place.authority)
+    reach = Reach(base, place.authority is not None)
+    server = Server(upstream, door, limit, tools, lambda: tell("a link for another browser:"), place.authority, reach)
     config = server_config(
         server,
         # Larger ones are refused by name, so that they must come in.
