@@ -14,6 +14,7 @@ from pathlib import Path
 import grpc
 import pytest
 import virtualrobot
+from virtualrobot import kernel_process
 from virtualrobot.v1 import (
     asset_pb2_grpc,
     collision_pb2_grpc,
@@ -40,10 +41,22 @@ from virtualrobot.v1 import (
     view_pb2_grpc,
 )
 
+from tests.forked import FORKS, Forked
+
 START_SECONDS = 900
 """A guard against a kernel that never answers; the very first start compiles for about a minute of a core."""
 
 EMPTY_SCENE = "schema_version: 1\n"
+
+
+def pytest_configure() -> None:
+    """Let kernels that clients start in this process be forked, too."""
+    if FORKS:
+        pytest.MonkeyPatch().setattr(kernel_process, "start_child", _forked_child)
+
+
+def _forked_child(*arguments: str) -> Forked:
+    return Forked(*arguments, child=True)
 
 
 class Stubs:
@@ -75,7 +88,7 @@ class Stubs:
 class KernelProcess:
     """A kernel in a process of its own; `lines` are what it has printed."""
 
-    process: subprocess.Popen[str]
+    process: subprocess.Popen[str] | Forked
     mode: kernel_pb2.ClockMode
     """Mode of its clock when nobody changes that."""
     lines: list[str] = field(default_factory=list)
@@ -152,7 +165,7 @@ def kernels(folders: pytest.TempPathFactory) -> Iterator[StartKernel]:
         no_token: bool = True,
         environment: dict[str, str] | None = None,
     ) -> KernelProcess:
-        command = [sys.executable, "-m", "virtualrobot_kernel.serve", "--port", "0", "--headless", *options]
+        command = ["--port", "0", "--headless", *options]
         if "--files" not in options:
             # This test run's own folder, and the clone's, whose models tests load.
             command += ["--files", str(folders.getbasetemp()), "--files", os.getcwd()]
@@ -162,13 +175,17 @@ def kernels(folders: pytest.TempPathFactory) -> Iterator[StartKernel]:
             command += ["--token-file", str(token_file)]
         elif no_token:
             command.append("--no-token")
-        process = subprocess.Popen(
-            command,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-            env={**os.environ, **(environment or {})},
-        )
+        process: subprocess.Popen[str] | Forked
+        if FORKS and not environment:
+            process = Forked("serve", *command)
+        else:
+            process = subprocess.Popen(
+                [sys.executable, "-m", "virtualrobot_kernel.serve", *command],
+                stdout=subprocess.PIPE,
+                stderr=subprocess.STDOUT,
+                text=True,
+                env={**os.environ, **(environment or {})},
+            )
         mode = kernel_pb2.CLOCK_MODE_STEPPED if "--stepped" in options else kernel_pb2.CLOCK_MODE_REALTIME
         kernel = KernelProcess(process, mode, token_file=token_file)
         started.append(kernel)
