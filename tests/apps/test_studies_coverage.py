@@ -177,7 +177,7 @@ def test_bad_input_is_told(world: EmbeddedWorld) -> None:
     with pytest.raises(KernelError, match="did you mean 'left'"):
         told(world, sensors="lefft")
     for name in ("post", "fish"):
-        with pytest.raises(KernelError, match=f"'{name}' is no camera_sensor that is a pinhole without distortion, and no"):
+        with pytest.raises(KernelError, match=f"'{name}' is no camera_sensor that is a pinhole without distort"):
             told(world, sensors=name)
     with pytest.raises(KernelError, match=r"points are \(n, 3\) and finite"):
         world.seen("left", np.full((1, 3), np.nan))

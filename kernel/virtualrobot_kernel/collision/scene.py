@@ -239,7 +239,7 @@ class CollisionScene:
                     yield overlap
 
     def _elements_of(self, robots: Collection[int]) -> NDArray[np.bool_]:
-        """Return which elements are of these robots (e,); the last answer is kept, since an arm asks again and again."""
+        """Return which elements are of these robots (e,); the last answer is kept, as an arm asks again and again."""
         bodies, asked, chosen = self._chosen
         if bodies is not self._bodies or asked != robots:
             chosen = np.isin(self.bodies.robots, list(robots))

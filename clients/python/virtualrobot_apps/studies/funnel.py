@@ -1,7 +1,7 @@
 """Funnel of placements: what is quick to ask sorts out most places of a base, and only the rest run a program.
 
-For a study file: `function: virtualrobot_apps.studies.funnel:sift`, `setup: virtualrobot_apps.studies.funnel:open_both`,
-`scene`.
+For a study file: `function: virtualrobot_apps.studies.funnel:sift`,
+`setup: virtualrobot_apps.studies.funnel:open_both`, `scene`.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from functools import cached_property
 from pathlib import Path
 
 from virtualrobot_apps.studies.cycle import DONE, RUNNING, RunningKernel, open_kernel, run_from
-from virtualrobot_apps.studies.placement import placed
+from virtualrobot_apps.studies.placement import names_of, placed
 from virtualrobot_apps.studies.work import Cell
 from virtualrobot_apps.studies.worlds import World, open_world
 
@@ -58,15 +58,16 @@ def sift(cell: Cell) -> dict[str, float | str | None]:
     Its results: `kinematics`, 1 where all targets are within reach, `collision`, 1 where they are free besides,
     `planning`, 1 where the program's check has found nothing, `simulation`, 1 where it has run to its end, each else
     0, so that a mean is the share of the places that have come through; `margin` as of `place`, None before it is
-    known; `ticks` and `duration` (s) of the run; `stage` and `reason`, where it failed and why: `reach`, `collision`,
-    or as of `run_program`, at last `done` and None.
+    known; `ticks` and `duration` (s) of the run; `stage` and `reason`, where it failed and why: `reach` with the
+    number of targets that are not, `collision`, or as of `run_program`, at last `done` and None.
     """
     both: Both = cell.shared
     at = placed(both.world, cell.parameters)
     found: dict[str, float | str | None] = dict.fromkeys(("kinematics", "collision", "planning", "simulation"), 0)
     found |= {"margin": at["margin"], "ticks": None, "duration": None, "reason": at["reason"]}
-    if at["reached"] != 1.0:
-        return found | {"stage": REACH}
+    if (reached := at["reached"]) != 1.0:
+        count = len(names_of(cell.parameters["targets"]))
+        return found | {"stage": REACH, "reason": f"{round((1.0 - float(reached or 0.0)) * count)} of {count} targets"}
     found["kinematics"] = 1
     if at["reason"] is not None:
         return found | {"stage": COLLISION}
