@@ -229,6 +229,11 @@ def emptied(process: KernelProcess) -> Iterator[Stubs]:
     stubs.channel.close()
 
 
+def _set_clock(kernel: KernelProcess, mode: kernel_pb2.ClockMode) -> None:
+    with kernel.channel() as channel:
+        kernel_pb2_grpc.KernelServiceStub(channel).SetClock(kernel_pb2.SetClockRequest(mode=mode, speed_factor=1.0))
+
+
 class SharedKernels:
     """Kernels for all files of a worker that need no options, one of a kind: a start takes two seconds of a core."""
 
@@ -242,10 +247,13 @@ class SharedKernels:
         kernel = self._running.get(options)
         if kernel is None or kernel.process.poll() is not None:
             kernel = self._running[options] = self._start(*options)
+        else:
+            _set_clock(kernel, kernel.mode)
         yield kernel
         if kernel.process.poll() is None:
             with emptied(kernel):
                 pass
+            _set_clock(kernel, kernel_pb2.CLOCK_MODE_STEPPED)  # ticks that nobody waits for cost others their time
 
 
 @pytest.fixture(scope="session")

@@ -32,8 +32,9 @@ def move(*moves: motion_pb2.Move, **zone: float) -> motion_pb2.ProgramStep:
     return motion_pb2.ProgramStep(move=motion_pb2.MoveStep(moves=moves, **zone))  # pyright: ignore[reportArgumentType]
 
 
-def put(signal: str, value: bool = True) -> motion_pb2.ProgramStep:
-    return motion_pb2.ProgramStep(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
+def put(signal: str, value: bool = True, lead: float = 0.0) -> motion_pb2.ProgramStep:
+    step = motion_pb2.SetSignalStep(signal=signal, value=value_message(value), lead_seconds=lead)
+    return motion_pb2.ProgramStep(set_signal=step)
 
 
 def wait(signal: str, timeout: float = 0.0) -> motion_pb2.ProgramStep:
@@ -275,6 +276,8 @@ def test_a_client_that_vanishes_leaves_no_waiting_program(stubs: Stubs) -> None:
         ([wait("go", -1.0)], "steps[0].wait_signal.timeout_seconds must be 0 (never) or above"),
         ([wait("")], "steps[0].wait_signal.condition.signal is empty"),
         ([put("")], "steps[0].set_signal.signal is empty"),
+        ([put("a", lead=-0.1)], "steps[0].set_signal.lead_seconds must be 0 or above, not -0.1"),
+        ([put("a", lead=float("nan"))], "steps[0].set_signal.lead_seconds must be a finite number"),
         ([move(joints("arm"), blend_percent=51.0)], "blend_percent must be above 0 and at most 50, not 51"),
         ([move(joints("arm"), blend_distance_meters=-0.1)], "blend_distance_meters must be above 0, not -0.1"),
     ],

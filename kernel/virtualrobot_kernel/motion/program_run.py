@@ -9,7 +9,7 @@ later value is told a tick later, and the program does not leave its stage befor
 from __future__ import annotations
 
 from bisect import bisect_right
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -224,6 +224,9 @@ class ProgramRun:
             if running is not None and len(stages) == 1 and (running := running.on(plan, cut)) is None:
                 return None
             stages = stages[:-1]
+            if running is not None and not stages:
+                passed = self.program.stages[self.at].marks[: self.marked]
+                more = replace(more, stages=(_after(more.stages[0], passed), *more.stages[1:]))
         stages = (*stages, *more.stages)
         held = np.concatenate([self.held, more.start[len(self.held) :]])
         program = replace(more, stages=stages, start=held, done=self.program.begins[self.at])
@@ -334,6 +337,15 @@ def _advanced(run: ProgramRun, dt: float, override: float, context: TickContext)
         elif phase is Phase.STOPPING and (moving is None or moving.ended):
             phase = Phase.SUCCEEDED if found else Phase.CANCELLED
     return ProgramRun(program, phase, at, moving, waited, held, marked, tuple(due), told, found, fault, asks, steps)
+
+
+def _after(stage: Stage, passed: Sequence[tuple[float, str, SignalValue]]) -> Stage:
+    """Return a stage whose marks begin with those that are passed: a signal may be set earlier than others there."""
+    left = list(stage.marks)
+    for mark in passed:
+        if mark in left:
+            left.remove(mark)
+    return replace(stage, marks=(*passed, *left))
 
 
 def _stops_before(program: Program, at: int, steps: bool) -> bool:

@@ -48,7 +48,8 @@ class PlannedRun:
 
     joints: (robot, joint) of each column. steps: nominal times (s) at which steps begin, with their numbers; a step
     after a zone begins in the zone's middle. tool_states: (tool, state) that are true at its end. tail: where a step
-    may be joined to its end; None where none may.
+    may be joined to its end; None where none may. leads: of signals that are set before their step, when that is (s),
+    the step's number, and how long before.
     """
 
     joints: tuple[Column, ...]
@@ -56,6 +57,7 @@ class PlannedRun:
     steps: tuple[tuple[float, int], ...]
     tool_states: tuple[tuple[str, str], ...]
     tail: Tail | None = None
+    leads: tuple[tuple[float, int, float], ...] = ()
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -14,6 +14,7 @@ from virtualrobot_kernel.motion.program_run import ProgramRun
 from virtualrobot_kernel.planning.blending import PlannedRun, dropped
 from virtualrobot_kernel.planning.extend_run import extended
 from virtualrobot_kernel.planning.foreseen import after
+from virtualrobot_kernel.planning.marks import marked, moved, settings
 from virtualrobot_kernel.planning.notes import Note
 from virtualrobot_kernel.planning.plan_motion import planned_command, waited_for
 from virtualrobot_kernel.planning.program import MAX_STEPS, PASSED, GivenUp, MoveStep, Step, slowed
@@ -27,7 +28,6 @@ from virtualrobot_kernel.planning.stages import (
     move_step,
     obstacle_of,
     plan_parts,
-    settings,
 )
 from virtualrobot_kernel.planning.steps import Column, PlannedStep, arrived, plan_steps
 from virtualrobot_kernel.planning.tcp_speed import kept, slower
@@ -98,13 +98,13 @@ def plan_append(
         if join is not None:
             assert join.part.plan is not None
             begin = arrived(there, join.part.joints, join.part.plan.goal)
-        parts, told, following = plan_parts(begin, slow[count:], tools, first + count, open=not last)
+        before = join.part if join else None
+        parts, told, following = plan_parts(begin, slow[count:], tools, first + count, open=not last, before=before)
         if join is not None:
-            parts.insert(0, join.part)
             following = join.run if count == len(steps) and not last and _zoned_end(join.run) else following
         final = join.run if join is not None and count == len(steps) else end if not steps else None
-        if last and final is not None and (before := _zoned_end(final)):
-            notes.append(dropped(before, "no moves follow"))
+        if last and final is not None and (zoned := _zoned_end(final)):
+            notes.append(dropped(zoned, "no moves follow"))
         frame = Program((), np.zeros(0), first + len(steps), not last, speeds=speeds, outer_count=outer)
         command = planned_command(there, parts, slow, frame, own, run.program, snapshot)
         append = AppendMotion(motion.id, first, command, join.cut if join else None)
@@ -163,10 +163,9 @@ def _joined(
         whole, cut, count = found.run, min(cut, found.cut), member + 1
     if not count:
         return None, notes
-    times, number_at = {number: time for time, number in whole.steps}, {time: number for time, number in stage.steps}
-    marks = [(times[number_at[time]], signal, value) for time, signal, value in stage.marks]
-    marks += [(times[number], *value) for number, of_step in values.items() for value in of_step]
-    return _Join(count, Part(whole.steps, whole.plan, whole.joints, (), tuple(marks)), whole, cut), notes
+    (old, old_leads), (new, new_leads) = moved(stage.marks, end, whole, cut), marked(whole, values)
+    whole = replace(whole, leads=(*old_leads, *new_leads))
+    return _Join(count, Part(whole.steps, whole.plan, whole.joints, (), (*old, *new)), whole, cut), notes
 
 
 def _last_stage(run: ProgramRun, margin: float) -> tuple[Stage | None, float, float]:

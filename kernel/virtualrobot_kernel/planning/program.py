@@ -55,10 +55,11 @@ class MoveStep(TextStep):
 
 @dataclass(frozen=True, slots=True)
 class SetSignalStep(TextStep):
-    """Step that sets a signal."""
+    """Step that sets a signal, `lead` s before it is reached."""
 
     signal: str
     value: SignalValue
+    lead: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.planned import Plan
 from virtualrobot_kernel.motion.program import Stage, Wait
-from virtualrobot_kernel.motion.signals import SignalValue
 from virtualrobot_kernel.planning.blending import PlannedRun, join_steps, open_run
 from virtualrobot_kernel.planning.foreseen import obeyed
+from virtualrobot_kernel.planning.marks import Leads, Marks, ahead, marked, settings
 from virtualrobot_kernel.planning.moves import Move
 from virtualrobot_kernel.planning.notes import Note, NoteKind
 from virtualrobot_kernel.planning.program import (
@@ -38,8 +38,6 @@ from virtualrobot_kernel.world.commands import AttachNode, PickPart, PlacePart, 
 from virtualrobot_kernel.world.state import Snapshot
 from virtualrobot_kernel.world.structure import Kind, Structure
 
-Marks = tuple[tuple[float, str, SignalValue], ...]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Part:
@@ -61,7 +59,9 @@ class Part:
         rest = {"orders": self.orders, "paths": named, "pauses": self.pauses}
         # Times come of arrays; as plain numbers they are the same wherever they are read again.
         steps = tuple((float(time), number) for time, number in self.steps)
-        marks = tuple((float(time), name, value) for time, name, value in self.marks)
+        marks = tuple(
+            sorted(((float(time), name, value) for time, name, value in self.marks), key=lambda mark: mark[0])
+        )
         return Stage(self.plan, places, steps, marks, self.wait, **rest)
 
 
@@ -75,13 +75,21 @@ class Tools:
 
 
 def plan_parts(
-    there: Snapshot, steps: Sequence[Step], tools: Tools, first: int = 0, *, open: bool = False
+    there: Snapshot,
+    steps: Sequence[Step],
+    tools: Tools,
+    first: int = 0,
+    *,
+    open: bool = False,
+    before: Part | None = None,
 ) -> tuple[list[Part], list[Note], PlannedRun | None]:
     """Return the parts of steps that begin in a world, notes, and the run at their end that more may be joined to.
 
     first: the number of the first step. open: whether more may follow; else the last zone is dropped, as a note tells.
+    before: a part that moves, to come first.
     """
-    parts: list[Part] = []
+    parts: list[Part] = [] if before is None else [before]
+    led = len(parts) - 1
     notes: list[Note] = []
     end = None
     place = 0
@@ -101,10 +109,18 @@ def plan_parts(
             if open and zone is not None and place == len(steps) - 1:
                 lonely, end = [], zoned(open_run(runs[-1], planned[-1]), moves[-1].moves, zone)
                 runs[-1] = end
-            parts += [_moving(run, steps, members, first) for run in runs]
+            for run in runs:
+                part, leads = _moving(run, steps, members, first)
+                parts.append(part)
+                end = replace(end, leads=leads) if run is end else end
+            led = len(parts) - 1
             notes += [*told, *lonely]
         else:
             part = _standing(step, place + first)
+            if isinstance(step, SetSignalStep) and step.lead and led >= 0:
+                parts[led], part = _set_early(parts[led], step), replace(part, marks=())
+            elif not isinstance(step, PASSED):
+                led = -1
             parts.append(part)
             with _at(place + first, step):
                 there, amiss = obeyed(there, part.orders)
@@ -193,20 +209,22 @@ def move_step(steps: Sequence[Step], place: int) -> MoveStep:
     return step
 
 
-def _moving(run: PlannedRun, steps: Sequence[Step], members: Sequence[int], first: int) -> Part:
-    """Return a run with the signals that are set where one of its steps begins: in the zone's middle, or at rest."""
-    marks: list[tuple[float, str, SignalValue]] = []
-    for time, number in run.steps:
+def _moving(run: PlannedRun, steps: Sequence[Step], members: Sequence[int], first: int) -> tuple[Part, Leads]:
+    """Return a run with the signals that are set where one of its steps begins, in a zone's middle or at rest."""
+    values = dict[int, list[SetSignalStep]]()
+    for _, number in run.steps:
         index = bisect_left(members, number - first)
         before = members[index - 1] if index else number - first
-        marks += [(time, *value) for value in settings(steps[before + 1 : number - first])]
+        values[number] = settings(steps[before + 1 : number - first])
+    marks, leads = marked(run, values)
     pauses = steps[run.steps[0][1] - first].pauses
-    return Part(run.steps, run.plan, run.joints, run.tool_states, tuple(marks), pauses=pauses)
+    return Part(run.steps, run.plan, run.joints, run.tool_states, marks, pauses=pauses), leads
 
 
-def settings(steps: Sequence[Step]) -> list[tuple[str, SignalValue]]:
-    """Return the signals that steps set, with their values."""
-    return [(step.signal, step.value) for step in steps if isinstance(step, SetSignalStep)]
+def _set_early(part: Part, step: SetSignalStep) -> Part:
+    """Return a part that moves with a signal that is set before its end."""
+    assert part.plan is not None
+    return replace(part, marks=(*part.marks, (ahead(part.plan.duration, step.lead), step.signal, step.value)))
 
 
 def _standing(step: Step, number: int) -> Part:

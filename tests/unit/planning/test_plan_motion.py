@@ -18,6 +18,7 @@ from virtualrobot_kernel.planning.program import (
     MotionSpec,
     MoveStep,
     SetSignalStep,
+    SpeedStep,
     Step,
     WaitSignalStep,
     Zone,
@@ -115,6 +116,33 @@ def test_signals_between_rounded_moves_are_set_in_the_zone() -> None:
         assert on == (2 <= done < 5)
         going = ticked(going)
     assert going.state.signals["touch"].value
+
+
+def test_signals_with_a_lead_are_set_before_their_place() -> None:
+    """In a zone, at rest and before any way; none before the robot's last standstill."""
+    change = world()
+    steps = (
+        SetSignalStep("part", True, lead=0.5),
+        step(line(change, x=0.15), zone=Zone(percent=50.0)),
+        SetSignalStep("grip", True),
+        SetSignalStep("part", False, lead=0.25),
+        step(line(change, x=0.15, z=-0.15)),
+        SpeedStep("", 0.5),
+        SetSignalStep("touch", True, lead=0.125),
+        SetSignalStep("part", True, lead=100.0),
+        DwellStep(0.1),
+        SetSignalStep("grip", False, lead=0.05),
+    )
+    at_once, moving, *rest = planned(change, *steps).program.stages
+    times, end = {number: time for time, number in moving.steps}, moving.duration
+    assert at_once.marks == ((0.0, "part", True),)
+    assert moving.marks == (
+        (0.0, "part", True),
+        (times[4] - 0.25, "part", False),
+        (times[4], "grip", True),
+        (end - 0.125, "touch", True),
+    )
+    assert [stage.marks for stage in rest] == [(), (), (), (), ((0.0, "grip", False),)]
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import NoReturn
 
 import numpy as np
@@ -76,7 +77,8 @@ def test_appends_are_replayed_and_keep_limits(world: World, rng: np.random.Gener
         world.submit([*factors, *pauses]).result(GUARD)
         world.step(int(rng.integers(1, 250))).result(GUARD)
         goal = {joint: float(rng.uniform(-1.5, 1.5)) for joint in "ab" if rng.random() < 0.8} or {"b": 0.0}
-        between = [SetSignalStep("on", bool(rng.integers(2)))] if rng.random() < 0.3 else []
+        lead = float(rng.uniform(0.0, 1.0)) if rng.random() < 0.5 else 0.0
+        between = [SetSignalStep("on", bool(rng.integers(2)), lead)] if rng.random() < 0.5 else []
         append = planned(world, end, *between, to(**goal))
         world.submit([append.command]).result(GUARD)
         end, joined, count = append.end, joined + (append.command.cut is not None), count + len(between) + 1
@@ -100,6 +102,33 @@ def test_appends_are_replayed_and_keep_limits(world: World, rng: np.random.Gener
     assert np.abs(np.diff(acceleration, axis=0)).max() / TICK <= LIMITS.jerk * 1.05
     # Positions are the integral of the velocities: the trapezoidal rule is off by the jerk times a tick cubed over 12.
     assert np.abs(np.diff(q, axis=0) - 0.5 * TICK * (v[1:] + v[:-1])).max() < LIMITS.jerk * TICK**3 / 11.0
+
+
+@pytest.mark.parametrize("share", [0.2, 0.6])
+def test_leads_of_signals_stay_where_the_way_changes(world: World, share: float) -> None:
+    """A corner that is made anew carries leads with it; what is set already is set once, at its time."""
+    seen: list[State] = []
+    world.listen_ticks(lambda snapshot: seen.append(snapshot.state))
+    world.submit([CreateSignal(Signal("late", False)), CreateSignal(Signal("count", 0))]).result(GUARD)
+    end = started(world, to(a=0.8))
+    append = planned(world, end, SetSignalStep("on", True, lead=0.1), SetSignalStep("count", 1), to(a=0.8, b=0.8))
+    world.submit([append.command]).result(GUARD)
+    world.step(round(share * running(world).program.duration / TICK)).result(GUARD)
+    append = planned(world, append.end, SetSignalStep("late", True, lead=0.3), SetSignalStep("count", 2), to(a=0.0))
+    assert append.command.cut is not None
+    world.submit([append.command]).result(GUARD)
+    (stage,) = running(world).program.stages
+    times = {number: time for time, number in stage.steps}
+    world.submit([planned(world, append.end, last=True).command]).result(GUARD)
+    while world.snapshot.state.motions:
+        world.step(50).result(GUARD)
+    began = {number: next(n for n, one in enumerate(seen) if one.signals["count"].value == number) for number in (1, 2)}
+    ticks = {name: next(n for n, one in enumerate(seen) if one.signals[name].value) for name in ("on", "late")}
+    assert abs(began[1] - ticks["on"] - 0.1 / TICK) <= 1 and abs(began[2] - ticks["late"] - 0.3 / TICK) <= 1
+    assert abs(began[2] - began[1] - (times[6] - times[3]) / TICK) <= 1
+    for name in ("on", "late", "count"):  # each value once
+        values = [one.signals[name].value for one in seen if name in one.signals]
+        assert sum(before != after for before, after in pairwise(values)) == (2 if name == "count" else 1)
 
 
 def test_what_was_planned_for_another_moment_is_refused(world: World) -> None:

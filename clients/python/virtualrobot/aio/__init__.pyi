@@ -566,7 +566,7 @@ class Program(Face):
     """Steps that one motion makes one after the other, planned as a whole before anything moves."""
     def move(self, *moves: Move, zone: float | None = ..., zone_percent: float | None = ...) -> Program:
         """Add moves that start and end together."""
-    def set(self, signal: str, value: GivenValue = ...) -> Program:
+    def set(self, signal: str, value: GivenValue = ..., *, lead: float = ...) -> Program:
         """Add a step that sets a signal; between moves with a zone it is set in the zone's middle."""
     def wait(self, signal: str, value: GivenValue = ..., timeout: float | None = ..., comparison: str = ...) -> Program:
         """Add a step that stands still until a signal compares so with a value (`==`, `!=`, `<`, `<=`, `>`, `>=`)."""
@@ -1088,7 +1088,7 @@ class Way(Face):
     begin: object
     def move(self, *moves: Move, zone: float | None = ..., zone_percent: float | None = ...) -> Program:
         """Add moves that start and end together."""
-    def set(self, signal: str, value: GivenValue = ...) -> Program:
+    def set(self, signal: str, value: GivenValue = ..., *, lead: float = ...) -> Program:
         """Add a step that sets a signal; between moves with a zone it is set in the zone's middle."""
     def wait(self, signal: str, value: GivenValue = ..., timeout: float | None = ..., comparison: str = ...) -> Program:
         """Add a step that stands still until a signal compares so with a value (`==`, `!=`, `<`, `<=`, `>`, `>=`)."""

@@ -67,9 +67,16 @@ class Program:
             step.blend_percent = zone_percent
         return self
 
-    def set(self, signal: str, value: GivenValue = True) -> Program:
-        """Add a step that sets a signal; between moves with a zone it is set in the zone's middle."""
-        self._steps.add(set_signal=motion_pb2.SetSignalStep(signal=signal, value=value_message(value)))
+    def set(self, signal: str, value: GivenValue = True, *, lead: float = 0.0) -> Program:
+        """Add a step that sets a signal; between moves with a zone it is set in the zone's middle.
+
+        With `lead` it is set so many seconds earlier at full speed, on the moves that lead there.
+
+        Example:
+            >>> program.move(robot.linear(at)).set("glue", False, lead=0.1)
+        """
+        message = motion_pb2.SetSignalStep(signal=signal, value=value_message(value), lead_seconds=lead)
+        self._steps.add(set_signal=message)
         return self
 
     def wait(

@@ -544,12 +544,14 @@ class MoveStep(_message.Message):
     def __init__(self, moves: _Optional[_Iterable[_Union[Move, _Mapping]]] = ..., blend_distance_meters: _Optional[float] = ..., blend_percent: _Optional[float] = ...) -> None: ...
 
 class SetSignalStep(_message.Message):
-    __slots__ = ("signal", "value")
+    __slots__ = ("signal", "value", "lead_seconds")
     SIGNAL_FIELD_NUMBER: _ClassVar[int]
     VALUE_FIELD_NUMBER: _ClassVar[int]
+    LEAD_SECONDS_FIELD_NUMBER: _ClassVar[int]
     signal: str
     value: _signal_pb2.SignalValue
-    def __init__(self, signal: _Optional[str] = ..., value: _Optional[_Union[_signal_pb2.SignalValue, _Mapping]] = ...) -> None: ...
+    lead_seconds: float
+    def __init__(self, signal: _Optional[str] = ..., value: _Optional[_Union[_signal_pb2.SignalValue, _Mapping]] = ..., lead_seconds: _Optional[float] = ...) -> None: ...
 
 class SignalCondition(_message.Message):
     __slots__ = ("signal", "value", "comparison")

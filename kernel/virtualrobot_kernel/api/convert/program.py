@@ -173,7 +173,8 @@ def _step(message: motion_pb2.ProgramStep, what: str) -> Step:
         return _move_step(message.move, f"{what}.move")
     if kind == "set_signal":
         step, what = message.set_signal, f"{what}.set_signal"
-        return SetSignalStep(named_signal(step.signal, what), value_of(step.value, f"{what}.value"))
+        lead = not_negative(step.lead_seconds, f"{what}.lead_seconds")
+        return SetSignalStep(named_signal(step.signal, what), value_of(step.value, f"{what}.value"), lead)
     if kind == "wait_signal":
         wait = message.wait_signal
         condition = condition_of(wait.condition, f"{what}.wait_signal.condition")

@@ -14,6 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from functools import partial
+from math import inf
 from typing import Any, TypeAlias
 
 from virtualrobot.connection import Client
@@ -75,6 +76,20 @@ class Stored:
     zone: bool
 
 
+@dataclass(frozen=True, slots=True)
+class _Mark:
+    """Something that is called when a step of a motion has begun, or at a nominal time (s) of it where that is told."""
+
+    number: int
+    what: Callable[[], None]
+    time: float = inf
+
+    def passed(self, state: MotionState) -> bool:
+        """Return whether that is so."""
+        over = state.step >= self.number or state.phase is Phase.STARVED or state.phase.ended
+        return over or state.progress * state.planned_duration >= self.time
+
+
 class MotionQueue:
     """Moves, signals and dwells of one program, on their way to the kernel.
 
@@ -92,12 +107,12 @@ class MotionQueue:
         self._count = 0
         self._sent: deque[tuple[int, Step]] = deque()
         self._places: deque[tuple[int, str]] = deque(maxlen=PLACES)
-        self._marks: list[tuple[str, int, Callable[[], None]]] = []
+        self._marks: list[tuple[Motion, _Mark]] = []
         self._zone = False
         self._stored: list[Stored] = []
         self._waiting: list[Step] = []
         self._batch: list[Step] | None = None
-        self._calls: list[tuple[int, Callable[[], None]]] = []
+        self._calls: list[tuple[int, float, Callable[[], None]]] = []
         self.concurrent = self.stopped = False
         self.notes: list[PlanNote] = []
 
@@ -114,14 +129,18 @@ class MotionQueue:
         self._held = []
         self._zone, self.concurrent = zone > 0.0, concurrent
 
-    def set(self, signal: str, value: SignalValue) -> None:
-        """Set a signal: in the zone after the last move, or else when all before it is done."""
+    def set(self, signal: str, value: SignalValue, lead: float = 0.0) -> None:
+        """Set a signal: in the zone after the last move, or else when all before it is done.
+
+        lead: how much earlier (s), where the move before is given `together` with it or has a zone.
+        """
+        step = Step(lambda program: program.set(signal, value, lead=lead))
         if (self._motion is None and not self._batch) or self.free:
             self._client.signals[signal] = value
         elif self._zone:
-            self._held.append(Step(lambda program: program.set(signal, value)))
+            self._held.append(step)
         else:
-            self._send([Step(lambda program: program.set(signal, value))])
+            self._send([step])
 
     def dwell(self, seconds: float) -> None:
         """Stand still for so many seconds of simulation time when all before it is done."""
@@ -298,35 +317,36 @@ class MotionQueue:
         """Number of paths that are put aside."""
         return len(self._stored)
 
-    def call_at(self, what: Callable[[], None]) -> None:
+    def call_at(self, what: Callable[[], None], lead: float = 0.0) -> None:
         """Call something when the place is passed where the last move ends, or its zone is.
 
-        A thread of its own does so, or `passed`.
+        A thread of its own does so, or `passed`. lead: how much earlier (s) than the last of the moves ends that are
+        given `together`.
         """
         number = len(self._batch or ()) + len(self._held)
         if self._batch is not None:
-            self._calls.append((number, what))
+            self._calls.append((number, lead, what))
         elif self._motion is None:
             what()
         else:
-            self._call(self._motion, self._count + number, what)
+            self._call(self._motion, _Mark(self._count + number, what))
 
     def passed(self, states: Iterable[MotionState]) -> None:
         """Call what `call_at` has kept, where time goes on for this program alone, by states of motions."""
         by_name = {state.id: state for state in states}
         marks, self._marks = self._marks, []
-        for name, number, what in marks:
-            state = by_name.get(name)
-            if state is None or (state.step < number and state.phase is not Phase.STARVED and not state.phase.ended):
-                self._marks.append((name, number, what))
+        for motion, mark in marks:
+            state = by_name.get(motion.id)
+            if state is None or not mark.passed(state):
+                self._marks.append((motion, mark))
             elif state.phase not in (Phase.CANCELLED, Phase.ABORTED):
-                what()
+                mark.what()
 
-    def _call(self, motion: Motion, number: int, what: Callable[[], None]) -> None:
+    def _call(self, motion: Motion, mark: _Mark) -> None:
         if self._task.passing is not None:
-            self._marks.append((motion.id, number, what))
+            self._marks.append((motion, mark))
             return
-        passed = partial(self._call_when_passed, motion, number, what)
+        passed = partial(self._call_when_passed, motion, mark)
         threading.Thread(target=passed, name="path mark", daemon=True).start()
 
     @contextmanager
@@ -341,12 +361,12 @@ class MotionQueue:
         finally:
             self._batch, self._calls = None, []
 
-    def _call_when_passed(self, motion: Motion, number: int, what: Callable[[], None]) -> None:
+    def _call_when_passed(self, motion: Motion, mark: _Mark) -> None:
         with suppress(VirtualRobotError):  # the kernel is gone, which the program notices itself
-            while (state := motion.state).step < number and state.phase is not Phase.STARVED and not state.phase.ended:
+            while not mark.passed(state := motion.state):
                 time.sleep(POLL_SECONDS)
             if state.phase not in (Phase.CANCELLED, Phase.ABORTED):
-                what()
+                mark.what()
 
     def forget_path(self) -> None:
         """Leave out the moves that are not done; the robot must stand (`stop`)."""
@@ -398,8 +418,9 @@ class MotionQueue:
                 self._motion.state.raise_early_end()  # somebody has just ended it
                 raise
         self.notes += notes
-        for number, what in self._calls:
-            self._call(self._motion, self._count + number, what)
+        end = self._motion.state.planned_duration if any(lead for _, lead, _ in self._calls) else inf
+        for number, lead, what in self._calls:
+            self._call(self._motion, _Mark(self._count + number, what, end - lead if lead else inf))
         self._sent += enumerate(steps, self._count)
         place = self._task.place()
         self._places += ((number, place) for number in range(self._count, self._count + len(steps)))

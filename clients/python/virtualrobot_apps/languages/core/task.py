@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -86,3 +87,11 @@ class Task:
             self.passing(seconds)
         else:
             time.sleep(seconds)
+
+
+def here() -> str:
+    """Return file and line of the statement that is being done: the innermost frame that is no file of Python's."""
+    frame = sys._getframe(1)
+    while frame.f_back is not None and frame.f_code.co_filename.endswith(".py"):
+        frame = frame.f_back
+    return f"{frame.f_code.co_filename}:{frame.f_lineno}"

@@ -171,8 +171,8 @@ class GroupQueue(MotionQueue):
         with suppress(type(error)):
             self._give(error)
 
-    def set(self, signal: str, value: SignalValue) -> None:
-        """Set a signal in the zone after the last move, or else when that is done."""
+    def set(self, signal: str, value: SignalValue, lead: float = 0.0) -> None:
+        """Set a signal in the zone after the last move, or else when that is done; a lead doesn't count then."""
         if self._zone and not self.free:
             self._held.append(Step(lambda program: program.set(signal, value)))
         else:

@@ -104,9 +104,9 @@ class Signals:
             raise RapidFault("ERR_ARGVALERR", f"the signal {name!r} is 0 or 1, not {value:g}")
         return kind(value)
 
-    def set_signal(self, name: str, value: float) -> None:
-        """Set a signal, in the zone of the last move, or when that is done."""
-        self.queue.set(self.signal_name(name), self.typed(name, value))
+    def set_signal(self, name: str, value: float, lead: float = 0.0) -> None:
+        """Set a signal, in the zone of the last move, or when that is done, or `lead` s earlier."""
+        self.queue.set(self.signal_name(name), self.typed(name, value), lead)
 
     def signal_later(self, values: list[tuple[float, str, float]]) -> None:
         """Give signals values after some seconds each, counted from the one before, while the program goes on."""

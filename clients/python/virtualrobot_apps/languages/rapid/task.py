@@ -16,7 +16,7 @@ from virtualrobot.errors import VirtualRobotError, WrongStateError
 from virtualrobot_apps.languages.core.diagnostics import Diagnostics, ProgramError, did_you_mean
 from virtualrobot_apps.languages.core.pendant import Pendant
 from virtualrobot_apps.languages.core.source import Source, read_source
-from virtualrobot_apps.languages.core.task import Task
+from virtualrobot_apps.languages.core.task import Task, here
 from virtualrobot_apps.languages.rapid import builtin
 from virtualrobot_apps.languages.rapid.cell import Cell
 from virtualrobot_apps.languages.rapid.check import Checked, check, is_common
@@ -38,7 +38,7 @@ from virtualrobot_apps.languages.rapid.symbols import Datum, RoutineSymbol, Use
 from virtualrobot_apps.languages.rapid.table import BUILTINS
 from virtualrobot_apps.languages.rapid.tree import Data, Module
 from virtualrobot_apps.languages.rapid.values import Clock, FileDevice, FolderDevice, SocketDevice
-from virtualrobot_apps.languages.rapid.world import World, here
+from virtualrobot_apps.languages.rapid.world import World
 from virtualrobot_apps.languages.rapid.zones import Zones
 
 builtin.load()

@@ -38,7 +38,7 @@ class Trigger:
     Attributes:
         distance: where, before the end of the way or behind its start (mm).
         from_start: whether it counts from the start.
-        lag: how much earlier (s) at the programmed speed.
+        lead: how much earlier (s); where it is below 0 later, at the programmed speed.
         delay: how much later (s) by the clock.
         signal: the signal that is set; None: an interrupt comes.
         value: the value that it gets, or the number of the interrupt.
@@ -46,7 +46,7 @@ class Trigger:
 
     distance: float
     from_start: bool
-    lag: float
+    lead: float
     delay: float
     signal: str | None
     value: float
@@ -57,7 +57,7 @@ def _places(triggers: list[Trigger], length: float, speed: float) -> list[tuple[
     found: list[tuple[float, list[Trigger]]] = []
     for one in triggers:
         place = one.distance / 1000.0 if one.from_start else length - one.distance / 1000.0
-        place = min(length, max(0.0, place - one.lag * speed))
+        place = min(length, max(0.0, place + max(0.0, -one.lead) * speed))
         near = next((others for other, others in found if abs(other - place) < SAME), None)
         if near is None:
             found.append((place, [one]))
@@ -69,12 +69,13 @@ def _places(triggers: list[Trigger], length: float, speed: float) -> list[tuple[
 def _do(task: RapidTask, triggers: list[Trigger]) -> None:
     world = task.world
     for one in triggers:
+        lead = max(0.0, one.lead)
         if one.signal is None:
-            world.queue.call_at(partial(task.interrupts.order, one.value))
+            world.queue.call_at(partial(task.interrupts.order, one.value), lead)
         elif one.delay > 0.0:
-            world.queue.call_at(partial(world.start_later, [(one.delay, one.signal, one.value)]))
+            world.queue.call_at(partial(world.start_later, [(one.delay, one.signal, one.value)]), lead)
         else:
-            world.set_signal(one.signal, one.value)
+            world.set_signal(one.signal, one.value, lead)
 
 
 def _go(
@@ -93,7 +94,7 @@ def _go(
             _do(task, what)
             at = place
         piece(at / length if length > 0.0 else 0.0, 1.0, last)
-    _do(task, [one for place, what in places if place > SAME and place >= length - SAME for one in what])
+        _do(task, [one for place, what in places if place > SAME and place >= length - SAME for one in what])
 
 
 def _radius(zone: list[Any]) -> float:

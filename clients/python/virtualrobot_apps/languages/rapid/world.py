@@ -6,7 +6,6 @@ RAPID's world frame is the frame of the robot's base. A tool becomes a tool cent
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from copy import deepcopy
@@ -27,6 +26,7 @@ from virtualrobot.motions.moves import Move
 from virtualrobot_apps.emulators.body import Twin
 from virtualrobot_apps.languages.core.joint_speed import full_speed
 from virtualrobot_apps.languages.core.motion import Step
+from virtualrobot_apps.languages.core.task import here
 from virtualrobot_apps.languages.core.together import GroupQueue
 from virtualrobot_apps.languages.rapid.arcs import Arc
 from virtualrobot_apps.languages.rapid.configuration import confdata
@@ -138,7 +138,8 @@ class World(Signals):
                     number += 1
                 name = self._tools[key] = f"{self.robot.name}.rapid-tool-{number}"
                 self.client.scene.add_tool(name, self.robot.flange, tool_center_points={"tcp": pose})
-        self.client.scene.select_tool(self.robot.name, name)
+        if (self._tool, name, self._before) != (None, None, (None, None)):  # else it is selected as the program begins
+            self.client.scene.select_tool(self.robot.name, name)
         self._tool = [list(tool[1][0]), list(tool[1][1])]
         self._flange_t_tcp = pose
         self._place = None
@@ -152,15 +153,23 @@ class World(Signals):
         """Return the joints (rad) where the program has sent the robot."""
         if self._target is None:
             self.queue.finish()
-            self._target = np.array(self.robot.state.positions)
+            state = self.robot.state
+            self._target = np.array(state.positions)
+            if self._tool is not None:
+                self._place = np.linalg.inv(self.base) @ state.world_t_tcp
         return self._target
 
     def place_now(self) -> Matrix:
         """Return where the program has sent the tool centre point, in the frame of the base."""
+        joints = self.joints_planned()
         if self._place is None:
-            tcp = self.robot.solve_forward(dict(zip(self.joints, self.joints_planned(), strict=True))).world_t_tcp
-            self._place = np.linalg.inv(self.base) @ tcp
+            self._place = self._place_of(joints)
         return self._place
+
+    def _place_of(self, joints: np.ndarray) -> Matrix:
+        """Return where joints (rad) bring the tool centre point, in the frame of the base."""
+        found = self.robot.solve_forward(dict(zip(self.joints, joints.tolist(), strict=True)))
+        return np.linalg.inv(self.base) @ found.world_t_tcp
 
     def solved(self, base_t_tcp: Matrix, conf: list[float] | None) -> tuple[np.ndarray, list[float], bool]:
         """Return joints that reach a pose of the tool centre point, their configuration, and whether it is `conf`.
@@ -168,7 +177,7 @@ class World(Signals):
         Of several it is the one with that configuration, else the nearest. Raises the fault ERR_ROBLIMIT where there is
         none.
         """
-        solution = self.robot.solve_inverse(self.base @ base_t_tcp, seed=list(self.joints_planned()))
+        solution = self.robot.solve_inverse(base_t_tcp, list(self.joints_planned()), self.robot.name)
         if not len(solution.solutions):
             raise RapidFault("ERR_ROBLIMIT", solution.explanation)
         names = solution.configurations or ("",) * len(solution.solutions)
@@ -409,10 +418,13 @@ class World(Signals):
         """Return the robtarget where the robot is, when its program has come so far, or at once, from another one."""
         if not wait:
             return self._target_seen(tool or self.tool, wobj)
+        self._selected()
         self.settle()
         state = self.robot.state
-        pose, conf = self._described(state.positions, state.world_t_tcp, tool, wobj)
-        return [*pose, conf, [NO_AXIS] * 6]
+        joints, place = np.array(state.positions), np.linalg.inv(self.base) @ state.world_t_tcp
+        if self._target is None and self.queue.rests:
+            self._target, self._place = joints, place
+        return self._described(joints, place, tool, wobj)
 
     def _target_seen(self, tool: list[Any], wobj: list[Any] | None) -> list[Any]:
         """Return the robtarget where the robot is, and leave the kernel's tool centre point alone."""
@@ -423,18 +435,18 @@ class World(Signals):
 
     def target_at(self, joints: np.ndarray, tool: list[Any], wobj: list[Any] | None) -> list[Any]:
         """Return the robtarget where joints (rad) bring a tool."""
-        world_t_tcp = self.robot.solve_forward(dict(zip(self.joints, joints.tolist(), strict=True))).world_t_tcp
-        pose, conf = self._described(joints, world_t_tcp, tool, wobj)
-        return [*pose, conf, [NO_AXIS] * 6]
+        self._selected()
+        return self._described(joints, self._place_of(joints), tool, wobj)
 
     def _described(
-        self, joints: np.ndarray, world_t_tcp: Matrix, tool: list[Any] | None, wobj: list[Any] | None
-    ) -> tuple[list[Any], list[float]]:
-        named = self.robot.solve_inverse(world_t_tcp, seed=list(joints)).configurations
-        flange = world_t_tcp @ np.linalg.inv(self._selected())
+        self, joints: np.ndarray, base_t_tcp: Matrix, tool: list[Any] | None, wobj: list[Any] | None
+    ) -> list[Any]:
+        """Return the robtarget of a tool, where joints (rad) bring the tool centre point of now to a pose."""
+        named = self.robot.solve_inverse(base_t_tcp, list(joints), self.robot.name).configurations
+        flange = base_t_tcp @ np.linalg.inv(self._selected())
         tcp = flange @ (matrix_of(tool[1]) if tool is not None else self._selected())
-        pose = pose_of(np.linalg.inv(self.base @ self.frame(wobj)) @ tcp)
-        return pose, confdata(joints.tolist(), named[0] if named else "")
+        pose = pose_of(np.linalg.inv(self.frame(wobj)) @ tcp)
+        return [*pose, confdata(joints.tolist(), named[0] if named else ""), [NO_AXIS] * 6]
 
     def joints_for(self, target: list[Any], tool: list[Any], wobj: list[Any] | None) -> np.ndarray:
         """Return the joints (rad) that bring a tool to a place, with its configuration where one has it."""
@@ -480,14 +492,6 @@ class World(Signals):
             for name in self._tools.values():
                 self.client.scene.remove(name)
             self._tool, self._tools = None, {}
-
-
-def here() -> str:
-    """Return file and line of the statement that is being done: the innermost frame that is no file of Python's."""
-    frame = sys._getframe(1)
-    while frame.f_back is not None and frame.f_code.co_filename.endswith(".py"):
-        frame = frame.f_back
-    return f"{frame.f_code.co_filename}:{frame.f_lineno}"
 
 
 def _told(conf: list[float]) -> str:

@@ -284,7 +284,10 @@ class _Resolver:
         """Write a step that moves no arm."""
         kind = step.WhichOneof("step") or ""
         if kind == "set_signal":
-            self._found.append((at, SetSignal(step.set_signal.signal, _value(at, step.set_signal.value))))
+            put = step.set_signal
+            if put.lead_seconds:
+                raise InvalidArgumentError(f"step {at} sets {put.signal!r} ahead of its place, which can't be written")
+            self._found.append((at, SetSignal(put.signal, _value(at, put.value))))
         elif kind == "wait_signal":
             asked, most = self._condition(at, step.wait_signal.condition), step.wait_signal.timeout_seconds or None
             self._found.append((at, WaitSignal(asked.signal, asked.comparison, asked.value, most)))

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
+from virtualrobot_apps.languages.core.task import here
 from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
 from virtualrobot_apps.languages.rapid.predefined import NO_AXIS
 from virtualrobot_apps.languages.rapid.table import function, instruction
-from virtualrobot_apps.languages.rapid.world import WOBJ, World, here
+from virtualrobot_apps.languages.rapid.world import WOBJ, World
 
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.rapid.task import RapidTask

@@ -121,27 +121,33 @@ _OUTPUT = r"\signaldo DOp | signalgo GOp | signalao AOp"
 
 
 def _trigger(
-    holder: list[Any],
-    index: int,
     distance: float,
     from_start: bool | None,
+    time: bool | None,
     lag: float,
-    signals: tuple[str | None, ...],
+    delay: float,
+    signal: str | None,
     value: float,
-    delay: float | None = None,
-) -> None:
+) -> Trigger:
+    if distance < 0.0:
+        what = "time of a trigger is 0 s" if time else "distance of a trigger is 0 mm"
+        raise RapidFault("ERR_ARGVALERR", f"the {what} or more, not {distance:g}")
+    if time:
+        return Trigger(0.0, False, distance, delay, signal, value)
+    return Trigger(distance, bool(from_start), lag, delay, signal, value)
+
+
+def _output(*signals: str | None) -> str:
     signal = next((one for one in signals if one), None)
     if signal is None:
         raise RapidFault("ERR_ARGVALERR", r"a trigger needs \DOp, \GOp or \AOp")
-    if distance < 0.0:
-        raise RapidFault("ERR_ARGVALERR", f"the distance of a trigger is 0 mm or more, not {distance:g}")
-    holder[index] = Trigger(distance, bool(from_start), lag, delay or 0.0, signal, value)
+    return signal
 
 
 @instruction(
     "TriggIO",
-    rf"inout triggdata TriggData, num Distance \switch Start {_OUTPUT}, num SetValue \num DODelay",
-    lacking="Time ProcID Inhib InhibSetValue",
+    rf"inout triggdata TriggData, num Distance \switch Start | switch Time {_OUTPUT}, num SetValue \num DODelay",
+    lacking="ProcID Inhib InhibSetValue",
 )
 def _trigg_io(
     task: RapidTask,
@@ -149,11 +155,12 @@ def _trigg_io(
     index: int,
     distance: float,
     start: bool | None,
+    time: bool | None,
     *more: Any,  # noqa: ANN401
 ) -> None:
-    """Describes that a signal is set at a distance (mm) before the end of a way, or behind its start."""
+    """Describes that a signal is set at a distance (mm) or time (s) before the end of a way, or behind its start."""
     *signals, value, delay = more
-    _trigger(holder, index, distance, start, 0.0, tuple(signals), value, delay)
+    holder[index] = _trigger(distance, start, time, 0.0, delay or 0.0, _output(*signals), value)
 
 
 @instruction(
@@ -170,13 +177,15 @@ def _trigg_equip(
     lag: float,
     *more: Any,  # noqa: ANN401 signals and their value
 ) -> None:
-    """Describes the same, EquipLag seconds earlier at the programmed speed, or later where it is below 0."""
+    """Describes the same, EquipLag seconds earlier, or at the programmed speed later where it is below 0."""
     *signals, value = more
-    _trigger(holder, index, distance, start, lag, tuple(signals), value)
+    holder[index] = _trigger(distance, start, None, lag, 0.0, _output(*signals), value)
 
 
 @instruction(
-    "TriggInt", r"inout triggdata TriggData, num Distance \switch Start, var intnum Interrupt", lacking="Time Inhib"
+    "TriggInt",
+    r"inout triggdata TriggData, num Distance \switch Start | switch Time, var intnum Interrupt",
+    lacking="Inhib",
 )
 def _trigg_int(
     task: RapidTask,
@@ -184,13 +193,12 @@ def _trigg_int(
     index: int,
     distance: float,
     start: bool | None,
+    time: bool | None,
     interrupt: list[float],
     at: int,
 ) -> None:
-    """Describes that an interrupt comes at a distance (mm) before the end of a way, or behind its start."""
-    if distance < 0.0:
-        raise RapidFault("ERR_ARGVALERR", f"the distance of a trigger is 0 mm or more, not {distance:g}")
-    holder[index] = Trigger(distance, bool(start), 0.0, 0.0, None, interrupt[at])
+    """Describes that an interrupt comes at a distance (mm) or time (s) before the end of a way, or behind its start."""
+    holder[index] = _trigger(distance, start, time, 0.0, 0.0, None, interrupt[at])
 
 
 _TRIGGERS = r"triggdata Trigg_1 " + " ".join(rf"\triggdata T{number}" for number in range(2, 9))
