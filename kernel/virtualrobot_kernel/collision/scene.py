@@ -101,9 +101,7 @@ class CollisionScene:
         checks.
         """
         before, world_t_node = self._bodies, snapshot.world_t_node if world_t_node is None else world_t_node
-        same = snapshot is self._snapshot
-        self._snapshot = snapshot
-        if before is not None and (same or unchanged(before.made_of, made_of(snapshot))):
+        if before is not None and (snapshot is self._snapshot or unchanged(before.made_of, made_of(snapshot))):
             if world_t_node is not self._world_t_node:
                 self._placed.follow(world_t_node, self._world_t_node, before.rows, before.node_t_element)
         else:
@@ -115,7 +113,7 @@ class CollisionScene:
             else:
                 self._placed = Placed(now.solids, poses, self._placed, now.padding)
                 self._remembered = DistanceCache(self._placed)
-        self._world_t_node = world_t_node
+        self._snapshot, self._world_t_node = snapshot, world_t_node
 
     def collisions(
         self, detail: Detail, robots: Collection[int] | None = None, pairs: Collection[Pair] | None = None
