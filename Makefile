@@ -35,7 +35,7 @@ IMAGE := proto/image.binpb
 MAKEFLAGS += --no-print-directory
 # Whatever the shell says: without its bytecode each of some hundred processes compiles the kernel's modules anew.
 export PYTHONDONTWRITEBYTECODE :=
-.PHONY: run serve test test-all test-long pytest pytest-long hunt durations bench lint ruff pyright buf image stubs constraints picture profiles console wheel clean
+.PHONY: run serve test test-all test-long long compiled pytest pytest-long hunt durations bench lint ruff pyright buf image stubs constraints picture profiles console wheel clean
 .DELETE_ON_ERROR:
 
 # Without the page there is still the viewer.
@@ -57,17 +57,21 @@ $(PAGE): $(PAGE_SOURCES) tools/build_page.py | $(VENV)/bin/python
 wheel: $(PAGE)
 	@$(BIN)/python -m pip wheel -q --no-deps -w dist .
 
-# Side by side: what pip and npm set up.
+# Side by side: what pip and npm set up, and what is compiled meanwhile.
 test:
-	@$(MAKE) -j2 ruff buf console
+	@$(MAKE) -j3 ruff buf console compiled
 	@$(MAKE) pytest
 
 test-all: test
 	@$(MAKE) test-long
 
+# Types need no compilers, and are checked while these are fetched.
 test-long:
+	@$(MAKE) -j2 pyright long
+
+long:
 	@if command -v apt-get > /dev/null; then tools/install_toolchains.sh; fi
-	@$(MAKE) -j2 pyright pytest-long
+	@$(MAKE) pytest-long
 
 # By file, in order: the long files come first. Three workers for two cores, since tests wait for motions in real time; long
 # ones start kernels, browsers and controllers of their own, and have two.
@@ -75,8 +79,10 @@ WORKERS := 3
 PYTEST = $(BIN)/python -m pytest -q -n $(WORKERS) --dist loadfile --no-loadscope-reorder
 
 # Deadlines of components are no time to compile in.
-pytest: $(VENV)/installed-dev $(PAGE)
+compiled: $(VENV)/installed-dev
 	@$(BIN)/python tools/compile_code.py
+
+pytest: $(VENV)/installed-dev $(PAGE) compiled
 	@echo "testing ..."
 	@$(PYTEST) --junitxml=$(VENV)/tests.xml $(ARGS)
 

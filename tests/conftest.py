@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
 import gc
 import os
+import re
 import signal
 import zlib
 from pathlib import Path
@@ -43,12 +45,31 @@ def seed_of(node: pytest.Item | pytest.Collector) -> int:
     return int(GIVEN_SEED or zlib.crc32(node.nodeid.encode()))
 
 
+LONG = re.compile(r"\bmark\.long\b|\bevery_fifth\b")
+"""What the source of a file with long tests says somewhere."""
+
+
+@functools.cache
+def may_be_long(file: Path) -> bool:
+    """Return whether a file of tests says that some are long."""
+    return LONG.search(file.read_text(encoding="utf-8")) is not None
+
+
+def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:
+    """Leave out files without long tests where only these are run: more than half of what is to be imported."""
+    if config.option.markexpr == "long" and collection_path.match("test_*.py") and not may_be_long(collection_path):
+        return True
+    return None
+
+
 def pytest_itemcollected(item: pytest.Item) -> None:
     """Mark what `make hunt` has other seeds for, and what is patient."""
     fixtures = getattr(item, "fixturenames", ())
     if "seed" in fixtures or hasattr(getattr(item, "cls", None), "seed"):
         item.add_marker("seeded")
     if item.get_closest_marker("long") and ROOT.joinpath("tests") in item.path.parents:
+        if not may_be_long(item.path):
+            raise pytest.UsageError(f"{item.nodeid} is long, but its file has no mark.long of its own to be found by")
         if item.path.relative_to(ROOT).parts[1] in IN_REAL_TIME:
             item.add_marker("patient")
 

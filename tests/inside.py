@@ -10,10 +10,10 @@ from typing import Any
 from unittest import mock
 
 from virtualrobot_kernel.api.server import Address
+from virtualrobot_kernel.compiling import compile_code
 from virtualrobot_kernel.components.catalog import Catalog
 from virtualrobot_kernel.history.journal import Journal, Keeper, Told
 from virtualrobot_kernel.kernel import Kernel, Settings
-from virtualrobot_kernel.serve import compile_code
 from virtualrobot_kernel.world.change import Change
 from virtualrobot_kernel.world.clock import Mode
 from virtualrobot_kernel.world.journal import Answer, Entry

@@ -199,6 +199,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     },
     # The composition root knows every room; `serve` writes the token where the client's rule says, starts the console.
     KERNEL: (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.worker"),
+    f"{KERNEL}/compiling.py": (*ANYONE, "virtualrobot_kernel.numeric", "virtualrobot_sdk.compiled.cache"),
     f"{KERNEL}/serve.py": (*ANYONE, "virtualrobot_kernel", "virtualrobot_sdk.compiled.cache", *CALLED),
     f"{KERNEL}/world": room("world"),
     f"{KERNEL}/inputs": room("inputs"),
@@ -306,7 +307,7 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
 
 
 # Files beside the rooms.
-FILES = frozenset({"embedded.py", "kernel.py", "serve.py"})
+FILES = frozenset({"compiling.py", "embedded.py", "kernel.py", "serve.py"})
 
 
 def imports(source: str, package: str) -> Iterator[tuple[int, str]]:

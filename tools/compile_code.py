@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from virtualrobot_kernel.compiling import compile_code
 from virtualrobot_kernel.components.catalog import Catalog
-from virtualrobot_kernel.serve import compile_code
 
 if __name__ == "__main__":
     catalog = Catalog()  # imports the bundled plugins where their code is not compiled yet

@@ -6,10 +6,8 @@ import argparse
 import contextlib
 import functools
 import gc
-import importlib
 import logging
 import os
-import pkgutil
 import secrets
 import signal
 import sys
@@ -164,11 +162,12 @@ def _add_server_options(parser: argparse.ArgumentParser) -> None:
 
 def _verify(options: argparse.Namespace) -> int:
     """Make every tick of a folder's past again; return 0 when each is what it was."""
-    compile_code()
+    from virtualrobot_kernel.compiling import compile_code
     from virtualrobot_kernel.history.past import PastFolder
     from virtualrobot_kernel.history.verify import verify
     from virtualrobot_kernel.planning.robots import world_poses
 
+    compile_code()
     past = PastFolder(options.data)
     try:
         verdict = verify(past.replay(world_poses), past.store.hashes())
@@ -194,6 +193,7 @@ def _serve(options: argparse.Namespace, past: PastFolder | None = None) -> int:
     # What modules make as they are loaded stays: to look for garbage among it takes a fifth of the start's time.
     gc.disable()
     catalog = _catalog(options)
+    from virtualrobot_kernel.compiling import compile_code
     from virtualrobot_kernel.history.folder import LOG, NANOSECONDS, TOKENS, Folder
     from virtualrobot_kernel.history.history import rules_of
 
@@ -346,21 +346,6 @@ def _catalog(options: argparse.Namespace) -> Catalog:
     if options.strict_plugins and failed:
         raise KernelError(f"plugins have failed: {'; '.join(failed)}")
     return catalog
-
-
-def compile_code() -> None:
-    """Compile what the kernel and the plugins that are imported need; on the first start say how far that is."""
-    from virtualrobot_sdk.compiled.cache import compile_missing
-
-    from virtualrobot_kernel import numeric
-
-    for module in pkgutil.iter_modules(numeric.__path__):  # so that it is among what is compiled
-        importlib.import_module(f"{numeric.__name__}.{module.name}")
-
-    def progress(done: int, total: int, name: str) -> None:
-        print(f"compiling (first start only) {done + 1}/{total}: {name}", file=sys.stderr, flush=True)
-
-    compile_missing(progress)
 
 
 def _load_the_rest(catalog: Catalog, ended: threading.Event) -> None:

@@ -47,6 +47,10 @@ class FramePath:
         """Return base_t_frame (4, 4)."""
         return self.curve.pose(float(self.u.state(s, 0)[0, 0]))
 
+    def poses(self, s: Array) -> Array:
+        """Return base_t_frame (m, 4, 4) at parameters (m,)."""
+        return self.curve.poses_at(self.u.states(s, 0)[0, :, 0])
+
 
 def frame_path(curve: Spline) -> FramePath:
     """Return a curve, whose position never stands still, by its length."""
@@ -104,6 +108,10 @@ class FreePath(CartesianPath):
         """Return base_t_tcp (4, 4)."""
         return self.frames.pose(u) @ frame_t_tool(self.freedoms.state(u, 0)[0])
 
+    def poses(self, u: Array) -> Array:
+        """Return base_t_tcp (m, 4, 4) at parameters (m,)."""
+        return self.frames.poses(u) @ frame_t_tools(self.freedoms.states(u, 0)[0])
+
     def twist(self, u: float) -> Array:
         """Return the derivative (6,) of the pose: m, then rad, base frame, at the TCP."""
         at, rate = self.frames.u.state(u, 1)[:, 0].tolist()
@@ -136,6 +144,21 @@ def frame_t_tool(freedom: Array) -> Array:
     # Rx Ry Rz is the inverse of Rz Ry Rx of the angles' negatives.
     pose[:3, :3] = from_roll_pitch_yaw(-about_x, -about_y, -about_z).T
     return pose
+
+
+def frame_t_tools(freedoms: Array) -> Array:
+    """Return the poses (m, 4, 4) of a tool in its frame, as `frame_t_tool` does one, of freedoms (m, 6)."""
+    (cx, cy, cz), (sx, sy, sz) = np.cos(freedoms[:, 3:]).T, np.sin(freedoms[:, 3:]).T
+    found = np.tile(np.eye(4), (len(freedoms), 1, 1))
+    found[:, :3, 3] = freedoms[:, :3]
+    found[:, :3, :3] = np.array(
+        [
+            [cy * cz, -cy * sz, sy],
+            [cx * sz + sx * sy * cz, cx * cz - sx * sy * sz, -sx * cy],
+            [sx * sz - cx * sy * cz, sx * cz + cx * sy * sz, cx * cy],
+        ]
+    ).transpose(2, 0, 1)
+    return found
 
 
 def within_hull(places: Array, control: Array) -> PiecewisePolynomial:

@@ -92,6 +92,16 @@ class Spline(CartesianPath):
         pose[:3, :3] = rotation_matrix(values[3:]) @ self.poses[piece, :3, :3]
         return pose
 
+    def poses_at(self, u: Array) -> Array:
+        """Return base_t_tcp (m, 4, 4) at fractions (m,), as `pose` does at one."""
+        piece = np.clip(np.searchsorted(self.u, u, side="right") - 1, 0, len(self.u) - 2)
+        powers = (u - self.u[piece])[:, None] ** np.arange(6.0)
+        values = np.einsum("mi,mij->mj", powers, self.coefficients[piece])
+        found = np.tile(np.eye(4), (len(u), 1, 1))
+        found[:, :3, 3] = values[:, :3]
+        found[:, :3, :3] = rotations(values[:, 3:]) @ self.poses[piece, :3, :3]
+        return found
+
     def twist(self, u: float) -> Array:
         """Return the derivative (6,) of the pose by u: m, then rad, base frame, at the TCP."""
         piece, powers, slopes = self._located(u)
@@ -145,6 +155,17 @@ def spline(base_t_start: Array, base_t_goals: Sequence[Array]) -> Spline:
     ]
     coefficients = np.concatenate([path.coefficients, rotations], axis=2)
     return Spline(poses[0], poses, u, coefficients, _ways(u, coefficients))
+
+
+def rotations(vectors: Array) -> Array:
+    """Return the rotations (m, 3, 3) about vectors (m, 3) by their lengths, as `rotation_matrix` does of one."""
+    angles = np.linalg.norm(vectors, axis=1)
+    x, y, z = vectors.T
+    zero = np.zeros(len(vectors))
+    cross = np.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]]).transpose(2, 0, 1)
+    # sin(a) / a and (1 - cos(a)) / a^2 = 0.5 (sin(a / 2) / (a / 2))^2, which are 1 and 0.5 at 0.
+    first, second = np.sinc(angles / np.pi), 0.5 * np.sinc(0.5 * angles / np.pi) ** 2
+    return np.eye(3) + first[:, None, None] * cross + second[:, None, None] * (cross @ cross)
 
 
 def _check_apart(chords: Array, turns: Array) -> None:

@@ -55,7 +55,7 @@ class Carriers:
     """Joints of other robots, (m,), that carry the arm, such as a rail, or the frame of its path, as a positioner does.
 
     lower and upper (m,): their limits; turns (m,): whether each one turns, others slide. base_t_reference: where the
-    path's frame is (4, 4) in the frame of the arm's base when these joints are at values (m,).
+    path's frame is (..., 4, 4) in the frame of the arm's base when these joints are at values (..., m).
     """
 
     lower: Floats
@@ -103,17 +103,17 @@ class LedArm:
         return MeetingAxes(others).postures if self.turns[self.held] else closed_form(others)
 
     def base_t_reference(self, free: Floats) -> Floats:
-        """Return where the path's frame is (4, 4) in the base's, for free values (f,): where it stands, without one."""
-        return np.eye(4) if self.carriers is None else self.carriers.base_t_reference(free[self.held is not None :])
+        """Return where the path's frame is (..., 4, 4) in the base's, for free values (..., f); without any (4, 4)."""
+        if self.carriers is None:
+            return np.eye(4)
+        return self.carriers.base_t_reference(free[..., self.held is not None :])
 
     def postures(self, tips: Floats, free: Floats) -> tuple[Floats, Floats]:
         """Return postures (n, 8, k + m) of poses (n, 4, 4) of the tip in the path's frame, as `Postures` does.
 
         free (n, f): what is free at each of them.
         """
-        values, rows = np.unique(free, axis=0, return_inverse=True)
-        rows = rows.reshape(-1)
-        carried = np.array([self.base_t_reference(one) for one in values])[rows] @ tips
+        carried = self.base_t_reference(free) @ tips
         q = np.full((len(tips), BRANCHES, len(self.turns)), np.nan)
         clear = np.zeros((len(tips), BRANCHES))
         own = np.zeros(len(tips)) if self.held is None else free[:, 0]

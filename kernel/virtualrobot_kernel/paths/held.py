@@ -6,11 +6,13 @@ the ladder has chosen, at knots that come nearer until the pieces between them a
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.poses import inverse
+from virtualrobot_sdk.reference import chain_frames
 
 from virtualrobot_kernel.errors import Reason
 from virtualrobot_kernel.motion.free_path import FreePath
@@ -52,12 +54,8 @@ class HeldPath:
         # Two knots that are one but for rounding would make a sliver of a piece.
         marks = marks[np.concatenate([[True], np.diff(marks) > 1e-3 / count])]
         marks[-1] = 1.0
-        near = start
-        rows = []
-        for mark in marks.tolist():
-            near = self._posture(mark, near)
-            rows.append(near)
-        q = np.array(rows)
+        # Each one is at the turns that are nearest to the one before it.
+        q = self._postures(marks, lambda found: np.unwrap(np.concatenate([start[None], found]), axis=0)[1:])
         rates, bends = self._derivatives(marks, q)
         open_ = np.ones(len(marks) - 1, np.bool_)
         while open_.any():
@@ -65,7 +63,7 @@ class HeldPath:
             starts = np.flatnonzero(open_)
             between = 0.5 * (marks[starts] + marks[starts + 1])
             guessed = piece.evaluate(between)
-            found = np.array([self._posture(u, near) for u, near in zip(between.tolist(), guessed, strict=True)])
+            found = self._postures(between, _nearest(guessed))
             off = np.abs(found - guessed).max(axis=1) > DEVIATION
             narrow = off & (marks[starts + 1] - marks[starts] < NARROWEST)
             if narrow.any():
@@ -84,33 +82,32 @@ class HeldPath:
         self._check(piece, limits)
         return piece
 
-    def _posture(self, u: float, near: Floats) -> Floats:
-        """Return the joints (k,) at a parameter, at the turns that are nearest to others."""
-        arm, values = self._arm, self._held.state(u, 0)[0]
-        pose = self._path.pose(u)
-        q = arm.postures((pose @ self._tcp_t_tip)[None], values[None])[0][0, self._branch]
-        if np.isnan(q).any():
-            s = min(max(u, 0.0), 1.0)
+    def _postures(self, u: Floats, turned: Callable[[Floats], Floats]) -> Floats:
+        """Return the joints (m, k) at parameters (m,); `turned` brings (m, k) to the turns that are wanted."""
+        arm, values, wanted = self._arm, self._held.states(u, 0)[0], self._path.poses(u)
+        q = arm.postures(wanted @ self._tcp_t_tip, values)[0][:, self._branch]
+        missing = np.isnan(q).any(axis=1)
+        if missing.any():
+            s = float(np.clip(u[missing.argmax()], 0.0, 1.0))
             raise self._places.error(s, "no posture reaches it with smoothed free values", Reason.UNREACHABLE)
-        turns = 2.0 * np.pi * np.round((near - q) / (2.0 * np.pi))
-        q = np.where(arm.turns, q + turns, q)
-        q[arm.free] = values
-        base_t_reference, own = arm.base_t_reference(values), len(arm.chain.joint_names)
-        turn, back = base_t_reference[:3, :3], inverse(base_t_reference)
+        q = np.where(arm.turns, turned(q), q)
+        q[:, arm.free] = values
+        chain, wanted = arm.chain, arm.base_t_reference(values) @ wanted
+        own = len(chain.joint_names)
         for _ in range(CORRECTIONS):
-            off = self._path.deviation(u, back @ self._tcp.pose(q[:own])).reshape(2, 3) @ turn.T
-            jacobian = self._tcp.jacobian(q[:own])[:, arm.solved]
-            q[arm.solved] += np.linalg.lstsq(jacobian, off.ravel(), rcond=1e-9)[0]
+            frames = chain_frames(chain, q[:, :own])
+            tcp = frames[:, -1] @ self._tcp.tip_t_tcp
+            axes = np.einsum("mnij,nj->mni", frames[:, :-1, :3, :3], chain.axis)[:, arm.solved]
+            levers = tcp[:, None, :3, 3] - frames[:, :, :3, 3][:, arm.solved]
+            jacobian = np.concatenate([np.cross(axes, levers), axes], axis=2).transpose(0, 2, 1)
+            off = np.concatenate([wanted[:, :3, 3] - tcp[:, :3, 3], _small_turns(wanted, tcp)], axis=1)
+            q[:, arm.solved] += np.einsum("mij,mj->mi", np.linalg.pinv(jacobian, rcond=1e-9), off)
         return q
 
     def _derivatives(self, marks: Floats, q: Floats) -> tuple[Floats, Floats]:
         """Return the first and second derivatives (m, k) at parameters (m,) where the joints are q (m, k)."""
-        before, after = (
-            np.array([self._posture(u + aside, near) for u, near in zip(marks.tolist(), q, strict=True)]).reshape(
-                q.shape
-            )
-            for aside in (-DIFFERENCE, DIFFERENCE)
-        )
+        around = np.concatenate([marks - DIFFERENCE, marks + DIFFERENCE])
+        before, after = np.split(self._postures(around, _nearest(np.concatenate([q, q]))), 2)
         return (after - before) / (2.0 * DIFFERENCE), (after - 2.0 * q + before) / DIFFERENCE**2
 
     def _check(self, piece: PiecewisePolynomial, limits: JointLimits) -> None:
@@ -126,3 +123,16 @@ class HeldPath:
                 lower=float(limits.lower[joint]),
                 upper=float(limits.upper[joint]),
             )
+
+
+def _nearest(near: Floats) -> Callable[[Floats], Floats]:
+    """Return what brings joints (m, k) to the turns that are nearest to others (m, k)."""
+    return lambda q: q + 2.0 * np.pi * np.round((near - q) / (2.0 * np.pi))
+
+
+def _small_turns(wanted: Floats, found: Floats) -> Floats:
+    """Return the small rotation vectors (m, 3) that take poses (m, 4, 4) to those that are wanted."""
+    turn = wanted[:, :3, :3] @ np.swapaxes(found[:, :3, :3], 1, 2)
+    return 0.5 * np.stack(
+        [turn[:, 2, 1] - turn[:, 1, 2], turn[:, 0, 2] - turn[:, 2, 0], turn[:, 1, 0] - turn[:, 0, 1]], axis=1
+    )

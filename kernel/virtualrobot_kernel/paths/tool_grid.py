@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from virtualrobot_sdk.poses import inverse
 
-from virtualrobot_kernel.motion.free_path import FramePath, frame_t_tool
+from virtualrobot_kernel.motion.free_path import FramePath, frame_t_tools
 from virtualrobot_kernel.numeric.ladder import cheapest_way, turns_of
 from virtualrobot_kernel.paths.closed_forms import LedArm
 from virtualrobot_kernel.paths.tool_query import Tolerances, ToolPathQuery
@@ -175,8 +175,8 @@ class Ladder:
         pace = ROOM * query.velocity / (SHARE * velocity[arm.free])
         self.rungs, self.grid = laid_out(path, self.freedom, steps, pace)
         self._limits, self.turning = np.stack([query.lower, query.upper]), arm.turns
-        offsets = np.array([frame_t_tool(one[:6]) for one in self.grid.values]) @ inverse(query.tip_t_tcp)
-        frames = np.array([path.pose(float(s)) for s in self.rungs])
+        offsets = frame_t_tools(self.grid.values[:, :6]) @ inverse(query.tip_t_tcp)
+        frames = path.poses(self.rungs)
         free = np.tile(self.grid.values[:, 6:], (len(self.rungs), 1))
         q, wrist = arm.postures((frames[:, None] @ offsets).reshape(-1, 4, 4), free)
         shape = len(self.rungs), len(self.grid.values), q.shape[1]

@@ -112,7 +112,7 @@ def plan_parts(
             for run in runs:
                 part, leads = _moving(run, steps, members, first)
                 parts.append(part)
-                end = replace(end, leads=leads) if run is end else end
+                end = replace(end, leads=leads) if end is not None and run is end else end
             led = len(parts) - 1
             notes += [*told, *lonely]
         else:

@@ -140,7 +140,7 @@ cutter: {heading: [1, 0, 0]}
 spindle: {signal: "on"}
 """
     points = gone(steps, arm, planned(steps, tmp_path, text))[:, :3, 3]
-    assert points[:, 2].min() == pytest.approx(TOP - 0.002, abs=2e-4)  # corners swing beyond
+    assert points[:, 2].min() == pytest.approx(TOP - 0.002, abs=1e-5)  # and no deeper at a corner
     deep = points[points[:, 2] < TOP - 0.0015]
     assert np.ptp(deep[:, 0]) == pytest.approx(0.1, abs=2e-3)
     assert np.linalg.norm(np.diff(deep, axis=0), axis=1).max() / STEP < 0.3

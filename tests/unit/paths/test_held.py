@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from virtualrobot_kernel.errors import KernelError, Reason
-from virtualrobot_kernel.motion.free_path import FreePath, frame_path, within_hull
+from virtualrobot_kernel.motion.free_path import FreePath, frame_path, frame_t_tool, frame_t_tools, within_hull
 from virtualrobot_kernel.motion.limits import JointLimits
 from virtualrobot_kernel.motion.resolved_rate import TcpKinematics
-from virtualrobot_kernel.motion.spline import spline
+from virtualrobot_kernel.motion.spline import rotations, spline
+from virtualrobot_kernel.paths.carriers import carriers_of, externals_of
 from virtualrobot_kernel.paths.closed_forms import Carriers, LedArm, led_arm
 from virtualrobot_kernel.paths.held import HeldPath
 from virtualrobot_kernel.paths.tool_grid import (
@@ -23,12 +24,16 @@ from virtualrobot_kernel.paths.tool_grid import (
 from virtualrobot_kernel.paths.tool_path import ChainKinematics
 from virtualrobot_kernel.paths.tool_query import Tolerances
 from virtualrobot_kernel.paths.tool_reasons import Places
+from virtualrobot_kernel.planning.robots import standing_at
+from virtualrobot_kernel.world.commands import CreateNodes
+from virtualrobot_plugins import models
 from virtualrobot_sdk.errors import ArgumentError
-from virtualrobot_sdk.kinematics import PRISMATIC, SerialChain
+from virtualrobot_sdk.kinematics import PRISMATIC, REVOLUTE, SerialChain
 from virtualrobot_sdk.poses import inverse, rotation_matrix
-from virtualrobot_sdk.reference import tip_pose
+from virtualrobot_sdk.reference import joint_motion, tip_pose
 from virtualrobot_sdk.testing.chains import iiwa, ur5
 
+from tests.unit.collision.worlds import robot_nodes, world
 from tests.unit.sdk.test_meeting_axes import panda
 
 POSTURE = np.array([0.2, 0.6, 0.3, -1.4, 0.3, 0.9, 0.1])
@@ -81,11 +86,9 @@ def test_arms_without_a_closed_form_are_told_what_they_lack() -> None:
 
 
 def turned(values: np.ndarray) -> np.ndarray:
-    """Return where a table 0.6 m before the base stands (4, 4), which turns about z by what its joint says."""
-    (angle,) = values.tolist()
-    table = np.eye(4)
-    table[:3, :3] = rotation_matrix(np.array([0.0, 0.0, angle]))
-    table[:3, 3] = 0.6, 0.0, 0.1
+    """Return where a table 0.6 m before the base stands (..., 4, 4), which turns about z by what its joint says."""
+    table = joint_motion(REVOLUTE, np.array([0.0, 0.0, 1.0]), values[..., 0])
+    table[..., :3, 3] = 0.6, 0.0, 0.1
     return table
 
 
@@ -105,6 +108,36 @@ def test_external_axes_carry_the_path(seed: int) -> None:
     off = np.abs(q[:, :, :6] - given[:, None])
     off = np.where(there, np.abs(off - 2.0 * np.pi * np.round(off / (2.0 * np.pi))).max(axis=2), np.inf).min(axis=1)
     assert off.max() < 1e-5
+
+
+def test_poses_in_arrays_are_those_one_by_one(seed: int) -> None:
+    """Of a path and of freedoms, before its start and behind its end, too; and turns as small as none."""
+    path, _, _ = along(led_arm(iiwa()), np.array([0.3, 0.3]))
+    u = np.linspace(-5e-4, 1.0 + 5e-4, 60)
+    np.testing.assert_allclose(path.poses(u), [path.pose(one) for one in u.tolist()], atol=1e-13)
+    rng = np.random.default_rng(seed)
+    freedoms = rng.uniform(-3.0, 3.0, (20, 6))
+    np.testing.assert_allclose(frame_t_tools(freedoms), [frame_t_tool(one) for one in freedoms], atol=1e-14)
+    vectors = np.concatenate([freedoms[:, :3], 1e-9 * freedoms[:2, :3], np.zeros((1, 3))])
+    np.testing.assert_allclose(rotations(vectors), [rotation_matrix(one) for one in vectors], atol=1e-14)
+
+
+@pytest.mark.parametrize("carried", ["positioner", "rail"])
+def test_external_axes_carry_as_the_world_says(seed: int, carried: str) -> None:
+    """A product of joint motions, against the world's own poses: a table of two axes, and an arm on a carriage."""
+    folder = models.__path__[0]
+    here = world(CreateNodes(robot_nodes(f"{folder}/{carried}.urdf", "axes")))
+    base, reference = ("axes", "axes.plate") if carried == "positioner" else ("axes.carriage", "axes")
+    uids = [here.structure.node(name).uid for name in (base, reference)]
+    externals = externals_of(here, "arm", *uids, ("axes",))
+    found = carriers_of(here, *uids, externals)
+    assert found is not None and found.base_t_reference.__name__ == "base_t_reference"  # the quick one
+    ends = np.clip([found.lower, found.upper], -np.pi, np.pi)
+    values = np.random.default_rng(seed).uniform(*ends, (4, len(found.lower)))
+    worlds = [standing_at(here, externals[0].q_index, one) for one in values]
+    exact = [inverse(one.world_t(uids[0])) @ one.world_t(uids[1]) for one in worlds]
+    np.testing.assert_allclose(found.base_t_reference(values), exact, atol=1e-12)
+    np.testing.assert_array_equal(found.base_t_reference(values[0]), found.base_t_reference(values)[0])
 
 
 def test_a_tool_stays_on_a_path_that_a_table_carries() -> None:

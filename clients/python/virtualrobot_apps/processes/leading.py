@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -15,13 +15,17 @@ from virtualrobot_apps.cell_io.yaml_file import Item
 from virtualrobot_apps.curves.way import Floats, Way
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.source import Density, Source, cell_of, read_source, vector, ways_of
+from virtualrobot_apps.processes.sources.corners import looped, parted, rounded
 from virtualrobot_apps.processes.sources.frames import STEEPEST, heading_frames, tool_frames
 
 MOST_FRAMES = 1001
 """Frames of a tool path at most (docs/tool-paths.md)."""
 DENSER = "give a greater step or chord"
 """Remedy for a way that has more frames."""
-FIELDS = ("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step", "split", "external")
+FIELDS = (
+    *("schema_version", "process", "robot", "tolerance", "speed", "approach", "chord", "step", "corners", "split"),
+    "external",
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -40,6 +44,7 @@ class Leading:
         tolerance: of the tool path, by axis.
         approach: how far before a way, against z, the tool comes from and goes to.
         density: of the ways.
+        corners: what is gone for a way with corners: ways without, or more of them.
         external: the names of robots that move along, as a rail or a positioner does.
         split: whether a way that can't be gone at once is gone in parts.
         straight: whether the tool comes and goes on lines; else joints go evenly, which is nearly that.
@@ -56,6 +61,7 @@ class Leading:
     tolerance: dict[str, float | tuple[float, float] | str] = field(default_factory=dict)
     approach: float = 0.05
     density: Density = field(default_factory=Density)
+    corners: Callable[[Way], list[Way]] = field(default=lambda way: [way])
     external: tuple[str, ...] = ()
     split: bool = False
     straight: bool = False
@@ -147,6 +153,8 @@ def read_leading(fields: dict[str, Item], sources: Item, tool: Item | None) -> L
             (found if name == "approach" else density)[name] = fields[name].number(1e-6, most)
     if tool is not None:
         found |= _tool(tool)
+    if "corners" in fields:
+        found["corners"] = _corners(fields["corners"])
     read = tuple(read_source(one) for one in sources.items())
     if not read:
         raise sources.error("a source of ways belongs here")
@@ -160,6 +168,19 @@ def read_leading(fields: dict[str, Item], sources: Item, tool: Item | None) -> L
         split="split" in fields and fields["split"].boolean(),
         **found,  # pyright: ignore[reportArgumentType] each by its name
     )
+
+
+def _corners(item: Item) -> Callable[[Way], list[Way]]:
+    given = item.fields(("round", "loop", "lift"))
+    if len(given) != 1:
+        raise item.error("one of `round` (m), `loop` (m) and `lift: true` belongs here")
+    if "lift" in given:
+        return parted if given["lift"].boolean() else lambda way: [way]
+    if "loop" in given:
+        radius = given["loop"].number(1e-4, 1.0)
+        return lambda way: [looped(way, radius)]
+    most = given["round"].number(1e-6, 0.1)
+    return lambda way: [rounded(way, most)]
 
 
 def _tool(item: Item) -> dict[str, object]:
@@ -213,7 +234,8 @@ def lead(client: Client, leading: Leading, process: Process) -> Led:
     for number, source in enumerate(leading.sources, 1):
         name = f"{process.what} {number}"
         try:
-            ways = ways_of(source, cell, leading.density)
+            found = ways_of(source, cell, leading.density)
+            ways = [way for one in found for way in leading.corners(one)]
             for row, way in enumerate(ways, 1):
                 name = f"{process.what} {number}" if len(ways) == 1 else f"{process.what} {number}.{row}"
                 for told, there, frames, speed in process.stretches(way, name):

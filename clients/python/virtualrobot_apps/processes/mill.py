@@ -14,6 +14,7 @@ from virtualrobot_apps.processes.effects.chips import Cutter, measures, read_cut
 from virtualrobot_apps.processes.leading import FIELDS, Leading, check_frames, lead, read_leading
 from virtualrobot_apps.processes.process import PlannedProcess
 from virtualrobot_apps.processes.source import beside
+from virtualrobot_apps.processes.sources.corners import rounded
 from virtualrobot_apps.processes.sources.gcode import read_gcode
 from virtualrobot_apps.processes.switching import Switch, read_switch
 
@@ -54,6 +55,12 @@ def read_mill(item: Item) -> Mill:
     cutter = read_leading(fields, fields["cuts"], fields["cutter"])
     if cutter.heading is None:
         raise fields["cutter"].error("a cutter plunges along itself: give the direction of its x, `heading: [1, 0, 0]`")
+    if "corners" not in fields:
+        # A sharp one would be cut beyond: what is left in it is within the chord.
+        chord = cutter.density.chord
+        cutter = replace(cutter, corners=lambda way: [rounded(way, chord)])
+    elif "lift" in fields["corners"].mapping():
+        raise fields["corners"].error("a cutter is lifted where the G-code lifts it: give `round` or `loop`")
     feeds = list[float]()
     for source, one in zip(cutter.sources, fields["cuts"].items(), strict=True):
         given = one.mapping()

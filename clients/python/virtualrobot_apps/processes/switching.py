@@ -36,14 +36,21 @@ class Switch:
 
     def on_along(self, program: Program, path: ToolPath, name: str) -> float:
         """Add a tool path to a program, with the signal, which stays on; return how long that takes (s)."""
+        self.on(program)
+        program.call(path.program, name)
+        self.stand(program, self.end_seconds)
+        return path.duration + self.start_seconds + self.end_seconds
+
+    def on(self, program: Program) -> None:
+        """Add to a program that the signal is on from here on, and that the tool stands for its beginning."""
         if self.signal is not None:
             program.set(self.signal, self.value)
-        if self.start_seconds:
-            program.dwell(self.start_seconds)
-        program.call(path.program, name)
-        if self.end_seconds:
-            program.dwell(self.end_seconds)
-        return path.duration + self.start_seconds + self.end_seconds
+        self.stand(program, self.start_seconds)
+
+    def stand(self, program: Program, seconds: float) -> None:
+        """Add to a program that it stands for a time, where that is above 0."""
+        if seconds:
+            program.dwell(seconds)
 
     def off(self, program: Program) -> None:
         """Add to a program that the signal is off from here on."""

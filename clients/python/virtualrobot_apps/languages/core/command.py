@@ -17,11 +17,23 @@ if TYPE_CHECKING:
     from virtualrobot_apps.languages.core.diagnostics import ProgramError
     from virtualrobot_apps.languages.core.source import Source
     from virtualrobot_apps.languages.core.trial import Trial
+    from virtualrobot_apps.languages.urscript.trial import Played
 
 Decorated = TypeVar("Decorated", bound=Callable[..., Any])
 
 LONGEST = 300.0
 """Time (s of the simulation) after which a trial is given up, unless somebody says another one."""
+
+
+longest_option = click.option(
+    "--longest",
+    metavar="SECONDS",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=LONGEST,
+    show_default=True,
+    help="With --run: time of the simulation after which it is given up.",
+)
+times_option = click.option("--times", is_flag=True, help="With --run: show the time that each line takes.")
 
 
 def trial_options(function: Decorated) -> Decorated:
@@ -32,15 +44,8 @@ def trial_options(function: Decorated) -> Decorated:
         click.option(
             "--set", "given", metavar="NAME=VALUE", multiple=True, help="With --run: the value of a signal there."
         ),
-        click.option(
-            "--longest",
-            metavar="SECONDS",
-            type=click.FloatRange(min=0.0, min_open=True),
-            default=LONGEST,
-            show_default=True,
-            help="With --run: time of the simulation after which it is given up.",
-        ),
-        click.option("--times", is_flag=True, help="With --run: show the time that each line takes."),
+        longest_option,
+        times_option,
     ]
     for option in reversed(options):
         function = option(function)
@@ -114,7 +119,7 @@ def set_signals(client: Client, given: Iterable[str]) -> None:
         client.signals[name] = signal_value(client.signals[name], value)
 
 
-def told(trial: Trial, times: bool) -> int:
+def told(trial: Trial | Played, times: bool) -> int:
     """Show what a trial has found, and return the exit code: 0 without a finding, or 1."""
     for one in trial.findings:
         click.echo(str(one))

@@ -8,15 +8,18 @@ from typing import TYPE_CHECKING
 import click
 from virtualrobot.cli.options import Target, target_options
 
-from virtualrobot_apps.languages.core.command import faulty, lay_out
+from virtualrobot_apps.emulators.ur.command import MODELS
+from virtualrobot_apps.languages.core.command import faulty, lay_out, longest_option, only_robot, times_option, told
 
 if TYPE_CHECKING:
     from virtualrobot_apps.languages.core.diagnostics import Diagnostic
+    from virtualrobot_apps.languages.urscript.task import Loaded
 
 _EXAMPLES = """
 \b
 Examples:
   virtualrobot urscript check square.script
+  virtualrobot urscript check square.script --run --robot arm --order 'input 3 on' --times
   virtualrobot urscript format square.script grip.script
 """
 
@@ -33,27 +36,55 @@ def urscript(ctx: click.Context, target: Target) -> None:
 
 @urscript.command()
 @_files
-def check(files: tuple[Path, ...]) -> int:
+@click.option("--run", "runs", is_flag=True, help="Play each from where a kernel's arm stands; nothing moves there.")
+@click.option("--robot", metavar="NAME", help="With --run: the arm [the only robot].")
+@click.option("--model", type=click.Choice(MODELS), default="ur5e", show_default=True, help="The arm's lengths.")
+@click.option("--order", "orders", metavar="TEXT", multiple=True, help="With --run: told before, as 'input 3 on'.")
+@longest_option
+@times_option
+@target_options
+def check(
+    target: Target,
+    files: tuple[Path, ...],
+    runs: bool,
+    robot: str | None,
+    model: str,
+    orders: tuple[str, ...],
+    longest: float,
+    times: bool,
+) -> int:
     """Tell what is wrong in the scripts of FILEs, with exit code 0 or 1; needs no kernel.
 
     Looked at are words, names, calls and their arguments, and whether all that is used works here: a script without a
-    fault starts on `virtualrobot emulate ur`.
+    fault starts on `virtualrobot emulate ur`. With --run each is played, too, by an arm of its own: what it would touch
+    in a kernel's world, places out of reach, limits and faults at work are told.
     """
     from virtualrobot_apps.languages.core.diagnostics import ProgramError
     from virtualrobot_apps.languages.core.source import read_source
     from virtualrobot_apps.languages.urscript.task import load
 
     faults: list[Diagnostic] = []
-    names: list[str] = []
+    scripts: list[Loaded] = []
     for file in files:
         try:
-            names.append(load(read_source(file).text, str(file)).name)
+            scripts.append(load(read_source(file).text, str(file)))
         except ProgramError as error:
             faults += error.diagnostics
     if faults:
         return faulty(ProgramError(faults))
-    click.echo(f"no fault in {len(names)} script{'s' * (len(names) != 1)}: {', '.join(names)}")
-    return 0
+    names = ", ".join(one.name for one in scripts)
+    click.echo(f"no fault in {len(scripts)} script{'s' * (len(scripts) != 1)}: {names}")
+    if not runs:
+        return 0
+    from virtualrobot_apps.languages.urscript.trial import play
+
+    with target.connect() as client:
+        arm = client.robot(only_robot(client, robot))
+        try:
+            played = [play(client, arm, one, model, longest, orders) for one in scripts]
+        except ValueError as error:
+            raise click.ClickException(str(error)) from error
+    return max(told(one, times) for one in played)
 
 
 @urscript.command("format")
