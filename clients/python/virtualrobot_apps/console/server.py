@@ -10,6 +10,7 @@ from urllib.parse import parse_qs
 from virtualrobot.errors import VirtualRobotError
 
 from virtualrobot_apps.console.door import Door
+from virtualrobot_apps.console.editing import EDITOR, PageEditors
 from virtualrobot_apps.console.http_calls import PREFIX, Caller, Event, HttpCalls, Receive, Send, refuse
 from virtualrobot_apps.console.invitation import Reach
 from virtualrobot_apps.console.page_calls import PageCalls
@@ -47,6 +48,7 @@ class Server:
         door: Door,
         limit: Limit,
         tools: PageTools,
+        editors: PageEditors,
         link_used: Callable[[], None] = lambda: None,
         authority: Path | None = None,
         reach: Reach | None = None,
@@ -56,6 +58,7 @@ class Server:
         `reach` is how others get here; without it, as the browser that asks does.
         """
         self._upstream, self._door, self._limit, self._tools = upstream, door, limit, tools
+        self._editors = editors
         self._calls = HttpCalls(upstream, limit)
         self._link_used = link_used
         self._files = page_files(authority)
@@ -71,11 +74,14 @@ class Server:
         caller = Caller(headers, self._door.token(headers), place)
         fault = self._door.fault(headers)
         if scope["type"] == "websocket":
-            if fault or scope["path"] != "/calls":
+            if not fault and scope["path"] == EDITOR:
+                await self._editors.run(caller, receive, send)
+            elif not fault and scope["path"] == "/calls":
+                await PageCalls(self._upstream, self._limit, caller, receive, send).run()
+            else:
                 await receive()
-                await send({"type": "websocket.close", "code": 1008, "reason": fault or "calls go to /calls"})
-                return
-            await PageCalls(self._upstream, self._limit, caller, receive, send).run()
+                reason = fault or f"calls go to /calls, and messages of editors to {EDITOR}"
+                await send({"type": "websocket.close", "code": 1008, "reason": reason})
         elif fault:
             await refuse(send, Refusal("permission_denied", fault))
         else:
