@@ -1,7 +1,8 @@
 """Descartes of ROS-Industrial on an IRB 2400, from the package tesseract-robotics of PyPI (Apache; not in the extra).
 
-`pip install tesseract-robotics` (Python 3.8 to 3.11); where it is not there the rows say so. Its example robot is in
-the folder that TESSERACT_SUPPORT_DIR names: https://github.com/tesseract-robotics/tesseract, `tesseract_support`.
+`pip install tesseract-robotics` (Python 3.8 to 3.11; its modules were built for numpy below 2); where it is not there
+the rows say so. Its example robot is in the folder that TESSERACT_SUPPORT_DIR names:
+https://github.com/tesseract-robotics/tesseract, `tesseract_support`.
 """
 
 # pyright: reportMissingImports=false
@@ -51,6 +52,7 @@ class Descartes:
         profile.target_pose_sample_resolution = 2.0 * np.pi / rotations
         profile.target_pose_sample_min, profile.target_pose_sample_max = -np.pi, np.pi - 2.0 * np.pi / rotations
         profile.enable_collision = profile.enable_edge_collision = False
+        profile.allow_collision = True
         self._profiles: Any = ProfileDictionary()
         self._profiles.addProfile(NAMESPACE, PROFILE, descartes.cast_DescartesPlanProfileD(profile))
         self._planner: Any = descartes.DescartesMotionPlannerD(NAMESPACE)

@@ -157,6 +157,9 @@ MAY_IMPORT: dict[str, tuple[str, ...]] = {
     # For its pages it runs what another command runs, too.
     f"{APPS}/console/wiring.py": ("virtualrobot_apps", "virtualrobot"),
     f"{APPS}/console/registering.py": ("virtualrobot_apps", "virtualrobot", "numpy"),
+    f"{APPS}/console/invitation.py": ("virtualrobot_apps.console", "virtualrobot", "segno"),
+    f"{APPS}/episodes/episode.py": ("virtualrobot", "numpy", "mcap", "foxglove_schemas_protobuf", "PIL"),
+    f"{APPS}/episodes/dataset.py": ("virtualrobot_apps.episodes", "virtualrobot", "numpy", "pyarrow"),
     f"{APPS}/console/serving.py": ("virtualrobot_apps.console", "virtualrobot_apps.asgi", "virtualrobot", "uvicorn"),
     f"{APPS}/console/authority.py": ("virtualrobot", "cryptography", "platformdirs"),
     f"{APPS}/asgi.py": ("uvicorn",),

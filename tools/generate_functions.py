@@ -213,6 +213,7 @@ GROUPS = (
             "redo",
             "checkpoint",
             "replay",
+            "episode",
             "record",
             "topic",
             "lockstep",

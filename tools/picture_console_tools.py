@@ -45,6 +45,28 @@ solid:
       step: [0.12, 0, 0]
 """
 
+SORT = """\
+MODULE Sorting
+  CONST jointtarget rest := [[0, 0, 0, 0, 30, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
+  CONST jointtarget tray := [[70, 25, 10, 0, 40, 0], [9E9, 9E9, 9E9, 9E9, 9E9, 9E9]];
+  VAR num parts := 0;
+
+  ! Brings one part to the tray.
+  PROC bring(num part)
+    MoveAbsJ tray, v200, z20, tool0;
+    parts := parts + 1;
+    MoveAbsJ rest, v200, fine, tool0;
+    TPWrite "part " \\Num:=part;
+  ENDPROC
+
+  PROC main()
+    FOR part FROM 1 TO 5 DO
+      bring part;
+    ENDFOR
+  ENDPROC
+ENDMODULE
+"""
+
 BORE = 719, 428
 """Place of the wall of its foremost bore in the page of SIZE (pixels), as the bracket is looked at."""
 
@@ -128,6 +150,21 @@ def _traces(client: virtualrobot.Client, page: Page) -> None:
     page.get_by_role("button", name="Trace iiwa", exact=True).click()
     _program(client, page)
     page.get_by_role("tab", name="Traces").click()
+
+
+def _code(client: virtualrobot.Client, page: Page) -> None:
+    """Debug a program in RAPID until its second part, while the arm is on its way."""
+    client.load_robot("model://irb120", name="sorter", pose=virtualrobot.pose(0.9, -1.3, yaw=2.4))
+    page.get_by_role("tab", name="Code").click()
+    page.locator("#open-code").wait_for(state="attached")
+    page.set_input_files("#open-code", {"name": "sort.mod", "mimeType": "", "buffer": SORT.encode()})
+    page.get_by_label("Robot that it moves").select_option("sorter")
+    page.locator(".cm-breakpoints .cm-gutterElement").nth(SORT.split("parts :=")[0].count("\n") + 1).click()
+    page.locator("#run-code").click()
+    page.get_by_label("Value of parts").wait_for()
+    page.get_by_role("button", name="Go on", exact=True).click()
+    page.locator(".cm-motion").wait_for()
+    page.locator(".cm-stands").wait_for()
 
 
 def _trajectory(client: virtualrobot.Client, page: Page) -> None:
@@ -290,6 +327,7 @@ def _save(shown: Page | Locator, file: Path) -> None:
 PICTURES: dict[str, Callable[[virtualrobot.Client, Page], Locator | None]] = {
     "library": _library,
     "program": _program,
+    "code": _code,
     "trajectory": _trajectory,
     "traces": _traces,
     "drive": _drive,

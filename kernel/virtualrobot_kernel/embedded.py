@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from virtualrobot_kernel.api.convert.presets import presets
 from virtualrobot_kernel.collision.allowed import Pair
 from virtualrobot_kernel.collision.arm_contacts import ArmContacts
 from virtualrobot_kernel.collision.built import built_pairs
@@ -78,7 +79,7 @@ class EmbeddedWorld:
         shapes = CollisionShapes(meshes.load)
         structure, state = index.empty(), empty_state()
         self._now = Snapshot(structure, state, world_poses(structure, state), 0, 0.0, _TICK_SECONDS)
-        self._scene, self._sight = CollisionScene(shapes), Sight(catalog, ShapeLibrary(meshes.load))
+        self._scene, self._sight = CollisionScene(shapes), Sight(catalog, ShapeLibrary(meshes.load), presets())
         self._arms: dict[str, _Standing] = {}
         self._apply(scene_commands(scene, meshes, self._now, shapes, models)[0])
         self._begin = self._now
@@ -166,16 +167,18 @@ class EmbeddedWorld:
         arm = arm_of(self._now, self._now.structure.node(robot, Kind.ROBOT))
         return KinematicErrors(arm.serial(), tip_t_tcp(self._now, arm))
 
-    def seen(self, camera: str, points: ArrayLike) -> NDArray[np.bool_]:
-        """Return which of points (n, 3), m in the world, a pinhole camera sees, with nothing before them: (n,).
+    def seen(self, sensor: str, points: ArrayLike, within: float = 0.0) -> NDArray[np.bool_]:
+        """Return which of points (n, 3), m in the world, a sensor sees, with nothing before them: (n,).
+
+        A pinhole camera sees what is in its picture, a range sensor what one of its beams passes within so many meters.
 
         Raises:
-            KernelError: when there is no such camera, or these are no points.
+            KernelError: when there is no such sensor, or these are no points.
         """
         places = np.array(points, np.float64)
         if places.ndim != 2 or places.shape[1] != 3 or not np.isfinite(places).all():
             raise KernelError(f"points are (n, 3) and finite, not {places.shape}", field="points")
-        return self._sight.seen(self._now, self._now.structure.node(camera), places)
+        return self._sight.seen(self._now, self._now.structure.node(sensor), places, within)
 
     def close(self) -> None:
         """End the processes of components that have any."""

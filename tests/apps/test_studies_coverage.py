@@ -38,6 +38,12 @@ nodes:
 - name: right
   parent_t_node: {position: {x: 0.5, z: 2.5}, orientation: {x: 1}}
   camera_sensor: {width: 200, height: 100, horizontal_field_radians: 0.9272952180016122, far_meters: 4}
+- name: lidar                                    # a quarter of a turn, 1 degree apart, beside the post
+  parent_t_node: {position: {y: 0.2, z: 0.4}}
+  range_sensor:
+    min_range_meters: 0.1
+    max_range_meters: 2
+    pattern: {fan: {count: 91, start_angle_radians: -0.7853981633974483, end_angle_radians: 0.7853981633974483}}
 - name: fish
   camera_sensor: {projection: CAMERA_PROJECTION_FISHEYE}
 """
@@ -57,7 +63,7 @@ def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[EmbeddedWorld]:
 
 
 def told(world: EmbeddedWorld, **parameters: object) -> dict[str, float | str | None]:
-    usual = {"cameras": "left, right", "area": "area", "length": 4.0, "width": 2.0, "spacing": 0.05}
+    usual = {"sensors": "left, right", "area": "area", "length": 4.0, "width": 2.0, "spacing": 0.05}
     return dict(cover(Cell(0, usual | parameters, generator(1, 0), world, Path())))
 
 
@@ -98,7 +104,7 @@ def test_they_see_what_the_formulas_say(world: EmbeddedWorld) -> None:
 
 def test_a_camera_elsewhere_sees_other_things(world: EmbeddedWorld) -> None:
     """Off the post, a picture has 2.5 x 1.25 m of the floor; half of it is beyond the area's rim at x = -2 m."""
-    away = {"cameras": "left", "camera": "left", "length": 4.0, "width": 2.0, "spacing": 0.01}
+    away = {"sensors": "left", "moved": "left", "length": 4.0, "width": 2.0, "spacing": 0.01}
     whole = told(world, **away, x=-0.75)["seen"]
     assert whole == pytest.approx(2.5 * 1.25 / 8.0, abs=0.01)
     half = told(world, **away, x=-2.0)["seen"]
@@ -114,6 +120,40 @@ def test_a_camera_elsewhere_sees_other_things(world: EmbeddedWorld) -> None:
     assert world.pose("left")[2, 3] == HEIGHT
 
 
+def test_a_range_sensor_sees_what_its_beams_pass(world: EmbeddedWorld) -> None:
+    """A quarter of a ring from 0.1 to 2 m, where beams 1 degree apart are within half a spacing; behind the post none.
+
+    Of 2 cm between points beams are farther away than 1 cm from 1.146 m on, but near them.
+    """
+    world.restore()
+    points = area_points(np.eye(4), {"length": 4.0, "width": 4.0, "spacing": 0.05})
+    points[:, 2] = 0.4
+    off = points - [0.0, 0.2, 0.4]
+    at, angle = np.hypot(off[:, 0], off[:, 1]), np.arctan2(off[:, 1], off[:, 0])
+    beside = np.abs(angle - np.round(np.degrees(angle)) * math.pi / 180.0)
+    for within in (0.025, 0.01):
+        passed = (at >= 0.1) & (at <= 2.0) & (np.abs(angle) <= math.pi / 4.0) & (at * np.sin(beside) <= within)
+        # Just outside of the quarter its last beams pass, too.
+        sides = np.abs(np.abs(angle) - math.pi / 4.0)
+        passed |= (at >= 0.1) & (at <= 2.0) & (sides < 0.3) & (at * np.sin(sides) <= within)
+        shadow = (off[:, 0] > 0.4) & (np.abs(off[:, 1]) < 0.15 * off[:, 0] / 0.4)
+        seen = world.seen("lidar", points, within)
+        rim = np.abs(np.abs(off[:, 1]) - 0.15 * off[:, 0] / 0.4) < 1e-9
+        assert np.array_equal(seen[~rim], (passed & ~shadow)[~rim]) and 0 < (passed & shadow).sum()
+    assert 0 < seen.sum() < world.seen("lidar", points, 0.025).sum()
+
+
+def test_several_are_placed_at_once(world: EmbeddedWorld) -> None:
+    both = {"length": 6.0, "width": 2.0, "spacing": 0.02, "moved": "left, right"}
+    apart = told(world, **both, x=-1.5, x2=1.5)
+    # Each sees 2.5 x 1.25 m, and the right one not what is behind the post.
+    assert apart["twice"] == 0.0 and apart["seen"] == pytest.approx(2.0 * 2.5 * 1.25 / 12.0, abs=0.015)
+    # Turned by a right angle at the same place, one has 1.25 x 2 m of the area, 1.25 x 1.25 m of which both have.
+    crossed = told(world, **both, x=-1.5, x2=-1.5, yaw2=0.5 * math.pi)
+    assert crossed["twice"] == pytest.approx(1.25**2 / 12.0, abs=0.01)
+    assert crossed["seen"] == pytest.approx((2.5 * 1.25 + 1.25 * 2.0 - 1.25**2) / 12.0, abs=0.01)
+
+
 def test_an_area_may_have_a_height_and_lie_anyhow() -> None:
     pose = np.eye(4)
     pose[:3, :3] = [[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]]
@@ -126,16 +166,18 @@ def test_an_area_may_have_a_height_and_lie_anyhow() -> None:
 
 
 def test_bad_input_is_told(world: EmbeddedWorld) -> None:
-    with pytest.raises(ValueError, match="camera is one of left, right, not post"):
-        told(world, camera="post")
+    with pytest.raises(ValueError, match="moved is some of left, right, each once, not post"):
+        told(world, moved="post")
+    with pytest.raises(ValueError, match="each once, not left, left"):
+        told(world, moved="left, left")
     with pytest.raises(ValueError, match="length, width and spacing are above 0"):
         told(world, length=0.0)
     with pytest.raises(ValueError, match="spacing is too small"):
         told(world, spacing=1e-5)
     with pytest.raises(KernelError, match="did you mean 'left'"):
-        told(world, cameras="lefft")
+        told(world, sensors="lefft")
     for name in ("post", "fish"):
-        with pytest.raises(KernelError, match=f"'{name}' is no camera_sensor that is a pinhole without distortion"):
-            told(world, cameras=name)
+        with pytest.raises(KernelError, match=f"'{name}' is no camera_sensor that is a pinhole without distort"):
+            told(world, sensors=name)
     with pytest.raises(KernelError, match=r"points are \(n, 3\) and finite"):
         world.seen("left", np.full((1, 3), np.nan))

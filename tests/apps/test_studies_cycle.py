@@ -10,8 +10,10 @@ import virtualrobot
 from virtualrobot.errors import InvalidArgumentError, MalformedFileError
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.studies.cycle import RunningKernel, open_kernel, run_program
+from virtualrobot_apps.studies.funnel import Both, sift
 from virtualrobot_apps.studies.parameters import generator
 from virtualrobot_apps.studies.work import Cell
+from virtualrobot_apps.studies.worlds import open_world
 
 pytestmark = pytest.mark.long
 
@@ -22,6 +24,7 @@ nodes:
   object: {}
   parent_t_node: {position: {x: 0.5, y: 0.1, z: 0.3}}
   figures: [{box: {size: {x: 0.1, y: 0.1, z: 0.6}}}]
+- {name: goal, object: {}, parent_t_node: {position: {x: 0.4, y: -0.3, z: 0.3}, orientation: {x: 1}}}
 signals: [{name: gripper, value: {boolean: false}}]
 models: [{uri: "model://ur5e", name: arm}]
 """
@@ -90,6 +93,37 @@ def test_where_it_fails_is_told_with_the_step(kernel: RunningKernel, scene: Path
     touches = [answered(kernel, program="home.yaml", robot="arm", x=x, y=0.0) for x in (0.8, -3.0)]
     assert touches[0]["stage"] == "collision" and "post" in str(touches[0]["reason"])
     assert touches[1]["stage"] == "done"
+
+
+def test_a_funnel_runs_only_what_came_through_all_before(kernel: RunningKernel, scene: Path) -> None:
+    """Four places, each of which fails one stage later; a kernel is asked for by the last two alone."""
+    kernel.restore()
+    arm = kernel.client.robot("arm")
+    home = [0.0, -1.5, 1.5, -1.6, -1.5, 0.0]
+    (scene.parent / "home.yaml").write_text(kernel.client.program().move(arm.ptp(home)).text)
+    (scene.parent / "waits.yaml").write_text(kernel.client.program().move(arm.ptp(home)).wait("gripper", True).text)
+    asked: list[int] = []
+
+    def opened() -> RunningKernel:
+        asked.append(1)
+        return kernel
+
+    both = Both(open_world(scene), opened)
+
+    def sifted(x: float, y: float, program: str = "home.yaml") -> tuple[object, ...]:
+        parameters = {"robot": "arm", "targets": "goal", "x": x, "y": y, "program": program, "most_seconds": 20.0}
+        found = dict(sift(Cell(0, parameters, generator(1, 0), both, scene)))
+        assert (found["reason"] is None) == (found["stage"] == "done") == (found["ticks"] is not None)
+        return (*(found[name] for name in ("kinematics", "collision", "planning", "simulation")), found["stage"])
+
+    assert sifted(-3.0, 0.0) == (0, 0, 0, 0, "reach")
+    # Its base is in the post.
+    assert sifted(0.5, 0.1) == (1, 0, 0, 0, "collision") and not asked
+    assert sifted(0.0, -0.4, "waits.yaml") == (1, 1, 1, 0, "running")
+    assert sifted(0.0, -0.4) == (1, 1, 1, 1, "done") and len(asked) == 1
+    # Stretched along the table it begins beside the post, and lifts the forearm through it.
+    assert sifted(0.8, 0.0) == (1, 1, 0, 0, "collision")
+    both.world.close()
 
 
 def test_bad_input_is_told(kernel: RunningKernel, scene: Path) -> None:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import importlib
 import math
-import subprocess
 import sys
 import warnings
 from collections.abc import Mapping
@@ -185,7 +185,8 @@ def test_bad_input_is_told() -> None:
     np.testing.assert_allclose(quaternion_of(np.eye(4)), [0.0, 0.0, 0.0, 1.0])
 
 
-def test_without_gymnasium_the_line_is_told_that_installs_it() -> None:
-    code = "import sys; sys.modules['gymnasium'] = None; import virtualrobot_apps.studies.environment"
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert done.returncode == 1 and "pip install 'virtualrobot[learning]'" in done.stderr
+def test_without_gymnasium_the_line_is_told_that_installs_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "gymnasium", None)
+    monkeypatch.delitem(sys.modules, RobotEnvironment.__module__)
+    with pytest.raises(ImportError, match=r"pip install 'virtualrobot\[learning\]'"):
+        importlib.import_module(RobotEnvironment.__module__)

@@ -18,7 +18,6 @@ from virtualrobot_apps.studies.running import Progress, open_job, run
 from virtualrobot_apps.studies.work import Block, Job, work
 
 from tests.apps.studies import done, written
-from tests.tiers import Draws
 from tests.waiting import until
 
 STUDY = """
@@ -101,15 +100,15 @@ def test_a_worker_that_dies_costs_nothing_and_a_cell_that_kills_each_is_named(tm
     assert parts.counts() == (16, 0, 1)
 
 
-@pytest.mark.long
+@pytest.mark.parametrize("kills", [pytest.param(1, marks=pytest.mark.long), pytest.param(50, marks=pytest.mark.hunted)])
 def test_a_study_that_is_killed_is_resumed_with_the_same_results(
-    tmp_path: Path, draws: Draws, rng: np.random.Generator
+    tmp_path: Path, kills: int, rng: np.random.Generator
 ) -> None:
     """Killed when it has left some number of parts; its workers end by themselves."""
     text, function = STUDY.format(count=200), FUNCTION.format(fault="time.sleep(0.002)")
     study = written(tmp_path / "in", text, function)
     _, expected = done(written(tmp_path / "quick", text, HARMLESS), tmp_path / "expected")
-    for number in range(draws(5)):
+    for number in range(kills):
         folder, wanted = tmp_path / str(number), int(rng.integers(0, 40))
         words = ["study", "run", str(study.file), "--folder", str(folder), "--workers", "2"]
         process = subprocess.Popen([sys.executable, "-m", "virtualrobot", *words], stdout=subprocess.DEVNULL)

@@ -53,10 +53,10 @@ def test_every_part_leaves_when_the_recursion_says(rng: np.random.Generator) -> 
 
 
 def waits(rng: np.random.Generator, station: Station, between: float) -> tuple[float, float, Flow]:
-    """Return the mean time in the line of 20 long runs, its standard error, and the last run."""
-    runs = [flow([station], rng, 2e5, 2e4, exponential(between)) for _ in range(20)]
+    """Return the mean time in the line of 14 long runs, its standard error, and the last run."""
+    runs = [flow([station], rng, 2e5, 2e4, exponential(between)) for _ in range(14)]
     means = np.array([np.mean(one.lead_times) for one in runs])
-    return float(means.mean()), float(means.std(ddof=1)) / math.sqrt(20.0), runs[-1]
+    return float(means.mean()), float(means.std(ddof=1)) / math.sqrt(14.0), runs[-1]
 
 
 @pytest.mark.parametrize(("machines", "law"), [(1, "expon"), (2, "expon"), (1, "always")])
@@ -90,9 +90,9 @@ def test_two_stations_with_a_buffer_do_what_hunt_says(rng: np.random.Generator, 
     expected = 3600.0 / 40.0 * (1.0 - (1.0 - ratio) / (1.0 - ratio ** (buffer + 3)))
     runs = [
         flow([Station("a", exponential(50.0)), Station("b", exponential(40.0), buffer)], rng, 4e4, 2e3).throughput
-        for _ in range(15)
+        for _ in range(10)
     ]
-    error = float(np.std(runs, ddof=1)) / math.sqrt(15.0)
+    error = float(np.std(runs, ddof=1)) / math.sqrt(10.0)
     assert abs(np.mean(runs) - expected) < 4.0 * error < 0.05 * expected
 
 
@@ -104,8 +104,8 @@ def test_breakdowns_cost_their_share(rng: np.random.Generator) -> None:
     the second one has no buffer before it and as good as no work (Buzacott, 1967).
     """
     weld = Station("weld", 50.0, failures=Failures(exponential(3000.0), exponential(300.0)))
-    runs = [flow([weld], rng, 4e5) for _ in range(10)]
-    error = float(np.std([one.throughput for one in runs], ddof=1)) / math.sqrt(10.0)
+    runs = [flow([weld], rng, 4e5) for _ in range(6)]
+    error = float(np.std([one.throughput for one in runs], ddof=1)) / math.sqrt(6.0)
     assert abs(np.mean([one.throughput for one in runs]) - 72.0 / 1.1) < 4.0 * error < 2.0
     shares = runs[0].shares["weld"]
     assert shares[WORK] + shares[DOWN] == pytest.approx(1.0)

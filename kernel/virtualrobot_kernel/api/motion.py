@@ -59,6 +59,8 @@ from virtualrobot_kernel.world.store import Applied, check_revision
 GRACE_SECONDS = 1.0
 """Time for which a motion bound to its watch goes on when nobody watches, in seconds of the wall clock."""
 
+HELD_GRACE_SECONDS = 10.0
+"""The same for a motion that runs only while it is held, and so stands when nobody is there."""
 
 LATE_SECONDS = 0.2
 """Time (s) by which the kernel itself may be late as it looks whether somebody watches."""
@@ -80,7 +82,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         self._repeats = Repeats()
         self._programs = OpenPrograms(kernel)
         self._decisions = Decisions(kernel, self._programs)
-        self._bound: dict[str, asyncio.TimerHandle] = {}
+        self._bound: dict[str, tuple[float, asyncio.TimerHandle]] = {}
         self._holds = Holds(kernel)
         self._plans = kernel.plans
         self._followed: set[asyncio.Task[None]] = set()
@@ -207,7 +209,7 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         applied = submit([command], expected_revision(request))
         if request.on_disconnect != motion_pb2.DISCONNECT_POLICY_CONTINUE:
             # Not after an await: a client that vanishes there would leave a motion that nothing stops.
-            applied.add_done_callback(partial(self._started, asyncio.get_running_loop()))
+            applied.add_done_callback(partial(self._started, asyncio.get_running_loop(), request.hold))
         snapshot = (done := await asyncio.wrap_future(applied)).snapshot
         motion = find_motion(snapshot, str(done.created[0]))
         self._programs.remember(motion.id, planned.end)
@@ -385,20 +387,22 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
                 del self._watchers[id]
             self._check_later(id)
 
-    def _started(self, loop: asyncio.AbstractEventLoop, started: Future[Applied]) -> None:
+    def _started(self, loop: asyncio.AbstractEventLoop, hold: bool, started: Future[Applied]) -> None:
         """Bind a motion to its watch; called by the world thread once it is started, or refused."""
         if not (started.cancelled() or started.exception() or loop.is_closed()):
-            loop.call_soon_threadsafe(self._bind, str(started.result().created[0]))
+            grace = HELD_GRACE_SECONDS if hold else GRACE_SECONDS
+            loop.call_soon_threadsafe(self._bind, str(started.result().created[0]), grace)
 
-    def _bind(self, id: str) -> None:
+    def _bind(self, id: str, grace: float) -> None:
         loop = asyncio.get_running_loop()
-        self._bound[id] = loop.call_later(GRACE_SECONDS, self._check, id, loop.time() + GRACE_SECONDS)
+        self._bound[id] = grace, loop.call_later(grace, self._check, id, loop.time() + grace)
 
     def _check_later(self, id: str) -> None:
         """Give a motion that is bound to its watch the whole grace from now on."""
         if id in self._bound:
-            self._bound[id].cancel()
-            self._bind(id)
+            grace, timer = self._bound[id]
+            timer.cancel()
+            self._bind(id, grace)
 
     def _check(self, id: str, due: float) -> None:
         """Cancel a motion when nobody watches it; else the end of its watch checks again.
@@ -408,11 +412,11 @@ class MotionServicer(motion_pb2_grpc.MotionServiceServicer):
         if self._watchers[id]:
             return
         if asyncio.get_running_loop().time() > due + LATE_SECONDS:
-            self._bind(id)
+            self._bind(id, self._bound[id][0])
             return
-        del self._bound[id]
+        grace, _ = self._bound.pop(id)
         if any(motion.id == id for motion in self._kernel.world.snapshot.state.motions):
-            reason = f"nobody has watched it for {GRACE_SECONDS:g} s"
+            reason = f"nobody has watched it for {grace:g} s"
             self._kernel.world.submit([CancelMotion(id, Cancellation(EndCause.UNWATCHED, reason))], "kernel")
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import cache, partial
 
 import numpy as np
@@ -46,8 +45,7 @@ class ArmContacts:
         everything = state.q.copy()
         everything[self._q_index] = q
         poses = poses_of_rows(structure, structure.forest.order, state.parent_t_node, everything)
-        # Where nodes are is all that the scene asks: a whole new state would take longer than some checks.
-        self._scene.place(replace(self._snapshot, world_t_node=poses))
+        self._scene.place(self._snapshot, poses)
         return self._scene.first_touching(self.robots, self.counts)
 
     def standing(self) -> list[Pair]:

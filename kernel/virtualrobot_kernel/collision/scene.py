@@ -66,10 +66,12 @@ class CollisionScene:
         """Begin with nothing; `place` puts a world in."""
         self._shapes = shapes
         self._bodies: Bodies | None = None
+        self._snapshot: Snapshot | None = None
         self._placed = Placed((), np.zeros((0, 4, 4)))
         self._remembered = DistanceCache(self._placed)
         self._world_t_node = np.zeros((0, 4, 4))
         self._uids: list[int] = []
+        self._chosen: tuple[Bodies | None, frozenset[int], NDArray[np.bool_]] = None, frozenset(), np.zeros(0, np.bool_)
 
     @property
     def bodies(self) -> Bodies:
@@ -92,10 +94,14 @@ class CollisionScene:
         """Return the distances that were measured between these elements."""
         return self._remembered
 
-    def place(self, snapshot: Snapshot) -> None:
-        """Make this the scene of a snapshot: only what moved is put elsewhere, only what is new is made."""
-        before, world_t_node = self._bodies, snapshot.world_t_node
-        if before is not None and unchanged(before.made_of, made_of(snapshot)):
+    def place(self, snapshot: Snapshot, world_t_node: Floats | None = None) -> None:
+        """Make this the scene of a snapshot: only what moved is put elsewhere, only what is new is made.
+
+        With `world_t_node` (N, 4, 4) its nodes are there instead: a whole new snapshot would take longer than some
+        checks.
+        """
+        before, world_t_node = self._bodies, snapshot.world_t_node if world_t_node is None else world_t_node
+        if before is not None and (snapshot is self._snapshot or unchanged(before.made_of, made_of(snapshot))):
             if world_t_node is not self._world_t_node:
                 self._placed.follow(world_t_node, self._world_t_node, before.rows, before.node_t_element)
         else:
@@ -107,7 +113,7 @@ class CollisionScene:
             else:
                 self._placed = Placed(now.solids, poses, self._placed, now.padding)
                 self._remembered = DistanceCache(self._placed)
-        self._world_t_node = world_t_node
+        self._snapshot, self._world_t_node = snapshot, world_t_node
 
     def collisions(
         self, detail: Detail, robots: Collection[int] | None = None, pairs: Collection[Pair] | None = None
@@ -219,7 +225,7 @@ class CollisionScene:
         deepest first.
         """
         group, uids = self.bodies.allowed.groups, self._uids
-        chosen = None if robots is None else np.isin(self.bodies.robots, list(robots))
+        chosen = None if robots is None else self._elements_of(robots)
         for robot, own, asked in self.bodies.groups:
             ours = robots is None or robot in robots
             if chosen is not None and not ours:
@@ -229,6 +235,14 @@ class CollisionScene:
                 theirs = robots is None or group[uids[overlap[1]]] in robots
                 if (ours and theirs) if itself else (ours or theirs):
                     yield overlap
+
+    def _elements_of(self, robots: Collection[int]) -> NDArray[np.bool_]:
+        """Return which elements are of these robots (e,); the last answer is kept, as an arm asks again and again."""
+        bodies, asked, chosen = self._chosen
+        if bodies is not self._bodies or asked != robots:
+            chosen = np.isin(self.bodies.robots, list(robots))
+            self._chosen = self._bodies, frozenset(robots), chosen
+        return chosen
 
 
 def _same_elements(one: Bodies, other: Bodies) -> bool:

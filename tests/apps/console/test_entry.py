@@ -134,10 +134,14 @@ def test_the_kernel_judges_each_call_by_its_token(start_kernel: StartKernel) -> 
         ):
             cookie = cookie_of(link)
             assert console.ask("KernelService/GetInfo", cookie=cookie).json["role"] == role
+            assert "listens to this machine alone" in console.ask("/invitation", cookie=cookie).json["fault"]
             with console.page(Cookie=cookie) as page:
                 assert page.ask("KernelService/GetInfo")["role"] == role
             # A token of the call's own goes before the session's.
             assert console.ask(CLOCK, cookie=cookie, authorization=bearer("wrong")).status == 401
+        still = console.ask("/cell.usdz", verb="GET", authorization=bearer(visitor))
+        assert (still.headers["content-type"], still.body[:2]) == ("model/vnd.usdz+zip", b"PK")
+        assert console.ask("/cell.usdz", verb="GET").status == console.ask("/invitation").status == 401
         assert console.ask("/link").status == 401 and console.ask("/link", verb="GET").status == 404
 
         # Both watch the same, and the one whose token is withdrawn hears no more of it.

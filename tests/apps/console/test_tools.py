@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 import virtualrobot
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
 
 from tests.apps.console.consoles import Console, Reply, consoles
 from tests.kernels import KernelProcess, StartKernel, Stubs
-from tests.waiting import until
+from tests.waiting import PATIENCE_SECONDS, until
 
 
 def ask(console: Console, path: str, said: dict[str, object] | None = None, token: str = "", **headers: str) -> Reply:
@@ -49,6 +52,17 @@ def test_who_may_use_them(start_kernel: StartKernel) -> None:
         assert client.signals["run"] is True
         state = ask(console, "/connections", token=observer).json
         assert state["running"] and state["file"]["connections"] == {"run": {"not": "eye"}}
+
+        # So it is with programs of pages: without a token there is no editor, and who looks may run nothing.
+        editor = f"{console.url.replace('http', 'ws')}/editor"
+        with connect(editor) as page, pytest.raises(ConnectionClosed) as closed:
+            page.recv(PATIENCE_SECONDS)
+        assert closed.value.rcvd is not None and closed.value.rcvd.code == 1008
+        launch = {"type": "request", "seq": 1, "command": "launch", "arguments": {}}
+        with connect(editor, additional_headers={"authorization": f"Bearer {observer}"}) as page:
+            page.send(json.dumps({"dap": launch}))
+            told = json.loads(page.recv(PATIENCE_SECONDS))["dap"]
+        assert told["message"] == "this needs the role operator, and the token is one of the role observer"
 
         # A signal that an operator may not make: the kernel's words, and what runs goes on.
         made = "schema_version: 1\nsignals: [{name: new}]\nconnections: {run: eye}\n"

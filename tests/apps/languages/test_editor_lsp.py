@@ -19,7 +19,7 @@ from lsprotocol import types
 from pygls.exceptions import JsonRpcException
 from pygls.lsp.client import LanguageClient
 from virtualrobot_apps.languages.core.source import Source
-from virtualrobot_apps.languages.editor.channel import Channel
+from virtualrobot_apps.languages.editor.channel import Streams
 from virtualrobot_apps.languages.editor.lsp import LanguageServer
 from virtualrobot_apps.languages.editor.text import Positions
 
@@ -177,7 +177,7 @@ def test_an_editor_is_served(tmp_path: Path) -> None:
 def served(sent: bytes) -> tuple[int, bytes]:
     """Return the exit code of a server that gets bytes, and what it has answered."""
     answers = io.BytesIO()
-    return LanguageServer(Channel(io.BytesIO(sent), answers)).run(), answers.getvalue()
+    return LanguageServer(Streams(io.BytesIO(sent), answers)).run(), answers.getvalue()
 
 
 def test_messages_that_are_none_are_refused_by_their_codes() -> None:

@@ -89,8 +89,8 @@ def start(goal: float, policy: motion_pb2.BusyPolicy = motion_pb2.BUSY_POLICY_RE
 
 
 async def until(world: World, fact: Callable[[Motion], object]) -> float:
-    """Wait until something is true of the running motion; return the loop's time."""
-    while not fact(world.snapshot.state.motions[0]):
+    """Wait until something is true of the motion that runs, or has ended; return the loop's time."""
+    while not fact((*world.snapshot.state.motions, *world.snapshot.state.ended)[0]):
         await asyncio.sleep(0.005)
     return asyncio.get_running_loop().time()
 
@@ -157,12 +157,19 @@ def test_a_client_that_vanishes_while_its_program_is_planned_ends_the_planning(
     assert not world.snapshot.state.motions
 
 
-def test_the_grace_begins_when_the_last_watch_ends(world: SteeredWorld, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(api, "GRACE_SECONDS", 0.3)
+@pytest.mark.parametrize("hold", [False, True])
+def test_the_grace_begins_when_the_last_watch_ends(
+    world: SteeredWorld, monkeypatch: pytest.MonkeyPatch, hold: bool
+) -> None:
+    """What runs only while it is held has a longer one of its own."""
+    monkeypatch.setattr(api, "GRACE_SECONDS", 0.01 if hold else 0.3)
+    monkeypatch.setattr(api, "HELD_GRACE_SECONDS", 0.3)
 
     async def run() -> float:
         servicer = served(world)
-        id = (await servicer.StartMotion(start(1.0), CLIENT)).motion.id
+        asked = start(1.0)
+        asked.hold = hold
+        id = (await servicer.StartMotion(asked, CLIENT)).motion.id
         watch: Any = servicer.WatchMotion(motion_pb2.WatchMotionRequest(id=id), CLIENT)
         await anext(watch)
         await asyncio.sleep(0.2)

@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.spatial import cKDTree
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.free_path import frame_path, frame_t_tool
 from virtualrobot_kernel.motion.path import smooth_path
@@ -94,7 +95,9 @@ def has_any_way(query: ToolPathQuery) -> bool:
             q = np.concatenate([q + 2.0 * np.pi * turns * (np.arange(6) == joint) for turns in (-1, 0, 1)])
             q = q[(limits.lower[joint] <= q[:, joint]) & (q[:, joint] <= limits.upper[joint])]
         if before is not None:
-            q = q[[bool((np.abs(before - one) <= step).all(axis=1).any()) for one in q]]
+            # Those that are within a step of one before, in every joint: the greatest of them in steps is 1.
+            near = cKDTree(before / step).query(q / step, p=np.inf, distance_upper_bound=1.0 + 1e-12)[0]
+            q = q[np.isfinite(near)]
         if not len(q):
             return False
         before = q

@@ -125,7 +125,7 @@ def export(target: Target, source: str, file: Path, **options: Any) -> None:  # 
 
     \b
     .urdf                   the robot SOURCE; meshes go beside it
-    .glb                    all that hangs below the node SOURCE; below 'world' hangs the whole scene
+    .glb, .usdz             all that hangs below the node SOURCE; below 'world' hangs the whole scene
     .mcap, .csv, .parquet,  what the project folder SOURCE tells of a run, from 'virtualrobot serve --data SOURCE';
     .glb, .html             the last two as an animated scene
     """

@@ -16,6 +16,7 @@ from virtualrobot._wire.showing import shown
 from virtualrobot.errors import InvalidArgumentError, MissingFileError
 from virtualrobot.files.assets import Assets, Upload
 from virtualrobot.files.resolver import Resolver, UnresolvedUriError
+from virtualrobot.files.usdz import usdz_of
 from virtualrobot.files.writing import write_beside, write_file
 from virtualrobot.v1 import nodes_pb2, scene_pb2
 
@@ -146,13 +147,15 @@ def save_scene(services: Services, assets: Assets, file: Path, bundle: bool) -> 
 
 def export_model(services: Services, assets: Assets, node: str, file: Path) -> Export:
     """Export what hangs below a node; the arguments are those of `Scene.export`."""
-    request = scene_pb2.ExportModelRequest(node=node, format=file.suffix.lower())
+    is_still = file.suffix.lower() == ".usdz"
+    request = scene_pb2.ExportModelRequest(node=node, format=".glb" if is_still else file.suffix.lower())
     response = services.scene.ExportModel(request, timeout=LONG_TIMEOUT_SECONDS)
     main, *others = response.files
     # Meshes of two robots may have the same names; those of this one may be there from its last export.
     written = write_beside(file.parent, others, assets, replace=file.exists())
     # Last, so that the main file never names others that are not there yet.
-    written.append(write_file(file, assets.download(main.sha256)))
+    data = assets.download(main.sha256)
+    written.append(write_file(file, usdz_of(data) if is_still else data))
     return Export(tuple(written), tuple(response.warnings))
 
 

@@ -313,9 +313,10 @@ class Scene(Editor[Node]):
         return self._allowed_pairs
 
     def export(self, node: Text | Node | Robot, file: str | Path) -> Export:
-        """Write a robot as URDF (`.urdf`), or whatever hangs below a node as binary glTF (`.glb`), to this machine.
+        """Write a robot as URDF (`.urdf`), or whatever hangs below a node as binary glTF or USDZ, to this machine.
 
-        An empty `node` means the whole world. Meshes that the file names go beside it.
+        USDZ (`.usdz`) is for phones and headsets of Apple: the scene as it stands, without points and lines. An empty
+        `node` means the whole world. Meshes that the file names go beside it.
 
         Raises:
             InvalidArgumentError: when the ending is no such format, a file cannot be written, or one beside it is there

@@ -7,8 +7,12 @@ from collections.abc import Callable
 from pathlib import Path
 from urllib.parse import parse_qs
 
+from virtualrobot.errors import VirtualRobotError
+
 from virtualrobot_apps.console.door import Door
+from virtualrobot_apps.console.editing import EDITOR, PageEditors
 from virtualrobot_apps.console.http_calls import PREFIX, Caller, Event, HttpCalls, Receive, Send, refuse
+from virtualrobot_apps.console.invitation import Reach
 from virtualrobot_apps.console.page_calls import PageCalls
 from virtualrobot_apps.console.page_files import page_files
 from virtualrobot_apps.console.refusal import Refusal
@@ -44,14 +48,21 @@ class Server:
         door: Door,
         limit: Limit,
         tools: PageTools,
+        editors: PageEditors,
         link_used: Callable[[], None] = lambda: None,
         authority: Path | None = None,
+        reach: Reach | None = None,
     ) -> None:
-        """Serve one kernel through one door, and to anybody the certificate of an authority."""
+        """Serve one kernel through one door, and to anybody the certificate of an authority.
+
+        `reach` is how others get here; without it, as the browser that asks does.
+        """
         self._upstream, self._door, self._limit, self._tools = upstream, door, limit, tools
+        self._editors = editors
         self._calls = HttpCalls(upstream, limit)
         self._link_used = link_used
         self._files = page_files(authority)
+        self._reach = reach
 
     async def __call__(self, scope: Event, receive: Receive, send: Send) -> None:
         """Answer a request, or all calls of a page."""
@@ -63,11 +74,14 @@ class Server:
         caller = Caller(headers, self._door.token(headers), place)
         fault = self._door.fault(headers)
         if scope["type"] == "websocket":
-            if fault or scope["path"] != "/calls":
+            if not fault and scope["path"] == EDITOR:
+                await self._editors.run(caller, receive, send)
+            elif not fault and scope["path"] == "/calls":
+                await PageCalls(self._upstream, self._limit, caller, receive, send).run()
+            else:
                 await receive()
-                await send({"type": "websocket.close", "code": 1008, "reason": fault or "calls go to /calls"})
-                return
-            await PageCalls(self._upstream, self._limit, caller, receive, send).run()
+                reason = fault or f"calls go to /calls, and messages of editors to {EDITOR}"
+                await send({"type": "websocket.close", "code": 1008, "reason": reason})
         elif fault:
             await refuse(send, Refusal("permission_denied", fault))
         else:
@@ -101,8 +115,8 @@ class Server:
             await _respond(send, 204, b"", [])
         elif path.startswith(PREFIX):
             await self._calls.serve(path, verb, caller, receive, send)
-        elif path == "/link" and verb == "POST":
-            await self._link(scope["scheme"], caller, send)
+        elif path in ("/link", "/invitation") and verb == "POST":
+            await self._link(scope["scheme"], caller, send, coded=path == "/invitation")
         elif self._tools.knows(path):
             await self._tools.serve(path, verb, caller, receive, send)
         elif verb not in ("GET", "HEAD") or path not in self._files:
@@ -114,17 +128,23 @@ class Server:
             headers = [(b"content-type", file.type.encode()), (b"cache-control", file.caching.encode())]
             await _respond(send, 200, file.data, [*headers, *_OF_PAGES])
 
-    async def _link(self, scheme: str, caller: Caller, send: Send) -> None:
-        """Answer with a link for one more browser, which is good for what the caller's token is good for."""
-        metadata = caller.metadata()
+    async def _link(self, scheme: str, caller: Caller, send: Send, *, coded: bool) -> None:
+        """Answer with a link for one more browser, which is good for what the caller's token is good for.
+
+        `coded` wants it for another device, as a code that it reads.
+        """
+        metadata, host = caller.metadata(), caller.headers["host"]
         try:
             await self._upstream.info(metadata)
+            token = dict(metadata).get("authorization", "").removeprefix("Bearer ")
+            key, own = self._door.new_link(token), f"{scheme}://{host}"
+            told = (self._reach or Reach(own)).invited(host, key) if coded else {"url": f"{own}/?key={key}"}
         except Refusal as refusal:
             await refuse(send, refusal)
-            return
-        token = dict(metadata).get("authorization", "").removeprefix("Bearer ")
-        url = f"{scheme}://{caller.headers['host']}/?key={self._door.new_link(token)}"
-        await _respond(send, 200, json.dumps({"url": url}).encode(), [(b"content-type", b"application/json")])
+        except VirtualRobotError as error:
+            await refuse(send, Refusal.of_client(error))
+        else:
+            await _respond(send, 200, json.dumps(told).encode(), [(b"content-type", b"application/json"), _UNKEPT])
 
     async def _enter(self, key: str, send: Send) -> None:
         cookie = self._door.enter(key)

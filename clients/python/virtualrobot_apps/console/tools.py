@@ -11,6 +11,7 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from google.protobuf import json_format
@@ -48,6 +49,8 @@ Work = Callable[[_Asked], object]
 
 FILMS = "/films/"
 """Path of films, followed by their names."""
+STILL = "/cell.usdz"
+"""Path of the cell as it stands, for phones and headsets of Apple."""
 _CHUNK_BYTES = 1024 * 1024
 
 
@@ -86,7 +89,7 @@ class PageTools:
 
     def knows(self, path: str) -> bool:
         """Return whether a path is that of a tool."""
-        return path.startswith(FILMS) or any(path == one for _, one in self._work)
+        return path == STILL or path.startswith(FILMS) or any(path == one for _, one in self._work)
 
     async def serve(self, path: str, verb: str, caller: Caller, receive: Receive, send: Send) -> None:
         """Answer one request with JSON, `{}` where there is nothing to tell."""
@@ -94,6 +97,10 @@ class PageTools:
             if verb == "GET" and path.startswith(FILMS):
                 await self._admitted(caller, token_pb2.ROLE_OBSERVER, {})
                 await _send_file(self._films.path(path.removeprefix(FILMS)), send)
+                return
+            if verb == "GET" and path == STILL:
+                asked = await self._admitted(caller, token_pb2.ROLE_OBSERVER, {})
+                await _send_bytes(await asyncio.to_thread(self._still, asked), "model/vnd.usdz+zip", send)
                 return
             if (verb, path) not in self._work:
                 raise Refusal("unimplemented", f"{path} is asked for otherwise than by {verb}", status=405)
@@ -157,6 +164,11 @@ class PageTools:
         with self._connect(asked.token) as client:
             return by(client, asked.said)
 
+    def _still(self, asked: _Asked) -> bytes:
+        with self._connect(asked.token) as client, TemporaryDirectory() as folder:
+            client.scene.export("world", file := Path(folder, "cell.usdz"))
+            return file.read_bytes()
+
     def _curves(self, asked: _Asked) -> object:
         return self._plots.read(asked.token, asked.text("page"), curves_of(asked.said.get("curves")))
 
@@ -190,6 +202,13 @@ def _mapping(asked: _Asked) -> object:
     if len(asked.text("text")) > MOST_LETTERS:
         raise InvalidArgumentError(f"{name} has {len(asked.text('text'))} letters, at most {MOST_LETTERS} are read")
     return asdict(gamepad_mapping.mapping_of(asked.text("text"), name, device))
+
+
+async def _send_bytes(data: bytes, kind: str, send: Send) -> None:
+    length = (b"content-length", str(len(data)).encode())
+    headers = [(b"content-type", kind.encode()), length, (b"cache-control", b"no-store")]
+    await send({"type": "http.response.start", "status": 200, "headers": headers})
+    await send({"type": "http.response.body", "body": data})
 
 
 async def _send_file(path: Path, send: Send) -> None:

@@ -1,4 +1,4 @@
-"""Places of cameras: how much of an area they see, and how much of it two of them do.
+"""Places of cameras and range sensors: how much of an area they see, and how much of it two of them do.
 
 For a study file: `function: virtualrobot_apps.studies.coverage:cover`,
 `setup: virtualrobot_apps.studies.worlds:open_world`.
@@ -20,36 +20,46 @@ _MOST_POINTS = 1_000_000
 
 
 def cover(cell: Cell) -> dict[str, float | str | None]:
-    """Return how much of an area cameras see, one of them from another place.
+    """Return how much of an area sensors see, some of them from other places.
 
-    Its parameters: `cameras`, names of pinhole cameras with commas between; `camera`, the one of them that is moved
-    (without it, none is), with `x`, `y` and `z`, where it is then on its parent (m; without them it stays there), and
-    `yaw`, by how much it is turned about the parent's z axis besides (rad; without it, 0); `area`, the name of a node
-    in the middle of the area, which is `length` along the node's x axis, `width` along y and `height` along z (m;
-    without `height` it is flat); `spacing`, between the points of it that are asked for at most (m).
+    Its parameters: `sensors`, names of pinhole cameras and range sensors with commas between; `moved`, those of them
+    that are elsewhere (without it, none is): the first one by `x`, `y` and `z`, its place on its parent then (m;
+    without them it stays there), and `yaw`, by how much it is turned about the parent's z axis besides (rad; without
+    it, 0), the second one by `x2`, `y2`, `z2` and `yaw2`, and so on; `area`, the name of a node in the middle of the
+    area, which is `length` along the node's x axis, `width` along y and `height` along z (m; without `height` it is
+    flat); `spacing`, between the points of it that are asked for at most (m). A range sensor sees a point that one of
+    its beams passes within half of that.
 
-    Its results: `seen`, the share of the area that one camera or more see, each point with nothing before it; `twice`,
+    Its results: `seen`, the share of the area that one sensor or more see, each point with nothing before it; `twice`,
     the share that two or more see, from which places can be measured; `least`, the share that the worst one of the
-    cameras sees, and `worst`, its name.
+    sensors sees, and `worst`, its name.
     """
     world: World = cell.shared
     world.restore()
     parameters = cell.parameters
-    cameras = names_of(parameters["cameras"])
-    if (moved := parameters.get("camera")) is not None:
-        if moved not in cameras:
-            raise ValueError(f"camera is one of {', '.join(cameras)}, not {moved}")
-        world.place(moved, elsewhere(world.parent_pose(moved), parameters, "xyz"))
+    sensors = names_of(parameters["sensors"])
+    moved = names_of(parameters["moved"]) if "moved" in parameters else []
+    for number, name in enumerate(moved, 1):
+        if name not in sensors or name in moved[: number - 1]:
+            raise ValueError(f"moved is some of {', '.join(sensors)}, each once, not {', '.join(moved)}")
+        world.place(name, elsewhere(world.parent_pose(name), _of_number(parameters, number), "xyz"))
     points = area_points(world.pose(parameters["area"]), parameters)
-    views = np.array([world.seen(name, points) for name in cameras])
+    within = 0.5 * parameters["spacing"]
+    views = np.array([world.seen(name, points, within) for name in sensors])
     count, shares = views.sum(axis=0), views.mean(axis=1)
     worst = int(np.argmin(shares))
     return {
         "seen": float((count >= 1).mean()),
         "twice": float((count >= 2).mean()),
         "least": float(shares[worst]),
-        "worst": cameras[worst],
+        "worst": sensors[worst],
     }
+
+
+def _of_number(parameters: Mapping[str, Any], number: int) -> dict[str, Any]:
+    """Return the place of a sensor: `x2` and so on of the second, `x` of the first."""
+    ending = "" if number == 1 else str(number)
+    return {name: parameters[name + ending] for name in ("x", "y", "z", "yaw") if name + ending in parameters}
 
 
 def area_points(world_t_area: Floats, parameters: Mapping[str, Any]) -> Floats:

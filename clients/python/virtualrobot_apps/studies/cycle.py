@@ -6,8 +6,10 @@ For a study file: `function: virtualrobot_apps.studies.cycle:run_program`,
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import virtualrobot
 from virtualrobot.errors import InvalidArgumentError, VirtualRobotError
@@ -75,9 +77,12 @@ def run_program(cell: Cell) -> dict[str, float | str | None]:
     `reach`, `singularity`, `joint_velocity`, `collision`), or `planning` has refused it; `reason`, in words and with
     the number of the step, None where it is done.
     """
-    kernel: RunningKernel = cell.shared
+    return run_from(cell.shared, cell.parameters)
+
+
+def run_from(kernel: RunningKernel, parameters: Mapping[str, Any]) -> dict[str, float | str | None]:
+    """Return what `run_program` does, of a kernel that goes back to its beginning first."""
     kernel.restore()
-    parameters = cell.parameters
     if "robot" in parameters:
         node = kernel.client.scene.node(parameters["robot"])
         node.parent_t_node = elsewhere(node.parent_t_node, parameters)

@@ -138,8 +138,11 @@ class World(Protocol):
         """Return a robot's chain up to its tool centre point, with errors to plant and to find, in its base's frame."""
         ...
 
-    def seen(self, camera: str, points: ArrayLike) -> NDArray[np.bool_]:
-        """Return which of points (n, 3), m in the world, a pinhole camera sees, with nothing before them: (n,)."""
+    def seen(self, sensor: str, points: ArrayLike, within: float = 0.0) -> NDArray[np.bool_]:
+        """Return which of points (n, 3), m in the world, a sensor sees, with nothing before them: (n,).
+
+        A pinhole camera sees what is in its picture, a range sensor what one of its beams passes within so many meters.
+        """
         ...
 
     def close(self) -> None:

@@ -242,6 +242,17 @@ class Debugger(ABC):
         """True where the task stands before a statement."""
         return bool(self._standing)
 
+    @property
+    def at(self) -> tuple[str, int] | None:
+        """File and line of the statement that it does, or stands before; None before the first one."""
+        last = self._last
+        return None if last is None else (last[0].f_code.co_filename, last[1])
+
+    @property
+    def moves_at(self) -> str:
+        """Place of the move that the robot makes, as `file:line`; nothing where it stands, or a language tells none."""
+        return ""
+
     def go_on(self, step: str = "") -> None:
         """Have a task that stands go on: to the next statement (`in`), that of the same routine (`over`), or its end.
 

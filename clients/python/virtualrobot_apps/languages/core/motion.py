@@ -197,14 +197,17 @@ class MotionQueue:
     def place(self, states: Iterable[MotionState]) -> str:
         """Return the place, as `Task.place` tells it, of the step that is done in states of motions; else nothing."""
         for state in states:
-            if self._motion is not None and state.id == self._motion.id:
+            motion = self._motion
+            if motion is not None and state.id == motion.id:
                 done = state.phase is Phase.STARVED or state.phase.ended
-                return "" if done else next((place for number, place in self._places if number == state.step), "")
+                # A copy, since the program's own thread goes on meanwhile.
+                return "" if done else next((place for number, place in (*self._places,) if number == state.step), "")
         return ""
 
     def doing(self) -> str:
         """Return the place of the step that is done now; else nothing."""
-        return self.place([self._motion.state]) if self._motion is not None else ""
+        motion = self._motion
+        return self.place([motion.state]) if motion is not None else ""
 
     def begun(self) -> None:
         """Wait until the robot has begun the last move."""

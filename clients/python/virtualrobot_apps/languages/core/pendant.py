@@ -6,11 +6,20 @@ import queue
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
 
 from virtualrobot_apps.languages.core.task import Task
 
 LOOK_SECONDS = 0.05
 """Time (s of the wall clock) from one look for an answer to the next."""
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Question of a program: its words, and the answers that there are; none of these: any number or text."""
+
+    text: str
+    choices: tuple[str, ...] = ()
 
 
 class NobodyAnswers(Exception):
@@ -21,11 +30,16 @@ class Pendant:
     """Lines that a program writes, and answers in the order in which it asks.
 
     Answers are taken from an iterable, by a thread of their own: reading a terminal can't be given up otherwise.
+
+    Attributes:
+        write: is told each line.
+        asking: is told each question as the program begins to wait for its answer, and None as it waits no more.
     """
 
     def __init__(self, write: Callable[[str], None] = print, answers: Iterable[str] = ()) -> None:
         """Write by a function; `answers` are read when the program asks first."""
         self.write = write
+        self.asking: Callable[[Question | None], None] = lambda question: None
         self._source: Iterator[str] = iter(answers)
         self._come: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         self._wanted = threading.Semaphore(0)
@@ -37,7 +51,7 @@ class Pendant:
         """True while the program waits for an answer."""
         return self._asked
 
-    def ask(self, task: Task, seconds: float | None = None) -> str | None:
+    def ask(self, task: Task, question: Question, seconds: float | None = None) -> str | None:
         """Return the next answer, without its line end; None where none came within `seconds` of the wall clock.
 
         Raises NobodyAnswers at the end of the answers.
@@ -48,6 +62,13 @@ class Pendant:
         if not self._asked:
             self._wanted.release()
             self._asked = True  # an answer that comes too late is that of the next question
+        self.asking(question)
+        try:
+            return self._answer(task, seconds)
+        finally:
+            self.asking(None)
+
+    def _answer(self, task: Task, seconds: float | None) -> str | None:
         end = None if seconds is None else time.monotonic() + seconds
         while self._come.empty():
             left = LOOK_SECONDS if end is None else min(LOOK_SECONDS, end - time.monotonic())

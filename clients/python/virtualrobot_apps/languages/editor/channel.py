@@ -13,7 +13,7 @@ import sys
 import threading
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Protocol
 
 import click
 
@@ -26,8 +26,25 @@ class ChannelError(Exception):
     """Bytes that are no message; the channel can't be read on."""
 
 
-class Channel:
+class Channel(Protocol):
     """Messages to and from an editor; any thread may send."""
+
+    def read(self) -> Any | None:  # noqa: ANN401 JSON
+        """Return the next message, or None at the end.
+
+        Raises:
+            ChannelError: where what comes is no message.
+            ValueError: for a text that is no JSON; the next message can be read.
+        """
+        ...
+
+    def send(self, message: dict[str, Any]) -> None:
+        """Send a message; one that nobody reads any more is lost."""
+        ...
+
+
+class Streams:
+    """Channel by streams of bytes."""
 
     def __init__(self, source: BinaryIO, sink: BinaryIO) -> None:
         """Read from one stream and write to another one."""
@@ -80,7 +97,7 @@ def serve(session: Callable[[Channel], int], port: int | None) -> int:
         sys.stdout = sys.stderr
         code = 1
         with suppress(OSError), source, sink:
-            code = session(Channel(source, sink))
+            code = session(Streams(source, sink))
         return code
     with socket.create_server(("127.0.0.1", port)) as server:
         click.echo(f"listening at 127.0.0.1:{server.getsockname()[1]}", err=True)
@@ -89,4 +106,4 @@ def serve(session: Callable[[Channel], int], port: int | None) -> int:
             editor.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
             # An editor that has gone leaves what it didn't read.
             with suppress(OSError), editor, editor.makefile("rb") as source, editor.makefile("wb") as sink:
-                session(Channel(source, sink))
+                session(Streams(source, sink))

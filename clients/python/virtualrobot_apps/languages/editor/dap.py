@@ -16,6 +16,7 @@ from virtualrobot.errors import VirtualRobotError
 
 from virtualrobot_apps.languages.core.debugger import RUNS, Datum, Debugger, Place, WrongExpression
 from virtualrobot_apps.languages.core.diagnostics import ProgramError
+from virtualrobot_apps.languages.core.pendant import Question
 from virtualrobot_apps.languages.core.task import TaskStopped
 from virtualrobot_apps.languages.editor.channel import Channel, ChannelError
 from virtualrobot_apps.languages.editor.launch import Launch, WrongLaunch, launched
@@ -23,6 +24,8 @@ from virtualrobot_apps.languages.editor.launch import Launch, WrongLaunch, launc
 if TYPE_CHECKING:
     from virtualrobot.cli.options import Target
 
+WHERE = "virtualrobot/where"
+"""Request besides those of the protocol: where tasks are, whether or not they stand."""
 UNCAUGHT = "uncaught"
 """Filter of exceptions: a task stops where an error was that nothing has handled."""
 _CAPABILITIES = {
@@ -37,6 +40,10 @@ _STOPPED_CODE = 130
 """Exit code of a program that somebody has stopped, as that of a command that Ctrl-C ends."""
 
 
+Launching = Callable[[Mapping[str, Any], "Target", Callable[[str], None]], Launch]
+"""Begins a program as a launch says, for a kernel; what it writes is told."""
+
+
 class Refused(Exception):
     """A request that can't be answered; its message says why."""
 
@@ -44,9 +51,9 @@ class Refused(Exception):
 class DebugAdapter:
     """Debug adapter of one editor and one program."""
 
-    def __init__(self, channel: Channel, target: Target) -> None:
-        """Begin without a program; `target` is the kernel of one that moves a robot."""
-        self._channel, self._target = channel, target
+    def __init__(self, channel: Channel, target: Target, launch: Launching = launched) -> None:
+        """Begin without a program; `target` is the kernel of one that moves a robot, and `launch` begins one."""
+        self._channel, self._target, self._launching = channel, target, launch
         self._sent = self._numbered = 0
         self._lock = threading.Lock()
         self._launch: Launch | None = None
@@ -67,6 +74,7 @@ class DebugAdapter:
             "variables": self._variables,
             "setVariable": self._set_variable,
             "evaluate": self._evaluate,
+            WHERE: self._where,
             "continue": lambda given: self._go_on(given, "") or {"allThreadsContinued": False},
             "next": lambda given: self._go_on(given, "over"),
             "stepIn": lambda given: self._go_on(given, "in"),
@@ -144,6 +152,11 @@ class DebugAdapter:
     def _write(self, line: str, category: str = "stdout") -> None:
         self._event("output", category=category, output=f"{line}\n")
 
+    def _asking(self, question: Question | None) -> None:
+        """Tell of a question beside the line that is written of it: in the data of an output without a word."""
+        asks = None if question is None else {"text": question.text, "choices": list(question.choices)}
+        self._event("output", category="console", output="", data={"asks": asks})
+
     # The program.
 
     def _initialize(self, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -157,7 +170,8 @@ class DebugAdapter:
     def _launched(self, given: Mapping[str, Any]) -> None:
         if self._launch is not None:
             raise Refused("a program is launched already")
-        self._launch = launched(given, self._target, self._write)
+        self._launch = self._launching(given, self._target, self._write)
+        self._launch.hear(self._asking)
         for number, task in enumerate(self._launch.tasks, 1):
             task.stopped = self._stopper(number)
         self._after = lambda: self._event("initialized")
@@ -210,7 +224,7 @@ class DebugAdapter:
         path = given["source"].get("path")
         if not isinstance(path, str):
             raise Refused("a source has a path")
-        file = str(Path(path).resolve())
+        file = self._launching_file(path)
         asked = {int(one["line"]): str(one.get("condition") or "") for one in given.get("breakpoints") or ()}
         tasks = [one for one in self._program.tasks if file in one.files]
         if not tasks:
@@ -229,7 +243,26 @@ class DebugAdapter:
         for task in self._program.tasks:
             task.stops_at_errors = UNCAUGHT in given["filters"]
 
+    def _launching_file(self, path: str) -> str:
+        """Return the name that a program has for a file of the editor."""
+        known = any(path in one.files for one in self._program.tasks)
+        return path if known else str(Path(path).resolve())
+
     # Where tasks stand.
+
+    def _where(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the statement that each task does, and the move that its robot makes; no request of the protocol."""
+        running = self._thread is not None and self._thread.is_alive()
+        found = []
+        for number, one in enumerate(self._program.tasks if running else (), 1):
+            entry: dict[str, Any] = {"threadId": number, "stands": one.stands}
+            if (at := one.at) is not None:
+                entry["program"] = {"path": at[0], "line": at[1]}
+            path, _, line = one.moves_at.rpartition(":")
+            if path:
+                entry["motion"] = {"path": path, "line": int(line)}
+            found.append(entry)
+        return {"tasks": found}
 
     def _task(self, given: Mapping[str, Any]) -> Debugger:
         number = int(given["threadId"])

@@ -18,7 +18,8 @@ from virtualrobot_apps.emulators.ur.command import HOME
 from virtualrobot_apps.emulators.ur.controller import Controller
 from virtualrobot_apps.emulators.ur.kinematics import MODELS
 from virtualrobot_apps.languages.core.debugger import Debugger
-from virtualrobot_apps.languages.core.source import read_source
+from virtualrobot_apps.languages.core.pendant import Question
+from virtualrobot_apps.languages.core.source import Source, read_source
 from virtualrobot_apps.languages.core.task import TaskStopped
 from virtualrobot_apps.languages.editor.urscript import URSCRIPT
 from virtualrobot_apps.languages.rapid.cell import Cell
@@ -54,6 +55,10 @@ KNOWN: dict[str, type | tuple[type, ...]] = {
 """Names that the launch of a program in RAPID has, and the types of their values."""
 OF_SCRIPTS: dict[str, type | tuple[type, ...]] = {"program": str, "stopOnEntry": bool, "model": str}
 """Those of a script in URScript."""
+TEXTS = "texts"
+"""Name of the texts, by their files' names, that an editor on another machine has in a launch."""
+NOT_FROM_ELSEWHERE = "address", "files", "listen"
+"""Names that such a launch has not, since they are of this machine."""
 
 
 class WrongLaunch(Exception):
@@ -76,23 +81,53 @@ class Launch(Protocol):
         """Answer what a task asks on its pendant; return whether one asks."""
         ...
 
+    def hear(self, asking: Callable[[Question | None], None]) -> None:
+        """Tell of each question on a pendant, and None as nobody waits for its answer any more."""
+        ...
+
     def close(self) -> None:
         """End what they use."""
         ...
 
 
-def launched(given: Mapping[str, Any], target: Target, write: Callable[[str], None]) -> Launch:
+Read = Callable[[str], Source]
+"""Returns the source of a file by its name; raises MissingFileError."""
+
+
+def read_here(name: str) -> Source:
+    """Return the source of a file of this machine."""
+    return read_source(Path(name).resolve())
+
+
+def launched(given: Mapping[str, Any], target: Target, write: Callable[[str], None], read: Read = read_here) -> Launch:
     """Return the launch of a program, whose language its file's ending tells; as `RapidLaunch`."""
     program = given.get("program")
     if isinstance(program, str) and program.endswith(URSCRIPT.endings):
-        return ScriptLaunch(given, write)
-    return RapidLaunch(given, target, write)
+        return ScriptLaunch(given, write, read)
+    return RapidLaunch(given, target, write, read)
+
+
+def launched_from_elsewhere(given: Mapping[str, Any], target: Target, write: Callable[[str], None]) -> Launch:
+    """Return the launch of a program whose texts an editor on another machine sends along; as `launched`."""
+    for name in NOT_FROM_ELSEWHERE:
+        if name in given:
+            raise WrongLaunch(f"{name!r} is for editors on this machine")
+    texts = given.get(TEXTS)
+    if not isinstance(texts, dict) or not all(isinstance(one, str) for one in texts.values()):
+        raise WrongLaunch(f"{TEXTS!r} are the texts of the program's files by their names")
+
+    def read(name: str) -> Source:
+        if name not in texts:
+            raise WrongLaunch(f"{TEXTS!r} has no {name!r}")
+        return Source(texts[name], name)
+
+    return launched({name: one for name, one in given.items() if name != TEXTS}, target, write, read)
 
 
 class ScriptLaunch:
     """Script on an emulated controller with an arm of its own, in real time but where it stands."""
 
-    def __init__(self, given: Mapping[str, Any], write: Callable[[str], None]) -> None:
+    def __init__(self, given: Mapping[str, Any], write: Callable[[str], None], read: Read) -> None:
         """Load the script; nothing runs yet. `write` gets each line of its log. Raises WrongLaunch or ProgramError."""
         _check_types(given, OF_SCRIPTS)
         if wrong := sorted({*given} & {*KNOWN} - {*OF_SCRIPTS}):
@@ -101,7 +136,7 @@ class ScriptLaunch:
         if model not in MODELS:
             raise WrongLaunch(f"'model' is one of {', '.join(MODELS)}, not {model!r}")
         (file,) = _files(given.get("program"), "program")
-        loaded = load_source(read_source(file), debugged=True)
+        loaded = load_source(read(file), debugged=True)
         if loaded.secondary:
             raise WrongLaunch(f"{loaded.name!r} is a secondary program (sec), which takes no time to stand in")
         self._controller = Controller(SimulatedArm(HOME), model)
@@ -129,6 +164,9 @@ class ScriptLaunch:
         """Return that nobody asks: the emulated controller has no pendant."""
         return False
 
+    def hear(self, asking: Callable[[Question | None], None]) -> None:
+        """Tell of nothing."""
+
     def close(self) -> None:
         """Close its connections."""
         self._program.close()
@@ -137,7 +175,7 @@ class ScriptLaunch:
 class RapidLaunch:
     """Tasks that are debugged; `close` ends what they use."""
 
-    def __init__(self, given: Mapping[str, Any], target: Target, write: Callable[[str], None]) -> None:
+    def __init__(self, given: Mapping[str, Any], target: Target, write: Callable[[str], None], read: Read) -> None:
         """Load the program, and connect to the kernel where a robot is asked for; nothing runs yet.
 
         The kernel is `target`, unless the launch gives another address. `write` gets each line of a pendant. Raises
@@ -159,7 +197,7 @@ class RapidLaunch:
         self._typed: queue.SimpleQueue[str | None] = queue.SimpleQueue()
         try:
             client = self._connected() if any(robot for _, _, robot, _ in parts) else None
-            sources = {name: [read_source(file) for file in files] for name, files, _, _ in parts}
+            sources = {name: [read(file) for file in files] for name, files, _, _ in parts}
             signals = list(client.signals) if client is not None else []
             programs = load_tasks(sources, signals, debugged=True)
             if client is not None and given.get("createSignals"):
@@ -210,6 +248,11 @@ class RapidLaunch:
             self._typed.put(text)
         return asks
 
+    def hear(self, asking: Callable[[Question | None], None]) -> None:
+        """Tell of each question."""
+        for one in self.tasks:
+            one.pendant.asking = asking
+
     def close(self) -> None:
         """End the connection to the kernel, and the wait for answers."""
         for _ in self.tasks:
@@ -224,10 +267,10 @@ def _check_types(given: Mapping[str, Any], known: Mapping[str, type | tuple[type
             raise WrongLaunch(f"{name!r} of a launch is a {told}, not {given[name]!r}")
 
 
-def _files(given: object, of: str) -> list[Path]:
-    """Return the files of a task, with all of their folders, as editors name them."""
+def _files(given: object, of: str) -> list[str]:
+    """Return the files of a task, as the launch names them."""
     found = given if isinstance(given, list) else [given]
     names = [one for one in found if isinstance(one, str) and one]
     if not names or len(names) < len(found):
         raise WrongLaunch(f"'program' is the file of {of}, or a list of its files, not {given!r}")
-    return [Path(one).resolve() for one in names]
+    return names

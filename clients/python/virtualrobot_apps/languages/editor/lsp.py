@@ -61,9 +61,9 @@ class Document:
 class LanguageServer:
     """Language server of one editor."""
 
-    def __init__(self, channel: Channel) -> None:
-        """Begin without a text."""
-        self._channel = channel
+    def __init__(self, channel: Channel, *, reads_files: bool = True) -> None:
+        """Begin without a text; `reads_files`: the texts of a file's folder count, too, that aren't open."""
+        self._channel, self._reads_files = channel, reads_files
         self._documents: dict[str, Document] = {}
         self._analyses: dict[str, Analysis] = {}
         self._due: dict[str, None] = {}
@@ -220,7 +220,7 @@ class LanguageServer:
             and one.language is document.language
             and Path(one.source.file).parent == path.parent
         }
-        if document.uri.startswith("file:"):
+        if self._reads_files and document.uri.startswith("file:"):
             try:
                 files = sorted(one for one in path.parent.iterdir() if one.suffix.lower() in document.language.endings)
             except OSError:

@@ -90,13 +90,14 @@ class DebuggedTask(Debugger, RapidTask):
     def stack(self) -> list[Place]:
         """Return the call stack from the program pointer on, and last, where the robot is elsewhere, its place."""
         found = [Place(self._title(one), one.f_code.co_filename, number, one) for one, number in self._standing]
-        file, _, line = self.motion_pointer().rpartition(":")
+        file, _, line = self.moves_at.rpartition(":")
         if file:
             found.append(Place("motion pointer", file, int(line), None))
         return found
 
-    def motion_pointer(self) -> str:
-        """Return the place of the move that the robot makes, as `file:line`; nothing where it stands or is none."""
+    @property
+    def moves_at(self) -> str:
+        """Place of the move that the robot makes, as `file:line`; nothing where it stands or is none."""
         try:
             return self.world.queue.doing() if self.has_robot else ""
         except VirtualRobotError:

@@ -69,7 +69,7 @@ export function App() {
 /** Returns whether a key is meant for a field that is typed into; no number has a space in it. */
 function isTyped(event: KeyboardEvent): boolean {
   const target = event.target as HTMLElement;
-  if (target instanceof HTMLTextAreaElement) return true;
+  if (target instanceof HTMLTextAreaElement || target.dataset.typed !== undefined) return true;
   if (!(target instanceof HTMLInputElement)) return target.tagName === "SELECT" && event.code !== "Space";
   return target.type !== "range" && !target.readOnly && !(event.code === "Space" && target.inputMode === "decimal");
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from virtualrobot_apps.languages.core.pendant import NobodyAnswers
+from virtualrobot_apps.languages.core.pendant import NobodyAnswers, Question
 from virtualrobot_apps.languages.rapid.faults import RapidFault, RapidStopped
 from virtualrobot_apps.languages.rapid.table import function, instruction
 from virtualrobot_apps.languages.rapid.values import number_text, value_text
@@ -70,11 +70,15 @@ def _ui_client_exist(task: RapidTask) -> bool:
     return True
 
 
-def _asked(task: RapidTask, question: str, seconds: float | None) -> str:
-    """Return the answer to a question; ERR_TP_MAXTIME where none comes in time."""
+def _asked(task: RapidTask, question: str, seconds: float | None, asked: Question | None = None) -> str:
+    """Return the answer to a question; ERR_TP_MAXTIME where none comes in time.
+
+    `asked` is the question for those who show its answers beside it.
+    """
     task.write(question)
     try:
-        answer = task.pendant.ask(task, None if seconds is None or seconds >= 9e9 else seconds)
+        asked = asked or Question(question)
+        answer = task.pendant.ask(task, asked, None if seconds is None or seconds >= 9e9 else seconds)
     except NobodyAnswers:
         raise RapidStopped(
             f"the program asks {question!r}, and there is no answer: give one by --answer TEXT, or at a terminal"
@@ -101,7 +105,8 @@ def _choice(task: RapidTask, question: str, names: list[tuple[int, str]], second
     """Return the number of what is chosen by its name or number; what is not there is asked again."""
     told = ", ".join(name if name == str(number) else f"{number}: {name}" for number, name in names)
     while True:
-        answer = _asked(task, f"{question} [{told}]", seconds)
+        asked = Question(question, tuple(name for _, name in names))
+        answer = _asked(task, f"{question} [{told}]", seconds, asked)
         for number, name in names:
             if answer in (str(number), name) or answer.lower() == name.lower():
                 return number

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from virtualrobot_apps.languages.core.pendant import NobodyAnswers
+from virtualrobot_apps.languages.core.pendant import NobodyAnswers, Question
 from virtualrobot_apps.languages.rapid.faults import CycleEnded, RapidStopped
 from virtualrobot_apps.languages.rapid.predefined import ERROR_NUMBERS
 from virtualrobot_apps.languages.rapid.table import function, instruction
@@ -24,9 +24,10 @@ def _present(task: object, value: Any) -> bool:  # noqa: ANN401 any value of RAP
 def _stop(task: RapidTask, no_regain: bool | None, all_tasks: bool | None) -> None:
     """Stops the program when the robot stands, until an answer lets it go on; without one it ends there."""
     task.finish()
-    task.write("stopped: an answer lets the program go on")
+    told = "stopped: an answer lets the program go on"
+    task.write(told)
     try:
-        task.pendant.ask(task)
+        task.pendant.ask(task, Question(told, ("Start",)))
     except NobodyAnswers:
         raise RapidStopped("Stop, and no answer lets the program go on") from None
 

@@ -13,6 +13,7 @@ import { reasonOf } from "./page_calls";
 import { read } from "./program";
 import { ask } from "./question";
 import { assets, scenes } from "./services";
+import { shownBelow } from "./shown";
 import { open as openTrajectory } from "./trajectory";
 import { assetFiles, checkSize, megabytes, uploadAll, type Course } from "./uploads";
 import { chosen, info, items, selected } from "./world";
@@ -38,6 +39,7 @@ export const placingName = signal("");
 
 const SCENES = [".yaml", ".yml"];
 const TRAJECTORIES = [".csv", ".json"];
+const CODES = [".mod", ".modx", ".sys", ".sysx", ".prg", ".script", ".urscript"];
 const MODELS = [".urdf", ".xacro", ".sdf", ".world"];
 const WITHOUT_UNIT = new Set([".stl", ".obj", ".ply", ".off"]);
 const MOST_CHOICES = 8;
@@ -63,6 +65,7 @@ export async function bring(given: Files, at?: Place): Promise<void> {
   if (names.length === 0) return;
   await loading(names.length === 1 ? lastPart(names[0]) : `${names.length} files`, async (course) => {
     for (const [path, file] of given) checkSize(path, file.size);
+    if (given.size === 1 && CODES.includes(endingOf(names[0]))) return openCode(given.get(names[0])!);
     if (given.size === 1 && TRAJECTORIES.includes(endingOf(names[0]))) return openTrajectory(asText(given.get(names[0])!));
     const files = await unpacked(given);
     const main = await mainOf(files);
@@ -81,6 +84,13 @@ export async function bring(given: Files, at?: Place): Promise<void> {
       srdfUri: more.size > 0 ? srdf[0] : "",
     }, course);
   });
+}
+
+/** Opens a program in a controller's language; its panel is loaded for that. */
+async function openCode(file: File): Promise<void> {
+  const { open } = await import("../code/program");
+  open(file.name, await file.text());
+  shownBelow.value = "code";
 }
 
 /** Saves the cell to this machine: a scene file, in an archive with the files that it names where it names any. */

@@ -1,4 +1,4 @@
-// What happens below the view: joints and anything else over time, the program, a trajectory, signals, collisions, traces, the modeller, history, messages.
+// What happens below the view: joints and anything else over time, the program as steps and as a text, a trajectory, signals, collisions, traces, the modeller, history, messages.
 import { StepKind } from "../generated/virtualrobot/v1/history_pb";
 import { messages, type Level } from "../kernel/messages";
 import { lines } from "../kernel/program";
@@ -9,6 +9,7 @@ import { cellSignals, steps, touching } from "../kernel/world";
 import { Icon } from "../parts/icons";
 import { Chosen, Tabs, type Tab } from "../parts/tabs";
 import { WhileConnected } from "../parts/while_connected";
+import { Code } from "./code";
 import { Collisions } from "./collisions";
 import { CurvesPanel } from "./curves";
 import { Modeller } from "./modeller";
@@ -27,6 +28,7 @@ export function toolsBelow(): Tab[] {
     { id: "plot", icon: "chart-line", name: "Joints", panel: Plot },
     { id: "curves", icon: "activity", name: "Curves", panel: CurvesPanel },
     { id: "program", icon: "list-video", name: "Program", count: lines.value.length, panel: Program },
+    { id: "code", icon: "code", name: "Code", panel: Code },
     { id: "trajectory", icon: "spline", name: "Trajectory", panel: TrajectoryControl },
     { id: "signals", icon: "toggle-left", name: "Signals", count: cellSignals.value.size, panel: Signals },
     { id: "collisions", icon: "zap", name: "Collisions", count: touching.value.length, alarm: true, panel: Collisions },
