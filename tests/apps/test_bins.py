@@ -11,7 +11,7 @@ from virtualrobot.cli import cli
 from virtualrobot.kernel_process import KernelProcess
 from virtualrobot_apps.demos.bins import cell, run
 
-BOXES = 3
+BOXES = 2
 
 
 @pytest.fixture(scope="module")
@@ -31,8 +31,8 @@ def test_boxes_fall_into_a_bin_and_are_brought_to_the_other(client: virtualrobot
 @pytest.mark.long
 def test_a_motor_that_is_too_weak_lifts_nothing(client: virtualrobot.Client) -> None:
     """Friction needs m g / mu = 1.6 N of the one motor of both fingers (Coulomb)."""
-    result = run.main(client, BOXES, seed=1, effort=0.7 * cell.MASS * 9.81 / cell.FRICTION)
-    assert (result.fallen, result.brought, result.tries) == (BOXES, 0, run.TRIES * BOXES)
+    result = run.main(client, 1, seed=1, effort=0.7 * cell.MASS * 9.81 / cell.FRICTION)
+    assert (result.fallen, result.brought, result.tries) == (1, 0, run.TRIES)
 
 
 @pytest.mark.parametrize(("arguments", "said"), [(("--boxes", "21"), "1<=x<=20"), (("--effort", "0"), "0.1<=x<=120.0")])

@@ -74,13 +74,13 @@ def test_boxes_of_80_mm_are_found_where_they_stand_and_where_they_stood(rng: np.
 
 @pytest.mark.long
 def test_a_scan_of_another_room_is_said_and_no_alarm(rng: np.random.Generator) -> None:
-    before = scanned(ROOM, POSE, rng)
+    before = scanned(ROOM, POSE, rng, COARSE)
     for other in (
         [*room(7.0, 4.0, 3.1), ((3.0, 1.0, 0.0), (4.0, 2.0, 1.0))],
         [*room(4.0, 8.0, 2.6), ((2.0, 3.0, 0.0), (2.5, 4.0, 2.0))],
     ):
         with pytest.raises(OtherPlaceError, match=r"fits the first one to \d+%, and 80% at least are needed"):
-            compare(before, scanned(other, again(rng), rng))  # pyright: ignore[reportArgumentType]
+            compare(before, scanned(other, again(rng), rng, COARSE))  # pyright: ignore[reportArgumentType]
 
 
 def test_a_registration_is_exact_without_noise(rng: np.random.Generator) -> None:

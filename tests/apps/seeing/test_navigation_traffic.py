@@ -94,6 +94,21 @@ def test_a_map_of_another_building_is_told(rng: np.random.Generator, monkeypatch
     assert told[-1].endswith("is it the map of this building?")
 
 
+def test_a_goal_that_the_map_refuses_is_refused_before_a_search(rng: np.random.Generator) -> None:
+    """A vehicle that is lost needn't know its place to say that a goal is in a wall."""
+    boxes = [*room(4.0, 3.0), Box(2.2, 0.4, 0.5, 0.5, 1.0, "#a52")]
+    told: list[str] = []
+    pose = np.array([0.6, 1.5, 0.0])
+    lost = Driven(Navigator(Localiser(known(boxes, 4.0, 3.0)), UGV, say=told.append), pose, pose.copy(), told=told)
+    for goal in (Goal(2.2, 0.4), Goal(90.0, 90.0)):
+        lost.navigator.go(goal)
+        drive([lost], lambda time: boxes, rng)
+    assert lost.periods == 2 and told == [
+        "gives up: the goal (2.20, 0.40) is inside an obstacle",
+        "gives up: the goal (90.00, 90.00) is off the map",
+    ]
+
+
 def test_a_vehicle_that_is_carried_elsewhere_finds_its_place_again(rng: np.random.Generator) -> None:
     """Its wheels tell nothing of it: what the lidar sees fits no more, it says so, and goes on from where it is."""
     boxes = [*room(4.0, 3.0), Box(2.2, 0.4, 0.5, 0.5, 1.0, "#a52"), Box(1.2, 2.7, 0.6, 0.3, 1.0, "#a52")]

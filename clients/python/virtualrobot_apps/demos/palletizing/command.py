@@ -10,6 +10,7 @@ from virtualrobot.cli.own_kernel import in_kernel
 
 from virtualrobot_apps.demos.bins.command import bins
 from virtualrobot_apps.demos.controllers.command import controllers
+from virtualrobot_apps.demos.patrol.command import patrol
 from virtualrobot_apps.demos.twin.command import twin
 from virtualrobot_apps.vehicles.command import auv, boebot, hexapod, maze, quadruped, rov, ugv, uvms
 
@@ -68,6 +69,7 @@ demo.add_command(boebot)
 demo.add_command(maze)
 demo.add_command(ugv)
 demo.add_command(hexapod)
+demo.add_command(patrol)
 demo.add_command(quadruped)
 demo.add_command(rov)
 demo.add_command(uvms)

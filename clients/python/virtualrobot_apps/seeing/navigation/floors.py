@@ -103,26 +103,28 @@ def _outline(box: Box) -> Floats:
     return np.array([box.x, box.y]) + square * [box.wide, box.deep]
 
 
-def build(client: Client, boxes: list[Box]) -> None:
-    """Replace the world by a floor with these boxes on it."""
+def build(client: Client, boxes: list[Box], size: tuple[float, float] = (WIDE, DEEP)) -> None:
+    """Replace the world by a floor of a size (m), which begins at 0, with these boxes on it."""
+    wide, deep = size
     client.scene.clear()
-    ground = virtualrobot.box(WIDE + 2.0, DEEP + 2.0, 0.1, color="#b8bcc0")
-    client.scene.add_object("floor", ground, pose=virtualrobot.pose(0.5 * WIDE, 0.5 * DEEP, -0.05))
+    ground = virtualrobot.box(wide + 2.0, deep + 2.0, 0.1, color="#b8bcc0")
+    client.scene.add_object("floor", ground, pose=virtualrobot.pose(0.5 * wide, 0.5 * deep, -0.05))
     client.scene.add_object(NODE, ())
     with client.scene.batch() as batch:
         for number, box in enumerate(boxes):
             figure = virtualrobot.box(box.wide, box.deep, box.high, color=box.color)
             batch.add_object(f"box_{number}", figure, parent=NODE, pose=virtualrobot.pose(box.x, box.y, 0.5 * box.high))
-    client.view.set_camera(position=(0.5 * WIDE, -4.5, 11.0), target=(0.5 * WIDE, 0.48 * DEEP, 0.0))
+    client.view.set_camera(position=(0.5 * wide, -0.5 * deep, 0.9 * wide), target=(0.5 * wide, 0.48 * deep, 0.0))
 
 
-def true_grid(boxes: list[Box], resolution: float = 0.025) -> Grid:
-    """Return the true map of a floor, as a judge has it."""
+def true_grid(boxes: list[Box], resolution: float = 0.025, size: tuple[float, float] = (WIDE, DEEP)) -> Grid:
+    """Return the true map of a floor of a size (m), as a judge or a plan of the building has it."""
+    wide, deep = size
     margin = 4.0 * resolution  # its outer walls' faces are in it
-    shape = (round((DEEP + 2.0 * margin) / resolution), round((WIDE + 2.0 * margin) / resolution))
+    shape = (round((deep + 2.0 * margin) / resolution), round((wide + 2.0 * margin) / resolution))
     grid = Grid(resolution, np.full(2, -margin), np.zeros(shape))
     places = grid.middles(*np.indices(shape))
-    inside = (places > 0.0).all(axis=2) & (places < [WIDE, DEEP]).all(axis=2)
+    inside = (places > 0.0).all(axis=2) & (places < [wide, deep]).all(axis=2)
     grid.log_odds[inside] = -MOST
     for box in boxes:
         grid.log_odds[box.apart(places) <= 0.0] = MOST

@@ -252,8 +252,10 @@ class Navigator:
     def _way(self, seen: Floats) -> Floats:
         """Return the way (n, 2) to the goal, with points (n, 2) besides that were seen; raises NoWayError."""
         assert self.goal is not None
-        costmap = Costmap.of(self.where.grid, self.footprint, seen, self._distances)
-        return Planner(costmap).way(self.pose, np.array([self.goal.x, self.goal.y]))
+        return self._planner(seen).way(self.pose, np.array([self.goal.x, self.goal.y]))
+
+    def _planner(self, seen: Floats) -> Planner:
+        return Planner(Costmap.of(self.where.grid, self.footprint, seen, self._distances))
 
     def _no_way_on_the_map(self) -> NoWayError | None:
         """Return why the map alone has no way to the goal; None where it has one."""
@@ -322,6 +324,11 @@ class Navigator:
     def _search(self, now: float) -> tuple[float, float]:
         """Drive about to where it is open until the place is known."""
         if self._lost_since is None:
+            assert self.goal is not None
+            try:  # what the map alone refuses is not worth a search
+                self._planner(np.zeros((0, 2))).check_goal(np.array([self.goal.x, self.goal.y]))
+            except NoWayError as error:
+                return self._ends(f"gives up: {error}")
             self._lost_since = now
             self._unforeseen.clear()
             self._heard.clear()

@@ -88,31 +88,36 @@ class Planner:
         Raises:
             NoWayError: when the goal is off the map, unknown, too near an obstacle or cut off, with numbers.
         """
-        grid, need = self.costmap.grid, self._least
-        where = f"({goal[0]:.2f}, {goal[1]:.2f})"
-        if not grid.has(np.asarray(goal)[None])[0]:
-            raise NoWayError(f"the goal {where} is off the map")
+        where = self.check_goal(goal)
         first, last = self._cell(start), self._cell(goal)
-        if self.costmap.blocked[last]:
-            raise GoalTakenError(f"the goal {where} is inside an obstacle")
-        if not self.costmap.known[last]:
-            raise NoWayError(f"the goal {where} is where nothing has been seen")
-        if self.clearance[last] < need:
-            raise GoalTakenError(
-                f"the goal {where} is {self.clearance[last]:.2f} m from an obstacle, and the footprint needs "
-                f"{need:.2f} m"
-            )
         costs = self._costs
         if not math.isfinite(costs[first]):  # it stands nearer to something than ways go: out of it by the nearest cell
             first = self._nearest_free(first)
         cells = pyastar2d.astar_path(costs, first, last, allow_diagonal=True)
         if cells is None:
             raise NoWayError(self._too_narrow(first, last, where))
-        points = grid.middles(cells[:, 0], cells[:, 1])
+        points = self.costmap.grid.middles(cells[:, 0], cells[:, 1])
         points = np.vstack(
             [np.asarray(start, np.float64)[None, :2], points[1:-1], np.asarray(goal, np.float64)[None, :2]]
         )
         return spaced(smooth(spaced(self._pulled(points))))
+
+    def check_goal(self, goal: Floats) -> str:
+        """Return a goal (2,) in words; raise NoWayError where it is off the map, unknown, or too near an obstacle."""
+        need, where = self._least, f"({goal[0]:.2f}, {goal[1]:.2f})"
+        if not self.costmap.grid.has(np.asarray(goal)[None])[0]:
+            raise NoWayError(f"the goal {where} is off the map")
+        cell = self._cell(goal)
+        if self.costmap.blocked[cell]:
+            raise GoalTakenError(f"the goal {where} is inside an obstacle")
+        if not self.costmap.known[cell]:
+            raise NoWayError(f"the goal {where} is where nothing has been seen")
+        if self.clearance[cell] < need:
+            raise GoalTakenError(
+                f"the goal {where} is {self.clearance[cell]:.2f} m from an obstacle, and the footprint needs "
+                f"{need:.2f} m"
+            )
+        return where
 
     def reached(self, start: Floats) -> NDArray[np.bool_]:
         """Return which cells a way from a place (2,) can lead to, (rows, columns)."""
