@@ -72,7 +72,7 @@ class PageEditors:
             has = token_pb2.Role.Name(role).removeprefix("ROLE_").lower()
             options += [
                 "--refusal",
-                f"to run a program needs the role operator, and the token is one of the role {has}",
+                f"this needs the role operator, and the token is one of the role {has}",
             ]
         environment = {**os.environ, TOKEN_VARIABLE: token}
         process = await asyncio.create_subprocess_exec(

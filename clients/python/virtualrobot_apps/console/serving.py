@@ -19,11 +19,8 @@ from virtualrobot.errors import InvalidArgumentError
 
 from virtualrobot_apps.asgi import server_config
 from virtualrobot_apps.console.door import Door
-<<<<<<< HEAD
-from virtualrobot_apps.console.invitation import Reach
-=======
 from virtualrobot_apps.console.editing import PageEditors
->>>>>>> db2f798b (The console's page has an editor for programs in RAPID and URScript, with the language server and the debugger of other editors)
+from virtualrobot_apps.console.invitation import Reach
 from virtualrobot_apps.console.page_files import AUTHORITY, is_built
 from virtualrobot_apps.console.server import Server
 from virtualrobot_apps.console.tools import PageTools
@@ -164,14 +161,10 @@ async def _serve(
     upstream = Upstream(kernel.address, kernel.certificate)
     limit = Limit(kernel.message_bytes)
     tools = PageTools(upstream, limit, kernel.connect)
-<<<<<<< HEAD
-    reach = Reach(base, place.authority is not None)
-    server = Server(upstream, door, limit, tools, lambda: tell("a link for another browser:"), place.authority, reach)
-=======
     editors = PageEditors(upstream, limit, kernel.address, kernel.certificate)
     another = partial(tell, "a link for another browser:")
-    server = Server(upstream, door, limit, tools, editors, another, place.authority)
->>>>>>> db2f798b (The console's page has an editor for programs in RAPID and URScript, with the language server and the debugger of other editors)
+    reach = Reach(base, place.authority is not None)
+    server = Server(upstream, door, limit, tools, editors, another, place.authority, reach)
     config = server_config(
         server,
         # Larger ones are refused by name, so that they must come in.
