@@ -8,9 +8,6 @@ import click
 from virtualrobot.cli.options import Target, target_options
 from virtualrobot.errors import InvalidArgumentError
 
-from virtualrobot_apps.episodes.dataset import write_dataset
-from virtualrobot_apps.episodes.episode import files_in, next_file, read_episode, topics_of
-
 FPS = 30
 FOLDER = click.argument("folder", type=click.Path(file_okay=False, path_type=Path))
 ROBOT = click.option("--robot", default="", help="Whose demonstration it is; needed where there are several.")
@@ -28,6 +25,8 @@ def episode() -> None:
 @target_options
 def record(target: Target, folder: Path, robot: str, seconds: float | None) -> None:
     """Record what a robot does, signals and cameras, to the next episode-000000.mcap of FOLDER."""
+    from virtualrobot_apps.episodes.episode import next_file, topics_of
+
     folder.mkdir(parents=True, exist_ok=True)
     with target.connect() as client:
         names = list(client.robots)
@@ -53,6 +52,9 @@ def record(target: Target, folder: Path, robot: str, seconds: float | None) -> N
 @click.option("--task", required=True, help="What is done in all of them, in words that a policy is told.")
 def dataset(folder: Path, dataset: Path, robot: str, fps: int, task: str) -> None:
     """Make the episodes of FOLDER a dataset of LeRobot 3.0 in DATASET; no kernel is needed."""
+    from virtualrobot_apps.episodes.dataset import write_dataset
+    from virtualrobot_apps.episodes.episode import files_in, read_episode
+
     files = list(files_in(folder))
     if not files:
         raise InvalidArgumentError(
@@ -69,6 +71,8 @@ def dataset(folder: Path, dataset: Path, robot: str, fps: int, task: str) -> Non
 @target_options
 def play(target: Target, file: Path, robot: str) -> None:
     """Have a robot go to the begin of EPISODE.mcap and do what it has, checked as any motion before."""
+    from virtualrobot_apps.episodes.episode import read_episode
+
     read = read_episode(file, robot)
     times = read.times(FPS)
     positions = read.positions.at(times)
