@@ -12,6 +12,7 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from multiprocessing.connection import Connection
 from typing import NoReturn, TextIO
 
@@ -92,7 +93,9 @@ def _run(arguments: list[str], environment: dict[str, str], folder: str, child: 
     if child:
         os.setpgid(0, 0)
     from virtualrobot_kernel import serve
+    from virtualrobot_kernel.messages import values
 
+    values.FIRST_EPOCH = int(time.time() * 1000.0)  # as where it is imported: kernels are told from each other by it
     command = {"serve": serve.main, "replay": serve.replay}[arguments[0]]
     try:
         code = command(arguments[1:])
