@@ -57,9 +57,9 @@ class _Record(MotionQueue):
             program = step.add(program)
         return program
 
-    def set(self, signal: str, value: SignalValue) -> None:
+    def set(self, signal: str, value: SignalValue, lead: float = 0.0) -> None:
         """Write down that a signal is set: in the zone after the last move, or when all before it is done."""
-        step = Step(lambda program: program.set(signal, value))
+        step = Step(lambda program: program.set(signal, value, lead=lead))
         if self._zone:
             self._held.append(step)
         else:
@@ -89,7 +89,7 @@ class _Record(MotionQueue):
         """Refuse."""
         _refuse("puts its path aside")
 
-    def call_at(self, what: Callable[[], None]) -> NoReturn:
+    def call_at(self, what: Callable[[], None], lead: float = 0.0) -> NoReturn:
         """Refuse."""
         _refuse("does something on its way")
 
