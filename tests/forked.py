@@ -41,7 +41,8 @@ class Forked:
         self._process.start()
         for end in ends:
             end.close()
-        self.pid = self._process.pid
+        assert self._process.pid is not None, "it was started"
+        self.pid: int = self._process.pid
 
     @property
     def returncode(self) -> int | None:
@@ -61,7 +62,7 @@ class Forked:
 
     def send_signal(self, number: int) -> None:
         """Send a signal to it, if it runs."""
-        if self._process.exitcode is None and self.pid is not None:
+        if self._process.exitcode is None:
             os.kill(self.pid, number)
 
     def terminate(self) -> None:

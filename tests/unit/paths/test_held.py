@@ -128,14 +128,14 @@ def test_external_axes_carry_as_the_world_says(seed: int, carried: str) -> None:
     folder = models.__path__[0]
     here = world(CreateNodes(robot_nodes(f"{folder}/{carried}.urdf", "axes")))
     base, reference = ("axes", "axes.plate") if carried == "positioner" else ("axes.carriage", "axes")
-    uids = [here.structure.node(name).uid for name in (base, reference)]
-    externals = externals_of(here, "arm", *uids, ("axes",))
-    found = carriers_of(here, *uids, externals)
+    base_uid, reference_uid = (here.structure.node(name).uid for name in (base, reference))
+    externals = externals_of(here, "arm", base_uid, reference_uid, ("axes",))
+    found = carriers_of(here, base_uid, reference_uid, externals)
     assert found is not None and found.base_t_reference.__name__ == "base_t_reference"  # the quick one
-    ends = np.clip([found.lower, found.upper], -np.pi, np.pi)
-    values = np.random.default_rng(seed).uniform(*ends, (4, len(found.lower)))
+    least, most = np.clip([found.lower, found.upper], -np.pi, np.pi)
+    values = np.random.default_rng(seed).uniform(least, most, (4, len(found.lower)))
     worlds = [standing_at(here, externals[0].q_index, one) for one in values]
-    exact = [inverse(one.world_t(uids[0])) @ one.world_t(uids[1]) for one in worlds]
+    exact = [inverse(one.world_t(base_uid)) @ one.world_t(reference_uid) for one in worlds]
     np.testing.assert_allclose(found.base_t_reference(values), exact, atol=1e-12)
     np.testing.assert_array_equal(found.base_t_reference(values[0]), found.base_t_reference(values)[0])
 

@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
+from scipy.spatial import KDTree
 from virtualrobot_kernel.errors import KernelError, Reason
 from virtualrobot_kernel.motion.free_path import frame_path, frame_t_tool
 from virtualrobot_kernel.motion.path import smooth_path
@@ -96,7 +96,7 @@ def has_any_way(query: ToolPathQuery) -> bool:
             q = q[(limits.lower[joint] <= q[:, joint]) & (q[:, joint] <= limits.upper[joint])]
         if before is not None:
             # Those that are within a step of one before, in every joint: the greatest of them in steps is 1.
-            near = cKDTree(before / step).query(q / step, p=np.inf, distance_upper_bound=1.0 + 1e-12)[0]
+            near = KDTree(before / step).query(q / step, p=np.inf, distance_upper_bound=1.0 + 1e-12)[0]
             q = q[np.isfinite(near)]
         if not len(q):
             return False
