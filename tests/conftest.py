@@ -50,7 +50,7 @@ def seed_of(node: pytest.Item | pytest.Collector) -> int:
 
 
 LONG = re.compile(r"\bmark\.long\b|\bevery_fifth\b")
-"""What the source of a file with long tests says somewhere."""
+"""Pattern that stands somewhere in the source of a file with long tests."""
 
 
 @functools.cache

@@ -17,7 +17,7 @@ from multiprocessing.connection import Connection
 from typing import NoReturn, TextIO
 
 FORKS = "forkserver" in multiprocessing.get_all_start_methods()
-"""Whether this machine can fork."""
+"""Ability of this machine to fork."""
 
 
 class Forked:

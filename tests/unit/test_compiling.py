@@ -1,4 +1,4 @@
-"""What has to be compiled is so by several processes, and here where they can't."""
+"""Code is compiled by several processes, and here where they can't."""
 
 from __future__ import annotations
 

@@ -161,7 +161,7 @@ def test_a_client_that_vanishes_while_its_program_is_planned_ends_the_planning(
 def test_the_grace_begins_when_the_last_watch_ends(
     world: SteeredWorld, monkeypatch: pytest.MonkeyPatch, hold: bool
 ) -> None:
-    """What runs only while it is held has a longer one of its own."""
+    """A longer grace is that of what runs only while it is held."""
     monkeypatch.setattr(api, "GRACE_SECONDS", 0.01 if hold else 0.3)
     monkeypatch.setattr(api, "HELD_GRACE_SECONDS", 0.3)
 

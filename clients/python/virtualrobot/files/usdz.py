@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from virtualrobot.geometry import pose_from_quaternion
 from virtualrobot.recording.gltf import unpack
 
 ALIGNMENT = 64
@@ -175,15 +176,8 @@ def _pose(node: Mapping[str, Any]) -> NDArray[np.float64]:
     """Return the pose (4, 4) of a glTF node in its parent."""
     if "matrix" in node:
         return np.asarray(node["matrix"], float).reshape(4, 4).T
-    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
-    pose = np.eye(4)
-    pose[:3, :3] = [
-        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
-        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
-        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
-    ]
+    pose = pose_from_quaternion(node.get("translation", (0.0, 0.0, 0.0)), node.get("rotation", (0.0, 0.0, 0.0, 1.0)))
     pose[:3, :3] *= node.get("scale", (1.0, 1.0, 1.0))
-    pose[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
     return pose
 
 
