@@ -195,12 +195,14 @@ class Link:
                 cycles = self._cycles
             elif has_fault(self.report):
                 return None  # its words are on their way
+            elif self.is_unread:
+                pass  # the one before may be of a time before it was played
             elif self.state is State.ACTIVE and cycles != self._cycles and block.stop_ns == NEVER:
                 if self.report.state is not State.ACTIVE:
                     return Words("the driver has ended what it played")
                 if (fault := self._astray(self.report)) is not None:
                     return fault
-                self._fine = -1 if self.is_unread else news
+                self._fine = news
         # Only time in which the world goes on counts: a kernel that was late has not looked.
         since, self._asked_ns = min(now_ns - self._asked_ns, LOOK_SECONDS * 1e9), now_ns
         if cycles != self._cycles:
