@@ -84,6 +84,7 @@ def test_types_are_those_of_the_packages_by_their_hash(name: str) -> None:
 @pytest.mark.parametrize("name", sorted(types.STORE.types))
 def test_each_type_goes_through_each_encoding_and_back(name: str) -> None:
     message = Message(name, default(name))
+    assert message.json == json.dumps(to_plain(message.value), separators=(",", ":"))
     assert Message.from_cdr(name, message.cdr).json == message.json
     assert Message(name, from_plain(name, json.loads(message.json))).cdr == message.cdr
     told = decoded(b"\xa1" + cbor2.dumps("msg") + message.cbor)["msg"]
@@ -136,7 +137,12 @@ def test_what_json_has_no_number_for_is_null() -> None:
     assert math.isnan(scan.ranges[1])
     scan.ranges = np.array([1.5, np.inf, np.nan], np.float32)
     assert to_plain(scan)["ranges"] == [1.5, None, None]
-    assert "NaN" not in Message("sensor_msgs/msg/LaserScan", scan).json
+    message = Message("sensor_msgs/msg/LaserScan", scan)
+    assert '"ranges":[1.5,null,null]' in message.json
+    assert '"ranges":[1.5,Infinity,NaN]' in message.json_with_infinity
+    scan.range_max, scan.range_min, scan.header.frame_id = np.float64(np.inf), np.float32(0.5), 'a\n"ü'
+    found = json.loads(Message("sensor_msgs/msg/LaserScan", scan).json)
+    assert (found["range_max"], found["range_min"], found["header"]["frame_id"]) == (None, 0.5, 'a\n"ü')
 
 
 def test_ways_of_writing_of_other_clients_are_understood() -> None:

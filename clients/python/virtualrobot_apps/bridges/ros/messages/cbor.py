@@ -71,49 +71,85 @@ def _fields(name: str) -> tuple[bytes, list[tuple[bytes, str]]]:
 
 
 def _put(value: Any, add: _Add) -> None:  # noqa: ANN401 a message or any of its parts
-    kind = type(value)
-    if kind is float:
-        add(_DOUBLE.pack(_DOUBLE_HEAD, value))
-    elif kind is int:
-        add(_head(_UNSIGNED, value) if value >= 0 else _head(_NEGATIVE, -1 - value))
-    elif kind is str:
-        data = value.encode()
-        add(_head(_TEXT, len(data)) + data)
-    elif kind is np.ndarray:
-        _put_array(value, add)
-    elif kind is list or kind is tuple:
-        add(_head(_LIST, len(value)))
-        for one in value:
-            _put(one, add)
-    elif kind is bool:
-        add(_TRUE if value else _FALSE)
-    elif value is None:
-        add(_NULL)
-    elif kind is bytes:
-        add(_head(_BYTES, len(value)))
-        add(value)
-    elif kind is dict:
-        add(_head(_MAP, len(value)))
-        for key, one in value.items():
-            _put(key, add)
-            _put(one, add)
-    elif isinstance(value, np.generic):
-        _put(value.item(), add)
-    elif (name := getattr(value, "__msgtype__", None)) is not None:
-        head, names = _fields(name)
-        add(head)
-        for key, attribute in names:
-            add(key)
-            _put(getattr(value, attribute), add)
-    else:
-        raise TypeError(f"{kind.__name__} has no form in CBOR")
+    _WRITERS[type(value)](value, add)
+
+
+def _put_float(value: float, add: _Add) -> None:
+    add(_DOUBLE.pack(_DOUBLE_HEAD, value))
+
+
+def _put_int(value: int, add: _Add) -> None:
+    add(_head(_UNSIGNED, value) if value >= 0 else _head(_NEGATIVE, -1 - value))
+
+
+def _put_text(value: str, add: _Add) -> None:
+    data = value.encode()
+    add(_head(_TEXT, len(data)) + data)
+
+
+def _put_bytes(value: bytes, add: _Add) -> None:
+    add(_head(_BYTES, len(value)))
+    add(value)
+
+
+def _put_list(value: list[Any] | tuple[Any, ...], add: _Add) -> None:
+    add(_head(_LIST, len(value)))
+    for one in value:
+        _WRITERS[type(one)](one, add)
+
+
+def _put_map(value: dict[Any, Any], add: _Add) -> None:
+    add(_head(_MAP, len(value)))
+    for key, one in value.items():
+        _put(key, add)
+        _put(one, add)
+
+
+def _put_message(value: Any, add: _Add) -> None:  # noqa: ANN401 each type is a class of its own
+    head, names = _fields(value.__msgtype__)
+    add(head)
+    for key, attribute in names:
+        add(key)
+        found = getattr(value, attribute)
+        _WRITERS[type(found)](found, add)
 
 
 def _put_array(value: np.ndarray, add: _Add) -> None:
     if value.dtype == np.bool_:
         return _put(value.tolist(), add)
-    if value.dtype != np.uint8:
-        add(_head(_TAG, _TAGS[value.dtype.name]))
-    add(_head(_BYTES, value.nbytes))
+    tag, is_plain = _form(value.dtype)
+    add(tag + _head(_BYTES, value.nbytes))
     # Arrays are their own bytes; they are copied where all parts are joined.
-    add(np.ascontiguousarray(value, value.dtype.newbyteorder("<")))
+    is_plain = is_plain and value.flags.c_contiguous
+    add(value if is_plain else np.ascontiguousarray(value, value.dtype.newbyteorder("<")))
+
+
+@cache
+def _form(kind: np.dtype) -> tuple[bytes, bool]:
+    """Return the tag of arrays of a kind of number, and whether their bytes are in the order that it tells."""
+    return b"" if kind == np.uint8 else _head(_TAG, _TAGS[kind.name]), kind == kind.newbyteorder("<")
+
+
+class _Writers(dict[type, Callable[[Any, _Add], None]]):
+    """Writers of values by their class; those of messages come when the first one does."""
+
+    def __missing__(self, kind: type) -> Callable[[Any, _Add], None]:
+        """Return the writer of a class that has none yet; raises TypeError for what has no form."""
+        if issubclass(kind, np.generic):
+            found: Callable[[Any, _Add], None] = lambda value, add: _put(value.item(), add)  # noqa: E731
+        elif hasattr(kind, "__msgtype__"):
+            found = _put_message
+        else:
+            raise TypeError(f"{kind.__name__} has no form in CBOR")
+        self[kind] = found
+        return found
+
+
+_WRITERS = _Writers(
+    {
+        **{float: _put_float, int: _put_int, str: _put_text, bytes: _put_bytes, np.ndarray: _put_array},
+        **{list: _put_list, tuple: _put_list, dict: _put_map},
+        bool: lambda value, add: add(_TRUE if value else _FALSE),
+        type(None): lambda value, add: add(_NULL),
+    }
+)

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import json
 from functools import cached_property
-from typing import Any
-
-import numpy as np
 
 from virtualrobot_apps.bridges.ros.messages.cbor import to_cbor
+from virtualrobot_apps.bridges.ros.messages.json_text import to_json
 from virtualrobot_apps.bridges.ros.messages.types import STORE
-from virtualrobot_apps.bridges.ros.messages.values import to_plain
 
 
 class Message:
@@ -46,19 +42,14 @@ class Message:
         return ros1_bytes(self.type, self.value, self.__dict__.get("cdr"))
 
     @cached_property
-    def plain(self) -> Any:  # noqa: ANN401 dictionaries of any depth
-        """Its values as dictionaries and lists, NaN as None."""
-        return to_plain(self.value)
-
-    @cached_property
     def json(self) -> str:
         """Its text in JSON."""
-        return json.dumps(self.plain, separators=(",", ":"), allow_nan=False)
+        return to_json(self.value)
 
     @cached_property
     def json_with_infinity(self) -> str:
         """Its text in JSON with `Infinity` and `NaN`, as Python writes them and reads them."""
-        return json.dumps(to_plain(self.value, arrays=True), separators=(",", ":"), default=_listed)
+        return to_json(self.value, null=False)
 
     @cached_property
     def cbor(self) -> bytes:
@@ -69,8 +60,3 @@ class Message:
     def size(self) -> int:
         """Bytes that it has in CDR."""
         return len(self.cdr)
-
-
-def _listed(value: np.ndarray) -> object:
-    """Return an array as JSON has it: bytes in base64, numbers as they are."""
-    return to_plain(value) if value.dtype == np.uint8 else value.tolist()
