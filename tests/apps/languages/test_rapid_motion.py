@@ -269,7 +269,7 @@ def test_what_can_not_be_done_is_said_at_its_line(client: virtualrobot.Client, a
         ("WaitTime -1;", "WaitTime takes 0 s or more, not -1"),
         (
             "MoveAbsJ [[0, 0, 0, 0, 600, 0], [0, 0, 0, 0, 0, 0]], v100, fine, tool0;",
-            "ERR_ROBLIMIT: axis 5 can't be at 600 degrees; its limits are -120 to 120 degrees",
+            "ERR_ROBLIMIT: axis 5 can't be at 600 degrees; its limits are -120 to 120",
         ),
     ]:
         with pytest.raises(RapidStopped) as caught:

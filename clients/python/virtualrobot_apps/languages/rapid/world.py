@@ -194,8 +194,10 @@ class World(Signals):
             limits = self._limits[name]
             if not limits.lower - 1e-6 <= angle <= limits.upper + 1e-6:
                 least, most = math.degrees(limits.lower), math.degrees(limits.upper)
-                said = f"axis {number} can't be at {math.degrees(angle):g} degrees; its limits are {least:g} to {most:g}"
-                raise RapidFault("ERR_ROBLIMIT", said)
+                raise RapidFault(
+                    "ERR_ROBLIMIT",
+                    f"axis {number} can't be at {math.degrees(angle):g} degrees; its limits are {least:g} to {most:g}",
+                )
         try:
             factor = self.joint_factor(self.joints_planned(), goal, speed)
         except _CAN_NOT as error:
