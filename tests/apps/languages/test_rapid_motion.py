@@ -16,7 +16,7 @@ from virtualrobot_apps.languages.rapid.faults import RapidStopped
 from virtualrobot_apps.languages.rapid.task import RapidTask
 from virtualrobot_apps.languages.rapid.world import World
 
-from tests.apps.languages.rapid import loaded
+from tests.apps.languages.rapid import loaded, numbers
 from tests.apps.languages.tracing import traced
 
 DATA = r"""
@@ -51,11 +51,6 @@ class Run:
         """Run it, and return its pendant."""
         self.task.run()
         return self.printed
-
-
-def numbers(text: str) -> list[float]:
-    """Return the numbers of a value as text."""
-    return [float(one) for one in text.replace("[", "").replace("]", "").split(",")]
 
 
 def in_table(way: np.ndarray) -> np.ndarray:
