@@ -232,10 +232,13 @@ class Placed(Signals):
         pose = pose_of(np.linalg.inv(self.base @ self.frame(wobj, axes)) @ flange @ matrix_of(tool[1]))
         return [*pose, confdata(list(state.positions), named[0] if named else ""), self.axes_told(axes)]
 
-    def target_at(self, joints: np.ndarray, tool: list[Any], wobj: list[Any] | None) -> list[Any]:
-        """Return the robtarget where joints (rad) bring a tool."""
+    def target_at(
+        self, joints: np.ndarray, tool: list[Any] | None, wobj: list[Any] | None, axes: np.ndarray | None = None
+    ) -> list[Any]:
+        """Return the robtarget where joints (rad) bring a tool, with external axes at positions, as planned without."""
         self._selected()
-        return self._described(joints, self._place_of(joints), tool, wobj)
+        axes = self.axes_planned() if axes is None else axes
+        return self._described(joints, self._place_of(joints, axes), tool, wobj, axes)
 
     def _described(
         self,
